@@ -1,0 +1,100 @@
+"""Reading a `.msg`, `.srv` or `.action` definition: its fields, or one message that says what is wrong on which line."""
+
+import contextlib
+import difflib
+import io
+import re
+from dataclasses import dataclass
+
+SECTIONS = {"msg": ("message",), "srv": ("request", "response"), "action": ("goal", "result", "feedback")}
+
+
+class InterfaceError(ValueError):
+    """A definition that ROS 2 cannot build; the message names the file and the line and says what to write."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """One field, or constant, of a section: its type as written (`int32[]`), its name, its default or value."""
+
+    type: str
+    name: str
+    value: object = None
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A parsed definition: `sections` holds the fields of request and response (goal, result, feedback) in order."""
+
+    name: str
+    kind: str
+    sections: tuple[tuple[Field, ...], ...]
+
+    @property
+    def packages(self) -> set[str]:
+        """The packages whose messages the fields use."""
+        return {field.type.split("/")[0] for section in self.sections for field in section if "/" in field.type}
+
+
+def parse(text: str, filename: str, package: str = "my_package") -> Definition:
+    """Parse the `text` of a definition whose file is called `filename` (`Calculate.srv`).
+
+    Raises InterfaceError for a name or a line that ROS 2 does not accept
+    (https://docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html).
+    """
+    name, _, kind = filename.rpartition(".")
+    if kind not in SECTIONS:
+        raise InterfaceError(f"{filename}: the file's name must end in .msg, .srv or .action")
+    if not re.fullmatch(r"[A-Z][A-Za-z0-9]*", name):
+        raise InterfaceError(f"{filename}: the name must begin with a capital and have only letters and digits, "
+                             "as in Calculate.srv")
+    blocks = [[]]
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.rstrip() == "---":
+            blocks.append([])
+        else:
+            blocks[-1].append((number, line))
+    parts = SECTIONS[kind]
+    if len(blocks) != len(parts):
+        wanted = (f"needs {len(parts) - 1} line{'s' * (len(parts) > 2)} '---' between {' and '.join(parts)}"
+                  if len(parts) > 1 else "has no '---'")
+        raise InterfaceError(f"{filename}: a .{kind} {wanted}; this one has {len(blocks) - 1}")
+    return Definition(name, kind, tuple(_section(block, filename, package) for block in blocks))
+
+
+def _section(lines: list[tuple[int, str]], filename: str, package: str) -> tuple[Field, ...]:
+    fields = {}
+    for number, line in lines:
+        for field in _parse_line(line, f"{filename}, line {number}", package):
+            if field.name in fields:
+                raise InterfaceError(f"{filename}, line {number}: there is a field '{field.name}' already")
+            fields[field.name] = field
+    return tuple(fields.values())
+
+
+def _parse_line(line: str, where: str, package: str) -> list[Field]:
+    from rosidl_adapter.parser import PRIMITIVE_TYPES, parse_message_string
+
+    code = line.split("#")[0].rstrip()
+    if not code:
+        return []
+    if code[0].isspace():
+        raise InterfaceError(f"{where}: a field must begin in the first column: '{line.strip()}'")
+    words = code.split()
+    if len(words) < 2:
+        raise InterfaceError(f"{where}: a field is a type and a name, as in 'float64 a'; this is '{code}'")
+    base = words[0].split("[")[0].split("<")[0]
+    if base not in PRIMITIVE_TYPES and "/" not in base and not base[:1].isupper():
+        near = [t for t in PRIMITIVE_TYPES if t.startswith(base)] or difflib.get_close_matches(base, PRIMITIVE_TYPES)
+        near = {"double": ["float64"], "str": ["string"], "boolean": ["bool"]}.get(base, near)
+        hint = f"; did you mean {' or '.join(sorted(near))}?" if near else ""
+        raise InterfaceError(f"{where}: there is no type '{base}'{hint}")
+    try:
+        with contextlib.redirect_stderr(io.StringIO()):
+            spec = parse_message_string(package, "Line", line)
+    except Exception as error:  # rosidl_adapter raises anything from IndexError to its own classes
+        raise InterfaceError(f"{where}: {error or 'not a field'}: '{code}'") from None
+    if spec.fields and len(words) > 2 and spec.fields[0].default_value is None:
+        raise InterfaceError(f"{where}: one field a line, without ',' or ';': '{code}'")
+    return ([Field(str(f.type), f.name, f.default_value) for f in spec.fields]
+            + [Field(c.type, c.name, c.value) for c in spec.constants])
