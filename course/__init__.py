@@ -1,1 +1,7 @@
 """What a student imports: a live ROS 2 session inside the notebook's kernel, and the chapter's nodes, agent and figures."""
+
+
+def live():
+    """The kernel's live session (`course.session.Session`), made at the first call; adds the `%%exercise` magic."""
+    from .session import live as session  # here, so that the pure-Python parts of the course load no ROS
+    return session()

@@ -16,9 +16,11 @@ def prepare() -> None:
     """Complete `os.environ` for this process and its children; what the user has set is kept.
 
     Adds the interpreter's prefix to AMENT_PREFIX_PATH (package index, `.srv` files), and has Fast DDS announce nodes
-    often enough that they find each other at once.
+    often enough that they find each other at once.  Message classes check the type of what is assigned to a field: a
+    wrong one otherwise aborts the whole process when the message is sent.
     """
     prefixes = [p for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
     if sys.prefix not in prefixes:
         os.environ["AMENT_PREFIX_PATH"] = os.pathsep.join([*prefixes, sys.prefix])
     os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(DISCOVERY_PROFILE))
+    os.environ.setdefault("ROS_PYTHON_CHECK_FIELDS", "1")

@@ -32,11 +32,15 @@ def main(args=None):
     except ValueError:
         print(USAGE)
         return 2
+    rclpy.init(args=args)
+    node = CalculatorClient()
     try:
-        with rclpy.init(args=args):
-            response = CalculatorClient().call(a, b, operation)
+        response = node.call(a, b, operation)
     except (KeyboardInterrupt, ExternalShutdownException):
         return 130
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
     if response is None:
         print('No answer from /calculator: is calculator_server.py running?')
         return 1

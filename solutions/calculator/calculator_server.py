@@ -37,11 +37,15 @@ class CalculatorServer(Node):
 
 
 def main(args=None):
+    rclpy.init(args=args)
+    node = CalculatorServer()
     try:
-        with rclpy.init(args=args):
-            rclpy.spin(CalculatorServer())
+        rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
 
 
 if __name__ == '__main__':

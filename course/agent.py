@@ -1,0 +1,57 @@
+"""The chapter's obstacle avoidance as plain Python: no ROS in it, so it can be tested and reused without a robot."""
+
+from enum import Enum
+
+INFINITY = float("inf")
+
+
+class RobotState(Enum):
+    """The states of the agent's finite state machine."""
+
+    FORWARD = 1
+    TURNING_LEFT = 2
+    TURNING_RIGHT = 3
+    STOPPED = 4
+
+
+class ObstacleAvoidanceAI:
+    """Drives forward while the way is clear, and turns on the spot towards the more open side when it is not.
+
+    The next action depends on the distances alone, never on the state before: `state` tells what was decided last.
+    """
+
+    def __init__(self, obstacle_distance_threshold=0.5):
+        """Start in FORWARD; an obstacle nearer than `obstacle_distance_threshold` (m) ahead makes the agent turn."""
+        self.state = RobotState.FORWARD
+        self.obstacle_threshold = obstacle_distance_threshold
+
+    def decide_action(self, laser_data):
+        """Decide the next velocity command.
+
+        Args:
+            laser_data: the nearest distance (m) in each sector, a dict with the keys 'front', 'left' and 'right'.
+                A missing sector counts as free (inf).
+
+        Returns:
+            {'linear': m/s, 'angular': rad/s}; a positive angular speed turns left, counter-clockwise (REP 103).
+
+        An obstacle exactly at the threshold does not turn the robot, and when both sides are equally open it turns
+        right, as in the chapter.
+        """
+        front = laser_data.get("front", INFINITY)
+        left = laser_data.get("left", INFINITY)
+        right = laser_data.get("right", INFINITY)
+
+        if front >= self.obstacle_threshold:
+            self.state = RobotState.FORWARD
+            return {"linear": 0.3, "angular": 0.0}
+        if left > right:
+            self.state = RobotState.TURNING_LEFT
+            return {"linear": 0.0, "angular": 0.5}
+        self.state = RobotState.TURNING_RIGHT
+        return {"linear": 0.0, "angular": -0.5}
+
+    def stop(self):
+        """Give up moving, for want of data to decide on: the state becomes STOPPED, the action is zero."""
+        self.state = RobotState.STOPPED
+        return {"linear": 0.0, "angular": 0.0}

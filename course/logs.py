@@ -1,0 +1,63 @@
+"""What nodes log, collected from /rosout and shown in a notebook as a table that folds away."""
+
+import html
+import threading
+from collections import deque
+from dataclasses import dataclass
+
+from rcl_interfaces.msg import Log
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+LEVELS = {10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
+KEPT = 5000
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One line of a log (rcl_interfaces/msg/Log)."""
+
+    level: str
+    node: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"[{self.level}] [{self.node}]: {self.text}"
+
+
+class Logs(list[Entry]):
+    """Entries in the order in which they came; a notebook shows them folded."""
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self))
+
+    __repr__ = __str__
+
+    def _repr_html_(self) -> str:
+        rows = "\n".join(html.escape(str(entry)) for entry in self)
+        return f"<details><summary>{len(self)} log lines</summary><pre>{rows}</pre></details>"
+
+
+class LogBook:
+    """Collects /rosout on the given node."""
+
+    def __init__(self, node: Node):
+        self._entries: deque[Entry] = deque(maxlen=KEPT)
+        self._changed = threading.Condition()
+        node.create_subscription(Log, "/rosout", self._on_log,
+                                 QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+
+    def _on_log(self, message: Log) -> None:
+        with self._changed:
+            self._entries.append(Entry(LEVELS.get(message.level, str(message.level)), message.name, message.msg))
+            self._changed.notify_all()
+
+    def read(self, node: str | None = None) -> Logs:
+        """The entries of `node`, or all."""
+        with self._changed:
+            return Logs(entry for entry in self._entries if node is None or entry.node == node.lstrip("/"))
+
+    def wait_for(self, text: str, timeout: float = 5.0) -> bool:
+        """Wait until a line that contains `text` is there; False after `timeout` s."""
+        with self._changed:
+            return self._changed.wait_for(lambda: any(text in entry.text for entry in self._entries), timeout)

@@ -1,0 +1,383 @@
+"""The live session: how a notebook runs ROS 2 nodes inside its kernel, and as processes beside it.
+
+One session serves one kernel.  It owns a private context on a ROS domain of its own, and every node that it starts is
+spun in a background thread by an executor of its own, as if each ran in its own process: a node that blocks, blocks
+only itself.  Callbacks run in those threads; cells run in the main thread.
+"""
+
+import atexit
+import itertools
+import os
+import socket
+import threading
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from . import environment
+
+environment.prepare()
+
+from rclpy.context import Context
+from rclpy.executors import (
+    ExternalShutdownException,
+    MultiThreadedExecutor,
+    ShutdownException,
+    SingleThreadedExecutor,
+)
+from rclpy.node import Node
+from rclpy.task import Future
+
+from .logs import LogBook, Logs
+from .process import NodeProcess
+
+DOMAINS = range(1, 102)  # 0 is everybody's; above 101 the ports meet Linux's ephemeral ones
+POLL = 0.005  # s; rclpy offers no event for a change of the graph
+
+
+class LiveError(RuntimeError):
+    """Something a reader can put right; shown in a notebook as its message alone."""
+
+    def _render_traceback_(self) -> list[str]:
+        return [f"{type(self).__name__}: {self}"]
+
+
+class CallTimeout(LiveError, TimeoutError):
+    """A service, a future or a node did not answer within its time limit."""
+
+
+class Spinner:
+    """An executor in a background thread, spinning one node."""
+
+    def __init__(self, node: Node, threads: int = 1):
+        context = node.context
+        self.node = node
+        self.errors: list[BaseException] = []
+        self.executor = (SingleThreadedExecutor(context=context) if threads == 1
+                         else MultiThreadedExecutor(num_threads=threads, context=context))
+        self.executor.add_node(node)
+        self.thread = threading.Thread(target=self._spin, name=f"spin {node.get_name()}", daemon=True)
+        self.thread.start()
+
+    def _spin(self) -> None:
+        while True:
+            try:
+                self.executor.spin()
+                return
+            except (ExternalShutdownException, ShutdownException):
+                return
+            except Exception as error:  # a callback raised: keep it for the reader, and go on
+                if self._stopping:
+                    return
+                self.errors.append(error)
+                self.node.get_logger().error(f"{type(error).__name__} in a callback: {error}")
+
+    _stopping = False
+
+    def stop(self, timeout: float = 2.0) -> bool:
+        """End the thread and destroy the node; False when a callback is still running after `timeout` s."""
+        self._stopping = True
+        self.executor.shutdown(timeout_sec=0.0)
+        for client in self.node.clients:  # a callback that waits for an answer would wait for ever
+            for future in list(client._pending_requests.values()):
+                future.cancel()
+        self.thread.join(timeout)
+        pool = getattr(self.executor, "_executor", None)
+        if pool is not None:
+            pool.shutdown(wait=not self.thread.is_alive() and timeout > 0, cancel_futures=True)
+        if self.thread.is_alive():
+            return False
+        self.node.destroy_node()
+        return True
+
+
+class LiveNode:
+    """A handle on a node that runs in this kernel; `node` is the rclpy node itself."""
+
+    def __init__(self, session: "Session", spinner: Spinner):
+        self._session, self._spinner = session, spinner
+        self.node = spinner.node
+        self.name = self.node.get_name()
+
+    @property
+    def alive(self) -> bool:
+        """Whether its executor is spinning."""
+        return self._spinner.thread.is_alive()
+
+    @property
+    def errors(self) -> list[BaseException]:
+        """The exceptions that its callbacks raised."""
+        return list(self._spinner.errors)
+
+    @property
+    def logs(self) -> Logs:
+        """What the node has logged so far."""
+        return self._session.logs(self.name)
+
+    def stop(self) -> None:
+        """Stop spinning it and destroy it; stopping twice is no error."""
+        self._session.stop(self.name)
+
+    def _end(self) -> None:
+        if self.alive and not self._spinner.stop():
+            self.node.destroy_node()
+
+    def __repr__(self) -> str:
+        return f"<{self.name}: {'running' if self.alive else 'stopped'} in this kernel>"
+
+
+def _in_context(cls: type[Node], context: Context, arguments: list[str]) -> type[Node]:
+    """`cls` with a last base before Node that hands Node the session's context, whatever the class's `__init__` takes."""
+
+    class Injector(Node):
+        def __init__(self, *args, **kwargs):
+            kwargs.setdefault("context", context)
+            kwargs["cli_args"] = [*(kwargs.get("cli_args") or []), *arguments]
+            super().__init__(*args, **kwargs)
+
+    return type(cls.__name__, (cls, Injector), {"__module__": cls.__module__, "__doc__": cls.__doc__})
+
+
+class Session:
+    """A private ROS 2 context on its own domain, and the nodes that were started in it.
+
+    `domain_id`: the domain to use; by default $ROS_DOMAIN_ID if set, else one that no other session on this machine
+    has.  `node` is the session's own node (hidden, spun in the background) for clients, publishers and subscriptions.
+    """
+
+    def __init__(self, domain_id: int | None = None):
+        if domain_id is None and "ROS_DOMAIN_ID" in os.environ:
+            domain_id = int(os.environ["ROS_DOMAIN_ID"])
+        self._claim = None
+        if domain_id is None:
+            self._claim, domain_id = _claim_domain()
+        self.domain_id = domain_id
+        # Children (`!ros2 ...`, `!python ...`) must meet these nodes, and nobody else's.
+        os.environ["ROS_DOMAIN_ID"] = str(domain_id)
+        os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        self.context = Context()
+        # The book shows the logs, from /rosout: on stderr they would litter the cells.
+        self.context.init(args=["--ros-args", "--disable-stdout-logs", "--disable-external-lib-logs"],
+                          domain_id=domain_id)
+        self.node = Node("_course_session", context=self.context, enable_rosout=False, start_parameter_services=False)
+        self._book = LogBook(self.node)
+        self._spinner = Spinner(self.node)
+        self._handles: dict[str, LiveNode | NodeProcess] = {}
+        self._clients: dict[tuple[str, type], object] = {}
+        self._closed = False
+        atexit.register(self.close)
+
+    # Nodes
+
+    def start(self, what: type[Node] | str | Path, *args: object, parameters: Mapping[str, object] | None = None,
+              threads: int = 1, timeout: float = 20.0, **kwargs: object) -> "LiveNode | NodeProcess":
+        """Start a node and return a handle on it; an earlier one of the same name is stopped first.
+
+        A Node subclass is made (with `args` and `kwargs`) and spun in this kernel by an executor with `threads`
+        threads.  A file is run in its own process with the command line `args`; this waits until its node is there, at
+        most `timeout` s.  `parameters` overrides declared parameters, as `--ros-args -p name:=value` does.
+
+        Raises LiveError when a file's program ends or shows no node in time, and whatever a class's `__init__` raises.
+        """
+        self._check_open()
+        overrides = list(itertools.chain.from_iterable(
+            ("-p", f"{name}:={_yaml(value)}") for name, value in (parameters or {}).items()))
+        arguments = ["--ros-args", *overrides] if overrides else []
+        if isinstance(what, (str, Path)):
+            return self._start_file(Path(what), [str(arg) for arg in args] + arguments, timeout)
+        if not (isinstance(what, type) and issubclass(what, Node)):
+            raise LiveError(f"start() takes a Node class or the path of a Python file, not {type(what).__name__}")
+        for handle in list(self._handles.values()):
+            if isinstance(handle, LiveNode) and type(handle.node).__name__ == what.__name__:
+                self.stop(handle.name)
+        cls = _in_context(what, self.context, arguments)
+        node = cls.__new__(cls)
+        try:
+            node.__init__(*args, **kwargs)
+        except BaseException:
+            if hasattr(node, "_Node__node"):
+                node.destroy_node()
+            raise
+        self.stop(node.get_name())
+        handle = LiveNode(self, Spinner(node, threads))
+        self._handles[handle.name] = handle
+        return handle
+
+    def _start_file(self, path: Path, arguments: list[str], timeout: float) -> NodeProcess:
+        if not path.is_file():
+            raise LiveError(f"there is no file {path}")
+        self.stop(path.name)
+        before = self._all_nodes()
+        process = NodeProcess(path, arguments)
+        self._handles[process.name] = process
+        self._until(lambda: not process.alive or len(self._all_nodes()) > len(before), timeout)
+        if not process.alive:
+            raise LiveError(f"{path.name} ended with exit status {process.returncode} before its node was there"
+                            + (f":\n{process.output}" if process.output else ""))
+        process.nodes = sorted(_difference(self._all_nodes(), before))
+        if not process.nodes:
+            process.stop()
+            raise CallTimeout(f"{path.name} ran for {timeout:g} s and created no node")
+        return process
+
+    def stop(self, name: str | None = None) -> None:
+        """Stop the node (or the file's process) called `name`, or all of them; one that is not there is no error."""
+        for key in [name] if name else list(self._handles):
+            handle = self._handles.pop(key, None)
+            if handle is None:
+                continue
+            names = [f"/{handle.name}"] if isinstance(handle, LiveNode) else handle.nodes
+            handle._end()
+            if not self._closed:  # a call made next must not meet the old one
+                self._until(lambda names=names: not set(names) & set(self._all_nodes()), 2.0)
+
+    def nodes(self) -> list[str]:
+        """The full names of the nodes in this session's domain, hidden ones left out."""
+        return sorted(name for name in self._all_nodes() if not name.rpartition("/")[2].startswith("_"))
+
+    def logs(self, name: str | None = None) -> Logs:
+        """What the node called `name`, or every node, has logged."""
+        return self._book.read(name)
+
+    # Calls
+
+    def wait_for_service(self, service: str, srv_type: type, timeout: float = 5.0) -> None:
+        """Wait until a server for `service` is there; raises CallTimeout after `timeout` s."""
+        self._ready(self._client(service, srv_type), timeout)
+
+    def call(self, service: str, srv_type: type, request: object = None, *, timeout: float = 5.0, **fields: object):
+        """Call `service` and return its response.
+
+        The request is `request`, or one made of `fields`.  Raises CallTimeout when no server is there, or none answers,
+        within `timeout` s, and LiveError for a field that the request has not or that cannot hold the value.
+        """
+        self._check_open()
+        if request is None:
+            request = _fill(srv_type, fields)
+        client = self._client(service, srv_type)
+        deadline = time.monotonic() + timeout
+        self._ready(client, timeout)
+        future = client.call_async(request)
+        try:
+            return self.wait(future, deadline - time.monotonic())
+        except CallTimeout:
+            client.remove_pending_request(future)
+            raise CallTimeout(f"{service} did not answer within {timeout:g} s: is its server busy or blocked?") from None
+
+    def wait(self, future: Future, timeout: float = 5.0):
+        """Wait for a future in the main thread and return its result; raises CallTimeout after `timeout` s."""
+        done = threading.Event()
+        future.add_done_callback(lambda _: done.set())
+        if not future.done() and not done.wait(max(0.0, timeout)):
+            raise CallTimeout(f"nothing came within {timeout:g} s")
+        return future.result()
+
+    def _client(self, service: str, srv_type: type):
+        self._check_open()
+        key = (service, srv_type)
+        if key not in self._clients:
+            self._clients[key] = self.node.create_client(srv_type, service)
+        return self._clients[key]
+
+    def _ready(self, client, timeout: float) -> None:
+        if not self._until(client.service_is_ready, timeout):
+            raise CallTimeout(f"no server for {client.service_name} within {timeout:g} s: has its node been started, "
+                              "and with this type?")
+
+    # The session itself
+
+    def close(self) -> None:
+        """Stop every node and process, the threads and the context; closing twice is no error."""
+        if self._closed:
+            return
+        self._closed = True
+        atexit.unregister(self.close)
+        self.stop()
+        self._spinner.stop()
+        self.context.try_shutdown()
+        if self._claim:
+            self._claim.close()
+            os.environ.pop("ROS_DOMAIN_ID", None)
+
+    @property
+    def ok(self) -> bool:
+        """Whether the session can be used: not closed, and its context not shut down by other code."""
+        return not self._closed and self.context.ok()
+
+    def _check_open(self) -> None:
+        if not self.ok:
+            raise LiveError("this session has ended: get a new one with `ros = course.live()`")
+
+    def _all_nodes(self) -> list[str]:
+        return [f"{namespace.rstrip('/')}/{name}" for name, namespace in self.node.get_node_names_and_namespaces()]
+
+    def _until(self, condition: Callable[[], bool], timeout: float) -> bool:
+        deadline = time.monotonic() + timeout
+        while not condition():
+            if time.monotonic() > deadline:
+                return False
+            time.sleep(POLL)
+        return True
+
+    def __repr__(self) -> str:
+        return f"<live session: {len(self._handles)} started>"
+
+
+_current: Session | None = None
+
+
+def live() -> Session:
+    """The kernel's session, made at the first call; in IPython this also adds the `%%exercise` magic."""
+    global _current
+    if _current is None or not _current.ok:
+        if _current is not None:
+            _current.close()
+        _current = Session()
+        from .magics import register
+        register()
+    return _current
+
+
+def _claim_domain() -> tuple[socket.socket, int]:
+    """A domain that no other session in this network namespace has, held by an abstract socket until the process ends."""
+    first = os.getpid() % len(DOMAINS)
+    for domain in (*DOMAINS[first:], *DOMAINS[:first]):
+        claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        try:
+            claim.bind(f"\0ros2-course-domain-{domain}")
+            return claim, domain
+        except OSError:
+            claim.close()
+    raise LiveError(f"all {len(DOMAINS)} ROS domains of this machine are in use: close some notebooks")
+
+
+def _fill(srv_type: type, fields: Mapping[str, object]):
+    request = srv_type.Request()
+    known = request.get_fields_and_field_types()
+    for name, value in fields.items():
+        if name not in known:
+            listed = ", ".join(f"{field} ({kind})" for field, kind in known.items()) or "no fields"
+            raise LiveError(f"{srv_type.__name__} has no request field '{name}': it has {listed}")
+        try:
+            if known[name] in ("double", "float") and isinstance(value, int):
+                value = float(value)
+            setattr(request, name, value)
+        except (AssertionError, TypeError, ValueError) as error:
+            raise LiveError(f"{srv_type.__name__}.{name} is a {known[name]}: {error}") from None
+    return request
+
+
+def _yaml(value: object) -> str:
+    import yaml
+    return yaml.safe_dump(value, default_flow_style=True, width=10**6).strip().removesuffix("\n...").strip()
+
+
+def _difference(after: list[str], before: list[str]) -> list[str]:
+    rest = list(before)
+    new = []
+    for name in after:
+        if name in rest:
+            rest.remove(name)
+        else:
+            new.append(name)
+    return new
