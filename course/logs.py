@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from rcl_interfaces.msg import Log
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.serialization import deserialize_message
 
 LEVELS = {10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
 KEPT = 5000
@@ -39,25 +40,28 @@ class Logs(list[Entry]):
 
 
 class LogBook:
-    """Collects /rosout on the given node."""
+    """Collects /rosout on the given node: as bytes, because reading each line at once would slow every call down."""
 
     def __init__(self, node: Node):
-        self._entries: deque[Entry] = deque(maxlen=KEPT)
-        self._changed = threading.Condition()
+        self._messages: deque[bytes] = deque(maxlen=KEPT)
+        self._changed = threading.Condition(threading.RLock())
         node.create_subscription(Log, "/rosout", self._on_log,
-                                 QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+                                 QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL), raw=True)
 
-    def _on_log(self, message: Log) -> None:
+    def _on_log(self, message: bytes) -> None:
         with self._changed:
-            self._entries.append(Entry(LEVELS.get(message.level, str(message.level)), message.name, message.msg))
+            self._messages.append(message)
             self._changed.notify_all()
 
     def read(self, node: str | None = None) -> Logs:
         """The entries of `node`, or all."""
         with self._changed:
-            return Logs(entry for entry in self._entries if node is None or entry.node == node.lstrip("/"))
+            messages = list(self._messages)
+        logs = (deserialize_message(message, Log) for message in messages)
+        return Logs(Entry(LEVELS.get(log.level, str(log.level)), log.name, log.msg) for log in logs
+                    if node is None or log.name == node.lstrip("/"))
 
-    def wait_for(self, text: str, timeout: float = 5.0) -> bool:
-        """Wait until a line that contains `text` is there; False after `timeout` s."""
+    def wait_for(self, text: str, node: str | None = None, timeout: float = 5.0) -> bool:
+        """Wait until a line (of `node`) that contains `text` is there; False after `timeout` s."""
         with self._changed:
-            return self._changed.wait_for(lambda: any(text in entry.text for entry in self._entries), timeout)
+            return self._changed.wait_for(lambda: any(text in entry.text for entry in self.read(node)), timeout)

@@ -1,5 +1,6 @@
 """`%%exercise FILE`: the cell is the file that is handed in, and runs as a live node beside the notebook."""
 
+import re
 import shlex
 from pathlib import Path
 
@@ -23,6 +24,7 @@ class ExerciseError(LiveError):
 @argument("arguments", nargs="*", help="the program's own arguments, after --")
 def exercise(line: str, cell: str) -> None:
     """Write the cell to FILE.  A .py file is (re)started as a node in its own process; an interface is built."""
+    cell = MARKERS.sub("", cell)
     line, separator, rest = line.partition(" -- ")
     options = parse_argstring(exercise, line)
     path = Path(options.file)
@@ -55,6 +57,8 @@ def _interface(path: Path, cell: str, package: str) -> None:
     print(f"{path.name}: written, built as {package}/{path.suffix[1:]}/{path.stem}")
 
 
+# nbgrader's marks around what is taken out of the released notebook: they are not part of the file.
+MARKERS = re.compile(r"^[ \t]*### (?:BEGIN|END) SOLUTION[ \t]*\n", re.MULTILINE)
 _written: dict[str, set[Path]] = {}
 
 

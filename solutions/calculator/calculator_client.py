@@ -1,9 +1,8 @@
-"""Call the calculator service once: calculator_client.py A B OPERATION."""
+"""Call the calculator service once: python3 calculator_client.py A B OPERATION."""
 import sys
 
 import rclpy
 from calculator_interfaces.srv import Calculate
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.utilities import remove_ros_args
 
@@ -12,8 +11,8 @@ USAGE = 'Usage: python3 calculator_client.py A B add|subtract|multiply|divide'
 
 class CalculatorClient(Node):
 
-    def __init__(self, **kwargs):
-        super().__init__('calculator_client', **kwargs)
+    def __init__(self):
+        super().__init__('calculator_client')
         self.client = self.create_client(Calculate, '/calculator')
 
     def call(self, a, b, operation, timeout_sec=5.0):
@@ -22,12 +21,13 @@ class CalculatorClient(Node):
             return None
         future = self.client.call_async(Calculate.Request(a=a, b=b, operation=operation))
         rclpy.spin_until_future_complete(self, future, timeout_sec=timeout_sec)
-        return future.result() if future.done() else None
+        return future.result()
 
 
 def main(args=None):
+    """Print the result, or why there is none; return the exit status."""
     try:
-        _, a, b, operation = remove_ros_args(args=sys.argv if args is None else args)
+        _, a, b, operation = remove_ros_args(args)
         a, b = float(a), float(b)
     except ValueError:
         print(USAGE)
@@ -36,7 +36,7 @@ def main(args=None):
     node = CalculatorClient()
     try:
         response = node.call(a, b, operation)
-    except (KeyboardInterrupt, ExternalShutdownException):
+    except KeyboardInterrupt:
         return 130
     finally:
         node.destroy_node()

@@ -1,38 +1,37 @@
 """A service server that adds, subtracts, multiplies and divides."""
-import operator
-
 import rclpy
 from calculator_interfaces.srv import Calculate
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 
-OPERATIONS = {
-    'add': operator.add,
-    'subtract': operator.sub,
-    'multiply': operator.mul,
-    'divide': operator.truediv,
-}
-
 
 class CalculatorServer(Node):
 
-    def __init__(self, **kwargs):
-        super().__init__('calculator_server', **kwargs)
+    def __init__(self):
+        super().__init__('calculator_server')
         self.srv = self.create_service(Calculate, '/calculator', self.calculate)
         self.get_logger().info('Calculator ready')
 
     def calculate(self, request, response):
+        """Compute, or say why not: success is False and message tells the caller the reason."""
         self.get_logger().info(f'Request: {request.operation} a={request.a} b={request.b}')
-        if request.operation not in OPERATIONS:
-            response.message = f"Unknown operation '{request.operation}': use one of {', '.join(OPERATIONS)}"
-        elif request.operation == 'divide' and request.b == 0.0:
+        response.success = True
+        if request.operation == 'add':
+            response.result = request.a + request.b
+        elif request.operation == 'subtract':
+            response.result = request.a - request.b
+        elif request.operation == 'multiply':
+            response.result = request.a * request.b
+        elif request.operation != 'divide':
+            response.success = False
+            response.message = f"Unknown operation '{request.operation}': use add, subtract, multiply or divide"
+        elif request.b == 0.0:
+            response.success = False
             response.message = 'Division by zero'
         else:
-            response.result = OPERATIONS[request.operation](request.a, request.b)
-            response.success = True
-            response.message = 'OK'
+            response.result = request.a / request.b
         self.get_logger().info(
-            f'Response: result={response.result} success={response.success} message={response.message}')
+            f'Response: result={response.result} success={response.success} {response.message}')
         return response
 
 

@@ -1,0 +1,148 @@
+"""`course doctor`: can a student work here, and could an instructor grade here?"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+INSTALL = "run environment/install"
+
+
+@dataclass(frozen=True)
+class Check:
+    """One line of the table: `test` returns what was found, or raises; `cure` says what to do then."""
+
+    title: str
+    test: Callable[[], str]
+    cure: str
+    student: bool = True
+
+
+def interpreter() -> str:
+    version = ".".join(map(str, sys.version_info[:3]))
+    if not (3, 11) <= sys.version_info[:2] <= (3, 13):
+        raise RuntimeError(f"Python {version}")
+    return f"Python {version} in {sys.prefix}"
+
+
+def client_library() -> str:
+    from . import environment
+    environment.prepare()
+    import rclpy
+    return f"rclpy in {Path(rclpy.__file__).parent}" + (" (a sourced ROS 2)" if environment.sourced() else "")
+
+
+def middleware() -> str:
+    from rclpy.utilities import get_rmw_implementation_identifier
+    return get_rmw_implementation_identifier()
+
+
+def interfaces() -> str:
+    from course_interfaces.action import Fibonacci
+    from example_interfaces.srv import AddTwoInts
+    if Fibonacci.Feedback().get_fields_and_field_types() != {"partial_sequence": "sequence<int32>"}:
+        raise RuntimeError("course_interfaces/action/Fibonacci is not the chapter's")
+    return f"{AddTwoInts.__module__.split('.')[0]}, {Fibonacci.__module__.split('.')[0]}"
+
+
+def build() -> str:
+    from .interfaces import build as build_interface
+    with tempfile.TemporaryDirectory() as cache:
+        build_interface("doctor_interfaces", {"Ping.srv": "int32 a\n---\nint32 b\n"}, cache=Path(cache), use=False)
+    return "a .srv was compiled"
+
+
+def round_trip() -> str:
+    from example_interfaces.srv import AddTwoInts
+    from rclpy.node import Node
+
+    from .session import Session
+
+    class Adder(Node):
+        def __init__(self):
+            super().__init__("doctor_adder")
+            self.create_service(AddTwoInts, "doctor_add", self.add)
+
+        def add(self, request, response):
+            response.sum = request.a + request.b
+            return response
+
+    session = Session()
+    try:
+        session.start(Adder)
+        total = session.call("doctor_add", AddTwoInts, a=2, b=3).sum
+    finally:
+        session.close()
+    if total != 5:
+        raise RuntimeError(f"2 + 3 gave {total}")
+    return f"2 + 3 = {total} over ROS domain {session.domain_id}"
+
+
+def kernel() -> str:
+    from jupyter_client.manager import start_new_kernel
+    manager, client = start_new_kernel(kernel_name="python3", startup_timeout=30, stderr=subprocess.DEVNULL)
+    try:
+        reply = client.execute_interactive("import course; course.live()", timeout=30, output_hook=lambda _: None)
+    finally:
+        client.stop_channels()
+        manager.shutdown_kernel(now=True)
+    if reply["content"]["status"] != "ok":
+        raise RuntimeError(f"{reply['content']['ename']}: {reply['content']['evalue']}")
+    return "a kernel started and held a live session"
+
+
+def bubblewrap() -> str:
+    program = shutil.which("bwrap")
+    if not program:
+        raise RuntimeError("bwrap is not installed")
+    return subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout.strip()
+
+
+def namespaces() -> str:
+    command = ["unshare", "-n"] if os.getuid() == 0 else ["unshare", "-Urn"]
+    inner = ("ip link set lo up && bwrap --ro-bind / / --dev /dev --proc /proc --unshare-user --unshare-pid "
+             "--unshare-ipc --unshare-uts true")
+    done = subprocess.run([*command, "sh", "-c", inner], capture_output=True, text=True, timeout=20)
+    if done.returncode:
+        raise RuntimeError(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else "refused")
+    return "network, user, process and IPC namespaces"
+
+
+CHECKS = (
+    Check("interpreter", interpreter, "install Python 3.11, 3.12 or 3.13, then " + INSTALL),
+    Check("ROS 2 client library", client_library, INSTALL),
+    Check("middleware", middleware, INSTALL),
+    Check("interface packages", interfaces, INSTALL + "; it builds them with g++"),
+    Check("building a .srv", build, "install g++ and python3-dev, then " + INSTALL),
+    Check("service round trip", round_trip, "allow UDP on the loopback interface; unset ROS_DOMAIN_ID and RMW_* settings"),
+    Check("notebook kernel", kernel, INSTALL + "; remove a 'python3' kernel of your own: jupyter kernelspec list"),
+    Check("bubblewrap", bubblewrap, "install bubblewrap (for grading only)", student=False),
+    Check("namespaces", namespaces,
+          "allow user namespaces: sysctl kernel.unprivileged_userns_clone=1, "
+          "or kernel.apparmor_restrict_unprivileged_userns=0 on Ubuntu (for grading only)", student=False),
+)
+
+
+def report(checks: tuple[Check, ...] = CHECKS, console: Console | None = None) -> int:
+    """Run the checks and print a table; 1 if a student could not work, else 0."""
+    table = Table(title="course doctor")
+    table.add_column("")
+    table.add_column("check")
+    table.add_column("found, or what to do", overflow="fold")
+    failed = False
+    for check in checks:
+        try:
+            table.add_row("[green]ok[/]", check.title, check.test())
+        except Exception as error:
+            failed |= check.student
+            line = str(error).strip().splitlines() or [type(error).__name__]
+            table.add_row("[red]no[/]" if check.student else "[yellow]no[/]", check.title, f"{line[0]}: {check.cure}")
+    (console or Console()).print(table)
+    return int(failed)
