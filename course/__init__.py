@@ -5,3 +5,10 @@ def live():
     """The kernel's live session (`course.session.Session`), made at the first call; adds the `%%exercise` magic."""
     from .session import live as session  # here, so that the pure-Python parts of the course load no ROS
     return session()
+
+
+def __getattr__(name: str):
+    if name in ("CallTimeout", "LiveError"):
+        from . import session
+        return getattr(session, name)
+    raise AttributeError(f"module 'course' has no attribute '{name}'")

@@ -61,6 +61,13 @@ class LogBook:
         return Logs(Entry(LEVELS.get(log.level, str(log.level)), log.name, log.msg) for log in logs
                     if node is None or log.name == node.lstrip("/"))
 
+    def forget(self, node: str) -> None:
+        """Drop the entries of `node`."""
+        with self._changed:
+            kept = [m for m in self._messages if deserialize_message(m, Log).name != node]
+            self._messages.clear()
+            self._messages.extend(kept)
+
     def wait_for(self, text: str, node: str | None = None, timeout: float = 5.0) -> bool:
         """Wait until a line (of `node`) that contains `text` is there; False after `timeout` s."""
         with self._changed:

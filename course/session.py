@@ -98,6 +98,7 @@ class LiveNode:
         self._session, self._spinner = session, spinner
         self.node = spinner.node
         self.name = self.node.get_name()
+        self.nodes = [self.node.get_fully_qualified_name()]
 
     @property
     def alive(self) -> bool:
@@ -189,7 +190,7 @@ class Session:
             raise LiveError(f"start() takes a Node class or the path of a Python file, not {type(what).__name__}")
         for handle in list(self._handles.values()):
             if isinstance(handle, LiveNode) and type(handle.node).__name__ == what.__name__:
-                self.stop(handle.name)
+                self._replace(handle.name)
         cls = _in_context(what, self.context, arguments)
         node = cls.__new__(cls)
         try:
@@ -198,15 +199,23 @@ class Session:
             if hasattr(node, "_Node__node"):
                 node.destroy_node()
             raise
-        self.stop(node.get_name())
+        self._replace(node.get_name())
         handle = LiveNode(self, Spinner(node, threads))
         self._handles[handle.name] = handle
         return handle
 
+    def _replace(self, name: str) -> None:
+        """Make room for a node, or a file's process, of this name."""
+        handle = self._handles.get(name)
+        if handle is not None:
+            self.stop(name)
+            for node in handle.nodes:
+                self._book.forget(node.rpartition("/")[2])
+
     def _start_file(self, path: Path, arguments: list[str], timeout: float) -> NodeProcess:
         if not path.is_file():
             raise LiveError(f"there is no file {path}")
-        self.stop(path.name)
+        self._replace(path.name)
         before = self._all_nodes()
         process = NodeProcess(path, arguments)
         self._handles[process.name] = process
@@ -226,17 +235,22 @@ class Session:
             handle = self._handles.pop(key, None)
             if handle is None:
                 continue
-            names = [f"/{handle.name}"] if isinstance(handle, LiveNode) else handle.nodes
             handle._end()
             if not self._closed:  # a call made next must not meet the old one
-                self._until(lambda names=names: not set(names) & set(self._all_nodes()), 2.0)
+                self._until(lambda names=handle.nodes: not set(names) & set(self._all_nodes()), 2.0)
 
     def nodes(self) -> list[str]:
         """The full names of the nodes in this session's domain, hidden ones left out."""
         return sorted(name for name in self._all_nodes() if not name.rpartition("/")[2].startswith("_"))
 
-    def logs(self, name: str | None = None) -> Logs:
-        """What the node called `name`, or every node, has logged."""
+    def logs(self, name: str | None = None, *, until: str | None = None, timeout: float = 2.0) -> Logs:
+        """What the node called `name`, or every node, has logged since it was started.
+
+        A log line travels on its own, and may come after the response it tells of: with `until` this waits, at most
+        `timeout` s, for a line that contains that text.
+        """
+        if until is not None:
+            self._book.wait_for(until, name, timeout)
         return self._book.read(name)
 
     # Calls

@@ -52,7 +52,10 @@ class Built:
                 for name, folder in (("PYTHONPATH", self.site_packages), ("AMENT_PREFIX_PATH", self.prefix))}
 
     def use(self) -> None:
-        """Make the package importable here and in child processes, in the place of an earlier build of the same name."""
+        """Make the package importable here and in child processes, in the place of an earlier build of the same name.
+
+        Nodes in this process that use the earlier build's classes must be started again.
+        """
         sys.path[:] = [str(self.site_packages), *self._others(sys.path)]
         base = {name: os.pathsep.join(self._others(os.environ.get(name, "").split(os.pathsep)))
                 for name in ("PYTHONPATH", "AMENT_PREFIX_PATH")}

@@ -1,0 +1,179 @@
+"""Interface packages: the released types, and a student's own definition built at run time."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from course import environment
+from course.interfaces import InterfaceError, build, parse
+from course.interfaces.install import PACKAGES, provided_elsewhere
+
+CALCULATE = (Path(__file__).parents[2] / "solutions/calculator/Calculate.srv").read_text()
+
+# `ros2 interface show` of the released Jazzy packages has these RIHS01 hashes (REP 2016).
+RELEASED = {
+    "srv/AddTwoInts": "RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a",
+    "action/Fibonacci": "RIHS01_9508051da1ea4658de144b09bd0690ff3de52104683d847aed764d2915906f51",
+}
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory):
+    return tmp_path_factory.mktemp("cache")
+
+
+@pytest.mark.parametrize("name", RELEASED)
+def test_example_interfaces_talk_to_released_nodes(name):
+    file = Path(sys.prefix) / "share/example_interfaces" / f"{name}.json"
+    if not file.exists():
+        pytest.skip("a sourced ROS 2 provides example_interfaces")
+    hashes = {entry["type_name"]: entry["hash_string"] for entry in json.loads(file.read_text())["type_hashes"]}
+    assert hashes[f"example_interfaces/{name}"] == RELEASED[name]
+
+
+def test_course_fibonacci_has_the_chapters_feedback():
+    from course_interfaces.action import Fibonacci
+    assert Fibonacci.Feedback.get_fields_and_field_types() == {"partial_sequence": "sequence<int32>"}
+
+
+def test_a_sourced_installation_wins(tmp_path, monkeypatch):
+    (tmp_path / "share/example_interfaces").mkdir(parents=True)
+    (tmp_path / "share/example_interfaces/package.xml").touch()
+    monkeypatch.setenv("AMENT_PREFIX_PATH", f"{tmp_path}:{sys.prefix}")
+    assert [package for package in PACKAGES if provided_elsewhere(package)] == ["example_interfaces"]
+
+
+def run(code: str, cache: Path) -> str:
+    """Run `code` in an interpreter of its own, as a kernel would: importing a build changes the process."""
+    done = subprocess.run([sys.executable, "-c", code, str(cache)], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_a_build_is_importable_at_once_and_by_children(cache):
+    out = run(f"""
+import subprocess, sys
+from pathlib import Path
+from course.interfaces import build
+build("calculator_interfaces", {{"Calculate.srv": {CALCULATE!r}}}, cache=Path(sys.argv[1]))
+from calculator_interfaces.srv import Calculate
+print(Calculate.Request(a=1.0, operation="add"))
+child = "from calculator_interfaces.srv import Calculate; print(Calculate.Response(success=True))"
+print(subprocess.run([sys.executable, "-c", child], capture_output=True, text=True, check=True).stdout)
+""", cache)
+    assert "Calculate_Request(a=1.0, b=0.0, operation='add')" in out
+    assert "Calculate_Response(result=0.0, success=True, message='')" in out
+
+
+def test_an_edited_definition_replaces_the_loaded_one(cache):
+    out = run("""
+import sys
+from pathlib import Path
+from course.interfaces import build
+from course.session import Session
+build("edited", {"Ask.srv": "int32 a\\n---\\nint32 b\\n"}, cache=Path(sys.argv[1]))
+from edited.srv import Ask
+session = Session()
+def double(request, response):
+    response.b = 2 * request.a
+    return response
+session.node.create_service(Ask, "old", double)
+print(session.call("old", Ask, a=21).b)
+build("edited", {"Ask.srv": "string question\\n---\\nstring answer\\n"}, cache=Path(sys.argv[1]))
+from edited.srv import Ask
+def shout(request, response):
+    response.answer = request.question.upper()
+    return response
+session.node.create_service(Ask, "new", shout)
+print(session.call("new", Ask, question="why").answer)
+session.close()
+""", cache)
+    assert out.split() == ["42", "WHY"]
+
+
+def test_messages_actions_and_types_of_other_packages_are_carried(cache):
+    out = run("""
+import sys
+from pathlib import Path
+from course.interfaces import build
+from course.session import Session
+build("mixed", {"Pair.msg": "geometry_msgs/Point left\\nfloat64[3] right\\n",
+                "Swap.srv": "Pair[] pairs\\n---\\nint32 count\\n",
+                "Count.action": "int32 to\\n---\\nstd_msgs/Header header\\n---\\nint32[] seen\\n"}, cache=Path(sys.argv[1]))
+from mixed.msg import Pair
+from mixed.srv import Swap
+from mixed.action import Count
+from rclpy.action import ActionServer
+session = Session()
+ActionServer(session.node, Count, "count", lambda goal: Count.Result())
+def count(request, response):
+    response.count = len(request.pairs)
+    return response
+session.node.create_service(Swap, "swap", count)
+print(session.call("swap", Swap, pairs=[Pair(), Pair()]).count, Count.Feedback())
+session.close()
+""", cache)
+    assert out.strip() == "2 mixed.action.Count_Feedback(seen=[])"
+
+
+def test_the_same_definition_is_compiled_once(cache, monkeypatch):
+    build("once", {"A.srv": "int32 a\n---\n"}, cache=cache, use=False)
+    monkeypatch.setattr("course.interfaces.builder._build", lambda *args: pytest.fail("compiled again"))
+    build("once", {"A.srv": "int32 a\n---\n"}, cache=cache, use=False)
+
+
+def test_the_cache_is_keyed_by_content(cache):
+    first = build("keyed", {"A.srv": "int32 a\n---\n"}, cache=cache, use=False)
+    second = build("keyed", {"A.srv": "int64 a\n---\n"}, cache=cache, use=False)
+    assert first.prefix != second.prefix
+
+
+@pytest.mark.parametrize(("name", "text", "says"), [
+    ("A.srv", "float a\n---\n", "A.srv, line 1: there is no type 'float'; did you mean float32 or float64?"),
+    ("A.srv", "float64 a\nstring\n---\n", "A.srv, line 2: a field is a type and a name"),
+    ("A.srv", "float64 a\n", "needs 1 line '---' between request and response; this one has 0"),
+    ("A.action", "int32 a\n---\n", "needs 2 lines '---'"),
+    ("A.srv", "---\n\nint32 a, b\n", "A.srv, line 3"),
+    ("A.srv", "int32 a\nint64 a\n---\n", "A.srv, line 2: there is a field 'a' already"),
+    ("A.srv", "int32 Upper\n---\n", "A.srv, line 1: 'Upper' is an invalid field name"),
+    ("A.msg", "int8 a 300\n", "A.msg, line 1"),
+    ("A.msg", "Missing a\n", "there is no Missing.msg beside it"),
+    ("A.msg", "nowhere_msgs/Thing a\n", "no installed package has a message nowhere_msgs/Thing"),
+    ("a.srv", "---\n", "must begin with a capital"),
+    ("A.txt", "", "must end in .msg, .srv or .action"),
+])
+def test_a_wrong_definition_is_one_readable_message(name, text, says, cache):
+    with pytest.raises(InterfaceError) as raised:
+        build("my_package", {name: text}, cache=cache, use=False)
+    assert says in str(raised.value)
+    assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("package", ["My_Package", "a-b", "", "../up", "a__b"])
+def test_a_wrong_package_name_is_refused(package, cache):
+    with pytest.raises(InterfaceError, match="package"):
+        build(package, {"A.srv": "---\n"}, cache=cache, use=False)
+
+
+def test_a_file_that_is_not_there_is_named(cache):
+    with pytest.raises(InterfaceError, match=r"cannot read .*Nowhere\.srv"):
+        build("my_package", [Path("Nowhere.srv")], cache=cache, use=False)
+
+
+def test_parse_tells_fields_types_and_order():
+    sections = parse(CALCULATE, "Calculate.srv").sections
+    assert [[(f.type, f.name) for f in section] for section in sections] == [
+        [("float64", "a"), ("float64", "b"), ("string", "operation")],
+        [("float64", "result"), ("bool", "success"), ("string", "message")]]
+
+
+def test_prepare_keeps_what_the_user_set(monkeypatch):
+    monkeypatch.setenv("FASTRTPS_DEFAULT_PROFILES_FILE", "/their/own.xml")
+    monkeypatch.setenv("AMENT_PREFIX_PATH", "/opt/ros/jazzy")
+    environment.prepare()
+    import os
+    assert os.environ["FASTRTPS_DEFAULT_PROFILES_FILE"] == "/their/own.xml"
+    assert os.environ["AMENT_PREFIX_PATH"].split(":") == ["/opt/ros/jazzy", sys.prefix]

@@ -1,0 +1,312 @@
+"""The live session: nodes in the kernel and beside it, replaced, called, ended, and nothing left behind."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from course.session import CallTimeout, LiveError, Session
+
+from example_interfaces.srv import AddTwoInts
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+SERVER = '''
+import sys
+import rclpy
+from example_interfaces.srv import AddTwoInts
+from rclpy.node import Node
+
+def main(args=None):
+    rclpy.init(args=args)
+    node = Node('file_server')
+    node.declare_parameter('extra', 0)
+    def add(request, response):
+        response.sum = request.a + request.b + node.get_parameter('extra').value
+        return response
+    node.create_service(AddTwoInts, 'file_add', add)
+    print('arguments', sys.argv[1:2])
+    try:
+        rclpy.spin(node)
+    except BaseException:
+        pass
+
+main()
+'''
+
+
+class Adder(Node):
+    """As the chapter writes it: no keyword passes the context on."""
+
+    def __init__(self):
+        super().__init__("adder")
+        self.declare_parameter("extra", 0)
+        self.create_service(AddTwoInts, "add", self.add)
+
+    def add(self, request, response):
+        response.sum = request.a + request.b + self.get_parameter("extra").value
+        self.get_logger().info(f"sum {response.sum}")
+        return response
+
+
+@pytest.fixture
+def session():
+    session = Session()
+    yield session
+    session.close()
+
+
+@pytest.fixture
+def server(tmp_path):
+    path = tmp_path / "server.py"
+    path.write_text(SERVER)
+    return path
+
+
+def test_a_class_without_keywords_runs_in_the_private_context(session):
+    handle = session.start(Adder)
+    assert handle.alive and session.nodes() == ["/adder"]
+    assert session.call("add", AddTwoInts, a=2, b=3).sum == 5
+
+
+def test_parameters_are_overridden_at_the_start(session, server):
+    session.start(Adder, parameters={"extra": 10})
+    assert session.call("add", AddTwoInts, a=2, b=3).sum == 15
+    session.start(server, "word", parameters={"extra": 20})
+    assert session.call("file_add", AddTwoInts, a=2, b=3).sum == 25
+
+
+def test_starting_again_leaves_one_node_and_the_new_answer(session):
+    for extra in range(3):
+        session.start(Adder, parameters={"extra": extra})
+        assert session.call("add", AddTwoInts, a=0, b=0).sum == extra
+    assert session.nodes() == ["/adder"]
+    assert session.node.count_services("/add") == 1
+
+
+def test_another_class_of_the_same_node_name_replaces_it(session):
+    class Other(Node):
+        def __init__(self):
+            super().__init__("adder")
+
+    first = session.start(Adder)
+    session.start(Other)
+    assert session.nodes() == ["/adder"] and not first.alive
+
+
+def test_a_constructor_that_fails_leaves_no_node(session):
+    class Broken(Node):
+        def __init__(self):
+            super().__init__("broken")
+            raise ValueError("no sensor")
+
+    with pytest.raises(ValueError, match="no sensor"):
+        session.start(Broken)
+    assert session._until(lambda: session.nodes() == [], 2.0)
+
+
+def test_a_file_runs_in_its_own_process(session, server):
+    process = session.start(server, "word")
+    assert process.nodes == ["/file_server"]
+    assert session.call("file_add", AddTwoInts, a=2, b=3).sum == 5
+    process = session.start(server, "word")
+    assert session.nodes() == ["/file_server"]
+    assert session.call("file_add", AddTwoInts, a=2, b=3).sum == 5
+    session.stop("server.py")
+    assert not process.alive and session.nodes() == []
+    assert process.output == "arguments ['word']"
+
+
+def test_a_file_that_ends_at_once_says_why(session, tmp_path):
+    path = tmp_path / "broken.py"
+    path.write_text("import nothing_of_this_name\n")
+    with pytest.raises(LiveError, match=r"(?s)exit status 1 .*No module named 'nothing_of_this_name'"):
+        session.start(path)
+
+
+def test_a_file_without_a_node_is_ended_in_time(session, tmp_path):
+    path = tmp_path / "idle.py"
+    path.write_text("import threading\nthreading.Event().wait()\n")
+    with pytest.raises(CallTimeout, match="created no node"):
+        session.start(path, timeout=1.0)
+
+
+@pytest.mark.parametrize(("what", "says"), [("nowhere.py", "there is no file"), (3, "takes a Node class")])
+def test_what_cannot_be_started_is_named(session, what, says):
+    with pytest.raises(LiveError, match=says):
+        session.start(what)
+
+
+def test_calls_end_in_time_and_say_what_is_missing(session):
+    class Silent(Node):
+        def __init__(self):
+            super().__init__("silent")
+            self.create_service(Trigger, "silent", lambda request, response: released.wait(20) and response)
+
+    released = threading.Event()
+    with pytest.raises(CallTimeout, match="no server for /nobody within 0.2 s"):
+        session.call("/nobody", Trigger, timeout=0.2)
+    session.start(Silent)
+    with pytest.raises(CallTimeout, match="did not answer within 0.3 s"):
+        session.call("silent", Trigger, timeout=0.3)
+    released.set()
+
+
+def test_a_wrong_field_names_the_right_ones_and_harms_nothing(session):
+    with pytest.raises(LiveError, match=r"no request field 'c': it has a \(int64\), b \(int64\)"):
+        session.call("add", AddTwoInts, c=1)
+    with pytest.raises(LiveError, match="AddTwoInts.a is a int64"):
+        session.call("add", AddTwoInts, a="two")
+
+
+def test_a_callback_that_raises_is_kept_and_the_node_goes_on(session):
+    class Careless(Node):
+        def __init__(self):
+            super().__init__("careless")
+            self.create_service(AddTwoInts, "careless", self.divide)
+
+        def divide(self, request, response):
+            response.sum = request.a // request.b
+            return response
+
+    handle = session.start(Careless)
+    with pytest.raises(CallTimeout):
+        session.call("careless", AddTwoInts, a=1, b=0, timeout=0.5)
+    assert [type(error) for error in handle.errors] == [ZeroDivisionError]
+    assert session.call("careless", AddTwoInts, a=8, b=4).sum == 2
+
+
+def test_a_node_that_blocks_for_ever_blocks_only_itself_and_can_be_stopped(session):
+    class Relay(Node):
+        def __init__(self):
+            super().__init__("relay")
+            self.adder = self.create_client(AddTwoInts, "add")
+            self.create_service(AddTwoInts, "relay", self.relay)
+
+        def relay(self, request, response):
+            return self.adder.call(request)  # the executor that should bring the answer is waiting here
+
+    session.start(Adder)
+    relay = session.start(Relay)
+    with pytest.raises(CallTimeout):
+        session.call("relay", AddTwoInts, a=1, b=2, timeout=0.5)
+    assert session.call("add", AddTwoInts, a=1, b=2).sum == 3
+    relay.stop()
+    assert not relay.alive and session.nodes() == ["/adder"]
+
+
+def test_several_threads_let_a_callback_call(session):
+    from rclpy.callback_groups import ReentrantCallbackGroup
+
+    class Relay(Node):
+        def __init__(self):
+            super().__init__("relay")
+            group = ReentrantCallbackGroup()
+            self.adder = self.create_client(AddTwoInts, "add", callback_group=group)
+            self.create_service(AddTwoInts, "relay", lambda request, response: self.adder.call(request),
+                                callback_group=group)
+
+    session.start(Adder)
+    session.start(Relay, threads=3)
+    assert session.call("relay", AddTwoInts, a=1, b=2).sum == 3
+
+
+def test_logs_are_kept_by_node_and_begin_anew_with_it(session):
+    session.start(Adder)
+    session.call("add", AddTwoInts, a=1, b=2)
+    assert "[INFO] [adder]: sum 3" in str(session.logs("adder", until="sum 3"))
+    session.start(Adder)
+    assert "sum 3" not in str(session.logs("adder"))
+
+
+def test_logs_are_escaped_in_the_notebook(session):
+    class Shouting(Node):
+        def __init__(self):
+            super().__init__("shouting")
+            self.get_logger().info("<script>alert(1)</script>")
+
+    session.start(Shouting)
+    shown = session.logs("shouting", until="script")._repr_html_()
+    assert "<script>" not in shown and "&lt;script&gt;" in shown
+
+
+def test_two_sessions_do_not_meet(session):
+    session.start(Adder)
+    saved = os.environ.pop("ROS_DOMAIN_ID")
+    other = Session()
+    try:
+        assert other.domain_id != session.domain_id
+        with pytest.raises(CallTimeout):
+            other.call("add", AddTwoInts, a=1, b=2, timeout=0.5)
+    finally:
+        other.close()
+        os.environ["ROS_DOMAIN_ID"] = saved
+
+
+def test_closing_leaves_no_thread_and_no_process(server):
+    before = set(threading.enumerate())
+    session = Session()
+    session.start(Adder)
+    session.start(Adder, threads=3)
+    process = session.start(server)
+    session.close()
+    session.close()
+    assert set(threading.enumerate()) == before
+    assert not process.alive
+    with pytest.raises(LiveError, match="course.live"):
+        session.call("add", AddTwoInts, a=1, b=2)
+
+
+def child(code: str) -> subprocess.Popen:
+    return subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def gone(pid: int, timeout: float = 5.0) -> bool:
+    deadline = time.monotonic() + timeout
+    while Path(f"/proc/{pid}").exists() and "Z" not in Path(f"/proc/{pid}/stat").read_text().split(")")[1][:3]:
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.02)
+    return True
+
+
+@pytest.mark.parametrize("end", ["import os; os.kill(os.getpid(), 9)", "", "raise SystemExit(3)"])
+def test_however_the_kernel_ends_its_processes_end_with_it(end, server):
+    process = child(f"""
+import course, sys
+ros = course.live()
+node = ros.start({str(server)!r})
+print(node._popen.pid, flush=True)
+{end}
+""")
+    pid = int(process.stdout.readline())
+    process.communicate(timeout=20)
+    assert gone(pid)
+    assert process.returncode == {"": 0, "raise SystemExit(3)": 3}.get(end, -signal.SIGKILL)
+
+
+def test_an_interrupted_cell_does_not_kill_the_session(server):
+    """Jupyter interrupts the kernel's whole process group."""
+    process = subprocess.Popen([sys.executable, "-c", f"""
+import course, threading
+from example_interfaces.srv import AddTwoInts
+ros = course.live()
+ros.start({str(server)!r})
+for attempt in range(3):
+    try:
+        print("waiting", flush=True)
+        threading.Event().wait(20)
+    except KeyboardInterrupt:
+        print(ros.call("file_add", AddTwoInts, a=attempt, b=1).sum, flush=True)
+"""], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    for attempt in range(3):
+        assert process.stdout.readline() == "waiting\n"
+        os.killpg(process.pid, signal.SIGINT)
+        assert process.stdout.readline() == f"{attempt + 1}\n"
+    _, errors = process.communicate(timeout=20)
+    assert process.returncode == 0 and not errors
