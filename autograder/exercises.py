@@ -1,0 +1,88 @@
+"""What is known of an exercise before anything runs: the folder `hidden/NAME` with `exercise.toml` and `suite.py`.
+
+`exercise.toml` names the files handed in and the interface package; the suite's test functions carry their points in
+a decorator and their title in the docstring.  Both are read here without importing the suite, so that the coordinator
+knows which verdicts must come back whatever happens in the worker.
+"""
+
+import ast
+import re
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+HIDDEN = Path(__file__).parent / "hidden"
+
+
+class UnknownExercise(LookupError):
+    """There is no hidden suite of that name."""
+
+
+@dataclass(frozen=True)
+class Test:
+    """A hidden test as the student may know it."""
+
+    __test__ = False  # not one of pytest's own
+    id: str
+    title: str
+    points: float
+
+
+@dataclass(frozen=True)
+class Exercise:
+    """One exercise of the course."""
+
+    name: str
+    title: str
+    files: tuple[str, ...]  # handed in
+    package: str  # of the interfaces that lie beside the suite, or ""
+    time_limit: float  # s, for all tests together
+    early: dict[str, list[str]]  # runs to begin before all else
+    tests: tuple[Test, ...]
+
+    @property
+    def folder(self) -> Path:
+        """Where the suite and the reference interfaces are."""
+        return HIDDEN / self.name
+
+    @property
+    def interfaces(self) -> list[Path]:
+        """The reference definitions of `package`."""
+        return sorted(p for p in self.folder.iterdir() if p.suffix in (".msg", ".srv", ".action"))
+
+    @property
+    def max_score(self) -> float:
+        """The points of all tests together."""
+        return sum(test.points for test in self.tests)
+
+
+def names() -> list[str]:
+    """The exercises that have a hidden suite."""
+    return sorted(file.parent.name for file in HIDDEN.glob("*/exercise.toml"))
+
+
+@cache
+def load(name: str) -> Exercise:
+    """Read the exercise `name`; raises UnknownExercise when there is none."""
+    if name not in names():
+        raise UnknownExercise(f"there is no exercise '{name}'; there are: {', '.join(names())}")
+    description = tomllib.loads((HIDDEN / name / "exercise.toml").read_text(encoding="utf-8"))
+    return Exercise(name=name, title=description["title"], files=tuple(description["files"]),
+                    package=description.get("package", ""), time_limit=float(description["time_limit"]),
+                    early=description.get("early", {}), tests=tuple(_tests(HIDDEN / name / "suite.py")))
+
+
+def _tests(suite: Path) -> list[Test]:
+    """The test functions of `suite`, in order, with the points of their `@points(N)` and their docstring's title."""
+    found = []
+    for function in ast.parse(suite.read_text(encoding="utf-8")).body:
+        if not isinstance(function, ast.FunctionDef) or not function.name.startswith("test_"):
+            continue
+        points = [decorator.args[0].value for decorator in function.decorator_list
+                  if isinstance(decorator, ast.Call) and getattr(decorator.func, "id", "") == "points"]
+        title = re.sub(r"\s+", " ", ast.get_docstring(function) or "").rstrip(".")
+        if len(points) != 1 or not title:
+            raise ValueError(f"{suite}: {function.name} needs one @points(N) and a docstring, its title")
+        found.append(Test(function.name, title, points[0]))
+    return found

@@ -1,0 +1,36 @@
+"""The student's programs, all started before the first test waits for any of them."""
+
+import pytest
+
+from autograder.hidden.calculator.conversation import Calculator, Counterpart
+
+
+@pytest.fixture(scope="session")
+def calculator(grading) -> Calculator:
+    """The student's server, running."""
+    calculator = Calculator(grading)
+    calculator.begin()
+    return calculator
+
+
+@pytest.fixture(scope="session")
+def runs(grading) -> dict:
+    """The client's runs, by what each is about."""
+    rng = grading.random("client")
+    a, b = (rng.choice([-1, 1]) * (rng.randrange(10, 900) + rng.choice([0.25, 0.5, 0.75])) for _ in "ab")
+    sent = (str(a), str(b), rng.choice(["subtract", "multiply", "divide"]))
+    result = rng.randrange(10_000, 90_000) + 0.5
+    reason = " ".join("".join(rng.choices("bdfgklmnprstvz", k=7)) for _ in range(2))
+    answering = Counterpart(grading, result=result, success=True, message="")
+    refusing = Counterpart(grading, result=0.0, success=False, message=reason)
+    return {
+        "answered": (answering.run(*sent), sent, answering.requests, result),
+        "refused": (refusing.run("6", "7", sent[2]), reason),
+        "too few": refusing.run(*["5"] * rng.randrange(3)),
+        "no number": refusing.run("seven", "2", "add"),
+    }
+
+
+@pytest.fixture(scope="session", autouse=True)
+def begun(calculator, runs):
+    """Have all programs start at once."""

@@ -1,0 +1,129 @@
+"""The grader's side of the conversation: a client for the student's server, and a server for the student's client."""
+
+import math
+import re
+from concurrent.futures import ThreadPoolExecutor
+
+from calculator_interfaces.srv import Calculate
+
+from autograder.faults import Crashed, Fault, TimedOut, Wrong
+from autograder.ros import Ros, wait_until
+from autograder.session import Run
+from autograder.talk import ANSWER, Server
+
+ANSWERS = {
+    "add": lambda a, b: a + b,
+    "subtract": lambda a, b: a - b,
+    "multiply": lambda a, b: a * b,
+    "divide": lambda a, b: a / b,
+}
+CLIENT = "calculator_client.py"
+PATIENCE = 10  # s that a client may take, with or without a server
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
+
+
+class Calculator(Server):
+    """The student's server."""
+
+    def __init__(self, grading):
+        super().__init__(grading, "calculator_server.py", "/calculator", Calculate)
+
+    def ask(self, a: float, operation: str, b: float):
+        """Its response."""
+        return self.call(Calculate.Request(a=a, b=b, operation=operation))
+
+    def expect(self, a: float, operation: str, b: float, about: str, tolerance: float) -> None:
+        """Its result must be right within `tolerance`; `about` tells the student what kind of numbers these are."""
+        response, right = self.ask(a, operation, b), ANSWERS[operation](a, b)
+        got = f"{operation} {a!r} {b!r}: expected {right!r}, got {response.result!r}, success={response.success}"
+        if not response.success:
+            raise Wrong(f"'{operation}' with {about}: success must be True when the operation can be done.", got)
+        if not math.isclose(response.result, right, rel_tol=0, abs_tol=tolerance):
+            raise Wrong(f"'{operation}' with {about}: result is not the right number.", got)
+
+    def expect_refusal(self, a: float, operation: str, b: float, about: str) -> None:
+        """It must refuse, and say why."""
+        response = self.ask(a, operation, b)
+        got = f"{operation!r} {a!r} {b!r}: got {response}"
+        if response.success:
+            raise Wrong(f"{about}: success must be False.", got)
+        if not response.message.strip():
+            raise Wrong(f"{about}: message must tell what is wrong; it is empty.", got)
+
+    def provoke(self, a: float, operation: str, b: float) -> str:
+        """The message of an answer that is judged elsewhere; empty when there is none."""
+        try:
+            return self.ask(a, operation, b).message
+        except Fault:
+            return ""
+
+    def answers(self, pairs: list[tuple[float, float]]) -> dict:
+        """What it answers with success to each pair and operation, right or wrong; there must be some."""
+        asked = [(a, operation, b) for a, b in pairs for operation in ANSWERS]
+        answers = {question: self.ask(*question) for question in asked}
+        answers = {question: response for question, response in answers.items() if response.success}
+        if not answers:
+            raise Wrong("The server answers no ordinary request with success True.")
+        return answers
+
+    def ask_from_two(self, questions: list[tuple[float, str, float]]) -> list[tuple]:
+        """Each question with its response, from two clients that ask at the same time in different order."""
+        self.up()
+        second = self.grading.enter(self.ros.domain)
+        client = second.node.create_client(Calculate, "/calculator")
+        wait_until(client.service_is_ready, self.grading.clock.allow(ANSWER))
+
+        def ask_all(ros, client, questions):
+            return [(question, self.ask_with(ros, client, *question)) for question in questions]
+
+        with ThreadPoolExecutor(2) as pool:
+            asked = [pool.submit(ask_all, self.ros, self.client, questions),
+                     pool.submit(ask_all, second, client, questions[::-1])]
+            return [answer for future in asked for answer in future.result()]
+
+    def ask_with(self, ros: Ros, client, a: float, operation: str, b: float):
+        """The response to another client; the program is not started again."""
+        limit = self.grading.clock.allow(ANSWER)
+        response = ros.call(client, Calculate.Request(a=a, b=b, operation=operation), limit, lambda: self.program.alive)
+        if response is not None:
+            return response
+        if self.program.alive:
+            raise TimedOut("With two clients at once, a request got no answer.")
+        raise Crashed(f"{self.file} died while two clients called it: {self.program.last_words()}.")
+
+
+class Counterpart:
+    """The grader's own /calculator for the student's client.  What it answers cannot be computed from the request."""
+
+    def __init__(self, grading, **response):
+        self._grading = grading
+        self._domain = grading.room()
+        self._response = Calculate.Response(**response)
+        self.requests: list = []
+        grading.enter(self._domain).node.create_service(Calculate, "/calculator", self._answer)
+
+    def run(self, *args: str) -> Run:
+        """A run of the student's client that can call this."""
+        return Run(self._grading, CLIENT, *args, domain=self._domain)
+
+    def _answer(self, request, _):
+        self.requests.append(request)
+        return self._response
+
+
+def finish(self, doing: str):
+        """The ended program; a traceback is not an answer to anybody."""
+        return finish(self._run, 10, doing)
+
+
+def finish(run: Run, doing: str):
+    """The ended client; raises TimedOut when it took too long, and Crashed when it died of an exception."""
+    program = run.finish(PATIENCE, doing)
+    if program.raised:
+        raise Crashed(f"{CLIENT} {doing} died: {program.last_words()}.")
+    return program
+
+
+def numbers(text: str) -> list[float]:
+    """The numbers in a text, 1,234.5 and 1_234.5 as one."""
+    return [float(token) for token in NUMBER.findall(re.sub(r"(?<=\d)[,_](?=\d{3})", "", text))]

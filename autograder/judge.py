@@ -1,0 +1,62 @@
+"""How a hidden test ends, and the pytest plugin that turns each end into a verdict.
+
+A test ends well, or raises a `Fault`: the student's program did wrong, died or did not answer.  Anything else that it
+raises is the grader's own failure, and no verdict.
+"""
+
+import traceback
+from collections.abc import Callable
+
+import pytest
+
+from .faults import Fault, TimedOut
+from .records import PASSED, Verdict
+
+GRADING = pytest.StashKey()
+
+
+def points(number: float) -> Callable:
+    """Mark a hidden test with its points; `exercises` reads them from the source."""
+    return pytest.mark.points(number)
+
+
+class Judge:
+    """The pytest plugin: reports one verdict a test, and stops at the first fault of the grader's own."""
+
+    def __init__(self, grading, report: Callable[[Verdict], None]):
+        """`grading` (a `session.Grading`) is what the suites' fixture of that name gives."""
+        self.grading = grading
+        self.report = report
+        self.fault = ""  # the grader's own, as a traceback
+        self._ends: dict[str, BaseException | None] = {}
+
+    def pytest_configure(self, config):
+        """Hand the grading to the suites, and know their one marker."""
+        config.stash[GRADING] = self.grading
+        config.addinivalue_line("markers", "points(number): what a test is worth")
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_setup(self, item):
+        """Start no test when the time is used up."""
+        if self.grading.clock.left <= 0:
+            raise TimedOut("Not tried: your programs were too slow in the tests before, and the time was used up.")
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(self, item, call):
+        """Judge by what the phases of a test raised."""
+        report = yield
+        if call.excinfo is not None and not self._ends.get(item.name):
+            self._ends[item.name] = call.excinfo.value
+        if call.when == "teardown":
+            self._conclude(item)
+        return report
+
+    def _conclude(self, item) -> None:
+        end = self._ends.pop(item.name, None)
+        if end is None:
+            self.report(Verdict(item.name, PASSED))
+        elif isinstance(end, Fault):
+            self.report(Verdict(item.name, end.outcome, end.message, end.detail))
+        else:
+            self.fault = "".join(traceback.format_exception(end))
+            item.session.shouldstop = "the grader itself failed"

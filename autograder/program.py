@@ -1,0 +1,173 @@
+"""A student's program while it runs: what it prints, how it ends, and its end when it takes too much."""
+
+import contextlib
+import os
+import re
+import signal
+import subprocess
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+KEPT = 1 << 20  # bytes of output that are kept: the first and the last half of it
+FLOOD = 64 << 20  # bytes of output after which a program is stopped
+GLANCE = 0.1  # s between two looks at the memory
+
+
+class SandboxError(RuntimeError):
+    """The sandbox itself failed: no fault of the student's program."""
+
+
+class Program:
+    """A running program.  `stopped` tells why the grader ended it, or is empty."""
+
+    def __init__(self, name: str, command: list[str], *, memory: int, status: int | None, pass_fds=(), **options):
+        """Start `command`; `status` is where bubblewrap reports that it has started the program itself."""
+        self.name = name
+        self.stopped = ""
+        self._head, self._tail, self._total = bytearray(), bytearray(), 0
+        self._news = threading.Condition()
+        self._status = status
+        self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                         stderr=subprocess.STDOUT, start_new_session=True, pass_fds=pass_fds, **options)
+        self.started = self._ended = time.monotonic()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+        threading.Thread(target=self._watch_memory, args=(memory,), daemon=True).start()
+
+    @property
+    def alive(self) -> bool:
+        """Whether it runs still."""
+        return self._process.poll() is None
+
+    @property
+    def exit_status(self) -> int | None:
+        """What it ended with, as a shell tells it (128 + signal), or None."""
+        code = self._process.poll()
+        return code if code is None or code >= 0 else 128 - code
+
+    @property
+    def output(self) -> str:
+        """What it has printed, stdout and stderr in order; the middle is left out when it is long."""
+        with self._news:
+            return (bytes(self._head) + bytes(self._tail)).decode(errors="replace")
+
+    def wait(self, timeout: float) -> bool:
+        """Wait until it has ended and all it printed is read; False when it runs still after `timeout` s."""
+        try:
+            self._process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            return False
+        self._reader.join(2)
+        if self._status is not None:
+            report = os.read(self._status, 4096)
+            os.close(self._status)
+            self._status = None
+            if b"child-pid" not in report and not self.stopped:
+                raise SandboxError(f"bubblewrap did not start {self.name}: {self.output.strip()[-500:]}")
+        return True
+
+    def wait_for_output(self, wanted: Callable[[str], bool], timeout: float) -> bool:
+        """Wait until `wanted(output)`; False when that has not come within `timeout` s or the program has ended."""
+        deadline = time.monotonic() + timeout
+        while not wanted(self.output):
+            left = deadline - time.monotonic()
+            if left <= 0 or not self._reader.is_alive():
+                return wanted(self.output)
+            with self._news:
+                self._news.wait(min(left, 0.2))
+        return True
+
+    def kill(self, why: str = "") -> None:
+        """End it and every process that it has started."""
+        if self.alive:
+            self._stop(why)
+        self._process.wait()
+        self._reader.join(2)
+        if self._status is not None:
+            os.close(self._status)
+            self._status = None
+
+    @property
+    def duration(self) -> float:
+        """Seconds from its start to its end, once it has ended."""
+        return self._ended - self.started
+
+    @property
+    def raised(self) -> bool:
+        """Whether it died of a Python exception, which it has printed."""
+        return bool(self.exit_status) and ("Traceback (most recent call last)" in self.output or bool(
+            re.search(r"^(Syntax|Indentation|Tab)Error: ", self.output, re.MULTILINE)))
+
+    def last_words(self) -> str:
+        """Why it ended, in a line for the student: the exception and where in their file, or the signal."""
+        if self.stopped:
+            return self.stopped
+        errors = re.findall(r"^((?:\w+\.)*\w*(?:Error|Exception|Exit|Interrupt|Warning|Unavailable|Invalid\w*)\b.*)$",
+                            self.output, re.MULTILINE)
+        lines = re.findall(rf'File "[^"]*/{re.escape(self.name)}", line (\d+)', self.output)
+        if errors and self.raised:
+            where = f" ({self.name}, line {lines[-1]})" if lines else ""
+            return _without_paths(errors[-1])[:300] + where
+        status = self.exit_status
+        if status is not None and 128 < status < 128 + signal.NSIG:
+            return f"signal {signal.Signals(status - 128).name}"
+        return f"exit status {status}"
+
+    def _read(self) -> None:
+        pipe = self._process.stdout.fileno()
+        while chunk := os.read(pipe, 1 << 16):
+            with self._news:
+                self._total += len(chunk)
+                room = KEPT // 2 - len(self._head)
+                self._head += chunk[:max(room, 0)]
+                self._tail += chunk[max(room, 0):]
+                del self._tail[:-KEPT // 2]
+                self._news.notify_all()
+            if self._total > FLOOD:
+                self._stop(f"it printed more than {FLOOD >> 20} MiB; print less, above all inside loops")
+                return
+        self._ended = time.monotonic()
+        with self._news:
+            self._news.notify_all()
+
+    def _stop(self, why: str) -> None:
+        """SIGKILL to bubblewrap, whose namespaces end with it: no process in them outlives it."""
+        self.stopped = self.stopped or why
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self._process.pid, signal.SIGKILL)
+
+    def _watch_memory(self, limit: int) -> None:
+        while self.alive:
+            root = self._process.pid
+            if memory(root, resident) > limit and memory(root, proportional) > limit:
+                self._stop(f"it took more than {limit >> 30} GiB of memory; keep only what is needed")
+                return
+            time.sleep(GLANCE)
+
+
+def memory(root: int, measure: Callable[[int], int]) -> int:
+    """Bytes of memory of process `root` and all below it."""
+    tree, total = [root], 0
+    for pid in tree:
+        with contextlib.suppress(OSError, ValueError, IndexError, TypeError):  # it has ended meanwhile
+            for task in os.listdir(f"/proc/{pid}/task"):
+                tree += map(int, Path(f"/proc/{pid}/task/{task}/children").read_text().split())
+            total += measure(pid)
+    return total
+
+
+def resident(pid: int) -> int:
+    """Bytes of a process's memory; quick, but forks share pages and each counts them."""
+    return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def proportional(pid: int) -> int:
+    """Bytes of a process's memory, its part of shared pages divided by their users; slow for a large one."""
+    return int(re.search(r"^Pss:\s+(\d+) kB", Path(f"/proc/{pid}/smaps_rollup").read_text(), re.MULTILINE)[1]) << 10
+
+
+def _without_paths(text: str) -> str:
+    """`text` without folders: they mean nothing to the student, and tell of the grader's machine."""
+    return re.sub(r"(?:/[\w.@+-]+)+/([\w.@+-]+)", r"\1", text)

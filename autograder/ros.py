@@ -1,0 +1,96 @@
+"""The grader's own side of the conversation: a node in a ROS domain, spun in the background."""
+
+import secrets
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+
+import rclpy
+from rcl_interfaces.msg import Log
+from rclpy.context import Context
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+GLANCE = 0.01  # s between two looks at the graph
+AGAIN = 3.0  # s without an answer until a request is sent again
+ALIVE = 0.1  # s between two looks whether a silent program is alive
+HEARD = 1000  # log messages that are kept
+ARGUMENTS = ["--ros-args", "--disable-stdout-logs", "--disable-rosout-logs", "--disable-external-lib-logs"]
+
+
+class Ros:
+    """A node of the grader's in `domain`.  Its name tells nothing: a program must behave the same for everybody."""
+
+    def __init__(self, domain: int):
+        self.domain = domain
+        self._context = Context()
+        rclpy.init(args=ARGUMENTS, context=self._context, domain_id=domain)
+        self.node = Node(f"node_{secrets.token_hex(4)}", context=self._context, use_global_arguments=False)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        self._heard: deque[str] = deque(maxlen=HEARD)
+        self.node.create_subscription(Log, "/rosout", lambda log: self._heard.append(log.msg[:1000]),
+                                      QoSProfile(depth=HEARD, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        self._thread = threading.Thread(target=self._spin, daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Leave the domain."""
+        self._executor.shutdown(timeout_sec=1)
+        self.node.destroy_node()
+        self._context.try_shutdown()
+        self._thread.join(2)
+
+    def call(self, client, request, timeout: float, alive: Callable[[], bool]):
+        """Send `request` and return the response, or None after `timeout` s or when the program is no longer `alive`.
+
+        A request can be lost when a program has only just been found, so it is sent again every AGAIN s.
+        """
+        start, futures = time.monotonic(), []
+
+        def answered() -> bool:
+            return any(future.done() for future in futures)
+
+        while (waited := time.monotonic() - start) < timeout and alive() and not answered():
+            if waited >= AGAIN * len(futures):
+                futures.append(client.call_async(request))
+                done = threading.Event()
+                futures[-1].add_done_callback(lambda _, done=done: done.set())
+            done.wait(ALIVE)
+        for future in futures:
+            client.remove_pending_request(future)
+        return next((future.result() for future in futures if future.done()), None)
+
+    @property
+    def rosout(self) -> str:
+        """What the nodes of the domain have logged, a message a line."""
+        return "\n".join(list(self._heard))
+
+    def offered(self) -> list[str]:
+        """The services of other nodes in the domain, without those that every node has."""
+        own = self.node.get_fully_qualified_name()
+        return [name for name, types in self.node.get_service_names_and_types()
+                if not name.startswith(own) and not any(t.startswith(("rcl_interfaces/", "type_description_interfaces/"))
+                                                        for t in types)]
+
+    def others(self) -> list[str]:
+        """The names of the other nodes in the domain."""
+        return [name for name in self.node.get_node_names() if name != self.node.get_name()]
+
+    def _spin(self) -> None:
+        try:
+            self._executor.spin()
+        except ExternalShutdownException:
+            pass
+
+
+def wait_until(condition: Callable[[], bool], timeout: float) -> bool:
+    """Wait until `condition()`; False when it has not come within `timeout` s."""
+    deadline = time.monotonic() + timeout
+    while not condition():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(GLANCE)
+    return True

@@ -1,0 +1,87 @@
+"""One submission being graded: its programs, its ROS domains, its clock.
+
+Light on purpose: the worker starts the slowest programs with this before it loads ROS 2 and pytest.
+"""
+
+import random
+import time
+
+from .faults import Clock, Crashed, TimedOut
+from .program import Program
+from .sandbox import Sandbox
+
+GRACE = 3.0  # s more for a program to load on a busy machine, when the task sets a limit
+DOMAINS = range(1, 100)
+
+
+class Grading:
+    """One submission being graded: its files, the sandbox, the clock."""
+
+    def __init__(self, files: dict[str, bytes], sandbox: Sandbox, clock: Clock, seed: int):
+        self.files = files
+        self.sandbox = sandbox
+        self.clock = clock
+        self.seed = seed
+        self._rooms: list = []
+        self._domains = list(DOMAINS)
+        random.shuffle(self._domains)  # by no seed: in --unsafe mode, gradings at the same time must not meet
+        self.early: dict[str, Run] = {}
+
+    def random(self, name: str) -> random.Random:
+        """Random numbers of the grading's seed for one purpose, whatever else was drawn before."""
+        return random.Random(f"{self.seed} {name}")
+
+    def room(self) -> int:
+        """A ROS domain that nobody has used in this grading, so that nothing said before can be heard in it."""
+        if not self._domains:
+            raise TimedOut("Not tried: your programs had to be started again too often.")
+        return self._domains.pop()
+
+    def enter(self, domain: int):
+        """A node of the grader's in that domain, a `ros.Ros`."""
+        from .ros import Ros
+
+        self._rooms.append(Ros(domain))
+        return self._rooms[-1]
+
+    def begin(self, runs: dict[str, list[str]]) -> None:
+        """Start the `early` runs, by name, each in a domain with nobody else in it."""
+        for name, command in runs.items():
+            self.early[name] = Run(self, *command, domain=self.room())
+
+    def start(self, file: str, *args: str, domain: int) -> Program:
+        """Start one of the handed-in programs in that domain."""
+        return self.sandbox.start(file, *args, domain=domain)
+
+    def close(self) -> None:
+        """End all programs and leave all domains."""
+        self.sandbox.close()
+        for room in self._rooms:
+            room.close()
+
+
+class Run:
+    """One run of a handed-in program that must end by itself, as `python FILE ARGS`."""
+
+    def __init__(self, grading: Grading, file: str, *args: str, domain: int):
+        self.file, self.grading = file, grading
+        self._start = lambda: grading.start(file, *args, domain=domain)
+        self.program = self._start()
+
+    def finish(self, limit: float, doing: str) -> Program:
+        """The program, once it has ended; raises TimedOut when it took longer than `limit` s, twice."""
+        for last in (False, True):
+            program, allowed = self.program, self.grading.clock.allow(limit + GRACE)
+            ended = program.wait(max(0.05, program.started + allowed - time.monotonic()))
+            in_time = ended and program.duration <= allowed
+            if program.stopped or in_time and (program.raised or program.exit_status < 128) or last:
+                break
+            program.kill()
+            self.program = self._start()
+        if not ended:
+            program.kill("")
+        if program.stopped:
+            raise Crashed(f"{self.file} {doing} was stopped: {program.last_words()}.")
+        if not in_time:
+            raise TimedOut(f"{self.file} {doing} had not ended after {limit:.0f} s: it must give up and say so.")
+        return program

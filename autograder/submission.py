@@ -1,0 +1,64 @@
+"""Reading a submission's folder without trusting it: regular files of the wanted names and of a sane size, nothing else.
+
+Files are read once, through descriptors that never follow a link, into bytes; nothing later looks at the folder again.
+"""
+
+import os
+import stat
+from collections.abc import Iterable
+from pathlib import Path
+
+from .records import Submission
+
+MAX_BYTES = 1_000_000  # a file; a program of this course has some 5,000
+
+
+def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> Submission:
+    """Read the `wanted` files of `folder`; what is missing or refused is told in `problems`."""
+    flags = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC
+    try:
+        inside = os.open(folder, flags)
+    except OSError:
+        return Submission(student, assignment, problems=[
+            f"'{assignment}' is not a folder: hand in a folder of that name with the files in it."])
+    files, problems = {}, []
+    try:
+        present = sorted(os.listdir(inside))
+        for name in wanted:
+            try:
+                files[name] = _read_file(name, inside)
+            except FileNotFoundError:
+                problems.append(_missing(name, present))
+            except ValueError as error:
+                problems.append(str(error))
+            except OSError as error:
+                problems.append(f"{name} cannot be read ({error.strerror}): hand it in again.")
+    finally:
+        os.close(inside)
+    return Submission(student, assignment, {} if problems else files, problems)
+
+
+def _read_file(name: str, inside: int) -> bytes:
+    """The bytes of the regular file `name`; raises ValueError, in words for the student, when it is anything else."""
+    kind = os.stat(name, dir_fd=inside, follow_symlinks=False).st_mode
+    if stat.S_ISLNK(kind):
+        raise ValueError(f"{name} is a link: hand in the file itself.")
+    if stat.S_ISDIR(kind):
+        raise ValueError(f"{name} is a folder: hand in a file of that name.")
+    if not stat.S_ISREG(kind):
+        raise ValueError(f"{name} is not an ordinary file: hand in the file itself.")
+    # O_NONBLOCK: should the file be swapped for a FIFO now, opening it must not wait for a writer.
+    descriptor = os.open(name, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, dir_fd=inside)
+    with open(descriptor, "rb") as file:
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            raise ValueError(f"{name} is not an ordinary file: hand in the file itself.")
+        content = file.read(MAX_BYTES + 1)
+    if len(content) > MAX_BYTES:
+        raise ValueError(f"{name} is larger than {MAX_BYTES / 1e6:.0f} MB: hand in only the program's text.")
+    return content
+
+
+def _missing(name: str, present: list[str]) -> str:
+    near = next((other for other in present if other.lower() == name.lower()), None)
+    hint = f" (there is {near!r}: capital and small letters count)" if near else ""
+    return f"{name} is missing{hint}: save it and hand it in under exactly this name."
