@@ -1,0 +1,101 @@
+"""The command line's grammar: sub-commands and the options that many verbs share, laid out as ros2cli prints them."""
+
+import argparse
+from collections.abc import Callable
+from typing import NamedTuple
+
+
+class Verb(NamedTuple):
+    """One sub-command: what `-h` says of it, what adds its arguments, and what runs it."""
+
+    summary: str
+    add_arguments: Callable[[argparse.ArgumentParser], None]
+    main: Callable[[argparse.Namespace], int | str | None]
+
+
+def add_subparsers(parser: argparse.ArgumentParser, prog: str, summaries: dict[str, str]):
+    """Give `parser` a sub-parser for each name; return them by name."""
+    width = max(map(len, summaries))
+    listing = "".join(f"{name.ljust(width)}  {summaries[name]}\n" for name in sorted(summaries))
+    subparsers = parser.add_subparsers(
+        title="Commands", description=listing, metavar=f"Call `{prog} <command> -h` for more detailed usage."
+    )
+    subparsers.required = False
+    return {
+        name: subparsers.add_parser(
+            name, description=summaries[name], formatter_class=argparse.RawDescriptionHelpFormatter
+        )
+        for name in sorted(summaries)
+    }
+
+
+def add_verbs(parser: argparse.ArgumentParser, prog: str, verbs: dict[str, Verb]) -> None:
+    """Add a family's verbs; without a verb the family prints its help."""
+    parser.set_defaults(main=lambda args: parser.print_help())
+    parsers = add_subparsers(parser, prog, {name: verb.summary for name, verb in verbs.items()})
+    for name, verb in verbs.items():
+        verb.add_arguments(parsers[name])
+        parsers[name].set_defaults(main=verb.main)
+
+
+def add_direct_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a verb that makes a node."""
+    parser.add_argument(
+        "--spin-time",
+        type=float,
+        help="Spin time in seconds to wait for discovery (only applies when not using an already running daemon)",
+    )
+    parser.add_argument("-s", "--use-sim-time", action="store_true", help="Enable ROS simulation time")
+
+
+def add_strategy_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a verb that, in ros2cli, may ask the daemon.  Here there is none, so it always looks itself."""
+    add_direct_arguments(parser)
+    parser.add_argument("--no-daemon", action="store_true", help="Do not spawn nor use an already running daemon")
+
+
+def add_hidden(parser: argparse.ArgumentParser, *names: str, what: str, verb: bool = True) -> None:
+    """Add `--include-hidden-...`; on a verb it does not undo the same option given to the family."""
+    parser.add_argument(
+        *names,
+        action="store_true",
+        default=argparse.SUPPRESS if verb else False,
+        help=f"Consider hidden {what} as well",
+    )
+
+
+def nonnegative_int(text: str) -> int:
+    """Return a count of 0 or more, or raise ValueError, which argparse reports as `invalid nonnegative_int value`."""
+    value = int(text)
+    if value < 0:
+        raise ValueError("Value must be positive or zero")
+    return value
+
+
+def positive_float(text: str) -> float:
+    """Return a number above 0, or raise ValueError."""
+    value = float(text)
+    if value <= 0.0:
+        raise ValueError("Value must be positive")
+    return value
+
+
+def unsigned_int(text: str) -> int:
+    """Return a count of 0 or more, or have argparse say so."""
+    if not text.isdigit():
+        raise argparse.ArgumentTypeError("value must be non-negative integer")
+    return int(text)
+
+
+def positive_int(text: str) -> int:
+    """Return a count of 1 or more, or have argparse say so."""
+    if not text.isdigit() or int(text) == 0:
+        raise argparse.ArgumentTypeError("value must be a positive integer")
+    return int(text)
+
+
+def read_stdin() -> str:
+    """Return what `--stdin` reads: all lines of the standard input."""
+    import sys
+
+    return sys.stdin.read()

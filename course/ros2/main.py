@@ -1,0 +1,112 @@
+"""The command itself: hand over to a real `ros2` if there is one, else parse the command line and run the verb."""
+
+import argparse
+import importlib
+import os
+import shlex
+import shutil
+import signal
+import sys
+
+from course.environment import prepare
+from course.ros2 import grammar
+
+# Each command is the module of this package with its name.
+COMMANDS = {
+    "action": "Various action related sub-commands",
+    "doctor": "Check ROS setup and other potential issues",
+    "interface": "Show information about ROS interfaces",
+    "node": "Various node related sub-commands",
+    "param": "Various param related sub-commands",
+    "run": "Run a package specific executable",
+    "service": "Various service related sub-commands",
+    "topic": "Various topic related sub-commands",
+}
+
+
+def find_real() -> str | None:
+    """Return the first `ros2` on PATH that is not this command, installed here or in another environment."""
+    for folder in os.environ.get("PATH", "").split(os.pathsep):
+        path = shutil.which("ros2", path=folder) if folder else None
+        if path is None:
+            continue
+        with open(path, "rb") as file:
+            if b"course.ros2.main" not in file.read(4096):
+                return path
+    return None
+
+
+def hand_over(path: str) -> None:
+    """Become the real `ros2`; its Python must not load this environment's libraries."""
+    libraries = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
+    kept = [folder for folder in libraries if folder and not folder.startswith(sys.prefix + os.sep)]
+    os.environ.pop("LD_LIBRARY_PATH", None)
+    os.environ.pop("_ROS_WHEELS_BOOTSTRAP_COMPLETE", None)
+    if kept:
+        os.environ["LD_LIBRARY_PATH"] = os.pathsep.join(kept)
+    os.execv(path, [path, *sys.argv[1:]])
+
+
+def make_parser(words: list[str]) -> argparse.ArgumentParser:
+    """Return the parser for `words`: every command by name, and in full the one that they select."""
+    parser = argparse.ArgumentParser(
+        prog="ros2",
+        description="ros2 is an extensible command-line tool for ROS 2.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "--use-python-default-buffering",
+        action="store_true",
+        help="Do not force line buffering in stdout and instead use the python default buffering, "
+        "which might be affected by PYTHONUNBUFFERED/-u and depends on whatever stdout is interactive or not",
+    )
+    parser.set_defaults(main=lambda args: parser.print_help())
+    parsers = grammar.add_subparsers(parser, "ros2", COMMANDS)
+    selected = next((word for word in words if not word.startswith("-")), None)
+    if selected in COMMANDS:
+        importlib.import_module(f"course.ros2.{selected}").add_arguments(parsers[selected])
+    return parser
+
+
+def complete(parser: argparse.ArgumentParser) -> None:
+    """Answer the shell's request for completions, if this is one, and exit."""
+    if "_ARGCOMPLETE" in os.environ:
+        import argcomplete
+
+        argcomplete.autocomplete(parser, exclude=["-h", "--help"])
+
+
+def words_to_complete() -> list[str]:
+    """Return the words typed so far when the shell asks for completions; an open quote leaves them uncut."""
+    line = os.environ.get("COMP_LINE", "")
+    try:
+        return shlex.split(line)[1:]
+    except ValueError:
+        return line.split()[1:]
+
+
+def main() -> int | str | None:
+    """Run the command line; return its exit status, or a message that goes to stderr with status 1."""
+    prepare()
+    real = find_real()
+    if real:
+        hand_over(real)
+    parser = make_parser(words_to_complete() if "_ARGCOMPLETE" in os.environ else sys.argv[1:])
+    complete(parser)
+    args = parser.parse_args()
+    if not args.use_python_default_buffering:
+        sys.stdout.reconfigure(line_buffering=True)
+    try:
+        return args.main(args)
+    except KeyboardInterrupt:
+        return signal.SIGINT
+    except RuntimeError as error:
+        return str(error)
+    except BrokenPipeError:
+        # The reader of the output has gone (`ros2 topic echo /x | head`): nothing is left to say to it.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,183 @@
+"""`ros2 service`: which services there are, of which type, and a call to one."""
+
+import time
+
+from course.ros2 import completion, grammar
+from course.ros2.grammar import Verb
+from course.ros2.graph import COMMAND_PREFIX, Graph
+
+
+def print_names(found, *, count: bool, types: bool) -> None:
+    """Print names, with `types` in brackets, or with `count` just how many there are."""
+    if count:
+        print(len(found))
+        return
+    for name, its_types in found:
+        print(f"{name} [{', '.join(its_types)}]" if types else name)
+
+
+def add_hidden(parser, *, verb: bool = True) -> None:
+    """Add `--include-hidden-services`."""
+    grammar.add_hidden(parser, "--include-hidden-services", what="services", verb=verb)
+
+
+def add_list_arguments(parser) -> None:
+    """Add the arguments of `ros2 service list`."""
+    grammar.add_strategy_arguments(parser)
+    parser.add_argument("-t", "--show-types", action="store_true", help="Additionally show the service type")
+    parser.add_argument(
+        "-c", "--count-services", action="store_true", help="Only display the number of services discovered"
+    )
+    add_hidden(parser)
+
+
+def list_services(args) -> None:
+    """Print the services' names."""
+    with Graph(args) as graph:
+        graph.settle()
+        found = graph.services(hidden=args.include_hidden_services)
+    print_names(found, count=args.count_services, types=args.show_types)
+
+
+def add_type_arguments(parser) -> None:
+    """Add the arguments of `ros2 service type`."""
+    grammar.add_strategy_arguments(parser)
+    parser.add_argument(
+        "service_name", help="Name of the ROS service to get type (e.g. '/talker/list_parameters')"
+    ).completer = completion.service_names
+
+
+def show_type(args) -> int:
+    """Print a service's type; status 1 if there is no such service."""
+    with Graph(args) as graph:
+        types = graph.types_of(
+            args.service_name, lambda: graph.services(hidden=args.include_hidden_services)
+        )
+    print("\n".join(types), end="\n" if types else "")
+    return 0 if types else 1
+
+
+def add_find_arguments(parser) -> None:
+    """Add the arguments of `ros2 service find`."""
+    grammar.add_strategy_arguments(parser)
+    parser.add_argument(
+        "service_type",
+        help="Name of the ROS service type to filter for (e.g. 'rcl_interfaces/srv/ListParameters')",
+    ).completer = completion.service_types
+    parser.add_argument(
+        "-c", "--count-services", action="store_true", help="Only display the number of services discovered"
+    )
+    add_hidden(parser)
+
+
+def find(args) -> None:
+    """Print the services of a type."""
+    with Graph(args) as graph:
+        graph.settle()
+        found = graph.services(hidden=args.include_hidden_services)
+    found = [(name, types) for name, types in found if args.service_type in types]
+    print_names(found, count=args.count_services, types=False)
+
+
+def add_info_arguments(parser) -> None:
+    """Add the arguments of `ros2 service info`."""
+    grammar.add_strategy_arguments(parser)
+    parser.add_argument(
+        "service_name", help="Name of the ROS service to get info (e.g. '/add_two_ints')"
+    ).completer = completion.service_names
+
+
+def info(args) -> str | None:
+    """Print a service's type and how many clients and servers it has."""
+    with Graph(args) as graph:
+        graph.settle()
+        types = dict(graph.services(hidden=args.include_hidden_services)).get(args.service_name)
+        if not types:
+            return f"Unknown service '{args.service_name}'"
+        with graph.handle as handle:
+            clients = handle.get_count_clients(args.service_name)
+            servers = handle.get_count_services(args.service_name)
+    print(f"Type: {types[0] if len(types) == 1 else types}")
+    print(f"Clients count: {clients}")
+    print(f"Services count: {servers}")
+    return None
+
+
+def add_call_arguments(parser) -> None:
+    """Add the arguments of `ros2 service call`."""
+    parser.add_argument(
+        "service_name", help="Name of the ROS service to call to (e.g. '/add_two_ints')"
+    ).completer = completion.service_names
+    parser.add_argument(
+        "service_type", help="Type of the ROS service (e.g. 'std_srvs/srv/Empty')"
+    ).completer = completion.service_type
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument(
+        "values",
+        nargs="?",
+        default="{}",
+        help="Values to fill the service request with in YAML format (e.g. '{a: 1, b: 2}'), "
+        "otherwise the service request will be published with default values",
+    ).completer = completion.request_prototype
+    group.add_argument("--stdin", action="store_true", help="Read values from standard input")
+    parser.add_argument(
+        "-r", "--rate", metavar="N", type=float, help="Repeat the call at a specific rate in Hz"
+    )
+
+
+def call(args) -> str | None:
+    """Wait for the service, call it once or at a rate, and print requests and responses."""
+    import yaml
+
+    from course.ros2 import messages
+
+    if args.rate is not None and args.rate <= 0:
+        raise RuntimeError("rate must be greater than zero")
+    try:
+        service = messages.get_service(args.service_type)
+    except messages.INVALID_TYPE:
+        raise RuntimeError("The passed service type is invalid") from None
+    request, stamps = service.Request(), []
+    try:
+        messages.fill(request, yaml.safe_load(grammar.read_stdin() if args.stdin else args.values), stamps)
+    except Exception as error:
+        return f"Failed to populate field: {error}"
+    words = args.service_type.split("/")
+    with Graph(talks=True, node_name=f"{COMMAND_PREFIX}_requester_{words[0]}_{words[-1]}") as graph:
+        try:
+            client = graph.node.create_client(service, args.service_name)
+        except Exception as error:  # rclpy's InvalidServiceNameException is a ValueError, but not all of them are
+            raise RuntimeError(str(error)) from None
+        ready = client.service_is_ready
+        # ros2cli looks once, before anything can be discovered; its line is for a service that keeps one waiting.
+        if not graph.settle(ready, names_only=True):
+            print("waiting for service to become available...")
+            graph.wait_until(ready)
+        while True:
+            for stamp in stamps:
+                stamp(graph.node.get_clock().now().to_msg())
+            print(f"requester: making request: {request!r}\n")
+            began = time.monotonic()
+            future = client.call_async(request)
+            graph.spin(future.done)
+            if future.result() is None:
+                raise RuntimeError(f"Exception while calling service: {future.exception()!r}")
+            print(f"response:\n{future.result()!r}\n")
+            if args.rate is None:
+                return None
+            time.sleep(max(0.0, began + 1.0 / args.rate - time.monotonic()))
+
+
+VERBS = {
+    "call": Verb("Call a service", add_call_arguments, call),
+    "find": Verb("Output a list of available services of a given type", add_find_arguments, find),
+    "info": Verb("Print information about a service", add_info_arguments, info),
+    "list": Verb("Output a list of available services", add_list_arguments, list_services),
+    "type": Verb("Output a service's type", add_type_arguments, show_type),
+}
+
+
+def add_arguments(parser) -> None:
+    """Add the verbs of `ros2 service`."""
+    add_hidden(parser, verb=False)
+    grammar.add_verbs(parser, "ros2 service", VERBS)
