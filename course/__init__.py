@@ -1,5 +1,9 @@
 """What a student imports: a live ROS 2 session inside the notebook's kernel, and the chapter's nodes, agent and figures."""
 
+from . import environment
+
+environment.prepare()
+
 
 def live():
     """The kernel's live session (`course.session.Session`), made at the first call; adds the `%%exercise` magic."""

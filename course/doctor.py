@@ -33,9 +33,9 @@ def interpreter() -> str:
 
 
 def client_library() -> str:
-    from . import environment
-    environment.prepare()
     import rclpy
+
+    from . import environment
     return f"rclpy in {Path(rclpy.__file__).parent}" + (" (a sourced ROS 2)" if environment.sourced() else "")
 
 

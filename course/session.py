@@ -11,23 +11,15 @@ import os
 import socket
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
-from . import environment
-
-environment.prepare()
-
 from rclpy.context import Context
-from rclpy.executors import (
-    ExternalShutdownException,
-    MultiThreadedExecutor,
-    ShutdownException,
-    SingleThreadedExecutor,
-)
 from rclpy.node import Node
 from rclpy.task import Future
 
+from .interfaces import builder
+from .kernel_node import LiveNode, Spinner, in_context
 from .logs import LogBook, Logs
 from .process import NodeProcess
 
@@ -44,99 +36,6 @@ class LiveError(RuntimeError):
 
 class CallTimeout(LiveError, TimeoutError):
     """A service, a future or a node did not answer within its time limit."""
-
-
-class Spinner:
-    """An executor in a background thread, spinning one node."""
-
-    def __init__(self, node: Node, threads: int = 1):
-        context = node.context
-        self.node = node
-        self.errors: list[BaseException] = []
-        self.executor = (SingleThreadedExecutor(context=context) if threads == 1
-                         else MultiThreadedExecutor(num_threads=threads, context=context))
-        self.executor.add_node(node)
-        self.thread = threading.Thread(target=self._spin, name=f"spin {node.get_name()}", daemon=True)
-        self.thread.start()
-
-    def _spin(self) -> None:
-        while True:
-            try:
-                self.executor.spin()
-                return
-            except (ExternalShutdownException, ShutdownException):
-                return
-            except Exception as error:  # a callback raised: keep it for the reader, and go on
-                if self._stopping:
-                    return
-                self.errors.append(error)
-                self.node.get_logger().error(f"{type(error).__name__} in a callback: {error}")
-
-    _stopping = False
-
-    def stop(self, timeout: float = 2.0) -> bool:
-        """End the thread and destroy the node; False when a callback is still running after `timeout` s."""
-        self._stopping = True
-        self.executor.shutdown(timeout_sec=0.0)
-        for client in self.node.clients:  # a callback that waits for an answer would wait for ever
-            for future in list(client._pending_requests.values()):
-                future.cancel()
-        self.thread.join(timeout)
-        pool = getattr(self.executor, "_executor", None)
-        if pool is not None:
-            pool.shutdown(wait=not self.thread.is_alive() and timeout > 0, cancel_futures=True)
-        if self.thread.is_alive():
-            return False
-        self.node.destroy_node()
-        return True
-
-
-class LiveNode:
-    """A handle on a node that runs in this kernel; `node` is the rclpy node itself."""
-
-    def __init__(self, session: "Session", spinner: Spinner):
-        self._session, self._spinner = session, spinner
-        self.node = spinner.node
-        self.name = self.node.get_name()
-        self.nodes = [self.node.get_fully_qualified_name()]
-
-    @property
-    def alive(self) -> bool:
-        """Whether its executor is spinning."""
-        return self._spinner.thread.is_alive()
-
-    @property
-    def errors(self) -> list[BaseException]:
-        """The exceptions that its callbacks raised."""
-        return list(self._spinner.errors)
-
-    @property
-    def logs(self) -> Logs:
-        """What the node has logged so far."""
-        return self._session.logs(self.name)
-
-    def stop(self) -> None:
-        """Stop spinning it and destroy it; stopping twice is no error."""
-        self._session.stop(self.name)
-
-    def _end(self) -> None:
-        if self.alive and not self._spinner.stop():
-            self.node.destroy_node()
-
-    def __repr__(self) -> str:
-        return f"<{self.name}: {'running' if self.alive else 'stopped'} in this kernel>"
-
-
-def _in_context(cls: type[Node], context: Context, arguments: list[str]) -> type[Node]:
-    """`cls` with a last base before Node that hands Node the session's context, whatever the class's `__init__` takes."""
-
-    class Injector(Node):
-        def __init__(self, *args, **kwargs):
-            kwargs.setdefault("context", context)
-            kwargs["cli_args"] = [*(kwargs.get("cli_args") or []), *arguments]
-            super().__init__(*args, **kwargs)
-
-    return type(cls.__name__, (cls, Injector), {"__module__": cls.__module__, "__doc__": cls.__doc__})
 
 
 class Session:
@@ -167,6 +66,7 @@ class Session:
         self._clients: dict[tuple[str, type], object] = {}
         self._closed = False
         atexit.register(self.close)
+        builder.on_replace.append(self._drop_types)
 
     # Nodes
 
@@ -191,7 +91,7 @@ class Session:
         for handle in list(self._handles.values()):
             if isinstance(handle, LiveNode) and type(handle.node).__name__ == what.__name__:
                 self._replace(handle.name)
-        cls = _in_context(what, self.context, arguments)
+        cls = in_context(what, self.context, arguments)
         node = cls.__new__(cls)
         try:
             node.__init__(*args, **kwargs)
@@ -306,6 +206,7 @@ class Session:
             return
         self._closed = True
         atexit.unregister(self.close)
+        builder.on_replace.remove(self._drop_types)
         self.stop()
         self._spinner.stop()
         self.context.try_shutdown()
@@ -317,6 +218,17 @@ class Session:
     def ok(self) -> bool:
         """Whether the session can be used: not closed, and its context not shut down by other code."""
         return not self._closed and self.context.ok()
+
+    def _drop_types(self, package: str) -> None:
+        """Stop the nodes of this kernel that use an interface of `package`, and drop the session's own uses."""
+        for handle in list(self._handles.values()):
+            if isinstance(handle, LiveNode) and any(_uses(handle.node, package)):
+                self.stop(handle.name)
+        self._spinner.stop(destroy=False)  # what an executor waits on is not destroyed before it looks up
+        for destroy in list(_uses(self.node, package)):
+            destroy()
+        self._clients = {key: client for key, client in self._clients.items() if not _of(key[1], package)}
+        self._spinner = Spinner(self.node)
 
     def _check_open(self) -> None:
         if not self.ok:
@@ -363,6 +275,24 @@ def _claim_domain() -> tuple[socket.socket, int]:
         except OSError:
             claim.close()
     raise LiveError(f"all {len(DOMAINS)} ROS domains of this machine are in use: close some notebooks")
+
+
+def _of(interface: type, package: str) -> bool:
+    return interface.__module__.split(".")[0] == package
+
+
+def _uses(node: Node, package: str) -> Iterator[Callable[[], object]]:
+    """For each client, server, publisher, ... of `node` whose type is of `package`, what destroys it."""
+    for entities, attribute, destroy in (
+            (node.clients, "srv_type", node.destroy_client), (node.services, "srv_type", node.destroy_service),
+            (node.publishers, "msg_type", node.destroy_publisher),
+            (node.subscriptions, "msg_type", node.destroy_subscription)):
+        for entity in entities:
+            if _of(getattr(entity, attribute), package):
+                yield lambda destroy=destroy, entity=entity: destroy(entity)
+    for waitable in node.waitables:
+        if _of(getattr(waitable, "_action_type", object), package):
+            yield waitable.destroy
 
 
 def _fill(srv_type: type, fields: Mapping[str, object]):

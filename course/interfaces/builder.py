@@ -11,7 +11,7 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
@@ -19,7 +19,6 @@ from pathlib import Path
 
 from filelock import FileLock
 
-from .. import environment
 from .definition import Definition, InterfaceError, parse
 
 # What the generated code of a service or an action uses beside the packages named in its fields.
@@ -32,6 +31,10 @@ LIBRARIES = ("rosidl_runtime_c", "rosidl_typesupport_c", "rosidl_typesupport_fas
              "rosidl_typesupport_fastrtps_cpp", "rosidl_typesupport_introspection_c", "rcutils", "rmw", "fastcdr")
 TOOL_CHAIN = ("ros-jazzy-rosidl-generator-c", "ros-jazzy-rosidl-generator-py", "ros-jazzy-rosidl-typesupport-c",
               "ros-jazzy-rosidl-typesupport-fastrtps-c", "ros-jazzy-common-interfaces", "numpy")
+
+
+# Called with a package's name before another build of it takes its place in this process.
+on_replace: list[Callable[[str], None]] = []
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,8 @@ class Built:
     def use(self) -> None:
         """Make the package importable here and in child processes, in the place of an earlier build of the same name.
 
-        Nodes in this process that use the earlier build's classes must be started again.
+        Fast DDS knows a type by its name: what uses the earlier build's types in this process must go first.  The
+        listeners in `on_replace` see to that; the live session is one.
         """
         sys.path[:] = [str(self.site_packages), *self._others(sys.path)]
         base = {name: os.pathsep.join(self._others(os.environ.get(name, "").split(os.pathsep)))
@@ -62,6 +66,8 @@ class Built:
         os.environ.update(self.variables(base))
         loaded = sys.modules.get(self.package)
         if loaded and not Path(loaded.__path__[0]).is_relative_to(self.prefix):
+            for listener in on_replace:
+                listener(self.package)
             for name in [n for n in sys.modules if n == self.package or n.startswith(f"{self.package}.")]:
                 del sys.modules[name]
         importlib.invalidate_caches()
@@ -90,7 +96,6 @@ def build(package: str, files: Mapping[str, str] | Iterable[str | Path], *, cach
     """
     if not re.fullmatch(r"[a-z](_?[a-z0-9]+)*", package):
         raise InterfaceError(f"'{package}' cannot be a package name: lower-case letters, digits and single underscores")
-    environment.prepare()
     texts = _read(files)
     definitions = [parse(text, name, package) for name, text in texts.items()]
     _check_types(package, definitions)

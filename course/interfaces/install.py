@@ -11,8 +11,6 @@ import sys
 import tempfile
 from pathlib import Path
 
-from .. import environment
-
 PACKAGES = ("example_interfaces", "course_interfaces")
 HERE = Path(__file__).parent
 
@@ -42,7 +40,6 @@ def install(package: str, prefix: Path) -> None:
 
 def main() -> int:
     """Install what is missing; 1, with the tool's own words, when a build fails."""
-    environment.prepare()
     if not shutil.which("g++"):
         print("A C++ compiler is needed: install g++", file=sys.stderr)
         return 1

@@ -68,19 +68,25 @@ print(subprocess.run([sys.executable, "-c", child], capture_output=True, text=Tr
     assert "Calculate_Response(result=0.0, success=True, message='')" in out
 
 
-def test_an_edited_definition_replaces_the_loaded_one(cache):
+def test_an_edited_definition_replaces_the_loaded_one_in_a_live_session(cache):
     out = run("""
 import sys
 from pathlib import Path
 from course.interfaces import build
 from course.session import Session
 build("edited", {"Ask.srv": "int32 a\\n---\\nint32 b\\n"}, cache=Path(sys.argv[1]))
+from rclpy.node import Node
 from edited.srv import Ask
 session = Session()
 def double(request, response):
     response.b = 2 * request.a
     return response
 session.node.create_service(Ask, "old", double)
+class Asking(Node):
+    def __init__(self):
+        super().__init__("asking")
+        self.client = self.create_client(Ask, "old")
+session.start(Asking)
 print(session.call("old", Ask, a=21).b)
 build("edited", {"Ask.srv": "string question\\n---\\nstring answer\\n"}, cache=Path(sys.argv[1]))
 from edited.srv import Ask
@@ -88,10 +94,10 @@ def shout(request, response):
     response.answer = request.question.upper()
     return response
 session.node.create_service(Ask, "new", shout)
-print(session.call("new", Ask, question="why").answer)
+print(session.call("new", Ask, question="why").answer, session.nodes())
 session.close()
 """, cache)
-    assert out.split() == ["42", "WHY"]
+    assert out.split() == ["42", "WHY", "[]"]
 
 
 def test_messages_actions_and_types_of_other_packages_are_carried(cache):

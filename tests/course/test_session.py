@@ -9,12 +9,11 @@ import time
 from pathlib import Path
 
 import pytest
-
-from course.session import CallTimeout, LiveError, Session
-
 from example_interfaces.srv import AddTwoInts
 from rclpy.node import Node
 from std_srvs.srv import Trigger
+
+from course.session import CallTimeout, LiveError, Session
 
 SERVER = '''
 import sys

@@ -1,0 +1,107 @@
+"""A node in this kernel: spun in a background thread, and the handle that the reader gets on it."""
+
+import threading
+
+from rclpy.context import Context
+from rclpy.executors import (
+    ExternalShutdownException,
+    MultiThreadedExecutor,
+    ShutdownException,
+    SingleThreadedExecutor,
+)
+from rclpy.node import Node
+
+from .logs import Logs
+
+
+class Spinner:
+    """An executor in a background thread, spinning one node."""
+
+    def __init__(self, node: Node, threads: int = 1):
+        context = node.context
+        self.node = node
+        self.errors: list[BaseException] = []
+        self._stopping = False
+        self.executor = (SingleThreadedExecutor(context=context) if threads == 1
+                         else MultiThreadedExecutor(num_threads=threads, context=context))
+        self.executor.add_node(node)
+        self.thread = threading.Thread(target=self._spin, name=f"spin {node.get_name()}", daemon=True)
+        self.thread.start()
+
+    def _spin(self) -> None:
+        while True:
+            try:
+                self.executor.spin()
+                return
+            except (ExternalShutdownException, ShutdownException):
+                return
+            except Exception as error:  # a callback raised: keep it for the reader, and go on
+                if self._stopping:
+                    return
+                self.errors.append(error)
+                self.node.get_logger().error(f"{type(error).__name__} in a callback: {error}")
+
+    def stop(self, timeout: float = 2.0, *, destroy: bool = True) -> bool:
+        """End the thread and destroy the node; False when a callback is still running after `timeout` s."""
+        self._stopping = True
+        self.executor.shutdown(timeout_sec=0.0)
+        for client in self.node.clients:  # a callback that waits for an answer would wait for ever
+            for future in list(client._pending_requests.values()):
+                future.cancel()
+        self.thread.join(timeout)
+        pool = getattr(self.executor, "_executor", None)
+        if pool is not None:
+            pool.shutdown(wait=not self.thread.is_alive() and timeout > 0, cancel_futures=True)
+        if self.thread.is_alive():
+            return False
+        if destroy:
+            self.node.destroy_node()
+        return True
+
+
+class LiveNode:
+    """A handle on a node that runs in this kernel; `node` is the rclpy node itself."""
+
+    def __init__(self, session, spinner: Spinner):
+        self._session, self._spinner = session, spinner
+        self.node = spinner.node
+        self.name = self.node.get_name()
+        self.nodes = [self.node.get_fully_qualified_name()]
+
+    @property
+    def alive(self) -> bool:
+        """Whether its executor is spinning."""
+        return self._spinner.thread.is_alive()
+
+    @property
+    def errors(self) -> list[BaseException]:
+        """The exceptions that its callbacks raised."""
+        return list(self._spinner.errors)
+
+    @property
+    def logs(self) -> Logs:
+        """What the node has logged so far."""
+        return self._session.logs(self.name)
+
+    def stop(self) -> None:
+        """Stop spinning it and destroy it; stopping twice is no error."""
+        self._session.stop(self.name)
+
+    def _end(self) -> None:
+        if self.alive and not self._spinner.stop():
+            self.node.destroy_node()
+
+    def __repr__(self) -> str:
+        return f"<{self.name}: {'running' if self.alive else 'stopped'} in this kernel>"
+
+
+def in_context(cls: type[Node], context: Context, arguments: list[str]) -> type[Node]:
+    """`cls` with a last base before Node that hands Node the session's context, whatever the class's `__init__` takes."""
+
+    class Injector(Node):
+        def __init__(self, *args, **kwargs):
+            kwargs.setdefault("context", context)
+            kwargs["cli_args"] = [*(kwargs.get("cli_args") or []), *arguments]
+            super().__init__(*args, **kwargs)
+
+    return type(cls.__name__, (cls, Injector), {"__module__": cls.__module__, "__doc__": cls.__doc__})

@@ -1,0 +1,89 @@
+"""The notebooks as they are stored and released."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import nbformat
+import pytest
+
+ROOT = Path(__file__).parents[1]
+NOTEBOOKS = sorted(ROOT.glob("notebooks/*/*.ipynb"))
+MARKS = re.compile(r"^[ \t]*### (BEGIN|END) SOLUTION[ \t]*\n", re.MULTILINE)
+
+
+def code_cells(path: Path):
+    return [cell for cell in nbformat.read(path, 4).cells if cell.cell_type == "code" and cell.source.strip()]
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_every_code_cell_was_run_before_it_was_stored(path):
+    """nbval does not compare a cell that was stored without having been run."""
+    assert [cell.source for cell in code_cells(path) if cell.execution_count is None] == []
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_no_cell_is_stored_with_an_error_that_is_not_meant(path):
+    failed = [cell.source for cell in code_cells(path)
+              if any(output.output_type == "error" for output in cell.outputs)
+              and "raises-exception" not in cell.metadata.get("tags", [])]
+    assert failed == []
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_was_run_once_from_top_to_bottom(path):
+    assert [cell.execution_count for cell in code_cells(path)] == list(range(1, len(code_cells(path)) + 1))
+
+
+def exercise_cells():
+    for path in NOTEBOOKS:
+        for cell in code_cells(path):
+            first, _, body = cell.source.partition("\n")
+            if first.startswith("%%exercise ") and cell.metadata.get("nbgrader", {}).get("solution"):
+                yield pytest.param(path.parent.name, first.split()[1], body, id=f"{path.stem}/{first.split()[1]}")
+
+
+@pytest.mark.parametrize(("section", "name", "body"), list(exercise_cells()))
+def test_the_solution_is_what_its_cell_writes(section, name, body):
+    assert (ROOT / "solutions" / section / name).read_text() == MARKS.sub("", body + "\n")
+
+
+def test_every_solution_file_has_its_cell():
+    written = {(param.values[0], param.values[1]) for param in exercise_cells()}
+    assert {(path.parent.name, path.name) for path in ROOT.glob("solutions/*/*") if path.is_file()} == written
+
+
+@pytest.fixture(scope="module")
+def released(tmp_path_factory):
+    """The student version of every notebook, made by nbgrader itself."""
+    folder = tmp_path_factory.mktemp("course")
+    (folder / "nbgrader_config.py").write_text(f"load_subconfig({str(ROOT / 'autograder/nbgrader_config.py')!r})\n")
+    for path in NOTEBOOKS:
+        source = folder / "source" / path.parent.name / path.name
+        source.parent.mkdir(parents=True)
+        shutil.copy(path, source)
+        done = subprocess.run([sys.executable, "-m", "nbgrader", "generate_assignment", path.parent.name], cwd=folder,
+                              env={**os.environ, "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"},
+                              capture_output=True, text=True, timeout=120)
+        assert done.returncode == 0, done.stderr
+    return folder / "release"
+
+
+def test_the_released_notebook_has_stubs_for_solutions(released):
+    for param in exercise_cells():
+        section, name, body = param.values
+        cells = code_cells(released / section / f"{section}.ipynb")
+        cell = next(cell for cell in cells if cell.source.startswith(f"%%exercise {name}"))
+        assert "# YOUR CODE HERE" in cell.source
+        text = "\n".join(cell.source for cell in nbformat.read(released / section / f"{section}.ipynb", 4).cells)
+        for hidden in re.findall(r"### BEGIN SOLUTION\n(.*?)### END SOLUTION", body, re.DOTALL):
+            assert hidden.strip() not in text
+
+
+def test_the_released_notebook_has_no_marking_scheme(released):
+    for path in NOTEBOOKS:
+        assert "Marking scheme" in path.read_text()
+        assert "Marking scheme" not in (released / path.parent.name / path.name).read_text()
