@@ -16,7 +16,7 @@ class CalculatorClient(Node):
         self.client = self.create_client(Calculate, '/calculator')
 
     def call(self, a, b, operation, timeout_sec=5.0):
-        """Return the response, or None when the server is absent or does not answer within timeout_sec."""
+        """Return the response, or None when there is none within timeout_sec."""
         if not self.client.wait_for_service(timeout_sec=timeout_sec):
             return None
         future = self.client.call_async(Calculate.Request(a=a, b=b, operation=operation))

@@ -13,8 +13,9 @@ class CalculatorServer(Node):
         self.get_logger().info('Calculator ready')
 
     def calculate(self, request, response):
-        """Compute, or say why not: success is False and message tells the caller the reason."""
-        self.get_logger().info(f'Request: {request.operation} a={request.a} b={request.b}')
+        """Compute, or refuse: then success is False and message says why."""
+        self.get_logger().info(
+            f'Request: a={request.a} b={request.b} operation={request.operation}')
         response.success = True
         if request.operation == 'add':
             response.result = request.a + request.b
@@ -24,14 +25,15 @@ class CalculatorServer(Node):
             response.result = request.a * request.b
         elif request.operation != 'divide':
             response.success = False
-            response.message = f"Unknown operation '{request.operation}': use add, subtract, multiply or divide"
+            response.message = f"Unknown operation '{request.operation}'"
         elif request.b == 0.0:
             response.success = False
             response.message = 'Division by zero'
         else:
             response.result = request.a / request.b
         self.get_logger().info(
-            f'Response: result={response.result} success={response.success} {response.message}')
+            f'Response: result={response.result} success={response.success} '
+            f'message={response.message}')
         return response
 
 
