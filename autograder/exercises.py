@@ -27,6 +27,7 @@ class Test:
     id: str
     title: str
     points: float
+    cell: str  # the notebook's grade cell that the points belong to
 
 
 @dataclass(frozen=True)
@@ -74,15 +75,15 @@ def load(name: str) -> Exercise:
 
 
 def _tests(suite: Path) -> list[Test]:
-    """The test functions of `suite`, in order, with the points of their `@points(N)` and their docstring's title."""
+    """The test functions of `suite`, in order, with the points and cell of their `@points` and their docstring's title."""
     found = []
     for function in ast.parse(suite.read_text(encoding="utf-8")).body:
         if not isinstance(function, ast.FunctionDef) or not function.name.startswith("test_"):
             continue
-        points = [decorator.args[0].value for decorator in function.decorator_list
+        points = [decorator for decorator in function.decorator_list
                   if isinstance(decorator, ast.Call) and getattr(decorator.func, "id", "") == "points"]
         title = re.sub(r"\s+", " ", ast.get_docstring(function) or "").rstrip(".")
         if len(points) != 1 or not title:
-            raise ValueError(f"{suite}: {function.name} needs one @points(N) and a docstring, its title")
-        found.append(Test(function.name, title, points[0]))
+            raise ValueError(f"{suite}: {function.name} needs one @points(NUMBER, cell=NAME) and a docstring, its title")
+        found.append(Test(function.name, title, points[0].args[0].value, points[0].keywords[0].value.value))
     return found

@@ -15,9 +15,12 @@ from .records import PASSED, Verdict
 GRADING = pytest.StashKey()
 
 
-def points(number: float) -> Callable:
-    """Mark a hidden test with its points; `exercises` reads them from the source."""
-    return pytest.mark.points(number)
+def points(number: float, cell: str) -> Callable:
+    """Mark a hidden test with its points, and the notebook's grade cell that they belong to.
+
+    `exercises` reads both from the source, so they must be written as literals.
+    """
+    return pytest.mark.points(number, cell=cell)
 
 
 class Judge:
@@ -33,7 +36,7 @@ class Judge:
     def pytest_configure(self, config):
         """Hand the grading to the suites, and know their one marker."""
         config.stash[GRADING] = self.grading
-        config.addinivalue_line("markers", "points(number): what a test is worth")
+        config.addinivalue_line("markers", "points(number, cell): what a test is worth, and where")
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_setup(self, item):

@@ -12,6 +12,7 @@ from pathlib import Path
 
 KEPT = 1 << 20  # bytes of output that are kept: the first and the last half of it
 FLOOD = 64 << 20  # bytes of output after which a program is stopped
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 GLANCE = 0.1  # s between two looks at the memory
 
 
@@ -25,6 +26,7 @@ class Program:
     def __init__(self, name: str, command: list[str], *, memory: int, status: int | None, pass_fds=(), **options):
         """Start `command`; `status` is where bubblewrap reports that it has started the program itself."""
         self.name = name
+        self.hidden: set = set()  # numbers and words that its last words must not repeat to the student
         self.stopped = ""
         self._head, self._tail, self._total = bytearray(), bytearray(), 0
         self._news = threading.Condition()
@@ -109,11 +111,16 @@ class Program:
         lines = re.findall(rf'File "[^"]*/{re.escape(self.name)}", line (\d+)', self.output)
         if errors and self.raised:
             where = f" ({self.name}, line {lines[-1]})" if lines else ""
-            return _without_paths(errors[-1])[:300] + where
+            return self._without_hidden(_without_paths(errors[-1]))[:300] + where
         status = self.exit_status
         if status is not None and 128 < status < 128 + signal.NSIG:
             return f"signal {signal.Signals(status - 128).name}"
         return f"exit status {status}"
+
+    def _without_hidden(self, text: str) -> str:
+        for word in (word for word in self.hidden if isinstance(word, str)):
+            text = text.replace(word, "…")
+        return NUMBER.sub(lambda found: "…" if float(found[0]) in self.hidden else found[0], text)
 
     def _read(self) -> None:
         pipe = self._process.stdout.fileno()

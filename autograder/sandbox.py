@@ -71,7 +71,7 @@ def choose(unsafe: bool = False) -> str:
             raise SandboxUnavailable(f"{tool} is not installed (package {package}), so programs cannot be confined")
     box = "root" if os.geteuid() == 0 and _mapped(SPARE_UIDS) else "user"
     with Sandbox(box, {}) as sandbox:
-        command = [*BOXES[box], *sandbox.command(["-c", "import rclpy"], domain=0)]
+        command = [*BOXES[box], *sandbox.command(["-S", "-c", ""], domain=0)]
         try:
             tried = subprocess.run(command, capture_output=True, text=True, pass_fds=sandbox.descriptors, timeout=30)
         except subprocess.TimeoutExpired:

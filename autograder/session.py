@@ -12,6 +12,7 @@ from .sandbox import Sandbox
 
 GRACE = 3.0  # s more for a program to load on a busy machine, when the task sets a limit
 DOMAINS = range(1, 100)
+COMMON = {"", 0.0, 1.0, 2.0, 3.0}  # not worth hiding
 
 
 class Grading:
@@ -26,6 +27,7 @@ class Grading:
         self._domains = list(DOMAINS)
         random.shuffle(self._domains)  # by no seed: in --unsafe mode, gradings at the same time must not meet
         self.early: dict[str, Run] = {}
+        self._hidden: set = set()
 
     def random(self, name: str) -> random.Random:
         """Random numbers of the grading's seed for one purpose, whatever else was drawn before."""
@@ -51,7 +53,13 @@ class Grading:
 
     def start(self, file: str, *args: str, domain: int) -> Program:
         """Start one of the handed-in programs in that domain."""
-        return self.sandbox.start(file, *args, domain=domain)
+        program = self.sandbox.start(file, *args, domain=domain)
+        program.hidden = self._hidden
+        return program
+
+    def hide(self, *values: float | str) -> None:
+        """Keep these hidden inputs out of what a student is told of their program's end."""
+        self._hidden.update(value for value in values if value not in COMMON)
 
     def close(self) -> None:
         """End all programs and leave all domains."""

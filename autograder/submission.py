@@ -21,20 +21,22 @@ def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> 
     except OSError:
         return Submission(student, assignment, problems=[
             f"'{assignment}' is not a folder: hand in a folder of that name with the files in it."])
-    files, problems = {}, []
+    files, problems, missing = {}, [], []
     try:
         present = sorted(os.listdir(inside))
         for name in wanted:
             try:
                 files[name] = _read_file(name, inside)
             except FileNotFoundError:
-                problems.append(_missing(name, present))
+                missing.append(_missing(name, present))
             except ValueError as error:
                 problems.append(str(error))
             except OSError as error:
                 problems.append(f"{name} cannot be read ({error.strerror}): hand it in again.")
     finally:
         os.close(inside)
+    if missing:
+        problems.append(f"Missing: {', '.join(missing)}. Save each file and hand it in under exactly this name.")
     return Submission(student, assignment, {} if problems else files, problems)
 
 
@@ -59,6 +61,5 @@ def _read_file(name: str, inside: int) -> bytes:
 
 
 def _missing(name: str, present: list[str]) -> str:
-    near = next((other for other in present if other.lower() == name.lower()), None)
-    hint = f" (there is {near!r}: capital and small letters count)" if near else ""
-    return f"{name} is missing{hint}: save it and hand it in under exactly this name."
+    near = next((other for other in present if other != name and other.lower() == name.lower()), None)
+    return f"{name} (there is {near}: capital and small letters count)" if near else name

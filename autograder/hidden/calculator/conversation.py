@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from calculator_interfaces.srv import Calculate
 
 from autograder.faults import Crashed, Fault, TimedOut, Wrong
+from autograder.program import NUMBER
 from autograder.ros import Ros, wait_until
 from autograder.session import Run
 from autograder.talk import ANSWER, Server
@@ -17,9 +18,9 @@ ANSWERS = {
     "multiply": lambda a, b: a * b,
     "divide": lambda a, b: a / b,
 }
+SIGNS = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
 CLIENT = "calculator_client.py"
 PATIENCE = 10  # s that a client may take, with or without a server
-NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 
 
 class Calculator(Server):
@@ -30,6 +31,7 @@ class Calculator(Server):
 
     def ask(self, a: float, operation: str, b: float):
         """Its response."""
+        self.grading.hide(a, operation if operation not in ANSWERS else "", b)
         return self.call(Calculate.Request(a=a, b=b, operation=operation))
 
     def expect(self, a: float, operation: str, b: float, about: str, tolerance: float) -> None:
@@ -39,7 +41,18 @@ class Calculator(Server):
         if not response.success:
             raise Wrong(f"'{operation}' with {about}: success must be True when the operation can be done.", got)
         if not math.isclose(response.result, right, rel_tol=0, abs_tol=tolerance):
-            raise Wrong(f"'{operation}' with {about}: result is not the right number.", got)
+            raise Wrong(f"'{operation}' with {about}: result must be a {SIGNS[operation]} b.", got)
+
+    def operations(self, a: float, b: float) -> list[str]:
+        """The operations that it gets right for these numbers; there must be some."""
+        right = []
+        for operation, answer in ANSWERS.items():
+            response = self.ask(a, operation, b)
+            if response.success and math.isclose(response.result, answer(a, b), rel_tol=1e-2):
+                right.append(operation)
+        if not right:
+            raise Wrong("No operation gives the right result.")
+        return right
 
     def expect_refusal(self, a: float, operation: str, b: float, about: str) -> None:
         """It must refuse, and say why."""
@@ -109,11 +122,6 @@ class Counterpart:
     def _answer(self, request, _):
         self.requests.append(request)
         return self._response
-
-
-def finish(self, doing: str):
-        """The ended program; a traceback is not an answer to anybody."""
-        return finish(self._run, 10, doing)
 
 
 def finish(run: Run, doing: str):

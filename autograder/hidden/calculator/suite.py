@@ -20,7 +20,7 @@ FLOAT64 = 1e-12  # of the numbers' size: several ways to compute the same are ri
 WRITTEN = 3.0  # s until a log line has arrived
 
 
-@points(2)
+@points(3, cell="calculate-srv")
 def test_interface(submission):
     """Calculate.srv has the request and the response of the task."""
     try:
@@ -36,25 +36,25 @@ def test_interface(submission):
                         "(Your programs were tested with the right definition.)")
 
 
-@points(1)
+@points(1, cell="calculator-server")
 def test_add(calculator, rng):
     """The server adds."""
     judge_operation(calculator, rng, "add")
 
 
-@points(1)
+@points(1, cell="calculator-server")
 def test_subtract(calculator, rng):
     """The server subtracts."""
     judge_operation(calculator, rng, "subtract")
 
 
-@points(1)
+@points(1, cell="calculator-server")
 def test_multiply(calculator, rng):
     """The server multiplies."""
     judge_operation(calculator, rng, "multiply")
 
 
-@points(1)
+@points(1, cell="calculator-server")
 def test_divide(calculator, rng):
     """The server divides."""
     judge_operation(calculator, rng, "divide")
@@ -73,37 +73,38 @@ def judge_operation(calculator, rng, operation):
 
 def plain_numbers(rng):
     """Two whole numbers whose sum, difference, product and quotient are far from each other and from whole."""
-    b = rng.randrange(3, 40)
-    return float(b * rng.randrange(2, 20) + rng.randrange(1, b)), float(b)
+    b = rng.randrange(7, 40)
+    return float(b * rng.randrange(2, 10) + rng.randint(round(0.3 * b), round(0.7 * b))), float(b)
 
 
-@points(1)
+@points(1, cell="calculator-server")
 def test_precision(calculator, rng):
     """Results have the precision of float64, for large, small and fractional numbers."""
+    operations = calculator.operations(*plain_numbers(rng))  # a wrong operation loses its own point, not this one
     for exponents, about in [((0, 0), "numbers with many decimals"), ((150, 149), "very large numbers"),
                              ((-140, -141), "numbers very near to 0"), ((-3, -2), "small fractions"),
                              ((100, -100), "a very large and a very small number")]:
-        for operation, right in ANSWERS.items():
+        for operation in operations:
             a, b = (rng.choice([-1, 1]) * rng.uniform(1, 10) * 10.0**exponent for exponent in exponents)
-            size = max(abs(a), abs(b)) if operation in ("add", "subtract") else abs(right(a, b))
+            size = max(abs(a), abs(b)) if operation in ("add", "subtract") else abs(ANSWERS[operation](a, b))
             calculator.expect(a, operation, b, f"{about} (do not round, and nothing but 0 is 0)", FLOAT64 * size)
 
 
-@points(2)
+@points(1, cell="calculator-server")
 def test_division_by_zero(calculator, rng):
     """Dividing by zero is refused with a message."""
     for a, b in [(rng.uniform(1, 100), 0.0), (rng.uniform(-100, -1), 0.0), (0.0, 0.0), (rng.uniform(1, 100), -0.0)]:
         calculator.expect_refusal(a, "divide", b, "Division by zero")
 
 
-@points(2)
+@points(1, cell="calculator-server")
 def test_unknown_operation(calculator, rng):
     """An operation that does not exist is refused with a message."""
     for operation in [rng.choice(["power", "modulo", "sqrt"]), "".join(rng.choices("bdfgklmnp", k=9)), ""]:
         calculator.expect_refusal(rng.uniform(1, 9), operation, rng.uniform(1, 9), "An unknown operation")
 
 
-@points(1)
+@points(1, cell="calculator-server")
 def test_each_answer_stands_alone(calculator, rng):
     """Nothing of an earlier answer is left in the next."""
     before = calculator.answers([plain_numbers(rng)])
@@ -116,7 +117,7 @@ def test_each_answer_stands_alone(calculator, rng):
             raise Wrong("After a refused request, the next answer still has its message.", f"got {after}")
 
 
-@points(1)
+@points(1, cell="calculator-server")
 def test_survives_bad_requests(calculator, rng):
     """The server goes on after bad requests."""
     question, answer = next(iter(calculator.answers([plain_numbers(rng)]).items()))
@@ -129,7 +130,7 @@ def test_survives_bad_requests(calculator, rng):
         raise Wrong("After some bad requests, an ordinary one must be answered as it was before.", f"got {after}")
 
 
-@points(1)
+@points(1, cell="calculator-server")
 def test_two_clients(calculator, rng):
     """Two clients at once get each their own answers."""
     alone = calculator.answers([plain_numbers(rng) for _ in range(5)])
@@ -140,7 +141,7 @@ def test_two_clients(calculator, rng):
                         f"{question}: alone {alone[question]}, together {response}")
 
 
-@points(1)
+@points(1, cell="calculator-server")
 def test_logs_requests(calculator, rng):
     """The server logs each request."""
     a, b = rng.sample(range(1009, 4999), 2)
@@ -149,7 +150,7 @@ def test_logs_requests(calculator, rng):
         raise Wrong("After a request, its numbers a and b must be in what the server logs (or prints).")
 
 
-@points(1)
+@points(1, cell="calculator-server")
 def test_logs_responses(calculator, rng):
     """The server logs each response."""
     for operation in ANSWERS:
@@ -168,7 +169,7 @@ def test_logs_responses(calculator, rng):
         raise Wrong("After a response, its result must be in what the server logs (or prints).")
 
 
-@points(1)
+@points(2, cell="calculator-client")
 def test_client_shows_result(runs):
     """The client sends what it is given and shows the answer."""
     run, sent, requests, result = runs["answered"]
@@ -183,7 +184,7 @@ def test_client_shows_result(runs):
         raise Wrong("The client must show the result that the server answers.", f"answered {result}, shown: {output}")
 
 
-@points(1)
+@points(1, cell="calculator-client")
 def test_client_shows_message(runs):
     """When the server refuses, the client shows its message."""
     run, reason = runs["refused"]
@@ -193,7 +194,7 @@ def test_client_shows_message(runs):
                     f"answered {reason!r}, shown: {output}")
 
 
-@points(1)
+@points(1, cell="calculator-client")
 def test_client_without_server(grading):
     """Without a server the client gives up within 10 s, and says so."""
     program = finish(grading.early["absent"], "without a server")
@@ -203,7 +204,7 @@ def test_client_without_server(grading):
         raise Wrong("When there is no server, the client must say so.")
 
 
-@points(1)
+@points(1, cell="calculator-client")
 def test_client_arguments(runs):
     """Wrong arguments get a word on the usage."""
     for name, about in [("too few", "with too few arguments"), ("no number", "with a word in the place of a number")]:

@@ -1,0 +1,74 @@
+"""The scores in nbgrader's gradebook: the points of hidden tests, added up by the notebook's grade cells."""
+
+import os
+import sys
+import warnings
+from pathlib import Path
+
+from nbgrader.api import Grade, Gradebook, MissingEntry
+from sqlalchemy.exc import SAWarning
+
+from .exercises import load
+from .records import INFRASTRUCTURE_ERROR, Report
+
+
+def default_url(submitted: Path, out: Path) -> str:
+    """The gradebook of the nbgrader course that the submissions lie in, or else one in `out`."""
+    course = submitted.resolve().parent
+    inside = any((course / name).exists() for name in ("nbgrader_config.py", "gradebook.db"))
+    return f"sqlite:///{(course if inside else out.resolve()) / 'gradebook.db'}"
+
+
+class Scores:
+    """An open gradebook; writing the same report again changes nothing."""
+
+    def __init__(self, url: str):
+        # nbgrader runs `alembic`, which is beside this interpreter.
+        os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
+        self._book = Gradebook(url)
+        self._known: set[str] = set()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exception):
+        self._book.close()
+
+    def write(self, report: Report) -> None:
+        """Write a report's points; an infrastructure error is no score, and leaves the gradebook as it is."""
+        if report.status == INFRASTRUCTURE_ERROR:
+            return
+        name, student = report.assignment, report.student
+        if name not in self._known:
+            self._add_assignment(report)
+        self._book.update_or_create_student(student)
+        with warnings.catch_warnings(action="ignore", category=SAWarning):  # nbgrader's own, about autoflush
+            self._book.update_or_create_submission(name, student)
+        notebook = self._book.find_submission_notebook(name, name, student)
+        for cell, (points, _) in _by_cell(report).items():
+            try:
+                grade = self._book.find_grade(cell, name, name, student)
+            except MissingEntry:  # the submission is older than the cell
+                grade = Grade(cell_id=self._book.find_grade_cell(cell, name, name).id, notebook=notebook)
+                self._book.db.add(grade)
+            grade.auto_score = points
+            grade.needs_manual_grade = False
+        self._book.db.commit()
+
+    def _add_assignment(self, report: Report) -> None:
+        name = report.assignment
+        self._book.update_or_create_assignment(name)
+        self._book.update_or_create_notebook(name, name)
+        for cell, (_, max_points) in _by_cell(report).items():
+            self._book.update_or_create_grade_cell(cell, name, name, max_score=max_points, cell_type="code")
+        self._known.add(name)
+
+
+def _by_cell(report: Report) -> dict[str, tuple[float, float]]:
+    """The points of each of the notebook's grade cells: earned, and to be had."""
+    cells = {test.id: test.cell for test in load(report.assignment).tests}
+    points = {cell: (0.0, 0.0) for cell in cells.values()}
+    for test in report.tests:
+        earned, most = points[cells[test.id]]
+        points[cells[test.id]] = (earned + test.points, most + test.max_points)
+    return points
