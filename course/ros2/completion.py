@@ -146,3 +146,11 @@ def executables(args):
     from course.ros2 import run
 
     return sorted(run.find_executables(args.package_name) or [])
+
+
+@quietly
+def message_types(args):
+    """Offer every message type."""
+    from course.ros2 import messages
+
+    return messages.all_types("msg")

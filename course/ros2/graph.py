@@ -216,9 +216,7 @@ class Graph:
         def there() -> bool:
             return any(node.full_name == full_name for node in self.nodes(hidden=hidden))
 
-        return self.settle(there, names_only=True) or self.wait_until(
-            there, self.created + timeout - time.monotonic()
-        )
+        return self.settle(there, names_only=True) or self.wait_until(there, self.created + timeout - time.monotonic())
 
     def topics(self, *, hidden: bool = False) -> list[tuple[str, list[str]]]:
         """Return topics with their types, sorted by name."""

@@ -25,9 +25,7 @@ def add_list_arguments(parser) -> None:
     """Add the arguments of `ros2 node list`."""
     grammar.add_strategy_arguments(parser)
     parser.add_argument("-a", "--all", action="store_true", help="Display all nodes even hidden ones")
-    parser.add_argument(
-        "-c", "--count-nodes", action="store_true", help="Only display the number of nodes discovered"
-    )
+    parser.add_argument("-c", "--count-nodes", action="store_true", help="Only display the number of nodes discovered")
 
 
 def list_nodes(args) -> None:

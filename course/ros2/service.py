@@ -50,9 +50,7 @@ def add_type_arguments(parser) -> None:
 def show_type(args) -> int:
     """Print a service's type; status 1 if there is no such service."""
     with Graph(args) as graph:
-        types = graph.types_of(
-            args.service_name, lambda: graph.services(hidden=args.include_hidden_services)
-        )
+        types = graph.types_of(args.service_name, lambda: graph.services(hidden=args.include_hidden_services))
     print("\n".join(types), end="\n" if types else "")
     return 0 if types else 1
 
@@ -120,9 +118,7 @@ def add_call_arguments(parser) -> None:
         "otherwise the service request will be published with default values",
     ).completer = completion.request_prototype
     group.add_argument("--stdin", action="store_true", help="Read values from standard input")
-    parser.add_argument(
-        "-r", "--rate", metavar="N", type=float, help="Repeat the call at a specific rate in Hz"
-    )
+    parser.add_argument("-r", "--rate", metavar="N", type=float, help="Repeat the call at a specific rate in Hz")
 
 
 def call(args) -> str | None:
@@ -150,7 +146,7 @@ def call(args) -> str | None:
             raise RuntimeError(str(error)) from None
         ready = client.service_is_ready
         # ros2cli looks once, before anything can be discovered; its line is for a service that keeps one waiting.
-        if not graph.settle(ready, names_only=True):
+        if not graph.settle(ready):
             print("waiting for service to become available...")
             graph.wait_until(ready)
         while True:

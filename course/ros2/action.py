@@ -1,0 +1,200 @@
+"""`ros2 action`: which actions there are, who serves and calls them, and a goal sent to one."""
+
+from course.ros2 import completion, grammar, service
+from course.ros2.grammar import Verb
+from course.ros2.graph import COMMAND_PREFIX, Graph
+
+CANCEL_TIMEOUT = 5.0  # s that a Ctrl-C waits for the server to take the cancellation
+
+
+def add_list_arguments(parser) -> None:
+    """Add the arguments of `ros2 action list`."""
+    grammar.add_strategy_arguments(parser)
+    parser.add_argument("-t", "--show-types", action="store_true", help="Additionally show the action type")
+    parser.add_argument(
+        "-c", "--count-actions", action="store_true", help="Only display the number of actions discovered"
+    )
+
+
+def list_actions(args) -> None:
+    """Print the actions' names."""
+    with Graph(args) as graph:
+        graph.settle()
+        found = graph.actions()
+    service.print_names(found, count=args.count_actions, types=args.show_types)
+
+
+def add_info_arguments(parser) -> None:
+    """Add the arguments of `ros2 action info`."""
+    grammar.add_strategy_arguments(parser)
+    parser.add_argument(
+        "action_name", help="Name of the ROS action to get info (e.g. '/fibonacci')"
+    ).completer = completion.action_names
+    parser.add_argument("-t", "--show-types", action="store_true", help="Additionally show the action type")
+    parser.add_argument(
+        "-c",
+        "--count",
+        action="store_true",
+        help="Only display the number of action clients and action servers",
+    )
+
+
+def info(args) -> None:
+    """Print the nodes that call and serve an action."""
+    from rclpy.expand_topic_name import expand_topic_name
+    from rclpy.validate_full_topic_name import validate_full_topic_name
+
+    try:
+        name = expand_topic_name(args.action_name, "_", "/")
+        validate_full_topic_name(name)
+    except ValueError as error:  # rclpy's InvalidTopicNameException is one
+        raise RuntimeError(str(error)) from None
+    with Graph(args) as graph:
+        graph.settle()
+        nodes = list(dict.fromkeys(graph.nodes(hidden=True)))
+
+        def having(kind: str) -> list[tuple[str, list[str]]]:
+            found = ((node, dict(graph.of_node(kind, node.full_name, hidden=True)).get(name)) for node in nodes)
+            return [(node.full_name, types) for node, types in found if types]
+
+        clients, servers = having("action_client"), having("action_server")
+    print(f"Action: {args.action_name}")
+    for title, found in (("clients", clients), ("servers", servers)):
+        print(f"Action {title}: {len(found)}")
+        for node, types in [] if args.count else found:
+            print(f"    {node} [{', '.join(types)}]" if args.show_types else f"    {node}")
+
+
+def add_type_arguments(parser) -> None:
+    """Add the arguments of `ros2 action type`."""
+    grammar.add_strategy_arguments(parser)
+    parser.add_argument(
+        "action_name", help="Name of the ROS action to get type (e.g. '/fibonacci')"
+    ).completer = completion.action_names
+
+
+def show_type(args) -> int:
+    """Print an action's type; status 1 if there is no such action."""
+    with Graph(args) as graph:
+        types = graph.types_of(args.action_name, graph.actions)
+    print("\n".join(types), end="\n" if types else "")
+    return 0 if types else 1
+
+
+def add_send_goal_arguments(parser) -> None:
+    """Add the arguments of `ros2 action send_goal`."""
+    parser.add_argument(
+        "action_name", help="Name of the ROS action (e.g. '/fibonacci')"
+    ).completer = completion.action_names
+    parser.add_argument(
+        "action_type", help="Type of the ROS action (e.g. 'example_interfaces/action/Fibonacci')"
+    ).completer = completion.action_type
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument(
+        "goal", nargs="?", default="{}", help="Goal request values in YAML format (e.g. '{order: 10}')"
+    ).completer = completion.goal_prototype
+    group.add_argument("--stdin", action="store_true", help="Read goal from standard input")
+    parser.add_argument("-f", "--feedback", action="store_true", help="Echo feedback messages for the goal")
+    parser.add_argument(
+        "-t",
+        "--timeout",
+        metavar="N",
+        type=grammar.nonnegative_int,
+        help="Wait for N seconds until the goal is done (default: wait indefinitely)",
+    )
+
+
+def send_goal(args) -> int | str | None:
+    """Send a goal, print feedback and result; a Ctrl-C cancels it."""
+    import yaml
+
+    from course.ros2 import messages
+
+    try:
+        action = messages.get_action(args.action_type)
+    except messages.INVALID_TYPE:
+        raise RuntimeError("The passed action type is invalid") from None
+    goal, stamps = action.Goal(), []
+    try:
+        messages.fill(goal, yaml.safe_load(grammar.read_stdin() if args.stdin else args.goal), stamps)
+    except yaml.YAMLError as error:
+        return f"Failed to populate message fields: {error}"
+    except Exception as error:
+        return f"Failed to populate message fields: {error!r}"
+    with Graph(talks=True, node_name=f"{COMMAND_PREFIX}_send_goal_{args.action_type.replace('/', '_')}") as graph:
+        from rclpy.action import ActionClient
+
+        try:
+            client = ActionClient(graph.node, action, args.action_name)
+        except Exception as error:  # rclpy has an exception of its own for an invalid name
+            raise RuntimeError(str(error)) from None
+        try:
+            return _follow(graph, client, goal, stamps, args)
+        finally:
+            client.destroy()
+
+
+def _follow(graph, client, goal, stamps, args) -> int | None:
+    from course.ros2 import messages
+
+    def show(feedback) -> None:
+        print(f"Feedback:\n    {messages.to_yaml(feedback.feedback)}")
+
+    print("Waiting for an action server to become available...")
+    graph.wait_until(client.server_is_ready)
+    for stamp in stamps:
+        stamp(graph.node.get_clock().now().to_msg())
+    print(f"Sending goal:\n     {messages.to_yaml(goal)}")
+    sent = client.send_goal_async(goal, show if args.feedback else None)
+    graph.spin(sent.done)
+    handle = sent.result()
+    if handle is None:
+        raise RuntimeError(f"Exception while sending goal: {sent.exception()!r}")
+    if not handle.accepted:
+        print("Goal was rejected.")
+        return None
+    print(f"Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n")
+    finished = handle.get_result_async()
+    try:
+        in_time = graph.spin(finished.done, args.timeout)
+    except KeyboardInterrupt:
+        _cancel(graph, handle)
+        raise
+    if not in_time:
+        print(f"Timeout is reached after {args.timeout} seconds.")
+        _cancel(graph, handle)
+        return 1
+    if finished.result() is None:
+        raise RuntimeError(f"Exception while getting result: {finished.exception()!r}")
+    print(f"Result:\n    {messages.to_yaml(finished.result().result)}")
+    print(f"Goal finished with status: {_status(finished.result().status)}")
+    return None
+
+
+def _cancel(graph, handle) -> None:
+    print("Canceling goal...")
+    cancelled = handle.cancel_goal_async()
+    if not graph.spin(cancelled.done, CANCEL_TIMEOUT) or not cancelled.result().goals_canceling:
+        raise RuntimeError("Failed to cancel goal")
+    print("Goal canceled.")
+
+
+def _status(status: int) -> str:
+    """Return the status as its constant in action_msgs/msg/GoalStatus is called."""
+    from action_msgs.msg import GoalStatus
+
+    names = ("ACCEPTED", "EXECUTING", "CANCELING", "SUCCEEDED", "CANCELED", "ABORTED")
+    return next((name for name in names if getattr(GoalStatus, f"STATUS_{name}") == status), "UNKNOWN")
+
+
+VERBS = {
+    "info": Verb("Print information about an action", add_info_arguments, info),
+    "list": Verb("Output a list of action names", add_list_arguments, list_actions),
+    "send_goal": Verb("Send an action goal", add_send_goal_arguments, send_goal),
+    "type": Verb("Print a action's type", add_type_arguments, show_type),
+}
+
+
+def add_arguments(parser) -> None:
+    """Add the verbs of `ros2 action`."""
+    grammar.add_verbs(parser, "ros2 action", VERBS)

@@ -1,0 +1,127 @@
+"""`ros2 interface`: which messages, services and actions are installed, and their definitions."""
+
+import argparse
+import re
+import sys
+
+from course.ros2 import completion, grammar, messages
+from course.ros2.grammar import Verb
+
+TITLES = {"msg": "Messages", "srv": "Services", "action": "Actions"}
+# The field types that are not messages themselves (rosidl's primitive types).
+PRIMITIVES = {
+    "bool", "byte", "char", "float32", "float64", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64",
+    "uint64", "string", "wstring",
+}  # fmt: skip
+# A line's text before its comment: quotes may hold a hash sign.
+BEFORE_COMMENT = re.compile(r"""(?:[^#"']|"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*'|["'])*""")
+# A field: its type without array and string bounds, then its name; a constant has `=` after the name.
+FIELD = re.compile(r"^(?P<type>[\w/]+)(?:<=\d+)?(?:\[[^\]]*\])?\s+\w+\s*(?!\s*=)(?:\s|$)")
+
+
+def _add_kind_arguments(parser) -> None:
+    for option, kind, word in (("-m", "msgs", "message"), ("-s", "srvs", "service"), ("-a", "actions", "action")):
+        parser.add_argument(option, f"--only-{kind}", action="store_true", help=f"Print out only the {word} types")
+
+
+def _kinds(args) -> list[str]:
+    chosen = {"msg": args.only_msgs, "srv": args.only_srvs, "action": args.only_actions}
+    return [kind for kind in messages.KINDS if chosen[kind] or not any(chosen.values())]
+
+
+def list_interfaces(args) -> None:
+    """Print all interfaces, by kind."""
+    for kind in _kinds(args):
+        print(f"{TITLES[kind]}:")
+        for name in messages.all_types(kind):
+            print(f"    {name}")
+
+
+def add_package_arguments(parser) -> None:
+    """Add the arguments of `ros2 interface package`."""
+    _add_kind_arguments(parser)
+    parser.add_argument(
+        "package_name", help="Name of the ROS package (e.g. 'example_interfaces')"
+    ).completer = completion.interface_packages
+
+
+def package(args) -> str | None:
+    """Print the interfaces of a package."""
+    try:
+        names = messages.interfaces_of(args.package_name)
+    except LookupError as error:
+        return str(error)
+    for name in names:
+        if name.split("/")[0] in _kinds(args):
+            print(f"{args.package_name}/{name}")
+    return None
+
+
+class _ReadStdinPipe(argparse.Action):
+    """Take the type from a pipe if it is `-`."""
+
+    def __call__(self, parser, namespace, values, option_string=None):
+        if values == "-":
+            if sys.stdin.isatty():
+                parser.error("expected stdin pipe")
+            values = sys.stdin.readline().strip()
+        if not values:
+            parser.error("the passed value is empty")
+        setattr(namespace, self.dest, values)
+
+
+def add_show_arguments(parser) -> None:
+    """Add the arguments of `ros2 interface show`."""
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument(
+        "--all-comments",
+        action="store_true",
+        help="Show all comments, including for nested interface definitions",
+    )
+    group.add_argument("--no-comments", action="store_true", help="Show no comments or whitespace")
+    parser.add_argument(
+        "type",
+        action=_ReadStdinPipe,
+        help="Show an interface definition (e.g. 'example_interfaces/msg/String'). Passing '-' reads the argument "
+        "from stdin (e.g. 'ros2 topic type /chatter | ros2 interface show -').",
+    ).completer = completion.interface_types
+
+
+def show(args) -> str | None:
+    """Print a definition with the definitions of its fields' messages below them, indented by tabs."""
+    try:
+        for line in definition(args.type, not args.no_comments, args.all_comments):
+            print(line)
+    except (ValueError, LookupError) as error:
+        return error.args[0]
+    return None
+
+
+def definition(identifier: str, comments: bool = True, nested_comments: bool = False, indent: str = ""):
+    """Yield the lines of an interface's definition; raises as `messages.definition_path`."""
+    path = messages.definition_path(identifier)
+    for line in path.read_text(encoding="utf-8").splitlines():
+        line = line.rstrip()
+        code = BEFORE_COMMENT.match(line).group().rstrip()
+        shown = line if comments else code
+        if shown:
+            yield indent + shown
+        elif comments:
+            yield ""
+        field = FIELD.match(code) if path.suffix != ".idl" else None
+        if field and field["type"] not in PRIMITIVES:
+            *package_name, name = field["type"].split("/")
+            nested = f"{package_name[0] if package_name else identifier.split('/')[0]}/msg/{name}"
+            yield from definition(nested, nested_comments, nested_comments, indent + "\t")
+
+
+VERBS = {
+    "list": Verb("List all interface types available", _add_kind_arguments, list_interfaces),
+    "package": Verb("Output a list of available interface types within one package", add_package_arguments, package),
+    "show": Verb("Output the interface definition", add_show_arguments, show),
+}
+
+
+def add_arguments(parser) -> None:
+    """Add the verbs of `ros2 interface`."""
+    grammar.add_verbs(parser, "ros2 interface", VERBS)

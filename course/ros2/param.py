@@ -1,0 +1,325 @@
+"""`ros2 param`: a node's parameters read, described, set, saved and loaded, through its parameter services."""
+
+import re
+import sys
+
+from course.ros2 import completion, grammar
+from course.ros2.grammar import Verb
+from course.ros2.graph import Graph, absolute
+
+SERVICE_TIMEOUT = 5.0  # s until a node's parameter service is given up
+# What `list --param-type` and `describe` call a type, in the order of rcl_interfaces/msg/ParameterType.
+TYPE_NAMES = (
+    "not set", "boolean", "integer", "double", "string",
+    "byte array", "boolean array", "integer array", "double array", "string array",
+)  # fmt: skip
+# What `get` says before a value, with the field of rcl_interfaces/msg/ParameterValue that holds it.
+VALUES = (
+    ("Parameter not set.", None),
+    ("Boolean value is:", "bool_value"),
+    ("Integer value is:", "integer_value"),
+    ("Double value is:", "double_value"),
+    ("String value is:", "string_value"),
+    ("Byte values are:", "byte_array_value"),
+    ("Boolean values are:", "bool_array_value"),
+    ("Integer values are:", "integer_array_value"),
+    ("Double values are:", "double_array_value"),
+    ("String values are:", "string_array_value"),
+)
+
+
+# --- a node's parameter services ---
+
+
+def call(graph, node_name: str, kind: str, **fields):
+    """Call a node's service `kind` (ListParameters, ...); raises RuntimeError if it is not there within 5 s."""
+    from rcl_interfaces import srv
+
+    service = getattr(srv, kind)
+    word = re.sub(r"(?<!^)(?=[A-Z])", "_", kind).lower()
+    client = graph.node.create_client(service, f"{absolute(node_name)}/{word}")
+    if not graph.wait_until(client.service_is_ready, SERVICE_TIMEOUT):
+        raise RuntimeError("Wait for service timed out")
+    future = client.call_async(service.Request(**fields))
+    graph.spin(future.done)
+    if future.result() is None:
+        raise RuntimeError(f"Exception while calling service of node '{node_name}': {future.exception()}")
+    return future.result()
+
+
+def list_parameters(graph, node_name: str, prefixes=()) -> list[str]:
+    """Return the names of a node's parameters that begin with one of `prefixes`, sorted."""
+    return sorted(call(graph, node_name, "ListParameters", prefixes=list(prefixes)).result.names)
+
+
+def set_parameter(graph, node_name: str, name: str, value):
+    """Set one parameter; return its rcl_interfaces/msg/SetParametersResult."""
+    from rcl_interfaces.msg import Parameter
+
+    return call(graph, node_name, "SetParameters", parameters=[Parameter(name=name, value=value)]).results[0]
+
+
+def report(result, done: str, failed: str) -> None:
+    """Print what came of a change: a success to stdout, a failure to stderr, each with the node's reason."""
+    text = (done if result.successful else failed) + (f": {result.reason}" if result.reason else "")
+    print(text, file=sys.stdout if result.successful else sys.stderr)
+
+
+# --- grammar ---
+
+
+def _add_node_argument(parser, *, optional: bool = False) -> None:
+    grammar.add_strategy_arguments(parser)
+    parser.add_argument(
+        "node_name", help="Name of the ROS node", nargs="?" if optional else None
+    ).completer = completion.node_names
+    grammar.add_hidden(parser, "--include-hidden-nodes", what="nodes", verb=False)
+
+
+def _add_timeout(parser) -> None:
+    parser.add_argument(
+        "--timeout",
+        metavar="N",
+        type=int,
+        default=1,
+        help="Wait for N seconds until node becomes available (default %(default)s sec)",
+    )
+
+
+def _add_name_argument(parser) -> None:
+    parser.add_argument("parameter_name", help="Name of the parameter").completer = completion.parameter_names
+
+
+def _found(graph, args) -> bool:
+    timeout = getattr(args, "timeout", 0)
+    return graph.find_node(args.node_name, hidden=args.include_hidden_nodes, timeout=timeout)
+
+
+# --- verbs ---
+
+
+def add_list_arguments(parser) -> None:
+    """Add the arguments of `ros2 param list`."""
+    _add_node_argument(parser, optional=True)
+    parser.add_argument(
+        "--filter",
+        nargs=1,
+        help="Only parameters matching the regex expression will be showed. Supports `re` regex syntax.",
+    )
+    parser.add_argument(
+        "--param-prefixes", nargs="+", default=[], help="Only list parameters with the provided prefixes"
+    )
+    parser.add_argument("--param-type", action="store_true", help="Print parameter types with parameter names")
+
+
+def list_verb(args) -> str | None:
+    """Print the parameters of one node, or of each."""
+    try:
+        pattern = re.compile(args.filter[0] if args.filter else "")
+    except re.error as error:
+        return f"Invalid regular expression '{args.filter[0]}': {error}"
+    with Graph(args, talks=True) as graph:
+        if args.node_name:
+            if not _found(graph, args):
+                return "Node not found"
+            nodes = [absolute(args.node_name)]
+        else:
+            graph.settle()
+            nodes = [node.full_name for node in sorted(set(graph.nodes(hidden=args.include_hidden_nodes)))]
+            served = {name for name, _ in graph.services(hidden=True)}
+            nodes = [node for node in nodes if f"{node}/list_parameters" in served]
+        for node in nodes:
+            try:
+                names = [name for name in list_parameters(graph, node, args.param_prefixes) if pattern.match(name)]
+            except RuntimeError as error:
+                waiting = f"{error} waiting for parameter services for node {node}"
+                print(waiting if "timed out" in str(error) else error, file=sys.stderr)
+                continue
+            if names and not args.node_name:
+                print(f"{node}:")
+            kinds = {}
+            if args.param_type and names:
+                described = call(graph, node, "DescribeParameters", names=names).descriptors
+                kinds = {each.name: f" (type: {TYPE_NAMES[each.type]})" for each in described}
+            for name in names:
+                print(f"  {name}{kinds.get(name, '')}")
+    return None
+
+
+def add_get_arguments(parser) -> None:
+    """Add the arguments of `ros2 param get`."""
+    _add_node_argument(parser)
+    _add_name_argument(parser)
+    parser.add_argument("--hide-type", action="store_true", help="Hide the type information")
+    _add_timeout(parser)
+
+
+def get(args) -> str | None:
+    """Print a parameter's value."""
+    with Graph(args, talks=True) as graph:
+        if not _found(graph, args):
+            return "Node not found"
+        values = call(graph, args.node_name, "GetParameters", names=[args.parameter_name]).values
+    if not values:
+        return "Parameter not set"
+    if values[0].type >= len(VALUES):
+        return f"Unknown parameter type '{values[0].type}'"
+    label, field = VALUES[values[0].type]
+    value = getattr(values[0], field) if field else None
+    if args.hide_type:
+        print(value)
+    else:
+        print(label) if value is None else print(label, value)
+    return None
+
+
+def add_set_arguments(parser) -> None:
+    """Add the arguments of `ros2 param set`."""
+    _add_node_argument(parser)
+    _add_name_argument(parser)
+    parser.add_argument("value", help="Value of the parameter")
+    _add_timeout(parser)
+
+
+def set_verb(args) -> str | None:
+    """Set a parameter to a value whose type YAML tells; a refusal goes to stderr, with status 0 as in ros2cli."""
+    import yaml
+    from rclpy.parameter import get_parameter_value
+
+    with Graph(args, talks=True) as graph:
+        if not _found(graph, args):
+            return "Node not found"
+        try:
+            value = get_parameter_value(args.value)
+        except (yaml.YAMLError, AssertionError, OverflowError) as error:
+            return f"Setting parameter failed: {error}"
+        result = set_parameter(graph, args.node_name, args.parameter_name, value)
+        report(result, "Set parameter successful", "Setting parameter failed")
+    return None
+
+
+def add_delete_arguments(parser) -> None:
+    """Add the arguments of `ros2 param delete`."""
+    _add_node_argument(parser)
+    _add_name_argument(parser)
+    _add_timeout(parser)
+
+
+def delete(args) -> str | None:
+    """Undeclare a parameter."""
+    from rcl_interfaces.msg import ParameterValue
+
+    with Graph(args, talks=True) as graph:
+        if not _found(graph, args):
+            return "Node not found"
+        result = set_parameter(graph, args.node_name, args.parameter_name, ParameterValue())
+        report(result, "Deleted parameter successfully", "Deleting parameter failed")
+    return None
+
+
+def add_describe_arguments(parser) -> None:
+    """Add the arguments of `ros2 param describe`."""
+    _add_node_argument(parser)
+    parser.add_argument(
+        "parameter_names", nargs="+", help="Names of the parameters"
+    ).completer = completion.parameter_names
+    _add_timeout(parser)
+
+
+def describe(args) -> str | None:
+    """Print parameters' types, descriptions and constraints."""
+    with Graph(args, talks=True) as graph:
+        if not _found(graph, args):
+            return "Node not found"
+        described = call(graph, args.node_name, "DescribeParameters", names=args.parameter_names).descriptors
+    for each in described:
+        print("Parameter name:", each.name)
+        print("  Type:", TYPE_NAMES[each.type])
+        if each.description:
+            print("  Description:", each.description)
+        print("  Constraints:")
+        if each.read_only:
+            print("    Read only: true")
+        for bounds in (*each.floating_point_range, *each.integer_range):
+            print("    Min value:", bounds.from_value)
+            print("    Max value:", bounds.to_value)
+            if bounds.step:
+                print("    Step:", bounds.step)
+        if each.additional_constraints:
+            print("    Additional constraints:", each.additional_constraints)
+    return None
+
+
+def add_dump_arguments(parser) -> None:
+    """Add the arguments of `ros2 param dump`."""
+    _add_node_argument(parser)
+    _add_timeout(parser)
+
+
+def dump(args) -> str | None:
+    """Print a node's parameters as the YAML file that `load` and `--params-file` read."""
+    import yaml
+    from rclpy.parameter import PARAMETER_SEPARATOR_STRING, parameter_value_to_python
+
+    with Graph(args, talks=True) as graph:
+        if not _found(graph, args):
+            return "Node not found"
+        names = list_parameters(graph, args.node_name)
+        values = call(graph, args.node_name, "GetParameters", names=names).values if names else []
+    tree = {}
+    for name, value in zip(names, values, strict=False):
+        *groups, last = name.split(PARAMETER_SEPARATOR_STRING)
+        branch = tree
+        for group in groups:
+            branch = branch.setdefault(group, {})
+        branch[last] = parameter_value_to_python(value)
+    print(yaml.dump({absolute(args.node_name): {"ros__parameters": tree}}, default_flow_style=False))
+    return None
+
+
+def add_load_arguments(parser) -> None:
+    """Add the arguments of `ros2 param load`."""
+    _add_node_argument(parser)
+    parser.add_argument("parameter_file", help="Parameter file")
+    parser.add_argument(
+        "--use-wildcard",
+        action="store_true",
+        help="Load parameters in the '/**' namespace into the node",
+    )
+    _add_timeout(parser)
+
+
+def load(args) -> str | None:
+    """Set a node's parameters from a YAML file."""
+    import yaml
+    from rclpy.parameter import parameter_dict_from_yaml_file
+
+    with Graph(args, talks=True) as graph:
+        if not _found(graph, args):
+            return "Node not found"
+        try:
+            parameters = list(parameter_dict_from_yaml_file(args.parameter_file, args.use_wildcard).values())
+        except OSError as error:
+            return f"{error.strerror}: '{args.parameter_file}'"
+        except (yaml.YAMLError, AttributeError, TypeError) as error:
+            return f"YAML file is not a valid ROS parameter file: {error}"
+        results = call(graph, args.node_name, "SetParameters", parameters=parameters).results
+        for parameter, result in zip(parameters, results, strict=True):
+            report(result, f"Set parameter {parameter.name} successful", f"Set parameter {parameter.name} failed")
+    return None
+
+
+VERBS = {
+    "delete": Verb("Delete parameter", add_delete_arguments, delete),
+    "describe": Verb("Show descriptive information about declared parameters", add_describe_arguments, describe),
+    "dump": Verb("Show all of the parameters of a node in a YAML file format", add_dump_arguments, dump),
+    "get": Verb("Get parameter", add_get_arguments, get),
+    "list": Verb("Output a list of available parameters", add_list_arguments, list_verb),
+    "load": Verb("Load parameter file for a node", add_load_arguments, load),
+    "set": Verb("Set parameter", add_set_arguments, set_verb),
+}
+
+
+def add_arguments(parser) -> None:
+    """Add the verbs of `ros2 param`."""
+    grammar.add_verbs(parser, "ros2 param", VERBS)

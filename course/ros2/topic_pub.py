@@ -1,0 +1,134 @@
+"""`ros2 topic pub`: messages to a topic."""
+
+import time
+
+from course.ros2 import completion, grammar, qos
+from course.ros2.graph import Graph
+
+
+def add_arguments(parser) -> None:
+    """Add the arguments of `ros2 topic pub`."""
+    add = parser.add_argument
+    add("topic_name", help="Name of the ROS topic to publish to (e.g. '/chatter')").completer = completion.topic_names
+    add("message_type", help="Type of the ROS message (e.g. 'std_msgs/String')").completer = completion.topic_type
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument(
+        "values",
+        nargs="?",
+        default="{}",
+        help="Values to fill the message with in YAML format (e.g. 'data: Hello World'), otherwise the message will "
+        "be published with default values",
+    ).completer = completion.message_prototype
+    group.add_argument("--stdin", action="store_true", help="Read values from standard input")
+    add(
+        "-r",
+        "--rate",
+        metavar="N",
+        type=grammar.positive_float,
+        default=1.0,
+        help="Publishing rate in Hz (default: 1)",
+    )
+    add(
+        "-p",
+        "--print",
+        metavar="N",
+        type=int,
+        default=1,
+        help="Only print every N-th published message (default: 1)",
+    )
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument("-1", "--once", action="store_true", help="Publish one message and exit")
+    group.add_argument(
+        "-t",
+        "--times",
+        type=grammar.nonnegative_int,
+        default=0,
+        help="Publish this number of times and then exit",
+    )
+    add(
+        "-w",
+        "--wait-matching-subscriptions",
+        type=grammar.nonnegative_int,
+        help="Wait until finding the specified number of matching subscriptions. Defaults to 1 when using "
+        '"-1"/"--once"/"--times", otherwise defaults to 0.',
+    )
+    add(
+        "--max-wait-time-secs",
+        type=grammar.positive_float,
+        help="This sets the maximum wait time in seconds if --wait-until-matching-subscriptions is set. By default, "
+        "this flag is not set meaning the subscriber will wait endlessly.",
+    )
+    add(
+        "--keep-alive",
+        metavar="N",
+        type=grammar.positive_float,
+        default=0.1,
+        help="Keep publishing node alive for N seconds after the last msg (default: 0.1)",
+    )
+    add("-n", "--node-name", help="Name of the created publishing node")
+    qos.add_arguments(parser, "publish", "default")
+    grammar.add_direct_arguments(parser)
+
+
+def pub(args) -> str | None:
+    """Publish a message once, some times, or at a rate until Ctrl-C."""
+    import yaml
+
+    from course.ros2 import messages
+
+    times = 1 if args.once else args.times
+    wanted = args.wait_matching_subscriptions
+    wanted = int(times != 0) if wanted is None else wanted
+    if wanted == 0 and args.max_wait_time_secs is not None:
+        return "--max-wait-time-secs option is only effective with --wait-matching-subscriptions, --once or --times"
+    try:
+        message = messages.get_message(args.message_type)()
+    except messages.INVALID_TYPE:
+        raise RuntimeError("The passed message type is invalid") from None
+    try:
+        values = yaml.safe_load(grammar.read_stdin() if args.stdin else args.values)
+    except yaml.YAMLError:
+        values = None
+    if not isinstance(values, dict):
+        return "The passed value needs to be a dictionary in YAML format"
+    stamps = []
+    try:
+        messages.fill(message, values, stamps)
+    except Exception as error:
+        return f"Failed to populate field: {error}"
+    profile, _ = qos.make_profile(args)
+    with Graph(args, talks=True, node_name=args.node_name) as graph:
+        try:
+            publisher = graph.node.create_publisher(type(message), args.topic_name, profile)
+        except Exception as error:  # rclpy has an exception of its own for an invalid name
+            raise RuntimeError(str(error)) from None
+        began = time.monotonic()
+        while publisher.get_subscription_count() < wanted:
+            print(f"Waiting for at least {wanted} matching subscription(s)...")
+            limit = args.max_wait_time_secs
+            left = 1.0 if limit is None else min(1.0, began + limit - time.monotonic())
+            matched = graph.wait_until(lambda: publisher.get_subscription_count() >= wanted, max(left, 0.0))
+            if not matched and limit is not None and time.monotonic() - began >= limit:
+                return (
+                    f"Timed out waiting for subscribers: Expected {wanted} subcribers "
+                    f"but only got {publisher.get_subscription_count()} subscribers"
+                )
+        print("publisher: beginning loop")
+        count = 0
+
+        def publish() -> None:
+            nonlocal count
+            now = graph.node.get_clock().now().to_msg()
+            for stamp in stamps:
+                stamp(now)
+            count += 1
+            if args.print and count % args.print == 0:
+                print(f"publishing #{count}: {message!r}\n")
+            publisher.publish(message)
+
+        publish()
+        if times != 1:
+            graph.node.create_timer(1.0 / args.rate, publish)
+            graph.spin((lambda: count >= times) if times else None)
+        time.sleep(args.keep_alive)  # what `--keep-alive` is for: the last message leaves while the node lives
+    return None

@@ -1,0 +1,279 @@
+"""`ros2 topic echo` and `hz`: messages from a topic."""
+
+import itertools
+import math
+import time
+
+from course.ros2 import completion, grammar, qos
+from course.ros2.graph import Graph
+
+TRUNCATE_LENGTH = 128
+WINDOW = 10000
+
+
+# --- a topic's type ---
+
+
+def find_message_type(graph, topic: str, *, wait: bool):
+    """Return the message class of a topic; None if nobody has it, or `wait` until somebody does.
+
+    Raises RuntimeError for an invalid name, and for a topic of several types or of one that is not installed.
+    """
+    from rclpy.expand_topic_name import expand_topic_name
+    from rclpy.validate_full_topic_name import validate_full_topic_name
+
+    from course.ros2 import messages
+
+    try:
+        name = expand_topic_name(topic, graph.node.get_name(), graph.node.get_namespace())
+        validate_full_topic_name(name)
+    except ValueError as error:  # rclpy's InvalidTopicNameException is one
+        raise RuntimeError(str(error)) from None
+
+    def look() -> list[str]:
+        return dict(graph.topics(hidden=True)).get(name, [])
+
+    types = graph.types_of(name, lambda: graph.topics(hidden=True))
+    if not types:
+        print(f"WARNING: topic [{topic}] does not appear to be published yet")
+        if not wait:
+            return None
+        graph.wait_until(look)
+        types = look()
+    if len(types) > 1:
+        raise RuntimeError(f"Cannot echo topic '{topic}', as it contains more than one type: [{', '.join(types)}]")
+    try:
+        return messages.get_message(types[0])
+    except messages.INVALID_TYPE:
+        raise RuntimeError(f"The message type '{types[0]}' is invalid") from None
+
+
+def _filter(expression: str | None):
+    """Return the test that `--filter` writes in Python, of the message `m`; raises RuntimeError if it is no Python."""
+    if not expression:
+        return lambda m: True
+    try:
+        code = compile(expression, "<filter>", "eval")
+    except SyntaxError as error:
+        raise RuntimeError(f"Invalid filter expression '{expression}': {error}") from None
+    return lambda m: eval(code, {"m": m})
+
+
+# --- echo ---
+
+
+def add_echo_arguments(parser) -> None:
+    """Add the arguments of `ros2 topic echo`."""
+    grammar.add_strategy_arguments(parser)
+    parser.add_argument(
+        "topic_name", help="Name of the ROS topic to listen to (e.g. '/chatter')"
+    ).completer = completion.topic_names
+    parser.add_argument(
+        "message_type", nargs="?", help="Type of the ROS message (e.g. 'std_msgs/msg/String')"
+    ).completer = completion.topic_type
+    qos.add_arguments(parser, "subscribe", "sensor_data")
+    add = parser.add_argument
+    add(
+        "--csv",
+        action="store_true",
+        help="Output all recursive fields separated by commas (e.g. for plotting). If --include-message-info is also "
+        "passed, the following fields are prepended: source_timestamp, received_timestamp, "
+        "publication_sequence_number, reception_sequence_number.",
+    )
+    add(
+        "--field",
+        help="Echo a selected field of a message. Use '.' to select sub-fields. For example, to echo the position "
+        "field of a nav_msgs/msg/Odometry message: 'ros2 topic echo /odom --field pose.pose.position'",
+    )
+    add(
+        "--full-length",
+        "-f",
+        action="store_true",
+        help="Output all elements for arrays, bytes, and string with a length > '--truncate-length', by default they "
+        "are truncated after '--truncate-length' elements with '...''",
+    )
+    add(
+        "--truncate-length",
+        "-l",
+        type=grammar.unsigned_int,
+        default=TRUNCATE_LENGTH,
+        help=f"The length to truncate arrays, bytes, and string to (default: {TRUNCATE_LENGTH})",
+    )
+    add("--no-arr", action="store_true", help="Don't print array fields of messages")
+    add("--no-str", action="store_true", help="Don't print string fields of messages")
+    add(
+        "--flow-style",
+        action="store_true",
+        help="Print collections in the block style (not available with csv format)",
+    )
+    add("--no-lost-messages", action="store_true", help="Don't report when a message is lost")
+    add("--raw", action="store_true", help="Echo the raw binary representation")
+    add(
+        "--filter",
+        dest="filter_expr",
+        help="Python expression to filter messages that are printed. Expression can use Python builtins as well as m "
+        "(the message).",
+    )
+    add("--once", action="store_true", help="Print the first message received and then exit.")
+    add("--timeout", metavar="N", type=grammar.positive_float, help="Set a timeout in seconds for waiting")
+    add("--include-message-info", "-i", action="store_true", help="Shows the associated message info.")
+
+
+def echo(args) -> str | None:
+    """Print a topic's messages until Ctrl-C, `--once` or `--timeout`."""
+    from course.ros2 import messages
+
+    fields = [field for field in (args.field or "").split(".") if field]
+    if args.field is not None and not fields:
+        raise RuntimeError(f"Invalid field value '{args.field}'")
+    accepts = _filter(args.filter_expr)
+    profile, overridden = qos.make_profile(args)
+    with Graph(args, talks=True) as graph:
+        if args.message_type is None:
+            message_type = find_message_type(graph, args.topic_name, wait=False)
+            if message_type is None:
+                raise RuntimeError("Could not determine the type for the passed topic")
+        else:
+            try:
+                message_type = messages.get_message(args.message_type)
+            except messages.INVALID_TYPE:
+                raise RuntimeError("The passed message type is invalid") from None
+            graph.settle(lambda: graph.node.get_publishers_info_by_topic(args.topic_name))
+        if not overridden and (publishers := graph.node.get_publishers_info_by_topic(args.topic_name)):
+            qos.match_publishers(profile, publishers)
+        printed = []
+
+        def show(message, info) -> None:
+            part = message
+            for field in fields:
+                try:
+                    part = getattr(part, field)
+                except AttributeError as error:
+                    raise RuntimeError(f"Invalid field '{'.'.join(fields)}': {error}") from None
+            try:
+                accepted = accepts(part)
+            except Exception as error:
+                raise RuntimeError(f"Invalid filter expression '{args.filter_expr}': {error}") from None
+            if accepted and not (args.once and printed):
+                _print(part, info, args)
+                printed.append(True)
+
+        graph.node.create_subscription(
+            message_type, args.topic_name, show, profile, event_callbacks=_lost(args), raw=args.raw
+        )
+        graph.spin((lambda: printed) if args.once else None, args.timeout)
+    return None
+
+
+def _lost(args):
+    """Return the event callbacks that report lost messages, or None."""
+    from rclpy.event_handler import SubscriptionEventCallbacks
+
+    def lost(status) -> None:
+        print(
+            f"A message was lost!!!\n\ttotal count change:{status.total_count_change}"
+            f"\n\ttotal count: {status.total_count}",
+            end="---\n",
+        )
+
+    return None if args.no_lost_messages else SubscriptionEventCallbacks(message_lost=lost)
+
+
+def _print(part, info, args) -> None:
+    """Print a message, or a field of one, as the options ask."""
+    import yaml
+
+    from course.ros2 import messages
+
+    limits = {
+        "length": None if args.full_length else args.truncate_length,
+        "no_arr": args.no_arr,
+        "no_str": args.no_str,
+    }
+    if not hasattr(part, "SLOT_TYPES"):
+        if args.include_message_info:
+            print(f"---Got new message, message info:---\n{info}\n---Message data:---")
+        print(part, end="\n---\n")
+    elif args.csv:
+        prefix = ",".join(str(value) for value in info.values()) + "," if args.include_message_info else ""
+        print(prefix + messages.to_csv(part, **limits))
+    else:
+        if args.include_message_info:
+            print(yaml.dump(info), end="---\n")
+        print(messages.to_yaml(part, flow_style=args.flow_style, **limits), end="---\n")
+
+
+# --- hz ---
+
+
+def add_hz_arguments(parser) -> None:
+    """Add the arguments of `ros2 topic hz`."""
+    grammar.add_strategy_arguments(parser)
+    parser.add_argument(
+        "topic_name", help="Name of the ROS topic to listen to (e.g. '/chatter')"
+    ).completer = completion.topic_names
+    parser.add_argument(
+        "--window",
+        "-w",
+        dest="window_size",
+        metavar="WINDOW",
+        type=grammar.positive_int,
+        default=WINDOW,
+        help=f"window size, in # of messages, for calculating rate (default: {WINDOW})",
+    )
+    parser.add_argument(
+        "--filter",
+        dest="filter_expr",
+        metavar="EXPR",
+        help="only measure messages matching the specified Python expression",
+    )
+    parser.add_argument(
+        "--wall-time",
+        dest="use_wtime",
+        action="store_true",
+        help="calculates rate using wall time which can be helpful when clock is not published during simulation",
+    )
+
+
+def hz(args) -> None:
+    """Print about once a second the average rate at which messages arrive, over the window."""
+    from rclpy.qos import qos_profile_sensor_data
+
+    accepts = _filter(args.filter_expr)
+    with Graph(args, talks=True) as graph:
+        message_type = find_message_type(graph, args.topic_name, wait=True)
+        clock = graph.node.get_clock()
+        arrivals, printed = [], [None]
+
+        def count(message) -> None:
+            if not accepts(message):
+                return
+            now = time.time_ns() if args.use_wtime else clock.now().nanoseconds
+            if now == 0 or (arrivals and now < arrivals[-1]):
+                if arrivals:
+                    print("time has reset, resetting counters")
+                    arrivals.clear()
+                return
+            arrivals.append(now)
+            del arrivals[: -args.window_size - 1]
+            if len(arrivals) < 2:
+                return
+            if printed[0] is None or now < printed[0]:
+                printed[0] = now
+            elif now >= printed[0] + 1e9:
+                printed[0] = now
+                print(rate(arrivals))
+
+        graph.node.create_subscription(message_type, args.topic_name, count, qos_profile_sensor_data)
+        graph.spin()
+
+
+def rate(arrivals: list[int]) -> str:
+    """Return the line that `hz` prints for two or more times of arrival (ns)."""
+    steps = [(after - before) * 1e-9 for before, after in itertools.pairwise(arrivals)]
+    mean = sum(steps) / len(steps)
+    deviation = math.sqrt(sum((step - mean) ** 2 for step in steps) / len(steps))
+    return (
+        f"average rate: {1.0 / mean if mean > 0 else 0:.3f}\n"
+        f"\tmin: {min(steps):.3f}s max: {max(steps):.3f}s std dev: {deviation:.5f}s window: {len(steps)}"
+    )
