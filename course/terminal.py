@@ -1,10 +1,8 @@
 """A picture of a terminal in which commands were run."""
 
 import io
-import os
 import shlex
 import subprocess
-import sys
 from pathlib import Path
 
 BACKGROUND, FOREGROUND, PROMPT = "#1e2430", "#e6e6e6", "#7fc8a9"
@@ -47,16 +45,13 @@ class Terminal:
 
 
 def terminal(*commands: str, timeout: float = 30.0) -> Terminal:
-    """Run each command (no shell; `python` is this notebook's) for at most `timeout` s, and return the transcript."""
-    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+    """Run each command (no shell) for at most `timeout` s, and return the transcript."""
     runs = []
     for command in commands:
         words = shlex.split(command)
-        if words[0] in ("python", "python3"):
-            words[0] = sys.executable
         try:
             done = subprocess.run(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                  text=True, errors="replace", timeout=timeout, env={**os.environ, "PATH": path})
+                                  text=True, errors="replace", timeout=timeout)
             runs.append((command, done.stdout, done.returncode))
         except FileNotFoundError:
             runs.append((command, f"{words[0]}: command not found", 127))

@@ -1,0 +1,64 @@
+"""The scripts in environment/, and the lock file."""
+
+import re
+import subprocess
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+LOCK = (ROOT / "environment/requirements.lock").read_text()
+
+
+def run(*command: str) -> subprocess.CompletedProcess:
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, stdin=subprocess.DEVNULL)
+
+
+def normal(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", re.split(r"[\[<>=!~; ]", name.strip())[0]).lower()
+
+
+def test_the_lock_pins_everything_that_pyproject_names():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    named = {normal(name) for group in (project["dependencies"], *project["optional-dependencies"].values())
+             for name in group} - {"ros2-course"}
+    assert named <= {normal(line) for line in LOCK.splitlines() if line and not line.startswith((" ", "#"))}
+
+
+def test_every_pin_has_an_exact_version_and_hashes():
+    pins = re.split(r"\n(?=\S)", LOCK.strip())
+    assert [pin.splitlines()[0] for pin in pins if "==" not in pin.splitlines()[0] or "--hash=sha256:" not in pin] == []
+
+
+def test_the_lock_is_for_all_the_pythons_that_pyproject_allows():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert project["requires-python"] == ">=3.11,<3.14"
+    assert "python_full_version < '3.11'" not in LOCK
+
+
+def test_install_does_nothing_when_all_is_there():
+    done = run("environment/install")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_start_passes_its_arguments_to_jupyter_lab():
+    done = run("environment/start", "--no-browser", "--version")
+    assert done.returncode == 0 and re.fullmatch(r"4\.\d+\.\d+.*", done.stdout.strip())
+
+
+def test_an_unknown_profile_is_a_usage_error():
+    done = run("environment/install", "teacher")
+    assert done.returncode == 2 and done.stderr.startswith("Usage: environment/install")
+
+
+@pytest.mark.parametrize("script", ["environment/start", "environment/test"])
+def test_both_commands_begin_with_install(script):
+    lines = [line for line in (ROOT / script).read_text().splitlines() if "environment/" in line and line[0] != "#"]
+    assert "environment/install" in lines[0]
+
+
+def test_ci_runs_readmes_test_command():
+    assert "environment/test" in (ROOT / ".ci/run").read_text()
+    assert "environment/test" in (ROOT / "README.md").read_text()
+    assert "environment/start" in (ROOT / "README.md").read_text()
