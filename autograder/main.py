@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from click import Abort, ClickException
 
 from . import batch, exercises, grading, sandbox, submission
 from .records import GRADED, INFRASTRUCTURE_ERROR, PASSED, Report
 
 USAGE, INFRASTRUCTURE = 2, 3  # exit codes
+UsageProblem = typer.BadParameter.__base__  # typer carries a click of its own, and gives this class no name
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False,
                   help="Grade ROS 2 programs with hidden tests, in a sandbox.")
@@ -74,9 +74,9 @@ def main() -> None:
     logging.basicConfig(format="%(message)s", level=logging.WARNING)
     try:
         raise SystemExit(app(standalone_mode=False))
-    except ClickException as error:
+    except UsageProblem as error:
         _fail(error.format_message())
-    except Abort:
+    except typer.Abort:
         raise SystemExit(130) from None
     except (batch.UsageError, exercises.UnknownExercise) as error:
         _fail(str(error.args[0]))

@@ -15,9 +15,10 @@ def sourced() -> bool:
 def prepare() -> None:
     """Complete `os.environ` for this process and its children; what the user has set is kept.
 
-    Puts the interpreter's folder first in PATH, so that `python` and `ros2` in a cell are this environment's.  Adds the interpreter's prefix to AMENT_PREFIX_PATH (package index, `.srv` files), and has Fast DDS announce nodes
-    often enough that they find each other at once.  Message classes check the type of what is assigned to a field: a
-    wrong one otherwise aborts the whole process when the message is sent.
+    Puts the interpreter's folder first in PATH, so that `python` and `ros2` in a cell are this environment's.  Adds
+    the interpreter's prefix to AMENT_PREFIX_PATH (package index, `.srv` files), and has Fast DDS announce nodes often
+    enough that they find each other at once.  Message classes check the type of what is assigned to a field: a wrong
+    one otherwise aborts the whole process when the message is sent.
     """
     programs = os.path.dirname(sys.executable)
     path = os.environ.get("PATH", os.defpath).split(os.pathsep)

@@ -85,12 +85,6 @@ def topics(graph) -> list[str]:
     return [name for name, _ in graph.topics() if name not in EXPECTED]
 
 
-def counts(graph, topic: str) -> tuple[int, int]:
-    """Return how many publishers and subscribers a topic has."""
-    with graph.handle as handle:
-        return handle.get_count_publishers(topic), handle.get_count_subscribers(topic)
-
-
 def pairs(graph):
     """Yield each topic with each publisher, each of its subscriptions, and whether their quality of service fits."""
     from rclpy.qos import qos_check_compatible
@@ -146,7 +140,7 @@ def check_platform(graph, result) -> None:
 def check_topic(graph, result) -> None:
     """A topic should have both a publisher and a subscriber."""
     for topic in topics(graph):
-        publishers, subscribers = counts(graph, topic)
+        publishers, subscribers = graph.counts(topic)
         if publishers > subscribers == 0:
             result.warn(f"Publisher without subscriber detected on {topic}.")
         elif subscribers > publishers == 0:
@@ -206,7 +200,7 @@ def report_topic(graph) -> list[tuple[str, object]]:
     """Tell each topic's publishers and subscribers."""
     items = []
     for topic in topics(graph):
-        publishers, subscribers = counts(graph, topic)
+        publishers, subscribers = graph.counts(topic)
         items += [("topic", topic), ("publisher count", publishers), ("subscriber count", subscribers)]
     return items or [("topic", "none"), ("publisher count", 0), ("subscriber count", 0)]
 

@@ -18,7 +18,7 @@ HIDDEN_PREFIX = "_"
 COMMAND_PREFIX = "_ros2cli"
 
 POLL = 0.01  # s between two looks: rclpy exposes no event for a change of the graph
-QUIET = 0.06  # s without a change, before topics and services count as complete
+QUIET = 0.1  # s without a change, before topics and services count as complete
 REMOTE = 0.3  # s given to other hosts, whose participants cannot be counted beforehand
 PATIENCE = 2.0  # s after which an incomplete look is taken as it is; a lost packet is repeated after one
 SPIN = 0.1  # s between two looks at a pending Ctrl-C
@@ -154,20 +154,26 @@ class Graph:
         """Whether all of this host's participants are known, each with its nodes, and each node with its endpoints."""
         # Every participant writes the names of its nodes to this topic, and every rclpy or rclcpp node has its
         # parameter events: the middleware knows an endpoint's node only once both have arrived.
-        found = {endpoint[0] for endpoint in self._publishers("ros_discovery_info", raw=True)}
+        found = {participant for participant, _ in self._endpoints("publishers", "ros_discovery_info")}
         if len(found) < participants_here(self.context.get_domain_id()):
             return False
-        events = self._publishers("/parameter_events")
-        resolved = {participant for participant, node in events + self._publishers("/rosout") if node}
+        events = self._endpoints("publishers", "/parameter_events")
+        resolved = {participant for participant, node in events + self._endpoints("publishers", "/rosout") if node}
         if found - resolved:
             return False
+        if names_only:
+            return True
+        # Subscriptions are announced apart from publishers, and a service has one of each.
+        if found - {participant for participant, _ in self._endpoints("subscriptions", "ros_discovery_info")}:
+            return False
         nodes = [node for node in self.nodes(hidden=True) if not node.name.startswith(COMMAND_PREFIX)]
-        return names_only or len(nodes) <= sum(1 for _, node in events if node)
+        return len(nodes) <= sum(1 for _, node in events if node)
 
-    def _publishers(self, topic: str, *, raw: bool = False) -> list[tuple[bytes, str]]:
-        """Return participant and node (or '') of each publisher of `topic`."""
+    def _endpoints(self, side: str, topic: str) -> list[tuple[bytes, str]]:
+        """Return participant and node (or '') of each of a topic's publishers or subscriptions."""
+        look = getattr(self.rclpy, f"rclpy_get_{side}_info_by_topic")
         with self.handle:
-            infos = self.rclpy.rclpy_get_publishers_info_by_topic(self.handle, topic, raw)
+            infos = look(self.handle, topic, not topic.startswith("/"))
         return [
             (bytes(info["endpoint_gid"][:12]), "" if "UNKNOWN" in info["node_name"] else info["node_name"])
             for info in infos
@@ -243,6 +249,16 @@ class Graph:
 
         self.settle(found)
         return found()
+
+    def counts(self, name: str) -> tuple[int, int]:
+        """Return how many publishers and subscriptions a topic has."""
+        with self.handle:
+            return self.handle.get_count_publishers(name), self.handle.get_count_subscribers(name)
+
+    def service_counts(self, name: str) -> tuple[int, int]:
+        """Return how many clients and servers a service has."""
+        with self.handle:
+            return self.handle.get_count_clients(name), self.handle.get_count_services(name)
 
     def of_node(self, kind: str, node_name: str, *, hidden: bool = False) -> list[tuple[str, list[str]]]:
         """Return names and types of what a node has: `kind` is publisher, subscriber, service, client or action_*."""

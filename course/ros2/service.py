@@ -92,9 +92,7 @@ def info(args) -> str | None:
         types = dict(graph.services(hidden=args.include_hidden_services)).get(args.service_name)
         if not types:
             return f"Unknown service '{args.service_name}'"
-        with graph.handle as handle:
-            clients = handle.get_count_clients(args.service_name)
-            servers = handle.get_count_services(args.service_name)
+        clients, servers = graph.service_counts(args.service_name)
     print(f"Type: {types[0] if len(types) == 1 else types}")
     print(f"Clients count: {clients}")
     print(f"Services count: {servers}")

@@ -17,12 +17,6 @@ def _add_name_argument(parser, purpose: str) -> None:
     ).completer = completion.topic_names
 
 
-def _counts(graph, name: str) -> tuple[int, int]:
-    """Return how many publishers and subscriptions a topic has."""
-    with graph.handle as handle:
-        return handle.get_count_publishers(name), handle.get_count_subscribers(name)
-
-
 def add_list_arguments(parser) -> None:
     """Add the arguments of `ros2 topic list`."""
     grammar.add_strategy_arguments(parser)
@@ -39,7 +33,7 @@ def list_topics(args) -> None:
     with Graph(args, talks=True) as graph:
         graph.settle()
         found = graph.topics(hidden=args.include_hidden_topics)
-        counts = {name: _counts(graph, name) for name, _ in found} if args.verbose else {}
+        counts = {name: graph.counts(name) for name, _ in found} if args.verbose else {}
     if not args.verbose or args.count_topics:
         service.print_names(found, count=args.count_topics, types=args.show_types)
         return
@@ -70,7 +64,7 @@ def info(args) -> str | None:
         types = dict(graph.topics(hidden=True)).get(args.topic_name)
         if not types:
             return f"Unknown topic '{args.topic_name}'"
-        counts = _counts(graph, args.topic_name)
+        counts = graph.counts(args.topic_name)
         endpoints = ([], [])
         if args.verbose:
             endpoints = (
