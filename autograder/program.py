@@ -7,13 +7,14 @@ import signal
 import subprocess
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 KEPT = 1 << 20  # bytes of output that are kept: the first and the last half of it
 FLOOD = 64 << 20  # bytes of output after which a program is stopped
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
-GLANCE = 0.1  # s between two looks at the memory
+GLANCE = 0.1  # s between two looks at memory and processes
+WRAPPERS = 2  # processes that are bubblewrap's own
 
 
 class SandboxError(RuntimeError):
@@ -23,8 +24,12 @@ class SandboxError(RuntimeError):
 class Program:
     """A running program.  `stopped` tells why the grader ended it, or is empty."""
 
-    def __init__(self, name: str, command: list[str], *, memory: int, status: int | None, pass_fds=(), **options):
-        """Start `command`; `status` is where bubblewrap reports that it has started the program itself."""
+    def __init__(self, name: str, command: list[str], *, memory: int, tasks: int, status: int | None, pass_fds=(),
+                 **options):
+        """Start `command`, and stop it when it takes more than `memory` bytes or `tasks` processes and threads.
+
+        `status` is where bubblewrap reports that it has started the program itself.
+        """
         self.name = name
         self.hidden: set = set()  # numbers and words that its last words must not repeat to the student
         self.stopped = ""
@@ -36,7 +41,7 @@ class Program:
         self.started = self._ended = time.monotonic()
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
-        threading.Thread(target=self._watch_memory, args=(memory,), daemon=True).start()
+        threading.Thread(target=self._watch, args=(memory, tasks), daemon=True).start()
 
     @property
     def alive(self) -> bool:
@@ -145,24 +150,35 @@ class Program:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self._process.pid, signal.SIGKILL)
 
-    def _watch_memory(self, limit: int) -> None:
+    def _watch(self, most_memory: int, most_tasks: int) -> None:
         while self.alive:
-            root = self._process.pid
-            if memory(root, resident) > limit and memory(root, proportional) > limit:
-                self._stop(f"it took more than {limit >> 30} GiB of memory; keep only what is needed")
-                return
+            tree = processes(self._process.pid)
+            if sum(tree.values()) >= most_tasks + WRAPPERS:
+                self._stop(f"it started {most_tasks} processes and threads; start no process without end")
+            if total(tree, resident) > most_memory and total(tree, proportional) > most_memory:
+                self._stop(f"it took more than {most_memory >> 30} GiB of memory; keep only what is needed")
             time.sleep(GLANCE)
 
 
-def memory(root: int, measure: Callable[[int], int]) -> int:
-    """Bytes of memory of process `root` and all below it."""
-    tree, total = [root], 0
+def processes(root: int) -> dict[int, int]:
+    """Process `root` and all below it, with the number of threads of each."""
+    tree, found = [root], {}
     for pid in tree:
-        with contextlib.suppress(OSError, ValueError, IndexError, TypeError):  # it has ended meanwhile
-            for task in os.listdir(f"/proc/{pid}/task"):
+        with contextlib.suppress(OSError):  # it has ended meanwhile
+            tasks = os.listdir(f"/proc/{pid}/task")
+            for task in tasks:
                 tree += map(int, Path(f"/proc/{pid}/task/{task}/children").read_text().split())
-            total += measure(pid)
-    return total
+            found[pid] = len(tasks)
+    return found
+
+
+def total(pids: Iterable[int], measure: Callable[[int], int]) -> int:
+    """The memory of some processes together, in bytes."""
+    found = 0
+    for pid in pids:
+        with contextlib.suppress(OSError, IndexError, TypeError):  # it has ended meanwhile
+            found += measure(pid)
+    return found
 
 
 def resident(pid: int) -> int:

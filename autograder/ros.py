@@ -68,16 +68,15 @@ class Ros:
         """What the nodes of the domain have logged, a message a line."""
         return "\n".join(list(self._heard))
 
-    def offered(self) -> list[str]:
-        """The services of other nodes in the domain, without those that every node has."""
-        own = self.node.get_fully_qualified_name()
-        return [name for name, types in self.node.get_service_names_and_types()
-                if not name.startswith(own) and not any(t.startswith(("rcl_interfaces/", "type_description_interfaces/"))
-                                                        for t in types)]
+    def others(self) -> list[tuple[str, str]]:
+        """The other nodes in the domain, by name and namespace."""
+        return [node for node in self.node.get_node_names_and_namespaces() if node[0] != self.node.get_name()]
 
-    def others(self) -> list[str]:
-        """The names of the other nodes in the domain."""
-        return [name for name in self.node.get_node_names() if name != self.node.get_name()]
+    def offered(self) -> list[str]:
+        """The services of the other nodes, without those that every node has."""
+        return sorted(service for node in self.others()
+                      for service, types in self.node.get_service_names_and_types_by_node(*node)
+                      if not types[0].startswith(("rcl_interfaces/", "type_description_interfaces/")))
 
     def _spin(self) -> None:
         try:

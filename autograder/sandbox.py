@@ -127,7 +127,7 @@ class Sandbox:
         status, write = os.pipe()
         command = self.command([file, *args], domain, status=write)
         try:
-            program = Program(file, command, pass_fds=(*self.descriptors, write), memory=MEMORY,
+            program = Program(file, command, pass_fds=(*self.descriptors, write), memory=MEMORY, tasks=LIMITS["nproc"],
                               status=status if self.box != "unsafe" else None, cwd=self._home(),
                               env=self._environment(domain) if self.box == "unsafe" else {"PATH": os.defpath})
         finally:

@@ -31,6 +31,7 @@ class Server:
         self._was_up = False
         self._hopeless: Fault | None = None
         self._silences = 0
+        self._answered = False
 
     def begin(self) -> None:
         """Start the program in a new domain, without waiting for it."""
@@ -70,6 +71,7 @@ class Server:
             limit = self.grading.clock.allow(patience)
             response = self.ros.call(self.client, request, limit, lambda p=program: p.alive)
             if response is not None:
+                self._answered = True
                 return response
             if program.alive and not program.wait(0.2):
                 self._silences += 1
@@ -77,6 +79,8 @@ class Server:
                                  f"{limit:.0f} s: the callback must return the response, and not wait for long.")
                 program.kill()
                 if self._silences > 2:
+                    if not self._answered:
+                        self._hopeless = fault
                     break
             else:
                 program.wait(1)

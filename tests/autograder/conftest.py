@@ -1,0 +1,47 @@
+"""Grading in the tests: several at a time, each kind of answer once."""
+
+import contextlib
+import os
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from autograder import grading, sandbox
+from autograder.records import Submission
+from autograder.ros import wait_until
+
+
+@pytest.fixture(scope="session")
+def box() -> str:
+    """How this machine confines programs."""
+    try:
+        return sandbox.choose()
+    except sandbox.SandboxUnavailable as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture(scope="session")
+def grade(box):
+    """Begin to grade files: returns a future of the report."""
+    with ThreadPoolExecutor(max(2, os.cpu_count())) as pool:
+        def begin(files, **options):
+            return pool.submit(grading.grade, Submission("student", "calculator", files), box, **options)
+        yield begin
+
+
+def no_program_is_left() -> bool:
+    """Whether no program of a graded submission runs on this machine, at once or after the time to reap it."""
+    return wait_until(lambda: not _confined(), 10)
+
+
+def _confined() -> list[int]:
+    """The processes that are called as a handed-in program is, in a process namespace that is not ours."""
+    found = []
+    for entry in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            called = (entry / "cmdline").read_bytes().split(b"\0")[1:2]
+            outside = os.readlink(entry / "ns" / "pid") == os.readlink("/proc/self/ns/pid")
+            if called in ([b"calculator_server.py"], [b"calculator_client.py"]) and not outside:
+                found.append(int(entry.name))
+    return found

@@ -1,0 +1,170 @@
+"""Submissions that are broken or hostile: each gets its status and a message, and leaves nothing behind."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from autograder import submission
+from autograder.records import CRASHED, GRADED, INVALID_SUBMISSION, NOT_RUN, PASSED, TIMED_OUT
+
+from .answers import CLIENT, SERVER, SRV, reference
+from .conftest import no_program_is_left
+
+AUTOGRADER = [str(Path(sys.executable).with_name("autograder"))]
+FILES = (SRV, SERVER, CLIENT)
+QUICK = "0.35"  # of the usual patience: a silent program is given up on sooner
+
+# Servers that do not work, the outcome of the server's tests, and what the student is told.
+SERVERS = {
+    "syntax": ("def main(:\n    pass\n", CRASHED, "SyntaxError: invalid syntax (calculator_server.py, line 1)"),
+    "ends": ("print('hello')\n", CRASHED, "ended by itself right after its start"),
+    "raises": ("import nothing_of_that_name\n", CRASHED, "ModuleNotFoundError: No module named 'nothing_of_that_name'"),
+    "never_starts": ("import time\ntime.sleep(1000)\n", TIMED_OUT, "no node and no service /calculator"),
+    "prints": ("while True:\n    print('x' * 1000)\n", CRASHED, "printed more than 64 MiB"),
+    "forks": ("import os\nwhile True:\n    try:\n        os.fork()\n    except OSError:\n        pass\n", CRASHED,
+              "it started 64 processes"),
+    "takes_memory": ("kept = []\nwhile True:\n    kept.append(bytearray(1 << 24))\n", CRASHED, "MemoryError"),
+    "takes_memory_in_parts": ("import os, time\nos.fork()\nos.fork()\nkept = [os.urandom(1) * (400 << 20)]\ntime.sleep(99)\n",
+                              CRASHED, "more than 1 GiB of memory"),
+    "daemon": (("import os, signal, sys, time\nif os.fork():\n    sys.exit()\nos.setsid()\n"
+               "for number in range(1, 32):\n    try:\n        signal.signal(number, signal.SIG_IGN)\n"
+               "    except OSError:\n        pass\nif os.fork():\n    sys.exit()\ntime.sleep(1000)\n"), CRASHED,
+               "ended by itself right after its start"),
+    "stops_itself": ("import os, signal\nos.kill(os.getpid(), signal.SIGSTOP)\n", TIMED_OUT, "no node and no service"),
+}
+
+
+def write(folder: Path, files: dict[str, bytes]) -> Path:
+    folder.mkdir(parents=True)
+    for name, content in files.items():
+        (folder / name).write_bytes(content)
+    return folder
+
+
+@pytest.fixture
+def handed_in(tmp_path) -> Path:
+    return write(tmp_path / "student" / "calculator", reference())
+
+
+def problems(folder: Path) -> str:
+    read = submission.read(folder, "student", "calculator", FILES)
+    assert read.problems and not read.files
+    return " ".join(read.problems)
+
+
+def test_reads_only_what_is_wanted(handed_in):
+    (handed_in / "conftest.py").write_text("raise SystemExit")
+    read = submission.read(handed_in, "student", "calculator", FILES)
+    assert read.problems == [] and read.files == reference()
+
+
+def test_missing_file(handed_in):
+    (handed_in / SRV).rename(handed_in / "calculate.srv")
+    (handed_in / CLIENT).unlink()
+    assert "Missing: Calculate.srv (there is calculate.srv: capital" in problems(handed_in)
+    assert "calculator_client.py" in problems(handed_in)
+
+
+def test_folder_for_a_file(handed_in):
+    (handed_in / SERVER).unlink()
+    (handed_in / SERVER).mkdir()
+    assert "calculator_server.py is a folder" in problems(handed_in)
+
+
+@pytest.mark.parametrize("target", ["/etc/passwd", "../../../nothing", "calculator_client.py"])
+def test_link(handed_in, target):
+    (handed_in / SERVER).unlink()
+    (handed_in / SERVER).symlink_to(target)
+    assert "calculator_server.py is a link" in problems(handed_in)
+
+
+def test_linked_folder(handed_in, tmp_path):
+    other = tmp_path / "other" / "calculator"
+    other.parent.mkdir()
+    other.symlink_to(handed_in)
+    assert "not a folder" in problems(other)
+
+
+def test_fifo(handed_in):
+    (handed_in / SERVER).unlink()
+    os.mkfifo(handed_in / SERVER)
+    assert "not an ordinary file" in problems(handed_in)
+
+
+def test_a_gigabyte(handed_in):
+    with open(handed_in / SERVER, "r+b") as file:
+        file.truncate(1 << 30)
+    assert "larger than 1 MB" in problems(handed_in)
+
+
+@pytest.mark.parametrize("name", SERVERS)
+def test_broken_server(broken, name):
+    _, outcome, message = SERVERS[name]
+    report = broken[name].result()
+    tests = {test.id: test for test in report.tests}
+    assert report.status == GRADED
+    assert (tests["test_add"].outcome, tests["test_two_clients"].outcome) == (outcome, outcome)
+    assert message in tests["test_add"].message
+    # What does not need the server is judged all the same.
+    assert tests["test_interface"].outcome == tests["test_client_shows_result"].outcome == PASSED
+    assert report.score == 8
+
+
+@pytest.fixture(scope="module")
+def broken(request, grade):
+    """The gradings of the broken servers that are asked about, all begun at once."""
+    chosen = {item.callspec.params["name"] for item in request.session.items
+              if item.path == request.path and "name" in getattr(getattr(item, "callspec", None), "params", {})}
+    return {name: grade(reference() | {SERVER: text.encode()}, patience=float(QUICK))
+            for name, (text, _, _) in SERVERS.items() if name in chosen}
+
+
+def test_a_class_with_bad_submissions(box, tmp_path):
+    """As a command: the good submission after the bad ones is graded as ever, and no process is left."""
+    silent = reference() | {SERVER: reference()[SERVER].replace(b"        return response", b"        while True: pass")}
+    write(tmp_path / "in" / "a_empty" / "calculator", {})
+    write(tmp_path / "in" / "b_<i>forks" / "calculator", reference() | {SERVER: SERVERS["forks"][0].encode()})
+    write(tmp_path / "in" / "c_silent" / "calculator", silent)
+    write(tmp_path / "in" / "d_good" / "calculator", reference())
+    write(tmp_path / "in" / "d_good" / "unknown", {})
+    (tmp_path / "in" / "e_link").mkdir()
+    (tmp_path / "in" / "e_link" / "calculator").symlink_to("../d_good/calculator")
+    out = tmp_path / "out"
+    command = [*AUTOGRADER, "grade", str(tmp_path / "in"), "--output", str(out), "--patience", QUICK]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=200)
+    assert (done.returncode, done.stderr) == (0, "")
+    lines = {line["student"]: line for line in map(json.loads, (out / "results.jsonl").read_text().splitlines())}
+    assert {name: (line["status"], line["score"]) for name, line in lines.items()} == {
+        "a_empty": (INVALID_SUBMISSION, 0), "b_<i>forks": (GRADED, 8), "c_silent": (GRADED, 8),
+        "d_good": (GRADED, 20), "e_link": (INVALID_SUBMISSION, 0)}
+    assert {test["outcome"] for test in lines["a_empty"]["tests"]} == {NOT_RUN}
+    assert "no answer within" in lines["c_silent"]["tests"][1]["message"]
+    assert no_program_is_left()
+    page = (out / "feedback" / "b_<i>forks" / "calculator.html").read_text()
+    assert "b_&lt;i&gt;forks" in page and "<i>" not in page and "8 of 20 points" in page
+
+    from nbgrader.api import Gradebook
+    with Gradebook(f"sqlite:///{out / 'gradebook.db'}") as book:
+        assert {s.student_id: s.score for s in book.assignment_submissions("calculator")} == {
+            name: line["score"] for name, line in lines.items()}
+
+    # A line that was cut off by a kill is graded again, the others are not.
+    whole = (out / "results.jsonl").read_bytes()
+    (out / "results.jsonl").write_bytes(whole[:-20])
+    (out / "feedback" / "a_empty" / "calculator.html").unlink()
+    assert subprocess.run(command, capture_output=True).returncode == 2
+    done = subprocess.run([*command, "--resume"], capture_output=True, text=True, timeout=100)
+    assert done.returncode == 0 and done.stdout.startswith("[1/1] e_link")
+    assert len((out / "results.jsonl").read_text().splitlines()) == 5
+    assert (out / "feedback" / "a_empty" / "calculator.html").exists()
+
+
+def test_no_process_is_left(broken):
+    """After all of them, in this process."""
+    for report in broken.values():
+        assert report.result().status == GRADED
+    assert no_program_is_left()

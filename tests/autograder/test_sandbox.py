@@ -1,0 +1,106 @@
+"""What a program in the sandbox sees and may do; and grading as an ordinary user, and without a sandbox."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import autograder
+from autograder import sandbox
+
+from .answers import SERVER, SOLUTION, reference
+from .conftest import no_program_is_left
+
+AUTOGRADER = str(Path(sys.executable).with_name("autograder"))
+ORDINARY_USER = 61150  # a host user that is not root, and none of the sandbox's own
+
+PROBE = f"""
+import json, os, pathlib, resource, socket
+
+def tried(action):
+    try:
+        return bool(action()) or True
+    except OSError as error:
+        return type(error).__name__
+
+status = dict(line.split(':', 1) for line in open('/proc/self/status').read().splitlines())
+print(json.dumps(dict(
+    uid=os.getuid(), files=sorted(os.listdir('.')), home=os.environ['HOME'], variables=sorted(os.environ),
+    capabilities=[status[name].strip('\\t0') for name in ('CapInh', 'CapPrm', 'CapEff', 'CapBnd', 'CapAmb')],
+    privileges=status['NoNewPrivs'].strip(), processes=sum(name.isdigit() for name in os.listdir('/proc')),
+    descriptors=len(os.listdir('/proc/self/fd')),
+    seen=[path for path in ({str(Path(autograder.__file__).parent)!r}, {str(SOLUTION)!r}, '/root', '/work/shared',
+                            '/etc/shadow', '/var', '/run', '/sys') if os.path.exists(path)],
+    usr=tried(lambda: open('/usr/x', 'w')), root=tried(lambda: open('/x', 'w')), dev=tried(lambda: open('/dev/x', 'w')),
+    own=tried(lambda: open('{SERVER}', 'a')), beside=tried(lambda: open('notes.txt', 'w')),
+    tmp=tried(lambda: open('/tmp/x', 'w')), mine=tried(lambda: os.listdir('/tmp')),
+    large=tried(lambda: open('/tmp/large', 'w').truncate(1 << 30)),
+    out=tried(lambda: socket.create_connection(('192.0.2.1', 80), 1)), parent=tried(lambda: os.kill(1, 9)),
+    links=[name for _, name in socket.if_nameindex()], nproc=resource.getrlimit(resource.RLIMIT_NPROC)[1],
+)))
+"""
+
+
+def test_what_a_program_sees(box):
+    with sandbox.Sandbox(box, {SERVER: PROBE.encode()}) as confined:
+        os.environ["SECRET_OF_THE_GRADER"] = "1"
+        command = [*sandbox.BOXES[box], *confined.command([SERVER], domain=1)]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=30, pass_fds=confined.descriptors)
+    seen = json.loads(done.stdout)
+    assert seen["uid"] not in (0, os.getuid())
+    assert seen["files"] == [SERVER] and seen["home"] == sandbox.HOME
+    assert "SECRET_OF_THE_GRADER" not in seen["variables"]
+    assert seen["capabilities"] == [""] * 5 and seen["privileges"] == "1"
+    assert seen["processes"] <= 3  # bubblewrap, prlimit become python
+    assert seen["descriptors"] <= 4
+    assert seen["seen"] == []
+    assert "Error" in seen["usr"] and "Error" in seen["root"] and "Error" in seen["dev"] and "Error" in seen["own"]
+    assert (seen["beside"], seen["tmp"], seen["mine"]) == (True, True, True)
+    assert "Error" in seen["large"] and seen["out"] == "OSError"
+    assert seen["links"] == ["lo"] and seen["nproc"] == 64
+
+
+def test_no_sandbox_without_bubblewrap(monkeypatch, tmp_path):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    done = subprocess.run([AUTOGRADER, "check", str(SOLUTION), "--assignment", "calculator"], capture_output=True, text=True,
+                          timeout=30)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1 and "bubblewrap" in done.stderr and "--unsafe" in done.stderr
+
+
+def hand_in(folder: Path) -> Path:
+    folder.mkdir()
+    for name, content in reference().items():
+        (folder / name).write_bytes(content)
+    return folder
+
+
+def test_unsafe_is_flagged(tmp_path):
+    done = subprocess.run([AUTOGRADER, "check", str(hand_in(tmp_path / "calculator")), "--assignment", "calculator",
+                           "--unsafe", "--json"], capture_output=True, text=True, timeout=60)
+    report = json.loads(done.stdout)
+    assert (done.returncode, report["score"], report["flags"]) == (0, 20, ["unsafe"])
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="the other tests are run by an ordinary user already")
+def test_as_an_ordinary_user(tmp_path):
+    home = Path("/tmp") / f"autograder-test-{os.getpid()}"
+    home.mkdir()
+    try:
+        hand_in(home / "calculator")
+        os.chown(home, ORDINARY_USER, ORDINARY_USER)
+        user = ["setpriv", f"--reuid={ORDINARY_USER}", f"--regid={ORDINARY_USER}", "--clear-groups", "--"]
+        if subprocess.run([*user, sys.executable, "-c", "import autograder"], cwd="/", capture_output=True).returncode:
+            pytest.skip("an ordinary user cannot read this installation")
+        done = subprocess.run([*user, AUTOGRADER, "check", str(home / "calculator"), "--assignment", "calculator",
+                               "--json"], capture_output=True, text=True, timeout=120, cwd="/",
+                              env=os.environ | {"HOME": str(home), "XDG_CACHE_HOME": str(home / "cache")})
+        report = json.loads(done.stdout or "{}")
+        assert (done.returncode, report.get("score"), report.get("flags")) == (0, 20, []), done.stderr
+        assert no_program_is_left()
+    finally:
+        shutil.rmtree(home)
