@@ -1,0 +1,155 @@
+"""Live nodes in a ROS domain of their own, and a way to run the command against them as a reader does."""
+
+import os
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from course.environment import prepare
+from course.ros2.graph import participants_here
+
+HERE = Path(__file__).parent
+SECONDS = 20  # s until a command that should have ended is killed
+
+
+@dataclass
+class Command:
+    """The `ros2` command in one environment."""
+
+    environment: dict[str, str]
+
+    def words(self, *words: str) -> list[str]:
+        """Return the whole command line."""
+        script = shutil.which("ros2", path=str(Path(sys.executable).parent))
+        return [*([script] if script else [sys.executable, "-m", "course.ros2.main"]), *words]
+
+    def __call__(self, *words: str, stdin: str = "", cwd=None, **environment: str) -> subprocess.CompletedProcess:
+        """Run it to its end."""
+        return subprocess.run(
+            self.words(*words),
+            input=stdin,
+            capture_output=True,
+            text=True,
+            timeout=SECONDS,
+            cwd=cwd,
+            env={**self.environment, **environment},
+        )
+
+    def output(self, *words: str, **more) -> str:
+        """Run it; return its output, which must be all that it says."""
+        done = self(*words, **more)
+        assert (done.returncode, done.stderr) == (0, ""), done
+        return done.stdout
+
+    def each(self, *commands: str) -> list[subprocess.CompletedProcess]:
+        """Run command lines side by side, which none of them may notice."""
+        with ThreadPoolExecutor(len(commands)) as pool:
+            return list(pool.map(lambda command: self(*shlex.split(command)), commands))
+
+    def outputs(self, *commands: str) -> list[str]:
+        """Run command lines side by side; return the output of each, which must be all that it says."""
+        ran = self.each(*commands)
+        assert [(done.returncode, done.stderr) for done in ran] == [(0, "")] * len(ran), ran
+        return [done.stdout for done in ran]
+
+    def start(self, *words: str, cwd=None) -> subprocess.Popen:
+        """Start it."""
+        return subprocess.Popen(
+            self.words(*words),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            cwd=cwd,
+            env=self.environment,
+        )
+
+    def interrupted(self, *words: str, after: str, cwd=None) -> tuple[int, str, str]:
+        """Start it, press Ctrl-C once it has printed a line with `after`; return its status and all that it said."""
+        child = self.start(*words, cwd=cwd)
+        said = ""
+        try:
+            for line in child.stdout:
+                said += line
+                if after in line:
+                    break
+            child.send_signal(signal.SIGINT)
+            rest, errors = child.communicate(timeout=SECONDS)
+        finally:
+            child.kill()
+            child.wait()
+        return child.returncode, said + rest, errors
+
+
+def free_domain(taken: tuple[int, ...] = ()) -> int:
+    """Return a ROS domain that no process of this machine is in."""
+    return next(domain for domain in range(60, 80) if domain not in taken and participants_here(domain) == 0)
+
+
+@pytest.fixture(scope="session")
+def environment(tmp_path_factory) -> dict[str, str]:
+    """The environment of the tests' processes: a domain of their own, and no settings of the caller's."""
+    prepare()
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(("ROS_", "RMW_", "FASTDDS_"))}
+    for name in ("PYTHONDONTWRITEBYTECODE", "PYTHONUNBUFFERED"):
+        kept.pop(name, None)
+    system = [folder for folder in os.environ["PATH"].split(os.pathsep) if not Path(folder, "ros2").exists()]
+    return {
+        **kept,
+        "PATH": os.pathsep.join([str(Path(sys.executable).parent), *system]),
+        # The commands start faster from compiled modules, and leave none in the environment.
+        "PYTHONPYCACHEPREFIX": str(tmp_path_factory.getbasetemp() / "compiled"),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "ROS_DOMAIN_ID": str(free_domain()),
+        "COLUMNS": "200",
+    }
+
+
+@pytest.fixture(scope="session")
+def live(environment):
+    """The nodes of `live_nodes.py`, up until the tests end."""
+    child = subprocess.Popen(
+        [sys.executable, str(HERE / "live_nodes.py")],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env=environment,
+    )
+    assert child.stdout.readline() == "ready\n"
+    yield
+    child.kill()
+    child.wait()
+
+
+@pytest.fixture(scope="session")
+def ros2(environment, live) -> Command:
+    """The command beside the live nodes."""
+    return Command(environment)
+
+
+@pytest.fixture(scope="session")
+def alone(environment) -> Command:
+    """The command in a domain without any node."""
+    domain = free_domain((int(environment["ROS_DOMAIN_ID"]),))
+    return Command({**environment, "ROS_DOMAIN_ID": str(domain)})
+
+
+@pytest.fixture
+def until():
+    """A way to wait for what another process does."""
+
+    def wait(ready, seconds: float = SECONDS) -> None:
+        end = time.monotonic() + seconds
+        while not ready():
+            assert time.monotonic() < end, "it did not happen in time"
+            time.sleep(0.02)
+
+    return wait

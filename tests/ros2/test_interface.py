@@ -1,0 +1,83 @@
+"""`ros2 interface` shows definitions as ros2cli does."""
+
+TWIST = """\
+# This expresses velocity in free space broken into its linear and angular parts.
+
+Vector3  linear
+\tfloat64 x
+\tfloat64 y
+\tfloat64 z
+Vector3  angular
+\tfloat64 x
+\tfloat64 y
+\tfloat64 z
+"""
+STAMPED = """\
+std_msgs/Header header
+\tbuiltin_interfaces/Time stamp
+\t\tint32 sec
+\t\tuint32 nanosec
+\tstring frame_id
+Vector3 vector
+\tfloat64 x
+\tfloat64 y
+\tfloat64 z
+"""
+
+
+def test_show_a_message_a_service_and_an_action(alone):
+    """Nested messages are below their field, indented; the separators stay."""
+    twist, service, action, plain = alone.outputs(
+        "interface show geometry_msgs/msg/Twist",
+        "interface show example_interfaces/srv/AddTwoInts",
+        "interface show example_interfaces/action/Fibonacci",
+        "interface show --no-comments geometry_msgs/msg/Vector3Stamped",
+    )
+    assert twist == TWIST
+    assert service == "int64 a\nint64 b\n---\nint64 sum\n"
+    assert action == "# Goal\nint32 order\n---\n# Result\nint32[] sequence\n---\n# Feedback\nint32[] sequence\n"
+    assert plain == STAMPED
+
+
+def test_show_all_comments(alone):
+    """The nested definitions' comments too."""
+    said = alone.output("interface", "show", "--all-comments", "geometry_msgs/msg/Twist")
+    assert said.startswith(TWIST.partition("\t")[0] + "\t# This represents a vector in free space.\n")
+
+
+def test_show_reads_a_type_from_a_pipe(alone):
+    """`ros2 topic type /x | ros2 interface show -`."""
+    assert alone.output("interface", "show", "-", stdin="std_msgs/msg/Bool\n").endswith("bool data\n")
+
+
+def test_list_and_package(alone):
+    """All kinds, or one; a package's interfaces."""
+    everything, services, package, actions = alone.outputs(
+        "interface list",
+        "interface list -s",
+        "interface package example_interfaces",
+        "interface package -a example_interfaces",
+    )
+    assert everything.startswith("Messages:\n    action_msgs/msg/GoalInfo\n")
+    assert "\nServices:\n    action_msgs/srv/CancelGoal\n" in everything
+    assert "\nActions:\n" in everything
+    assert services.startswith("Services:\n    action_msgs/srv/CancelGoal\n") and "/msg/" not in services
+    assert package == "example_interfaces/action/Fibonacci\nexample_interfaces/srv/AddTwoInts\n"
+    assert actions == "example_interfaces/action/Fibonacci\n"
+
+
+def test_what_is_not_there(alone):
+    """ros2cli's messages, status 1."""
+    ran = alone.each(
+        "interface package nowhere",
+        "interface show nowhere/msg/No",
+        "interface show std_msgs/String",
+        "interface show std_msgs/msg/No",
+    )
+    assert [done.returncode for done in ran] == [1] * 4
+    assert [done.stderr for done in ran[:3]] == [
+        "Unknown package 'nowhere'\n",
+        "Unknown package 'nowhere'\n",
+        "Invalid name 'std_msgs/String'. Expected three parts separated by '/'\n",
+    ]
+    assert ran[3].stderr.startswith("Could not find the interface '")

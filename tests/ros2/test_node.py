@@ -1,0 +1,106 @@
+"""`ros2 node` shows the graph as ros2cli does."""
+
+import subprocess
+import sys
+
+TALKER = """\
+/talker
+  Subscribers:
+
+  Publishers:
+    /chatter: std_msgs/msg/String
+    /numbers: std_msgs/msg/Float64MultiArray
+    /parameter_events: rcl_interfaces/msg/ParameterEvent
+    /rosout: rcl_interfaces/msg/Log
+  Service Servers:
+    /talker/describe_parameters: rcl_interfaces/srv/DescribeParameters
+    /talker/get_parameter_types: rcl_interfaces/srv/GetParameterTypes
+    /talker/get_parameters: rcl_interfaces/srv/GetParameters
+    /talker/get_type_description: type_description_interfaces/srv/GetTypeDescription
+    /talker/list_parameters: rcl_interfaces/srv/ListParameters
+    /talker/set_parameters: rcl_interfaces/srv/SetParameters
+    /talker/set_parameters_atomically: rcl_interfaces/srv/SetParametersAtomically
+  Service Clients:
+
+  Action Servers:
+
+  Action Clients:
+
+"""
+TWINS = """
+import rclpy, sys
+rclpy.init()
+twins = [rclpy.create_node("twin") for _ in range(2)]
+print("ready", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_list_names_every_node_sorted_and_hides_the_hidden(ros2):
+    """The look ends only once every node is known, whatever the machine's load."""
+    expected = ["add_two_ints_server", "fibonacci_action_server", "listener", "parameter_node", "silent", "talker"]
+    listing = "".join(f"/{name}\n" for name in expected)
+    assert ros2.outputs("node list", "node list --no-daemon", "node list --spin-time 1.5") == [listing] * 3
+
+
+def test_list_all_shows_hidden_nodes_and_this_command_s_own(ros2):
+    """`-a` shows names that begin with an underscore."""
+    lines = ros2.output("node", "list", "-a").splitlines()
+    assert "/_hidden" in lines
+    assert sum(line.startswith("/_ros2cli_") for line in lines) == 1
+    assert len(lines) == 8
+
+
+def test_list_counts(ros2, alone):
+    """`-c` prints a number, 0 where there is no node."""
+    assert ros2.output("node", "list", "-c") == "6\n"
+    assert alone.output("node", "list", "-c") == "0\n"
+    assert alone.output("node", "list") == ""
+
+
+def test_list_warns_of_two_nodes_with_one_name(alone):
+    """A cell that was run twice leaves two nodes: the listing must say so."""
+    twins = subprocess.Popen(
+        [sys.executable, "-c", TWINS],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env=alone.environment,
+        text=True,
+    )
+    try:
+        assert twins.stdout.readline() == "ready\n"
+        listing = alone("node", "list")
+        info = alone("node", "info", "/twin")
+    finally:
+        twins.kill()
+        twins.wait()
+    assert listing.stdout == "/twin\n/twin\n"
+    assert listing.stderr == (
+        "WARNING: Be aware that there are nodes in the graph that share an exact name, "
+        "which can have unintended side effects.\n"
+    )
+    assert info.stdout.startswith("/twin\n  Subscribers:\n")
+    assert info.stderr == (
+        'There are 2 nodes in the graph with the exact name "/twin". '
+        "You are seeing information about only one of them.\n"
+    )
+
+
+def test_info_lists_topics_services_and_actions(ros2):
+    """The sections and their order are ros2cli's, an empty one is an empty line."""
+    talker, fibonacci, hidden = ros2.outputs(
+        "node info /talker",
+        "node info /fibonacci_action_server",
+        "node info --include-hidden /fibonacci_action_server",
+    )
+    assert talker == TALKER
+    assert "  Action Servers:\n    /fibonacci: example_interfaces/action/Fibonacci\n" in fibonacci
+    assert "/_action/" not in fibonacci
+    assert "    /fibonacci/_action/feedback: example_interfaces/action/Fibonacci_FeedbackMessage\n" in hidden
+
+
+def test_info_of_an_unknown_node(ros2):
+    """One line on stderr, status 1."""
+    done = ros2("node", "info", "/nobody")
+    assert (done.returncode, done.stdout, done.stderr) == (1, "", "Unable to find node '/nobody'\n")

@@ -1,0 +1,126 @@
+"""`ros2 run` finds and runs nodes, and ends as its node ends."""
+
+import signal
+import sys
+
+import pytest
+
+from course.ros2 import run
+
+NODE = """\
+import sys
+
+import rclpy
+from rclpy.node import Node
+
+
+def main(args=None):
+    rclpy.init(args=args)
+    node = Node("parameter_node")
+    node.declare_parameter("robot_name", "atlas")
+    print(node.get_fully_qualified_name(), node.get_parameter("robot_name").value, sys.argv[1:], flush=True)
+    node.destroy_node()
+    rclpy.shutdown()
+
+
+if __name__ == "__main__":
+    main()
+"""
+WAITING = "import time\nprint('up', flush=True)\ntime.sleep(60)\n"
+MANIFEST = "<package format='3'><name>my_robot</name><version>0.0.0</version></package>"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A reader's folder, with a package in it."""
+    package = tmp_path / "my_package"
+    package.mkdir()
+    (package / "parameter_node.py").write_text(NODE)
+    (package / "waiting.py").write_text(WAITING)
+    (package / "failing.py").write_text("raise SystemExit(3)\n")
+    return tmp_path
+
+
+def test_runs_a_node_of_the_reader_s_folder_with_ros_arguments(alone, folder):
+    """The chapter's `ros2 run my_package parameter_node --ros-args -p robot_name:=optimus`, and a remapped name."""
+    words = ("run", "my_package", "parameter_node", "--ros-args", "-p", "robot_name:=optimus", "-r", "__ns:=/lab")
+    said = alone.output(*words, cwd=folder)
+    assert said == f"/lab/parameter_node optimus {list(words[3:])}\n"
+
+
+def test_parameter_files_pass_through(alone, folder):
+    """`--params-file` reaches the node."""
+    (folder / "file.yaml").write_text("/parameter_node:\n  ros__parameters:\n    robot_name: talos\n")
+    said = alone.output("run", "my_package", "parameter_node", "--ros-args", "--params-file", "file.yaml", cwd=folder)
+    assert said.startswith("/parameter_node talos ")
+
+
+def test_a_package_is_known_by_its_manifest(alone, folder):
+    """A package.xml names the package, and its modules can import each other by that name."""
+    module = folder / "src" / "robot" / "my_robot"
+    module.mkdir(parents=True)
+    (module.parent / "package.xml").write_text(MANIFEST)
+    (module / "__init__.py").write_text("")
+    (module / "parts.py").write_text("JOINTS = 2\n")
+    (module / "count.py").write_text("from my_robot.parts import JOINTS\nprint(JOINTS)\n")
+    assert alone.output("run", "my_robot", "count", cwd=folder) == "2\n"
+    assert alone.output("run", "my_robot", "count.py", cwd=folder / "src") == "2\n"
+
+
+def test_runs_an_executable_of_an_ament_package(alone, tmp_path):
+    """What colcon installs in lib/<package> of a prefix in AMENT_PREFIX_PATH."""
+    index = tmp_path / "share" / "ament_index" / "resource_index" / "packages"
+    index.mkdir(parents=True)
+    (index / "installed_package").write_text("")
+    executable = tmp_path / "lib" / "installed_package" / "hello"
+    executable.parent.mkdir(parents=True)
+    executable.write_text("#!/bin/sh\necho hello $1\n")
+    executable.chmod(0o755)
+    words = ("run", "installed_package", "hello", "world")
+    assert alone.output(*words, AMENT_PREFIX_PATH=str(tmp_path)) == "hello world\n"
+    assert alone.output("run", "--prefix", "echo would", *words[1:], AMENT_PREFIX_PATH=str(tmp_path)) == (
+        f"would {executable} world\n"
+    )
+    twin = executable.parent / "other" / "hello"
+    twin.parent.mkdir()
+    twin.write_text("#!/bin/sh\n")
+    twin.chmod(0o755)
+    done = alone(*words, AMENT_PREFIX_PATH=str(tmp_path))
+    assert (done.returncode, done.stderr) == (1, f"Multiple executables found:\n- {executable}\n- {twin}\n")
+
+
+def test_the_course_s_nodes_are_its_modules(alone):
+    """Each module of course/nodes runs under its name; another name is told from an unknown package."""
+    found = run.find_executables("course")
+    assert found["world"] == [sys.executable, "-m", "course.nodes.world"]
+    assert "__init__" not in found
+    unknown = alone("run", "course", "nothing")
+    assert (unknown.returncode, unknown.stderr) == (1, "No executable found\n")
+
+
+def test_what_is_not_there(alone, folder):
+    """ros2cli's messages, status 1; a path is no executable's name."""
+    package, executable, path = (
+        alone("run", *words.split(), cwd=folder)
+        for words in ("nowhere node", "my_package nothing", "my_package ../my_package/waiting")
+    )
+    assert (package.returncode, package.stderr) == (1, "Package 'nowhere' not found\n")
+    assert (executable.returncode, executable.stderr) == (1, "No executable found\n")
+    assert (path.returncode, path.stderr) == (1, "No executable found\n")
+
+
+def test_the_node_s_exit_status_is_the_command_s(alone, folder):
+    """ros2cli adds a line."""
+    done = alone("run", "my_package", "failing", cwd=folder)
+    assert (done.returncode, done.stdout) == (3, "[ros2run]: Process exited with failure 3\n")
+
+
+def test_ctrl_c_is_the_node_s_to_handle(alone, folder):
+    """The terminal sends Ctrl-C to both: the command waits for the node, and adds no traceback of its own."""
+    child = alone.start("run", "my_package", "waiting", cwd=folder)
+    assert child.stdout.readline() == "up\n"
+    child.send_signal(signal.SIGINT)  # the command alone: it goes on waiting
+    child.send_signal(signal.SIGTERM)  # is passed on, so that no node is left behind
+    said, errors = child.communicate(timeout=20)
+    assert (said, errors) == ("[ros2run]: Terminated\n", "")
+    assert child.returncode == 256 - signal.SIGTERM

@@ -1,0 +1,114 @@
+"""`ros2 service` finds and calls services as ros2cli does."""
+
+import pytest
+
+ADD = ("/add_two_ints", "example_interfaces/srv/AddTwoInts")
+SUM = """\
+requester: making request: example_interfaces.srv.AddTwoInts_Request(a=2, b=3)
+
+response:
+example_interfaces.srv.AddTwoInts_Response(sum=5)
+
+"""
+
+
+def test_list_type_and_find(ros2):
+    """Names, types, and from a type back to the names."""
+    lines = ros2.output("service", "list", "-t").splitlines()
+    assert "/add_two_ints [example_interfaces/srv/AddTwoInts]" in lines
+    assert "/never [std_srvs/srv/Trigger]" in lines
+    assert "/talker/list_parameters [rcl_interfaces/srv/ListParameters]" in lines
+    assert lines == sorted(lines)
+    assert not any("/_" in line for line in lines)
+    assert ros2.outputs(
+        "service list -c",
+        "service type /add_two_ints",
+        "service find example_interfaces/srv/AddTwoInts",
+        "service find -c std_srvs/srv/SetBool",
+    ) == [f"{len(lines)}\n", "example_interfaces/srv/AddTwoInts\n", "/add_two_ints\n", "0\n"]
+
+
+def test_hidden_services_are_listed_on_request(ros2):
+    """The option works on the verb and on the family."""
+    for said in ros2.outputs("service list --include-hidden-services", "service --include-hidden-services list"):
+        assert "/fibonacci/_action/send_goal" in said.splitlines()
+
+
+def test_info_counts_clients_and_servers(ros2):
+    """Jazzy's `service info`."""
+    assert ros2.output("service", "info", "/add_two_ints") == (
+        "Type: example_interfaces/srv/AddTwoInts\nClients count: 0\nServices count: 1\n"
+    )
+
+
+def test_an_unknown_service(ros2):
+    """`type` fails silently, `info` with a line, as in ros2cli."""
+    its_type, info = ros2.each("service type /nobody", "service info /nobody")
+    assert (its_type.returncode, its_type.stdout, its_type.stderr) == (1, "", "")
+    assert (info.returncode, info.stdout, info.stderr) == (1, "", "Unknown service '/nobody'\n")
+
+
+def test_call_prints_request_and_response(ros2):
+    """The chapter's call, with the full type and the short one."""
+    assert ros2.outputs(
+        "service call /add_two_ints example_interfaces/srv/AddTwoInts '{a: 2, b: 3}'",
+        "service call /add_two_ints example_interfaces/AddTwoInts '{a: 2, b: 3}'",
+    ) == [SUM, SUM]
+
+
+def test_call_takes_values_from_stdin_and_defaults_without_any(ros2):
+    """`--stdin` reads YAML; no values leave the fields at their defaults."""
+    assert ros2.output("service", "call", *ADD, "--stdin", stdin="a: 2\nb: 3\n") == SUM
+    assert "AddTwoInts_Response(sum=0)" in ros2.output("service", "call", *ADD)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ("{c: 1}", "'AddTwoInts_Request' object has no attribute 'c'"),
+        ("{a: two}", "invalid literal for int() with base 10: 'two'"),
+        ("[1, 2]", "Value '[1, 2]' is expected to be a dictionary but is a list"),
+        ("", "Value 'None' is expected to be a dictionary but is a NoneType"),
+        (
+            "{a: 99999999999999999999}",
+            "The 'a' field must be an integer in [-9223372036854775808, 9223372036854775807]",
+        ),
+        ("{a: 1", "while parsing a flow mapping"),
+    ],
+)
+def test_call_says_which_value_does_not_fit(ros2, values, message):
+    """A wrong field, type, range or YAML is a message of one line and status 1, never a traceback."""
+    done = ros2("service", "call", *ADD, values)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.startswith(f"Failed to populate field: {message}")
+
+
+@pytest.mark.parametrize("name", ["nowhere/srv/Add", "example_interfaces/srv/Nothing", "std_msgs/msg/String", "Add"])
+def test_call_refuses_what_is_no_service_type(ros2, name):
+    """ros2cli's message for a type that is not there or not a service's."""
+    done = ros2("service", "call", "/add_two_ints", name)
+    assert (done.returncode, done.stdout, done.stderr) == (1, "", "The passed service type is invalid\n")
+
+
+def test_call_repeats_at_a_rate_until_interrupted(ros2):
+    """`-r` goes on calling; Ctrl-C ends it without a traceback, with ros2cli's status (the number of SIGINT)."""
+    status, output, errors = ros2.interrupted("service", "call", "-r", "50", *ADD, "{a: 2, b: 3}", after="sum=5")
+    assert (status, errors) == (2, "")
+    assert output.startswith(SUM.rstrip())
+    done = ros2("service", "call", "-r", "-1", *ADD)
+    assert (done.returncode, done.stderr) == (1, "rate must be greater than zero\n")
+
+
+def test_call_of_a_service_that_never_answers_ends_with_ctrl_c(ros2):
+    """It waits for ever, as ros2cli does, and is interrupted cleanly."""
+    status, output, errors = ros2.interrupted(
+        "service", "call", "/never", "std_srvs/srv/Trigger", after="making request"
+    )
+    assert (status, errors) == (2, "")
+    assert output.rstrip() == "requester: making request: std_srvs.srv.Trigger_Request()"
+
+
+def test_call_waits_for_a_service_that_is_not_there(alone):
+    """It says that it waits; Ctrl-C ends it."""
+    line = "waiting for service to become available...\n"
+    assert alone.interrupted("service", "call", *ADD, after="waiting") == (2, line, "")
