@@ -5,8 +5,10 @@ import subprocess
 
 import pytest
 
-TWIST = "publishing #1: geometry_msgs.msg.Twist(linear=geometry_msgs.msg.Vector3(x=0.5, y=0.0, z=0.0), " \
-    "angular=geometry_msgs.msg.Vector3(x=0.0, y=0.0, z=1.0))\n\n"  # fmt: skip
+TWIST = (
+    "publishing #1: geometry_msgs.msg.Twist(linear=geometry_msgs.msg.Vector3(x=0.5, y=0.0, z=0.0), "
+    "angular=geometry_msgs.msg.Vector3(x=0.0, y=0.0, z=1.0))\n\n"
+)
 INFO = """\
 Type: std_msgs/msg/String
 
