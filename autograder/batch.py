@@ -25,7 +25,7 @@ def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> li
         raise UsageError(f"there is no folder {submitted}")
     known = exercises.names() if assignment is None else [exercises.load(assignment).name]
     present = sorted(entry.name for entry in os.scandir(submitted)
-                     if not entry.name.startswith(".") and entry.is_dir(follow_symlinks=False))
+                     if not entry.name.startswith(".") and entry.is_dir())
     chosen = list(students) or present
     if missing := sorted(set(chosen) - set(present)):
         raise UsageError(f"no folder in {submitted} for student {missing[0]!r}")
@@ -39,6 +39,8 @@ def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> li
 
 def read(submitted: Path, student: str, assignment: str) -> Submission:
     """One submission of the folder."""
+    if (submitted / student).is_symlink():
+        return Submission(student, assignment, problems=[f"{student} is a link: hand in the folder itself."])
     return submission.read(submitted / student / assignment, student, assignment, exercises.load(assignment).files)
 
 

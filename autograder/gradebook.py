@@ -1,12 +1,12 @@
 """The scores in nbgrader's gradebook: the points of hidden tests, added up by the notebook's grade cells."""
 
-import os
-import sys
 import warnings
 from pathlib import Path
 
 from nbgrader.api import Grade, Gradebook, MissingEntry
 from sqlalchemy.exc import SAWarning
+
+from course.environment import prepare
 
 from .exercises import load
 from .records import INFRASTRUCTURE_ERROR, Report
@@ -23,8 +23,7 @@ class Scores:
     """An open gradebook; writing the same report again changes nothing."""
 
     def __init__(self, url: str):
-        # nbgrader runs `alembic`, which is beside this interpreter.
-        os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
+        prepare()  # nbgrader runs `alembic`, which is beside this interpreter
         self._book = Gradebook(url)
         self._known: set[str] = set()
 

@@ -34,7 +34,7 @@ class Program:
         self.hidden: set = set()  # numbers and words that its last words must not repeat to the student
         self.stopped = ""
         self._head, self._tail, self._total = bytearray(), bytearray(), 0
-        self._news = threading.Condition()
+        self._lock = threading.Lock()
         self._status = status
         self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                          stderr=subprocess.STDOUT, start_new_session=True, pass_fds=pass_fds, **options)
@@ -57,7 +57,7 @@ class Program:
     @property
     def output(self) -> str:
         """What it has printed, stdout and stderr in order; the middle is left out when it is long."""
-        with self._news:
+        with self._lock:
             return (bytes(self._head) + bytes(self._tail)).decode(errors="replace")
 
     def wait(self, timeout: float) -> bool:
@@ -75,21 +75,9 @@ class Program:
                 raise SandboxError(f"bubblewrap did not start {self.name}: {self.output.strip()[-500:]}")
         return True
 
-    def wait_for_output(self, wanted: Callable[[str], bool], timeout: float) -> bool:
-        """Wait until `wanted(output)`; False when that has not come within `timeout` s or the program has ended."""
-        deadline = time.monotonic() + timeout
-        while not wanted(self.output):
-            left = deadline - time.monotonic()
-            if left <= 0 or not self._reader.is_alive():
-                return wanted(self.output)
-            with self._news:
-                self._news.wait(min(left, 0.2))
-        return True
-
     def kill(self, why: str = "") -> None:
         """End it and every process that it has started."""
-        if self.alive:
-            self._stop(why)
+        self._stop(why)
         self._process.wait()
         self._reader.join(2)
         if self._status is not None:
@@ -130,25 +118,23 @@ class Program:
     def _read(self) -> None:
         pipe = self._process.stdout.fileno()
         while chunk := os.read(pipe, 1 << 16):
-            with self._news:
+            with self._lock:
                 self._total += len(chunk)
                 room = KEPT // 2 - len(self._head)
                 self._head += chunk[:max(room, 0)]
                 self._tail += chunk[max(room, 0):]
                 del self._tail[:-KEPT // 2]
-                self._news.notify_all()
             if self._total > FLOOD:
                 self._stop(f"it printed more than {FLOOD >> 20} MiB; print less, above all inside loops")
                 return
         self._ended = time.monotonic()
-        with self._news:
-            self._news.notify_all()
 
     def _stop(self, why: str) -> None:
         """SIGKILL to bubblewrap, whose namespaces end with it: no process in them outlives it."""
-        self.stopped = self.stopped or why
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(self._process.pid, signal.SIGKILL)
+        if self.alive:
+            self.stopped = self.stopped or why
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self._process.pid, signal.SIGKILL)
 
     def _watch(self, most_memory: int, most_tasks: int) -> None:
         while self.alive:

@@ -9,9 +9,10 @@ from collections.abc import Callable
 import rclpy
 from rcl_interfaces.msg import Log
 from rclpy.context import Context
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
+
+from course.kernel_node import Spinner
 
 GLANCE = 0.01  # s between two looks at the graph
 AGAIN = 3.0  # s without an answer until a request is sent again
@@ -28,20 +29,15 @@ class Ros:
         self._context = Context()
         rclpy.init(args=ARGUMENTS, context=self._context, domain_id=domain)
         self.node = Node(f"node_{secrets.token_hex(4)}", context=self._context, use_global_arguments=False)
-        self._executor = SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(self.node)
         self._heard: deque[str] = deque(maxlen=HEARD)
         self.node.create_subscription(Log, "/rosout", lambda log: self._heard.append(log.msg[:1000]),
                                       QoSProfile(depth=HEARD, durability=DurabilityPolicy.TRANSIENT_LOCAL))
-        self._thread = threading.Thread(target=self._spin, daemon=True)
-        self._thread.start()
+        self._spinner = Spinner(self.node)
 
     def close(self) -> None:
         """Leave the domain."""
-        self._executor.shutdown(timeout_sec=1)
-        self.node.destroy_node()
+        self._spinner.stop()
         self._context.try_shutdown()
-        self._thread.join(2)
 
     def call(self, client, request, timeout: float, alive: Callable[[], bool]):
         """Send `request` and return the response, or None after `timeout` s or when the program is no longer `alive`.
@@ -77,12 +73,6 @@ class Ros:
         return sorted(service for node in self.others()
                       for service, types in self.node.get_service_names_and_types_by_node(*node)
                       if not types[0].startswith(("rcl_interfaces/", "type_description_interfaces/")))
-
-    def _spin(self) -> None:
-        try:
-            self._executor.spin()
-        except ExternalShutdownException:
-            pass
 
 
 def wait_until(condition: Callable[[], bool], timeout: float) -> bool:

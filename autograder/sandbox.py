@@ -217,6 +217,7 @@ class Sandbox:
             "PYTHONPATH": os.pathsep.join(python),
             "LD_LIBRARY_PATH": os.pathsep.join(libraries),
             "AMENT_PREFIX_PATH": os.pathsep.join(prefixes),
+            "ROS_PYTHON_CHECK_FIELDS": "1",  # a field of a wrong type is an exception, not the end of the process
             "ROS_DISTRO": os.environ.get("ROS_DISTRO", "jazzy"),
             "ROS_VERSION": "2",
             "ROS_LOG_DIR": "/tmp/log" if confined else f"{self._home()}/log",

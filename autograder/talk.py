@@ -5,7 +5,6 @@ happens repeatedly, or what a program itself owns up to with a traceback, is hel
 """
 
 import random
-from collections.abc import Iterator
 
 import pytest
 
@@ -16,6 +15,7 @@ from .ros import Ros, wait_until
 from .session import Grading
 
 START = 20.0  # s that a program may take until it offers its services
+SETTLED = 6.0  # s, the same once its node is there
 ANSWER = 10.0  # s that an answer may take
 SHORT = 3.0  # s, the same once a program has been silent before
 
@@ -51,7 +51,9 @@ class Server:
         for limit in (START, START / 2):
             if self.program is None or self._was_up or self.program.stopped:
                 self.begin()
-            wait_until(lambda: self._offered or not self.program.alive, self.grading.clock.allow(limit))
+            allow = self.grading.clock.allow
+            if wait_until(lambda: self._offered or not self.program.alive or self.ros.others(), allow(limit)):
+                wait_until(lambda: self._offered or not self.program.alive, allow(SETTLED))
             if self.program.alive and self._offered:
                 self._was_up = True
                 return
@@ -127,6 +129,6 @@ def submission(grading: Grading) -> dict[str, bytes]:
 
 
 @pytest.fixture
-def rng(grading: Grading, request) -> Iterator[random.Random]:
+def rng(grading: Grading, request) -> random.Random:
     """Random numbers of a test's own."""
     return grading.random(request.node.name)
