@@ -44,11 +44,8 @@ def info(args) -> None:
     from rclpy.expand_topic_name import expand_topic_name
     from rclpy.validate_full_topic_name import validate_full_topic_name
 
-    try:
-        name = expand_topic_name(args.action_name, "_", "/")
-        validate_full_topic_name(name)
-    except ValueError as error:  # rclpy's InvalidTopicNameException is one
-        raise RuntimeError(str(error)) from None
+    name = expand_topic_name(args.action_name, "_", "/")
+    validate_full_topic_name(name)
     with Graph(args) as graph:
         graph.settle()
         nodes = list(dict.fromkeys(graph.nodes(hidden=True)))
@@ -124,10 +121,7 @@ def send_goal(args) -> int | str | None:
     with Graph(talks=True, node_name=f"{COMMAND_PREFIX}_send_goal_{args.action_type.replace('/', '_')}") as graph:
         from rclpy.action import ActionClient
 
-        try:
-            client = ActionClient(graph.node, action, args.action_name)
-        except Exception as error:  # rclpy has an exception of its own for an invalid name
-            raise RuntimeError(str(error)) from None
+        client = ActionClient(graph.node, action, args.action_name)
         try:
             return _follow(graph, client, goal, stamps, args)
         finally:

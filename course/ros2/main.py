@@ -7,6 +7,7 @@ import shlex
 import shutil
 import signal
 import sys
+import warnings
 
 from course.environment import prepare
 from course.ros2 import grammar
@@ -96,16 +97,23 @@ def main() -> int | str | None:
     args = parser.parse_args()
     if not args.use_python_default_buffering:
         sys.stdout.reconfigure(line_buffering=True)
+    # rclpy warns, after it has refused a name, of what it could not undo.
+    warnings.simplefilter("ignore", RuntimeWarning)
     try:
         return args.main(args)
     except KeyboardInterrupt:
         return signal.SIGINT
-    except RuntimeError as error:
+    except (RuntimeError, ValueError) as error:
         return str(error)
     except BrokenPipeError:
         # The reader of the output has gone (`ros2 topic echo /x | head`): nothing is left to say to it.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
+    except Exception as error:
+        # rclpy's errors for the name of a node, topic or service say what is wrong with it, and where.
+        if type(error).__module__ == "rclpy.exceptions":
+            return str(error)
+        raise
 
 
 if __name__ == "__main__":

@@ -138,10 +138,7 @@ def call(args) -> str | None:
         return f"Failed to populate field: {error}"
     words = args.service_type.split("/")
     with Graph(talks=True, node_name=f"{COMMAND_PREFIX}_requester_{words[0]}_{words[-1]}") as graph:
-        try:
-            client = graph.node.create_client(service, args.service_name)
-        except Exception as error:  # rclpy's InvalidServiceNameException is a ValueError, but not all of them are
-            raise RuntimeError(str(error)) from None
+        client = graph.node.create_client(service, args.service_name)
         ready = client.service_is_ready
         # ros2cli looks once, before anything can be discovered; its line is for a service that keeps one waiting.
         if not graph.settle(ready):

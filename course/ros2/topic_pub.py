@@ -98,10 +98,7 @@ def pub(args) -> str | None:
         return f"Failed to populate field: {error}"
     profile, _ = qos.make_profile(args)
     with Graph(args, talks=True, node_name=args.node_name) as graph:
-        try:
-            publisher = graph.node.create_publisher(type(message), args.topic_name, profile)
-        except Exception as error:  # rclpy has an exception of its own for an invalid name
-            raise RuntimeError(str(error)) from None
+        publisher = graph.node.create_publisher(type(message), args.topic_name, profile)
         began = time.monotonic()
         while publisher.get_subscription_count() < wanted:
             print(f"Waiting for at least {wanted} matching subscription(s)...")

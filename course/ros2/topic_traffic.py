@@ -17,18 +17,15 @@ WINDOW = 10000
 def find_message_type(graph, topic: str, *, wait: bool):
     """Return the message class of a topic; None if nobody has it, or `wait` until somebody does.
 
-    Raises RuntimeError for an invalid name, and for a topic of several types or of one that is not installed.
+    Raises RuntimeError for a topic of several types or of one that is not installed.
     """
     from rclpy.expand_topic_name import expand_topic_name
     from rclpy.validate_full_topic_name import validate_full_topic_name
 
     from course.ros2 import messages
 
-    try:
-        name = expand_topic_name(topic, graph.node.get_name(), graph.node.get_namespace())
-        validate_full_topic_name(name)
-    except ValueError as error:  # rclpy's InvalidTopicNameException is one
-        raise RuntimeError(str(error)) from None
+    name = expand_topic_name(topic, graph.node.get_name(), graph.node.get_namespace())
+    validate_full_topic_name(name)
 
     def look() -> list[str]:
         return dict(graph.topics(hidden=True)).get(name, [])

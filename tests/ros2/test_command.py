@@ -62,6 +62,22 @@ def test_usage_errors(alone):
     assert [done.returncode for done in (command, verb, missing, value)] == [2] * 4
 
 
+def test_a_name_that_ros_does_not_allow(alone):
+    """rclpy's explanation, status 1, no traceback and no warnings."""
+    ran = alone.each(
+        "topic echo '/no good' std_msgs/msg/String",
+        "topic hz '/no good'",
+        "topic pub -1 -n 'no good' /x std_msgs/msg/String",
+        "service call '/no good' std_srvs/srv/Trigger",
+        "action info '/no good'",
+        "action send_goal '/no good' example_interfaces/action/Fibonacci",
+    )
+    for done in ran:
+        assert done.returncode == 1
+        assert "must not contain characters other than" in done.stderr
+        assert "Traceback" not in done.stderr and "Warning" not in done.stderr
+
+
 def completions(command, line: str) -> list[str]:
     """Return what the Tab key offers after `line`."""
     read, write = os.pipe()
