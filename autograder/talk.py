@@ -4,104 +4,126 @@ A program that has died is started again for the next test, so that each test ju
 happens repeatedly, or what a program itself owns up to with a traceback, is held against it.
 """
 
+import functools
 import random
+import re
+from collections.abc import Callable
+from typing import Any
 
 import pytest
 
 from .faults import Crashed, Fault, TimedOut, Wrong
 from .judge import GRADING
-from .program import Program
+from .program import NUMBER, Program
 from .ros import Ros, wait_until
-from .session import Grading
+from .session import Grading, Run
 
 START = 20.0  # s that a program may take until it offers its services
 SETTLED = 6.0  # s, the same once its node is there
 ANSWER = 10.0  # s that an answer may take
 SHORT = 3.0  # s, the same once a program has been silent before
+CLIENT = 10.0  # s that a client may run, with or without a server
 
 
-class Server:
-    """A handed-in program that offers a service, with a node of the grader's to call it."""
+class Live:
+    """A handed-in program that runs until the grader ends it, with a node of the grader's to speak to it."""
 
-    def __init__(self, grading: Grading, file: str, service: str, kind: type):
-        self.grading, self.file, self.service, self.kind = grading, file, service, kind
+    advice = "no callback may wait for long"  # to the student whose program is silent
+
+    def __init__(self, grading: Grading, file: str, *args: str):
+        self.grading, self.file, self.args = grading, file, args
         self.starts = 0
         self.program: Program | None = None
         self.ros: Ros | None = None
-        self._was_up = False
-        self._hopeless: Fault | None = None
+        self._seen: set[tuple[str, ...]] = set()  # what this start of the program has been seen to offer
+        self._spent = False
+        self._hopeless: dict[tuple[str, ...], Fault] = {}
         self._silences = 0
         self._answered = False
+
+    def connect(self) -> dict[str, Callable[[], bool]]:
+        """Make what `self.ros` speaks to the program with.
+
+        Returns what the program must offer, as the student is told ("the service /sum"), each with a function that
+        tells whether it is there.
+        """
+        raise NotImplementedError
 
     def begin(self) -> None:
         """Start the program in a new domain, without waiting for it."""
         domain = self.grading.room()
-        self.program = self.grading.start(self.file, domain=domain)
+        self.program = self.grading.start(self.file, *self.args, domain=domain)
         self.ros = self.grading.enter(domain)
-        self.client = self.ros.node.create_client(self.kind, self.service)
-        self._was_up = False
+        self._offers = self.connect()
+        self._seen.clear()
+        self._spent = False
         self.starts += 1
 
-    def up(self) -> None:
-        """Have the program running and its service offered; raises a Fault when it does not get there twice."""
-        if self._hopeless:
-            raise self._hopeless
-        if self._was_up and self.program.alive:
+    def up(self, *wanted: str) -> None:
+        """Have the program running and what is `wanted` (by default all) offered; raises a Fault when that fails twice."""
+        if fault := self._hopeless.get(wanted) or self._hopeless.get(()):
+            raise fault
+        if wanted in self._seen and self.program.alive:
             return
         for limit in (START, START / 2):
-            if self.program is None or self._was_up or self.program.stopped:
+            if self.program is None or self.program.stopped or (self._spent or self._seen) and not self.program.alive:
                 self.begin()
             allow = self.grading.clock.allow
-            if wait_until(lambda: self._offered or not self.program.alive or self.ros.others(), allow(limit)):
-                wait_until(lambda: self._offered or not self.program.alive, allow(SETTLED))
-            if self.program.alive and self._offered:
-                self._was_up = True
+            if wait_until(lambda: self._offered(wanted) or not self.program.alive or self.ros.others(), allow(limit)):
+                wait_until(lambda: self._offered(wanted) or not self.program.alive, allow(SETTLED))
+            if self.program.alive and self._offered(wanted):
+                self._seen.add(wanted)
                 return
-            fault = self._not_up()
-            self.program.kill()
+            fault = self._not_up(wanted)
             if isinstance(fault, Wrong):
                 break
-            self._was_up = True  # have the next one started
-        self._hopeless = fault
+            self.program.kill()
+            self._spent = True
+        self._hopeless[wanted] = fault
         raise fault
 
-    def call(self, request):
-        """The service's response; raises Crashed or TimedOut."""
+    def converse(self, question: Callable[[float, Callable[[], bool]], Any], what: str, *wanted: str) -> Any:
+        """What `question(limit, alive)` returns, as soon as that is not None; raises Crashed or TimedOut.
+
+        `what` names the question to the student: "a request to /sum".
+        """
         for attempt in (1, 2):
-            self.up()
+            self.up(*wanted)
             program, patience = self.program, SHORT if self._silences >= 2 else ANSWER
             limit = self.grading.clock.allow(patience)
-            response = self.ros.call(self.client, request, limit, lambda p=program: p.alive)
-            if response is not None:
+            answer = question(limit, lambda p=program: p.alive)
+            if answer is not None:
                 self._answered = True
-                return response
+                return answer
             if program.alive and not program.wait(0.2):
                 self._silences += 1
-                fault = TimedOut(f"{self.file} runs, but a request to {self.service} got no answer within "
-                                 f"{limit:.0f} s: the callback must return the response, and not wait for long.")
+                fault = TimedOut(f"{self.file} runs, but {what} got no answer within {limit:.0f} s: {self.advice}.")
                 program.kill()
+                self._spent = True
                 if self._silences > 2:
                     if not self._answered:
-                        self._hopeless = fault
+                        self._hopeless[()] = fault
                     break
             else:
                 program.wait(1)
-                fault = Crashed(f"{self.file} died while it answered a request: {program.last_words()}.")
+                fault = Crashed(f"{self.file} died while it answered {what}: {program.last_words()}.")
                 if program.raised or program.stopped:
                     break
         raise fault
-
-    @property
-    def _offered(self) -> bool:
-        return self.client.service_is_ready()
 
     @property
     def log(self) -> str:
         """What the program has logged since it was started: printed or on /rosout."""
         return f"{self.program.output}\n{self.ros.rosout}"
 
-    def _not_up(self) -> Fault:
-        program, promise = self.program, f"the service {self.service}"
+    def _missing(self, wanted: tuple[str, ...]) -> list[str]:
+        return [offer for offer in wanted or self._offers if not self._offers[offer]()]
+
+    def _offered(self, wanted: tuple[str, ...]) -> bool:
+        return not self._missing(wanted)
+
+    def _not_up(self, wanted: tuple[str, ...]) -> Fault:
+        program, promise = self.program, " and ".join(self._missing(wanted) or wanted or self._offers)
         if not program.alive:
             program.wait(1)
             if program.exit_status == 0:
@@ -113,7 +135,56 @@ class Server:
         if self.ros.others():
             return Wrong(f"{self.file} runs a node, but it does not offer {promise}.")
         return TimedOut(f"{self.file} was started, but even after {self.grading.clock.allow(START):.0f} s there was no "
-                        f"node and no service {self.service}: does it wait for something before it creates them?")
+                        f"node and not {promise}: does it wait for something before it creates them?")
+
+
+class Server(Live):
+    """A handed-in program that offers services."""
+
+    advice = "the callback must return the response, and not wait for long"
+
+    def __init__(self, grading: Grading, file: str, services: dict[str, type], *args: str):
+        """`services` are the types by name; `args` is the program's command line."""
+        super().__init__(grading, file, *args)
+        self.services = services
+
+    def connect(self) -> dict[str, Callable[[], bool]]:
+        """A client for each service."""
+        self.clients = {name: self.ros.node.create_client(kind, name) for name, kind in self.services.items()}
+        return {f"the service {name}": client.service_is_ready for name, client in self.clients.items()}
+
+    def call(self, request, service: str | None = None):
+        """The response of a service, by default the first; raises Crashed or TimedOut."""
+        name = service or next(iter(self.services))
+        return self.converse(lambda limit, alive: self.ros.call(self.clients[name], request, limit, alive),
+                             f"a request to {name}", f"the service {name}")
+
+
+def twice(test: Callable) -> Callable:
+    """Have a test judged again when it finds something wrong: a lost message happens once, a fault always."""
+    @functools.wraps(test)
+    def judge(*args, **kwargs):
+        try:
+            test(*args, **kwargs)
+        except Wrong:
+            test(*args, **kwargs)
+    return judge
+
+
+def finish(run: Run, doing: str, limit: float = CLIENT) -> Program:
+    """A client's ended run; raises TimedOut when it took longer than `limit` s, and Crashed when it raised.
+
+    `doing` tells the student which run this was: "without a server".
+    """
+    program = run.finish(limit, doing)
+    if program.raised:
+        raise Crashed(f"{run.file} {doing} died: {program.last_words()}.")
+    return program
+
+
+def numbers(text: str) -> list[float]:
+    """The numbers in a text, 1,234.5 and 1_234.5 as one."""
+    return [float(token) for token in NUMBER.findall(re.sub(r"(?<=\d)[,_](?=\d{3})", "", text))]
 
 
 @pytest.fixture(scope="session")

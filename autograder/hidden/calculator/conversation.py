@@ -1,13 +1,11 @@
 """The grader's side of the conversation: a client for the student's server, and a server for the student's client."""
 
 import math
-import re
 from concurrent.futures import ThreadPoolExecutor
 
 from calculator_interfaces.srv import Calculate
 
 from autograder.faults import Crashed, Fault, TimedOut, Wrong
-from autograder.program import NUMBER
 from autograder.ros import Ros, wait_until
 from autograder.session import Run
 from autograder.talk import ANSWER, Server
@@ -20,14 +18,13 @@ ANSWERS = {
 }
 SIGNS = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
 CLIENT = "calculator_client.py"
-PATIENCE = 10  # s that a client may take, with or without a server
 
 
 class Calculator(Server):
     """The student's server."""
 
     def __init__(self, grading):
-        super().__init__(grading, "calculator_server.py", "/calculator", Calculate)
+        super().__init__(grading, "calculator_server.py", {"/calculator": Calculate})
 
     def ask(self, a: float, operation: str, b: float):
         """Its response."""
@@ -90,7 +87,7 @@ class Calculator(Server):
             return [(question, self.ask_with(ros, client, *question)) for question in questions]
 
         with ThreadPoolExecutor(2) as pool:
-            asked = [pool.submit(ask_all, self.ros, self.client, questions),
+            asked = [pool.submit(ask_all, self.ros, self.clients["/calculator"], questions),
                      pool.submit(ask_all, second, client, questions[::-1])]
             return [answer for future in asked for answer in future.result()]
 
@@ -122,16 +119,3 @@ class Counterpart:
     def _answer(self, request, _):
         self.requests.append(request)
         return self._response
-
-
-def finish(run: Run, doing: str):
-    """The ended client; raises TimedOut when it took too long, and Crashed when it died of an exception."""
-    program = run.finish(PATIENCE, doing)
-    if program.raised:
-        raise Crashed(f"{CLIENT} {doing} died: {program.last_words()}.")
-    return program
-
-
-def numbers(text: str) -> list[float]:
-    """The numbers in a text, 1,234.5 and 1_234.5 as one."""
-    return [float(token) for token in NUMBER.findall(re.sub(r"(?<=\d)[,_](?=\d{3})", "", text))]

@@ -6,9 +6,10 @@ Points add up to 20.  The message of a failure speaks of the task; the numbers t
 from calculator_interfaces.srv import Calculate
 
 from autograder.faults import Wrong
-from autograder.hidden.calculator.conversation import ANSWERS, finish, numbers
+from autograder.hidden.calculator.conversation import ANSWERS
 from autograder.judge import points
 from autograder.ros import wait_until
+from autograder.talk import finish, numbers
 from course.interfaces import InterfaceError, parse
 
 SECTIONS = {
