@@ -122,10 +122,13 @@ class Sandbox:
         if self._folder:
             self._folder.cleanup()
 
-    def start(self, file: str, *args: str, domain: int) -> Program:
-        """Start `python FILE ARGS` in ROS domain `domain`.  Call it from the main thread: the program dies with it."""
+    def start(self, file: str, *args: str, domain: int, files: Mapping[str, bytes] | None = None) -> Program:
+        """Start `python FILE ARGS` in ROS domain `domain`.  Call it from the main thread: the program dies with it.
+
+        `files` are laid into its home folder too, for this one program.
+        """
         status, write = os.pipe()
-        command = self.command([file, *args], domain, status=write)
+        command = self.command([file, *args], domain, status=write, files=files)
         try:
             program = Program(file, command, pass_fds=(*self.descriptors, write), memory=MEMORY, tasks=LIMITS["nproc"],
                               status=status if self.box != "unsafe" else None, cwd=self._home(),
@@ -136,12 +139,14 @@ class Sandbox:
         self.programs.append(program)
         return program
 
-    def command(self, argv: list[str], domain: int, status: int | None = None) -> list[str]:
+    def command(self, argv: list[str], domain: int, status: int | None = None,
+                files: Mapping[str, bytes] | None = None) -> list[str]:
         """The command line that runs `python ARGV` confined.  It reads files from `self.descriptors`."""
+        files = {**self.files, **(files or {})}
         limits = ["prlimit", *(f"--{name}={value}" for name, value in LIMITS.items()), "--"]
         python = [sys.executable, *argv]
         if self.box == "unsafe":
-            for name, content in self.files.items():
+            for name, content in files.items():
                 Path(self._home(), name).write_bytes(content)
             limits.remove(f"--nproc={LIMITS['nproc']}")  # it would count all that this user runs
             return ["setpriv", "--pdeathsig=KILL", "--", *limits, *python]
@@ -157,12 +162,12 @@ class Sandbox:
                       "--inh-caps=-all", "--no-new-privs", "--", *limits]
         else:
             bwrap += ["--unshare-user", "--disable-userns", "--uid", str(uid), "--gid", str(uid)]
-        bwrap += self._view(uid)
+        bwrap += self._view(uid, files)
         for name, value in self._environment(domain).items():
             bwrap += ["--setenv", name, value]
         return [*bwrap, "--chdir", HOME, "--", *limits, *python]
 
-    def _view(self, uid: int) -> list[str]:
+    def _view(self, uid: int, files: Mapping[str, bytes]) -> list[str]:
         """bubblewrap's options for the file system."""
         view = ["--ro-bind", "/usr", "/usr"]
         for name in ("bin", "sbin", "lib", "lib32", "lib64"):
@@ -193,7 +198,7 @@ class Sandbox:
         view += ["--perms", "0755", "--dir", "/opt", "--ro-bind", str(environment.DISCOVERY_PROFILE), PROFILE]
         if self.interfaces:
             view += ["--ro-bind", str(self.interfaces), INTERFACES]
-        for name, content in self.files.items():
+        for name, content in files.items():
             view += ["--perms", "0444", "--file", self._descriptor(content), f"{HOME}/{name}"]
         return [*view, "--remount-ro", "/"]
 

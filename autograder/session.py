@@ -5,6 +5,7 @@ Light on purpose: the worker starts the slowest programs with this before it loa
 
 import random
 import time
+from collections.abc import Mapping
 
 from .faults import Clock, Crashed, TimedOut
 from .program import Program
@@ -51,9 +52,9 @@ class Grading:
         for name, command in runs.items():
             self.early[name] = Run(self, *command, domain=self.room())
 
-    def start(self, file: str, *args: str, domain: int) -> Program:
-        """Start one of the handed-in programs in that domain."""
-        program = self.sandbox.start(file, *args, domain=domain)
+    def start(self, file: str, *args: str, domain: int, files: Mapping[str, bytes] | None = None) -> Program:
+        """Start one of the handed-in programs in that domain, with `files` of the grader's beside it."""
+        program = self.sandbox.start(file, *args, domain=domain, files=files)
         program.hidden = self._hidden
         return program
 
