@@ -14,7 +14,7 @@ KEPT = 1 << 20  # bytes of output that are kept: the first and the last half of 
 FLOOD = 64 << 20  # bytes of output after which a program is stopped
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 GLANCE = 0.1  # s between two looks at memory and processes
-WRAPPERS = 2  # processes that are bubblewrap's own
+WRAPPERS = 1  # of bubblewrap's own two processes, the inner one counts towards an ordinary user's limit
 
 
 class SandboxError(RuntimeError):
