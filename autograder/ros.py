@@ -24,7 +24,7 @@ ARGUMENTS = ["--ros-args", "--disable-stdout-logs", "--disable-rosout-logs", "--
 class Ros:
     """A node of the grader's in `domain`.  Its name tells nothing: a program must behave the same for everybody."""
 
-    def __init__(self, domain: int):
+    def __init__(self, domain: int, threads: int = 1):
         self.domain = domain
         self._context = Context()
         rclpy.init(args=ARGUMENTS, context=self._context, domain_id=domain)
@@ -32,7 +32,7 @@ class Ros:
         self._heard: deque[str] = deque(maxlen=HEARD)
         self.node.create_subscription(Log, "/rosout", lambda log: self._heard.append(log.msg[:1000]),
                                       QoSProfile(depth=HEARD, durability=DurabilityPolicy.TRANSIENT_LOCAL))
-        self._spinner = Spinner(self.node)
+        self._spinner = Spinner(self.node, threads)
 
     def close(self) -> None:
         """Leave the domain."""

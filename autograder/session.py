@@ -40,11 +40,11 @@ class Grading:
             raise TimedOut("Not tried: your programs had to be started again too often.")
         return self._domains.pop()
 
-    def enter(self, domain: int):
-        """A node of the grader's in that domain, a `ros.Ros`."""
+    def enter(self, domain: int, threads: int = 1):
+        """A node of the grader's in that domain, a `ros.Ros`, whose callbacks run in so many threads."""
         from .ros import Ros
 
-        self._rooms.append(Ros(domain))
+        self._rooms.append(Ros(domain, threads))
         return self._rooms[-1]
 
     def begin(self, runs: dict[str, list[str]]) -> None:
