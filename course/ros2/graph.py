@@ -72,10 +72,11 @@ def reaches_other_hosts() -> bool:
         return True
 
 
-def choose_transport() -> None:
+def choose_transport(talks: bool) -> None:
     """Have Fast DDS speak UDP alone in this process, unless the user has chosen otherwise.
 
-    UDP finds twenty nodes in 0.2 to 0.4 s; beside shared memory, a node's name comes up to four seconds late.
+    UDP finds twenty nodes in 0.1 to 0.3 s; beside shared memory, a node's name comes up to four seconds late.
+    A process that only looks also takes its readers' timing from the profile; one that talks keeps rmw_fastrtps's.
     """
     if os.environ.get("FASTRTPS_DEFAULT_PROFILES_FILE") == str(DISCOVERY_PROFILE):
         profile = "discovery.xml"
@@ -84,6 +85,8 @@ def choose_transport() -> None:
             os.environ[RANGE] = "SYSTEM_DEFAULT"
             profile = "localhost.xml"
         os.environ["FASTRTPS_DEFAULT_PROFILES_FILE"] = str(PROFILES / profile)
+        if not talks:
+            os.environ.setdefault("RMW_FASTRTPS_USE_QOS_FROM_XML", "1")
     os.environ.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
 
 
@@ -96,7 +99,7 @@ class Graph:
     def __init__(self, args=None, *, talks: bool = False, node_name: str | None = None) -> None:
         self.spin_time = getattr(args, "spin_time", None)
         self.least = REMOTE if reaches_other_hosts() else 0.0
-        choose_transport()
+        choose_transport(talks)
         import rclpy
         from rclpy.impl.implementation_singleton import rclpy_implementation
         from rclpy.signals import SignalHandlerOptions
