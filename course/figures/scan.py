@@ -1,0 +1,54 @@
+"""The figure of a laser scan: what the robot sees, how the sectors cut it, and what it decided."""
+
+import numpy as np
+
+from .. import sectors as course_sectors
+from .palette import BLACK, GREY, SECTORS, VERMILLION, style
+from .picture import Picture
+
+
+def sectors(scan, action: dict | None = None, title: str = "What the robot sees, and what it decides") -> Picture:
+    """A sensor_msgs/LaserScan in polar coordinates, forward at the top and left at the left.
+
+    The three sectors are shaded out to their nearest obstacle; `action` ({'linear': m/s, 'angular': rad/s}) is an
+    arrow: forward, or bent to the side that the robot turns to.
+    """
+    angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+    ranges = course_sectors.usable(scan.ranges, scan.range_min, scan.range_max)
+    seen = np.isfinite(ranges)
+    reach = float(ranges[seen].max()) * 1.1 if seen.any() else float(scan.range_max)
+    picture = Picture("sectors of a scan", 4.6)
+    axes = picture.figure.add_subplot(projection="polar")
+    style(axes, title)
+    axes.set_theta_zero_location("N")
+    axes.set_ylim(0, reach)
+    for name, nearest in course_sectors.from_scan(scan).items():
+        low, high = course_sectors.SECTORS[name]
+        arc = np.linspace(low, high, 40)
+        free = not np.isfinite(nearest)
+        label = f"{name}: {'free' if free else f'{nearest:.2f} m'}"
+        axes.fill_between(arc, 0, reach if free else nearest, color=SECTORS[name], alpha=0.25, label=label)
+        axes.plot(arc, np.full(40, reach if free else nearest), color=SECTORS[name], linewidth=2)
+    axes.plot(angles[seen], ranges[seen], ".", color=BLACK, markersize=3)
+    if action is not None:
+        turn = float(action["angular"])
+        _arrow(axes, turn, float(action["linear"]), reach)
+    axes.set_thetagrids(range(0, 360, 30), [f"{angle if angle <= 180 else angle - 360}°" for angle in range(0, 360, 30)],
+                        color=GREY, fontsize=8)
+    axes.set_rlabel_position(200)
+    axes.legend(loc="center left", bbox_to_anchor=(1.08, 0.5), frameon=False, title="nearest obstacle (m)")
+    return picture
+
+
+def _arrow(axes, angular: float, linear: float, reach: float) -> None:
+    length = 0.45 * reach
+    if angular:
+        sweep = np.linspace(0, np.sign(angular) * np.radians(75), 30)
+        axes.plot(sweep[:-1], np.full(29, length), color=VERMILLION, linewidth=3)
+        axes.annotate("", (sweep[-1], length), (sweep[-3], length),
+                      arrowprops={"arrowstyle": "-|>", "color": VERMILLION, "linewidth": 3, "mutation_scale": 18})
+    elif linear:
+        axes.annotate("", (0.0, length), (0.0, 0.0),
+                      arrowprops={"arrowstyle": "-|>", "color": VERMILLION, "linewidth": 3, "mutation_scale": 18})
+    else:
+        axes.plot([0], [0], "s", color=VERMILLION, markersize=12)

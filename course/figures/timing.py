@@ -1,0 +1,40 @@
+"""Figures of time taken: service round trips, and decisions against their limit."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from .palette import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, style
+from .picture import Picture
+
+LIMIT = 0.1  # s, one decision of a 10 Hz loop
+
+
+def round_trips(series: Mapping[str, Sequence[float]], title: str = "How long a call takes, call by call") -> Picture:
+    """Round-trip times (s) of calls in order, one line for each name in `series`; logarithmic."""
+    picture = Picture("service round trips")
+    axes = style(picture.figure.add_subplot(), title, "call", "round trip (ms)")
+    for (name, times), color in zip(series.items(), (BLUE, ORANGE, GREEN, PURPLE), strict=False):
+        axes.plot(np.arange(1, len(times) + 1), 1e3 * np.asarray(times), ".", markersize=3, color=color, label=name)
+    axes.set_yscale("log")
+    axes.legend(frameon=False, markerscale=3)
+    return picture
+
+
+def latencies(series: Mapping[str, Sequence[float]], limit: float = LIMIT,
+              title: str = "Every decision must stay left of the limit") -> Picture:
+    """The distribution of decision latencies (s) for each name in `series`, against `limit` (s)."""
+    picture = Picture("decision latencies")
+    axes = style(picture.figure.add_subplot(), title, "latency of a decision (ms)", "decisions")
+    values = [1e3 * np.asarray(times, dtype=float) for times in series.values()]
+    every = np.concatenate([*values, [1e3 * limit]]) if values else np.array([1e3 * limit])
+    bins = np.geomspace(max(1e-3, every[every > 0].min() * 0.8), every.max() * 1.25, 50)
+    for (name, _), times, color in zip(series.items(), values, (BLUE, ORANGE, GREEN, PURPLE), strict=False):
+        late = float(np.mean(times > 1e3 * limit)) if len(times) else 0.0
+        axes.hist(times, bins=bins, color=color, alpha=0.7, label=f"{name}: {late:.0%} too late")
+    axes.axvline(1e3 * limit, color=VERMILLION, linestyle="--")
+    axes.annotate(f"limit {1e3 * limit:g} ms", (1e3 * limit, 1), xycoords=("data", "axes fraction"), xytext=(-4, -12),
+                  textcoords="offset points", ha="right", color=VERMILLION)
+    axes.set_xscale("log")
+    axes.legend(frameon=False, loc="upper left")
+    return picture
