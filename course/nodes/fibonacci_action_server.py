@@ -1,0 +1,92 @@
+"""Section 3.2.2: an action server, `/fibonacci`, that reports every step and can be cancelled at any of them."""
+
+import time
+
+import rclpy
+from course_interfaces.action import Fibonacci
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.node import Node
+
+MAX_ORDER = 46  # element 47 does not fit into int32
+POLL = 0.01  # s; rclpy has no event for "cancel requested"
+THREADS = 10  # each goal that runs takes one, and a cancel request needs one more to be heard
+
+
+class FibonacciActionServer(Node):
+    """Computes elements 0 to `order`, one every `step_period` s (a parameter).
+
+    Spin it with a MultiThreadedExecutor of several threads: with one thread, a goal that runs keeps it, and a cancel
+    request is read only when the goal is over.
+    """
+
+    def __init__(self, **kwargs):
+        super().__init__("fibonacci_action_server", **kwargs)
+        self.declare_parameter("step_period", 1.0)
+        self._action_server = ActionServer(
+            self,
+            Fibonacci,
+            "fibonacci",
+            self.execute_callback,
+            goal_callback=self.goal_callback,
+            cancel_callback=self.cancel_callback,
+            callback_group=ReentrantCallbackGroup(),
+        )
+        self.get_logger().info("Fibonacci Action Server started")
+
+    def goal_callback(self, goal):
+        """Accept what can be computed."""
+        if 0 <= goal.order <= MAX_ORDER:
+            return GoalResponse.ACCEPT
+        self.get_logger().warning(f"Goal rejected: order {goal.order} is not from 0 to {MAX_ORDER}")
+        return GoalResponse.REJECT
+
+    def cancel_callback(self, _goal_handle):
+        """Agree to every cancel request; without this callback an ActionServer refuses them all."""
+        self.get_logger().info("Cancel requested")
+        return CancelResponse.ACCEPT
+
+    def execute_callback(self, goal_handle):
+        """Compute the sequence; a cancelled goal gets what there is of it."""
+        order = goal_handle.request.order
+        self.get_logger().info(f"Executing goal: order={order}")
+        sequence = [0, 1][: order + 1]
+        goal_handle.publish_feedback(Fibonacci.Feedback(partial_sequence=sequence))
+        while len(sequence) <= order and self.wait_step(goal_handle):
+            sequence.append(sequence[-1] + sequence[-2])
+            goal_handle.publish_feedback(Fibonacci.Feedback(partial_sequence=sequence))
+            self.get_logger().info(f"Feedback: {sequence}")
+
+        result = Fibonacci.Result(sequence=sequence)
+        if len(sequence) > order:
+            goal_handle.succeed()
+            self.get_logger().info(f"Result: {sequence}")
+        elif goal_handle.is_cancel_requested:
+            goal_handle.canceled()
+            self.get_logger().info(f"Goal canceled: {sequence}")
+        return result
+
+    def wait_step(self, goal_handle):
+        """Let a step's time pass; False as soon as the goal is to be cancelled or the program ends."""
+        end = time.monotonic() + self.get_parameter("step_period").value
+        while self.context.ok() and not goal_handle.is_cancel_requested:
+            left = end - time.monotonic()
+            if left <= 0.0:
+                return True
+            time.sleep(min(left, POLL))
+        return False
+
+
+def main(args=None):
+    try:
+        rclpy.init(args=args)
+        rclpy.spin(FibonacciActionServer(), executor=MultiThreadedExecutor(num_threads=THREADS))
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        rclpy.try_shutdown()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,38 @@
+"""Section 3.3.1: a node with parameters, which the command line can override and `ros2 param set` change."""
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+
+
+class ParameterNode(Node):
+    """Logs its `max_speed` (m/s) every second, read anew each time, so that a change shows at once."""
+
+    def __init__(self, **kwargs):
+        super().__init__("parameter_node", **kwargs)
+        self.declare_parameter("robot_name", "atlas")
+        self.declare_parameter("max_speed", 1.5)  # m/s
+        self.declare_parameter("debug_mode", False)
+
+        self.get_logger().info(f"Robot: {self.get_parameter('robot_name').value}")
+        self.get_logger().info(f"Max Speed: {self.get_parameter('max_speed').value} m/s")
+        self.get_logger().info(f"Debug Mode: {self.get_parameter('debug_mode').value}")
+        self.timer = self.create_timer(1.0, self.timer_callback)
+
+    def timer_callback(self):
+        """Use the parameter's value of now."""
+        self.get_logger().info(f"Max speed: {self.get_parameter('max_speed').value}")
+
+
+def main(args=None):
+    try:
+        rclpy.init(args=args)
+        rclpy.spin(ParameterNode())
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        rclpy.try_shutdown()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,10 @@
+"""A small 2-D world for a robot with a laser: rooms, laser and robot in plain NumPy, and the ROS node that serves them.
+
+`course.world.node` holds the node; nothing else here imports ROS.
+"""
+
+from course.world.laser import Laser
+from course.world.rooms import ROOMS, Room, find, load
+from course.world.simulation import Collision, Robot, Simulation
+
+__all__ = ["ROOMS", "Collision", "Laser", "Robot", "Room", "Simulation", "find", "load"]

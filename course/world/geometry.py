@@ -1,0 +1,78 @@
+"""Straight segments in the plane, and the distances that a laser and a round robot need from them.
+
+Segments are an array of shape (n, 2, 2): n segments, two end points each, x and y (m).
+"""
+
+import numpy as np
+
+
+def polyline(points, closed=False):
+    """The segments that join `points` (m, shape (k, 2)) in turn; `closed` joins the last to the first as well."""
+    points = np.asarray(points, dtype=float).reshape(-1, 2)
+    if closed:
+        points = np.vstack([points, points[:1]])
+    return np.stack([points[:-1], points[1:]], axis=1)
+
+
+def box(x_min, y_min, x_max, y_max):
+    """The four sides of a rectangle (m)."""
+    return polyline([(x_min, y_min), (x_max, y_min), (x_max, y_max), (x_min, y_max)], closed=True)
+
+
+def circle(x, y, radius, sides=16):
+    """A regular polygon of `sides` sides around the circle (m), so that it lies nowhere inside of it."""
+    angles = 2.0 * np.pi * np.arange(sides) / sides
+    outer = radius / np.cos(np.pi / sides)
+    return polyline(np.column_stack([x + outer * np.cos(angles), y + outer * np.sin(angles)]), closed=True)
+
+
+def clearance(point, segments):
+    """The distance (m) from `point` (x, y) to the nearest of `segments`; inf when there are none."""
+    if not len(segments):
+        return np.inf
+    start, along = segments[:, 0], segments[:, 1] - segments[:, 0]
+    offset = np.asarray(point, dtype=float) - start
+    length2 = np.einsum("ij,ij->i", along, along)
+    share = np.einsum("ij,ij->i", offset, along) / np.where(length2 > 0.0, length2, 1.0)
+    gap = offset - np.clip(share, 0.0, 1.0)[:, None] * along
+    return float(np.sqrt(np.einsum("ij,ij->i", gap, gap).min()))
+
+
+class RayCaster:
+    """Distances along many beams to the nearest of many segments, by matrix products into buffers that are kept.
+
+    Seen from a beam's origin, with end points p and q of a segment and c = p x q, the line through p and q lies at
+    1/distance = d x (q - p) / c in direction d: linear in d, as are d x p and d x q, whose signs differ when the
+    segment crosses the beam's line.  So three products of (beams, 2) by (2, segments) answer for every pair at once.
+    """
+
+    def __init__(self, segments):
+        """Prepare for `segments` (m, shape (n, 2, 2))."""
+        self._segments = np.asarray(segments, dtype=float).reshape(-1, 2, 2)
+        self._buffers = np.empty((3, 0, 0))
+
+    def distances(self, origin, angles):
+        """The distance (m, shape (beams,)) from `origin` (x, y) along each of `angles` (rad); inf where nothing is."""
+        beams, count = len(angles), len(self._segments)
+        if count == 0:
+            return np.full(beams, np.inf)
+        if self._buffers.shape[1:] != (beams, count):
+            self._buffers = np.empty((3, beams, count))
+        first, second, inverse = self._buffers
+
+        directions = np.column_stack([np.cos(angles), np.sin(angles)])
+        p = self._segments[:, 0] - origin
+        q = self._segments[:, 1] - origin
+        area = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
+        # A segment in line with the origin shows no side: its neighbours' ends are what a beam meets there.
+        scale = np.divide(1.0, area, out=np.zeros(count), where=np.abs(area) > 1e-12)
+        turned = np.stack([np.column_stack([p[:, 1], -p[:, 0]]), np.column_stack([q[:, 1], -q[:, 0]])])
+        np.matmul(directions, turned[0].T, out=first)
+        np.matmul(directions, turned[1].T, out=second)
+        np.matmul(directions, ((turned[1] - turned[0]) * scale[:, None]).T, out=inverse)
+
+        np.multiply(first, second, out=first)
+        # A little past each end, so that no beam slips between two segments that share a corner.
+        inverse[first > 1e-12] = 0.0
+        nearest = inverse.max(axis=1)
+        return np.divide(1.0, nearest, out=np.full(beams, np.inf), where=nearest > 1e-9)

@@ -1,0 +1,125 @@
+"""The rooms that the robot drives in, and how to make another from plain data."""
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from course.world import geometry
+
+PARTS = ("boxes", "circles", "polygons", "walls")
+
+
+@dataclass(frozen=True)
+class Room:
+    """Walls and obstacles as segments (m, shape (n, 2, 2)), and where the robot starts.
+
+    `start` is (x m, y m, heading rad): heading 0 looks along x, counter-clockwise positive (REP 103).
+    """
+
+    name: str
+    segments: np.ndarray = field(repr=False)
+    start: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    description: str = ""
+
+    @classmethod
+    def from_data(cls, data):
+        """Make a room of a dict such as a JSON file holds; lengths in m, angles in rad, every part optional.
+
+        Its keys: `name`, `description`, `start` [x, y, heading], `boxes` [[x_min, y_min, x_max, y_max], ...],
+        `circles` [[x, y, radius], ...], `polygons` (closed) and `walls` (open), each a list of lists of points [x, y].
+
+        Raises ValueError for a key that is none of these, and for numbers that are missing, infinite or not numbers.
+        """
+        unknown = set(data) - {"name", "description", "start", *PARTS}
+        if unknown:
+            raise ValueError(f"a room has no {', '.join(sorted(unknown))}")
+        name = str(data.get("name", "room"))
+        try:
+            segments = [geometry.box(*sides) for sides in data.get("boxes", ())]
+            segments += [geometry.circle(*round_one) for round_one in data.get("circles", ())]
+            segments += [geometry.polyline(points, closed=True) for points in data.get("polygons", ())]
+            segments += [geometry.polyline(points) for points in data.get("walls", ())]
+            x, y, heading = (float(value) for value in data.get("start", (0.0, 0.0, 0.0)))
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"room '{name}': {error}") from error
+        together = np.concatenate([np.empty((0, 2, 2)), *segments])
+        if not np.isfinite(together).all() or not np.isfinite([x, y, heading]).all():
+            raise ValueError(f"room '{name}': every coordinate must be a finite number")
+        together.setflags(write=False)
+        return cls(name, together, (x, y, heading), str(data.get("description", "")))
+
+    @property
+    def bounds(self):
+        """(x_min, y_min, x_max, y_max) of everything in the room and the start (m)."""
+        points = np.vstack([self.segments.reshape(-1, 2), [self.start[:2]]])
+        return (*points.min(axis=0), *points.max(axis=0))
+
+
+def load(path):
+    """The room in a JSON file (see `Room.from_data`); raises OSError or ValueError."""
+    path = Path(path)
+    data = json.loads(path.read_text(encoding="utf-8"))
+    if not isinstance(data, dict):
+        raise ValueError(f"{path}: a room is a JSON object")
+    return Room.from_data({"name": path.stem, **data})
+
+
+def find(room):
+    """A room by its name in `ROOMS`, by the path of a `.json` file, or a `Room` as it is; raises ValueError."""
+    if isinstance(room, Room):
+        return room
+    if str(room).endswith(".json"):
+        return load(room)
+    if room not in ROOMS:
+        raise ValueError(f"there is no room '{room}': choose one of {', '.join(ROOMS)}, or a .json file")
+    return ROOMS[room]
+
+
+ROOMS = {
+    data["name"]: Room.from_data(data)
+    for data in (
+        {
+            "name": "hall",
+            "description": "four walls and nothing else",
+            "start": [1.0, 1.2, 0.35],
+            "boxes": [[0.0, 0.0, 8.0, 6.0]],
+        },
+        {
+            "name": "pillars",
+            "description": "round pillars, wide apart, in a hall",
+            "start": [0.9, 3.2, 0.0],
+            "boxes": [[0.0, 0.0, 8.0, 6.0]],
+            "circles": [[2.4, 1.6, 0.3], [2.6, 4.6, 0.4], [4.3, 3.0, 0.35], [6.1, 1.5, 0.4], [6.0, 4.5, 0.3]],
+        },
+        {
+            "name": "corridor",
+            "description": "a corridor around a block, with chamfered outer corners",
+            "start": [2.0, 0.8, 0.0],
+            "boxes": [[1.7, 1.7, 6.3, 4.3]],
+            "polygons": [
+                [[1.0, 0.0], [7.0, 0.0], [8.0, 1.0], [8.0, 5.0], [7.0, 6.0], [1.0, 6.0], [0.0, 5.0], [0.0, 1.0]]
+            ],
+        },
+        {
+            "name": "office",
+            "description": "two rooms joined by a doorway, with desks and a plant",
+            "start": [1.2, 4.8, -0.6],
+            "boxes": [[0.0, 0.0, 9.0, 6.0], [0.6, 1.2, 2.0, 2.0], [6.8, 4.4, 8.2, 5.1], [6.6, 0.9, 8.0, 1.6]],
+            "walls": [[[4.5, 0.0], [4.5, 2.2]], [[4.5, 3.8], [4.5, 6.0]]],
+            "circles": [[3.6, 0.9, 0.25]],
+        },
+        {
+            "name": "bends",
+            "description": "a narrow way with right-angled bends, closed at both ends",
+            "start": [0.8, 0.6, 0.12],
+            "polygons": [
+                [
+                    [0.0, 0.0], [4.8, 0.0], [4.8, 3.0], [8.0, 3.0], [8.0, 6.0], [0.0, 6.0],
+                    [0.0, 4.4], [3.2, 4.4], [3.2, 1.6], [0.0, 1.6],
+                ]
+            ],
+        },
+    )
+}  # fmt: skip
