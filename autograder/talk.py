@@ -7,7 +7,7 @@ happens repeatedly, or what a program itself owns up to with a traceback, is hel
 import functools
 import random
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import pytest
@@ -29,6 +29,7 @@ class Live:
     """A handed-in program that runs until the grader ends it, with a node of the grader's to speak to it."""
 
     advice = "no callback may wait for long"  # to the student whose program is silent
+    files: Mapping[str, bytes] | None = None  # the grader lays these beside the program
 
     def __init__(self, grading: Grading, file: str, *args: str):
         self.grading, self.file, self.args = grading, file, args
@@ -52,7 +53,7 @@ class Live:
     def begin(self) -> None:
         """Start the program in a new domain, without waiting for it."""
         domain = self.grading.room()
-        self.program = self.grading.start(self.file, *self.args, domain=domain)
+        self.program = self.grading.start(self.file, *self.args, domain=domain, files=self.files)
         self.ros = self.grading.enter(domain)
         self._offers = self.connect()
         self._seen.clear()
