@@ -11,7 +11,7 @@ import pytest
 from autograder import submission
 from autograder.records import CRASHED, GRADED, INVALID_SUBMISSION, NOT_RUN, PASSED, TIMED_OUT
 
-from .answers import CLIENT, SERVER, SRV, reference
+from .answers.calculator import CLIENT, SERVER, SRV, reference
 from .conftest import no_program_is_left
 
 AUTOGRADER = [str(Path(sys.executable).with_name("autograder"))]
@@ -23,7 +23,7 @@ SERVERS = {
     "syntax": ("def main(:\n    pass\n", CRASHED, "SyntaxError: invalid syntax (calculator_server.py, line 1)"),
     "ends": ("print('hello')\n", CRASHED, "ended by itself right after its start"),
     "raises": ("import nothing_of_that_name\n", CRASHED, "ModuleNotFoundError: No module named 'nothing_of_that_name'"),
-    "never_starts": ("import time\ntime.sleep(1000)\n", TIMED_OUT, "no node and no service /calculator"),
+    "never_starts": ("import time\ntime.sleep(1000)\n", TIMED_OUT, "there was no node"),
     "prints": ("while True:\n    print('x' * 1000)\n", CRASHED, "printed more than 64 MiB"),
     "forks": ("import os\nwhile True:\n    try:\n        os.fork()\n    except OSError:\n        pass\n", CRASHED,
               "it started 64 processes"),
@@ -34,7 +34,7 @@ SERVERS = {
                "for number in range(1, 32):\n    try:\n        signal.signal(number, signal.SIG_IGN)\n"
                "    except OSError:\n        pass\nif os.fork():\n    sys.exit()\ntime.sleep(1000)\n"), CRASHED,
                "ended by itself right after its start"),
-    "stops_itself": ("import os, signal\nos.kill(os.getpid(), signal.SIGSTOP)\n", TIMED_OUT, "no node and no service"),
+    "stops_itself": ("import os, signal\nos.kill(os.getpid(), signal.SIGSTOP)\n", TIMED_OUT, "there was no node"),
 }
 
 
