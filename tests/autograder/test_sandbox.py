@@ -12,7 +12,7 @@ import pytest
 import autograder
 from autograder import sandbox
 
-from .answers import SERVER, SOLUTION, reference
+from .answers.calculator import SERVER, SOLUTION, reference
 from .conftest import no_program_is_left
 
 AUTOGRADER = str(Path(sys.executable).with_name("autograder"))

@@ -1,11 +1,8 @@
-"""Answers to the calculator exercise: the reference, right ones in other styles, and wrong ones as students err.
+"""Answers to the calculator exercise."""
 
-Most are the reference with a few lines changed, so that what differs can be seen.
-"""
+from . import SOLUTIONS, changed
 
-from pathlib import Path
-
-SOLUTION = Path(__file__).parents[2] / "solutions" / "calculator"
+SOLUTION = SOLUTIONS / "calculator"
 SRV, SERVER, CLIENT = "Calculate.srv", "calculator_server.py", "calculator_client.py"
 
 
@@ -13,15 +10,6 @@ def reference() -> dict[str, bytes]:
     """The reference answer, with a client that gives up sooner, so that the tests take less time."""
     files = {name: (SOLUTION / name).read_bytes() for name in (SRV, SERVER, CLIENT)}
     return changed(files, CLIENT, ("timeout_sec=5.0", "timeout_sec=1.5")) if b"timeout_sec=5.0" in files[CLIENT] else files
-
-
-def changed(files: dict[str, bytes], name: str, *pairs: tuple[str, str]) -> dict[str, bytes]:
-    """`files` with each pair's first text replaced by its second in file `name`; every text must be there."""
-    text = files[name].decode()
-    for old, new in pairs:
-        assert old in text, f"{name} no longer has {old!r}"
-        text = text.replace(old, new)
-    return files | {name: text.encode()}
 
 
 def server(*pairs: tuple[str, str]) -> dict[str, bytes]:

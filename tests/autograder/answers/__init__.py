@@ -1,0 +1,30 @@
+"""Answers to each exercise, one module each: right ones in several styles, and wrong ones as students err.
+
+A module has RIGHT, the files by name of the style, and WRONG, the files and the tests (without "test_") that they lose
+by what is wrong.  Most are the reference with a few lines changed, so that what differs can be seen.
+"""
+
+import importlib
+import pkgutil
+from pathlib import Path
+
+SOLUTIONS = Path(__file__).parents[3] / "solutions"
+
+
+def names() -> list[str]:
+    """The exercises that have answers here."""
+    return sorted(module.name for module in pkgutil.iter_modules(__path__))
+
+
+def load(exercise: str):
+    """The module of that exercise."""
+    return importlib.import_module(f"{__name__}.{exercise}")
+
+
+def changed(files: dict[str, bytes], name: str, *pairs: tuple[str, str]) -> dict[str, bytes]:
+    """`files` with each pair's first text replaced by its second in file `name`; every text must be there."""
+    text = files[name].decode()
+    for old, new in pairs:
+        assert old in text, f"{name} no longer has {old!r}"
+        text = text.replace(old, new)
+    return files | {name: text.encode()}
