@@ -1,0 +1,30 @@
+"""The student's programs, all started before the first test waits for any of them."""
+
+import pytest
+
+from autograder.hidden.services.conversation import Motors, Relay
+
+
+@pytest.fixture(scope="session")
+def motors(grading) -> Motors:
+    """The student's motor service, running."""
+    return Motors(grading)
+
+
+@pytest.fixture(scope="session")
+def relay(grading) -> Relay:
+    """The student's relay, running where the grader serves /add_two_ints."""
+    return Relay(grading, grading.random("relay"), served=True)
+
+
+@pytest.fixture(scope="session")
+def lonely(grading) -> Relay:
+    """The student's relay, running where nobody serves /add_two_ints."""
+    return Relay(grading, grading.random("lonely"), served=False)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def begun(motors, relay, lonely):
+    """Have all programs start at once."""
+    for program in (motors, relay, lonely):
+        program.begin()

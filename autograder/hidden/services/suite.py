@@ -1,0 +1,185 @@
+"""What the services of section 3.1 must do, as a conversation with the student's motor service and relay.
+
+Points add up to 20.  The message of a failure speaks of the task; the numbers that were drawn stay with the grader.
+"""
+
+import time
+
+from autograder.faults import Wrong
+from autograder.hidden.services.conversation import CALLERS, STATUS, WORDS, draw, says, told
+from autograder.judge import points
+from autograder.talk import SETTLED, twice
+
+
+@points(1, cell="motor-service")
+def test_motors_start_disabled(motors):
+    """The motors are disabled at first."""
+    motors.expect(False, "Right after the start")
+
+
+@points(2, cell="motor-service")
+@twice
+def test_enable(motors):
+    """SetBool with data True enables the motors."""
+    judge_switch(motors, True)
+
+
+@points(2, cell="motor-service")
+@twice
+def test_disable(motors):
+    """SetBool with data False disables the motors."""
+    judge_switch(motors, False)
+
+
+def judge_switch(motors, on):
+    """Switching succeeds, and the other service knows of it."""
+    motors.bring(not on)
+    response = motors.enable(on)
+    motors.expect(on, f"After /motors/enable with data {on}")
+    if not response.success:
+        raise Wrong(f"/motors/enable with data {on} does what it is asked for, so success must be True.", f"{response}")
+
+
+@points(2, cell="motor-service")
+@twice
+def test_enable_says_state(motors, rng):
+    """The answer to SetBool says the new state."""
+    first = rng.random() < 0.5
+    for on in [first, not first, not first, first]:
+        message = motors.enable(on).message
+        if says(message) is not on:
+            raise Wrong(f"The message of /motors/enable with data {on} must have the word '{WORDS[on]}' (and not "
+                        f"'{WORDS[not on]}').", f"got {message!r}")
+
+
+@points(1, cell="motor-service")
+@twice
+def test_repeating_is_no_error(motors):
+    """Enabling what is enabled, and disabling what is disabled, is no error."""
+    for on in (True, False):
+        motors.bring(not on)
+        first, before = motors.enable(on), motors.status()
+        again, after = motors.enable(on), motors.status()
+        if again.success != first.success:
+            raise Wrong(f"Asking for '{WORDS[on]}' a second time is no error: success must be True.", f"got {again}")
+        if told(after) != told(before):
+            raise Wrong(f"Asking for '{WORDS[on]}' a second time must leave the motors {WORDS[on]}.", f"got {after}")
+
+
+@points(1, cell="motor-service")
+@twice
+def test_status(motors):
+    """Trigger tells the state with success True, and leaves it alone."""
+    for on in (True, False):
+        motors.enable(on)
+        first, again = motors.status(), motors.status()
+        if not (first.success and again.success):
+            raise Wrong(f"{STATUS} can always tell the state, so success must be True, also when the motors are "
+                        f"{WORDS[on]}.", f"got {first}")
+        if told(first) != told(again):
+            raise Wrong(f"Asking {STATUS} must not change the state.", f"got {first}, then {again}")
+
+
+@points(1, cell="motor-service")
+@twice
+def test_last_command_counts(motors, rng):
+    """After many commands from two clients, the last one counts."""
+    expected = {}
+    for on in (True, False):
+        motors.bring(not on)
+        motors.enable(on)
+        expected[on] = told(motors.status())
+    for number in range(20):
+        on = rng.random() < 0.5
+        motors.enable(on, second=number % 2)
+        if told(motors.status(second=rng.random() < 0.5)) != expected[on]:
+            raise Wrong(f"After several commands, some of them repeated and from two clients, {STATUS} does not tell what "
+                        "the last command asked for.")
+
+
+@points(2, cell="relay")
+@twice
+def test_relay_answers(relay):
+    """The relay answers with the sum that it got from /add_two_ints."""
+    response = relay.relay()
+    if not relay.adder.requests:
+        raise Wrong("The relay did not call /add_two_ints.", f"got {response}")
+    if not response.success:
+        raise Wrong("When /add_two_ints answers, success must be True.", f"got {response}")
+    if relay.sum_in(response.message) is None:
+        raise Wrong("The message must have the sum that /add_two_ints answered (not one that the relay computed).",
+                    f"answered {relay.adder.sums}, got {response}")
+
+
+@points(1, cell="relay")
+@twice
+def test_relay_asks_each_time(relay):
+    """Every call of the relay asks /add_two_ints anew."""
+    relay.relay()
+    for _ in range(3):
+        relay.asked()
+
+
+@points(1, cell="relay")
+@twice
+def test_relay_sends_parameters(relay):
+    """The relay sends the parameters a and b that it was started with."""
+    asked = relay.asked()
+    if asked != relay.numbers:
+        raise Wrong("The request to /add_two_ints must hold the parameters a and b of the command line "
+                    "(--ros-args -p a:=... -p b:=...).", f"sent {asked}, not {relay.numbers}")
+
+
+@points(2, cell="relay")
+@twice
+def test_several_callers(relay):
+    """Several callers at once get each their own answer."""
+    alone = relay.relay()
+    responses = relay.together()
+    if any(response.success != alone.success for response in responses):
+        raise Wrong(f"With {CALLERS} callers of /relay at once, some get another success than one alone.", f"{responses}")
+    sums = [relay.sum_in(response.message) for response in responses]
+    if relay.sum_in(alone.message) is not None and (None in sums or len(set(sums)) < CALLERS):
+        raise Wrong(f"With {CALLERS} callers of /relay at once, an answer of /add_two_ints goes to another caller than the "
+                    "one it is for.", f"{responses}")
+
+
+@points(2, cell="relay")
+@twice
+def test_changed_parameters(relay, rng):
+    """Parameters that change while the relay runs count from the next call."""
+    for _ in range(2):
+        numbers = draw(rng)
+        relay.change(numbers)
+        asked = relay.asked()
+        if sorted(asked) != sorted(numbers):
+            raise Wrong("After a and b are set while the relay runs, the next request to /add_two_ints must hold the new "
+                        "values.", f"sent {asked}, not {numbers}")
+
+
+@points(1, cell="relay")
+def test_without_add_two_ints(lonely):
+    """Without /add_two_ints the relay says so."""
+    response = lonely.relay()
+    if response.success:
+        raise Wrong("When /add_two_ints is not there, success must be False.", f"got {response}")
+    if not response.message.strip():
+        raise Wrong("When /add_two_ints is not there, the message must say so; it is empty.")
+
+
+@points(1, cell="relay")
+@twice
+def test_goes_on_afterwards(lonely):
+    """After such a failure the relay goes on, and serves when /add_two_ints is there."""
+    lonely.relay()
+    starts = lonely.starts
+    lonely.relay()
+    if lonely.starts != starts:
+        raise Wrong("After a call that failed because /add_two_ints was not there, the relay must go on.")
+    lonely.serve()
+    end = time.monotonic() + lonely.grading.clock.allow(SETTLED)
+    while not (response := lonely.relay()).success:
+        if time.monotonic() > end:
+            raise Wrong("Once /add_two_ints is there, a call of /relay must succeed, also after others have failed.",
+                        f"got {response}")
+        time.sleep(0.1)
