@@ -4,6 +4,9 @@ from ..records import GoalRecorder
 from .palette import BLACK, BLUE, EVENTS, GREY, style
 from .picture import Picture
 
+# Request and answer lie side by side within a millisecond: bars of different height show both.
+MARKERS = {"goal": (600, "|"), "accepted": (200, "|"), "feedback": (28, "o"), "cancel": (90, "X")}
+
 
 def feedback(goal: GoalRecorder, title: str = "Each feedback message brings one element more") -> Picture:
     """The newest element of the sequence at the time of each feedback message."""
@@ -38,13 +41,13 @@ def timeline(*goals: GoalRecorder, labels: tuple[str, ...] = (),
             at = [time for time, name in zip(times, table["event"], strict=True) if name == event]
             if not at:
                 continue
-            size, marker = (28, "o") if event == "feedback" else (90, {"cancel": "X"}.get(event, "D"))
-            axes.scatter(at, [row] * len(at), s=size, marker=marker, color=color, zorder=3 if event != "feedback" else 2,
-                         label=event if event not in seen else None)
+            size, marker = MARKERS.get(event, (90, "D"))
+            axes.scatter(at, [row] * len(at), s=size, marker=marker, color=color, zorder=2 if event == "feedback" else 3,
+                         linewidths=2.5 if marker == "|" else None, label=event if event not in seen else None)
             seen.append(event)
     axes.set_yticks(range(len(goals)), labels or [f"goal {number + 1}" for number in range(len(goals))])
     axes.set_ylim(len(goals) - 0.5, -0.5)
     if seen:
-        axes.legend(ncols=min(6, len(set(seen))), loc="upper left", bbox_to_anchor=(0, -0.35 if len(goals) < 3 else -0.22),
-                    frameon=False, fontsize=9)
+        axes.legend(ncols=4, loc="upper left", bbox_to_anchor=(0, -0.35 if len(goals) < 3 else -0.22), frameon=False,
+                    fontsize=9, markerscale=0.7)
     return picture

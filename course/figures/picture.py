@@ -4,6 +4,7 @@ import io
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Self
 
 from IPython.display import display
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -48,7 +49,7 @@ class Live:
         self._shown = None
         self._rows = 0
 
-    def __enter__(self) -> "Live":
+    def __enter__(self) -> Self:
         self._shown = display(self._draw(), display_id=True)
         return self
 

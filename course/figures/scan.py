@@ -7,16 +7,16 @@ from .palette import BLACK, GREY, SECTORS, VERMILLION, style
 from .picture import Picture
 
 
-def sectors(scan, action: dict | None = None, title: str = "What the robot sees, and what it decides") -> Picture:
+def sectors(scan, action: dict | None = None, title: str = "What the robot sees, and what it decides",
+            reach: float = 3.0) -> Picture:
     """A sensor_msgs/LaserScan in polar coordinates, forward at the top and left at the left.
 
     The three sectors are shaded out to their nearest obstacle; `action` ({'linear': m/s, 'angular': rad/s}) is an
-    arrow: forward, or bent to the side that the robot turns to.
+    arrow: forward, or bent to the side that the robot turns to.  What is farther than `reach` (m) is not shown.
     """
     angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
     ranges = course_sectors.usable(scan.ranges, scan.range_min, scan.range_max)
-    seen = np.isfinite(ranges)
-    reach = float(ranges[seen].max()) * 1.1 if seen.any() else float(scan.range_max)
+    seen = np.isfinite(ranges) & (ranges < reach)
     picture = Picture("sectors of a scan", 4.6)
     axes = picture.figure.add_subplot(projection="polar")
     style(axes, title)
@@ -27,15 +27,17 @@ def sectors(scan, action: dict | None = None, title: str = "What the robot sees,
         arc = np.linspace(low, high, 40)
         free = not np.isfinite(nearest)
         label = f"{name}: {'free' if free else f'{nearest:.2f} m'}"
-        axes.fill_between(arc, 0, reach if free else nearest, color=SECTORS[name], alpha=0.25, label=label)
-        axes.plot(arc, np.full(40, reach if free else nearest), color=SECTORS[name], linewidth=2)
+        edge = min(nearest, reach)
+        axes.fill_between(arc, 0, edge, color=SECTORS[name], alpha=0.25, label=label)
+        axes.plot(arc, np.full(40, edge), color=SECTORS[name], linewidth=2)
     axes.plot(angles[seen], ranges[seen], ".", color=BLACK, markersize=3)
     if action is not None:
         turn = float(action["angular"])
         _arrow(axes, turn, float(action["linear"]), reach)
     axes.set_thetagrids(range(0, 360, 30), [f"{angle if angle <= 180 else angle - 360}°" for angle in range(0, 360, 30)],
                         color=GREY, fontsize=8)
-    axes.set_rlabel_position(200)
+    axes.set_rgrids(np.arange(1, np.ceil(reach)), [f"{ring:g} m" for ring in np.arange(1, np.ceil(reach))], angle=195,
+                    color=GREY, fontsize=8)
     axes.legend(loc="center left", bbox_to_anchor=(1.08, 0.5), frameon=False, title="nearest obstacle (m)")
     return picture
 

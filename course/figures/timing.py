@@ -36,5 +36,5 @@ def latencies(series: Mapping[str, Sequence[float]], limit: float = LIMIT,
     axes.annotate(f"limit {1e3 * limit:g} ms", (1e3 * limit, 1), xycoords=("data", "axes fraction"), xytext=(-4, -12),
                   textcoords="offset points", ha="right", color=VERMILLION)
     axes.set_xscale("log")
-    axes.legend(frameon=False, loc="upper left")
+    axes.legend(frameon=False, loc="upper center")
     return picture
