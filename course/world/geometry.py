@@ -22,8 +22,10 @@ def box(x_min, y_min, x_max, y_max):
 def circle(x, y, radius, sides=16):
     """A regular polygon of `sides` sides around the circle (m), so that it lies nowhere inside of it."""
     angles = 2.0 * np.pi * np.arange(sides) / sides
-    outer = radius / np.cos(np.pi / sides)
-    return polyline(np.column_stack([x + outer * np.cos(angles), y + outer * np.sin(angles)]), closed=True)
+    outer = float(radius) / np.cos(np.pi / sides)
+    with np.errstate(invalid="ignore"):  # an infinite circle has points that are no numbers: for the caller to refuse
+        points = np.column_stack([x + outer * np.cos(angles), y + outer * np.sin(angles)])
+    return polyline(points, closed=True)
 
 
 def clearance(point, segments):

@@ -62,7 +62,7 @@ def load(path):
     path = Path(path)
     data = json.loads(path.read_text(encoding="utf-8"))
     if not isinstance(data, dict):
-        raise ValueError(f"{path}: a room is a JSON object")
+        raise ValueError(f"{path}: a room is a JSON object")  # noqa: TRY004
     return Room.from_data({"name": path.stem, **data})
 
 

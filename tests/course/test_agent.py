@@ -54,7 +54,7 @@ def test_stop_is_a_state_of_its_own():
     assert agent.state is RobotState.STOPPED
 
 
-@pytest.mark.parametrize("module", ["course.agent", "course.sectors"])
+@pytest.mark.parametrize("module", ["course.agent", "course.sectors", "course.world"])
 def test_importing_it_loads_no_ros(module):
     program = (
         f"import sys, {module}\n"

@@ -1,0 +1,315 @@
+"""The world measures, moves and stops as its documentation says; a drive in lockstep repeats itself."""
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+
+from course.agent import ObstacleAvoidanceAI
+from course.environment import prepare
+from course.sectors import sectors
+from course.world import ROOMS, Laser, Robot, Room, Simulation, find, load
+from course.world.geometry import RayCaster, box, circle, clearance, polyline
+from course.world.simulation import advance
+
+INF = float("inf")
+QUIET = Laser(noise=0.0)
+
+
+def cast_one_by_one(segments, origin, angles):
+    """The textbook's ray and segment intersection, to hold the vectorised one against."""
+    nearest = []
+    for angle in angles:
+        direction, best = np.array([math.cos(angle), math.sin(angle)]), INF
+        for p, q in segments:
+            along, offset = q - p, p - origin
+            cross = direction[0] * along[1] - direction[1] * along[0]
+            if abs(cross) < 1e-14:
+                continue
+            distance = (offset[0] * along[1] - offset[1] * along[0]) / cross
+            share = (offset[0] * direction[1] - offset[1] * direction[0]) / cross
+            if distance > 0.0 and -1e-9 <= share <= 1.0 + 1e-9:
+                best = min(best, distance)
+        nearest.append(best)
+    return np.array(nearest)
+
+
+# Geometry and laser
+
+
+@pytest.mark.parametrize("name", ROOMS)
+def test_beams_agree_with_the_textbook(name):
+    segments = ROOMS[name].segments
+    angles = np.radians(np.arange(0.0, 360.0, 7.0)) + 0.01
+    for origin in (np.array(ROOMS[name].start[:2]), np.array([7.3, 5.2])):
+        np.testing.assert_allclose(
+            RayCaster(segments).distances(origin, angles), cast_one_by_one(segments, origin, angles)
+        )
+
+
+def test_no_beam_slips_out_through_a_corner():
+    caster = RayCaster(box(-1.0, -1.0, 1.0, 1.0))
+    corners = np.radians([45.0, 135.0, 225.0, 315.0])
+    np.testing.assert_allclose(caster.distances((0.0, 0.0), corners), math.sqrt(2.0))
+    assert np.isfinite(RayCaster(circle(0.0, 0.0, 1.0)).distances((0.0, 0.0), np.linspace(0, 7, 5000))).all()
+
+
+def test_a_beam_that_meets_nothing_has_no_distance():
+    wall = polyline([(1.0, -1.0), (1.0, 1.0)])
+    assert RayCaster(wall).distances((0.0, 0.0), np.array([0.0, math.pi])).tolist() == [1.0, INF]
+    assert RayCaster(np.empty((0, 2, 2))).distances((0.0, 0.0), np.zeros(3)).tolist() == [INF] * 3
+
+
+def test_clearance_is_the_distance_to_the_nearest_point():
+    wall = polyline([(0.0, 0.0), (2.0, 0.0)])
+    assert clearance((1.0, 0.5), wall) == pytest.approx(0.5)
+    assert clearance((-3.0, 4.0), wall) == pytest.approx(5.0)
+    assert clearance((0.0, 0.0), np.empty((0, 2, 2))) == INF
+
+
+def test_scan_turns_with_the_robot_and_starts_at_angle_min():
+    wall = Room.from_data({"walls": [[[2.0, -9.0], [2.0, 9.0]]], "start": [0.0, 0.0, math.pi / 2]})
+    ranges = Simulation(wall, Laser(noise=0.0, range_max=5.0)).scan()
+    assert ranges[270] == pytest.approx(2.0) and ranges[0] == INF and ranges.dtype == np.float32
+    ranges = Simulation(wall, Laser.turn(720, -math.pi, noise=0.0)).scan()
+    assert ranges[180] == pytest.approx(2.0) and len(ranges) == 720
+
+
+def test_limits_read_as_rep_117_says():
+    near = Room.from_data({"boxes": [[0.0, -0.3, 9.0, 0.3]], "start": [0.5, 0.0, 0.0]})
+    ranges = Simulation(near, Laser(noise=0.0, range_min=0.4, range_max=3.0)).scan()
+    assert ranges[0] == INF and ranges[90] == -INF and ranges[180] == pytest.approx(0.5)
+
+
+def test_noise_is_what_the_laser_says_and_the_seed_repeats_it():
+    scans = [Simulation("hall", Laser(noise=0.05, range_max=20.0), seed=seed).scan() for seed in (1, 1, 2)]
+    assert np.array_equal(scans[0], scans[1]) and not np.array_equal(scans[0], scans[2])
+    error = scans[0] - Simulation("hall", Laser(noise=0.0, range_max=20.0)).scan()
+    assert 0.04 < np.std(error) < 0.06 and abs(np.mean(error)) < 0.01
+
+
+# Robot
+
+
+def test_robot_drives_straight_and_in_arcs():
+    assert advance((0.0, 0.0, 0.0), 0.5, 0.0, 2.0) == pytest.approx((1.0, 0.0, 0.0))
+    assert advance((0.0, 0.0, 0.0), math.pi / 2, math.pi / 2, 1.0) == pytest.approx((1.0, 1.0, math.pi / 2))
+    assert advance((1.0, 1.0, 3.0), 0.0, 1.0, 1.0) == pytest.approx((1.0, 1.0, 4.0 - 2 * math.pi))
+
+
+@pytest.mark.parametrize("command, speeds", [((9.0, -9.0), (0.5, -2.0)), ((-9.0, 9.0), (-0.5, 2.0)),
+                                             ((math.nan, 0.1), (0.0, 0.0)), ((0.1, INF), (0.0, 0.0))])  # fmt: skip
+def test_commands_beyond_the_robot_are_limited(command, speeds):
+    assert Robot().limit(*command) == speeds
+
+
+def test_robot_stops_at_a_wall_says_so_once_and_can_drive_away():
+    simulation = Simulation(Room.from_data({"boxes": [[0.0, 0.0, 4.0, 2.0]], "start": [3.0, 1.0, 0.0]}), QUIET)
+    hits = [simulation.step(0.5, 0.0, 0.1) for _ in range(30)]
+    assert sum(hit is not None for hit in hits) == 1 == len(simulation.collisions)
+    assert simulation.pose[0] == pytest.approx(4.0 - 0.18, abs=0.006)
+    assert simulation.velocity[0] == 0.0
+    assert "hit an obstacle" in str(simulation.collisions[0])
+    assert simulation.step(0.0, 1.0, 0.1) is None  # turning on the spot is possible, and no new collision
+    assert simulation.pose[2] == pytest.approx(0.1)
+    assert simulation.step(0.3, 0.0, 0.1) is None
+    for _ in range(5):
+        simulation.step(-0.5, 0.0, 0.1)
+    assert simulation.pose[0] < 3.7 and not simulation.touching
+    assert any(simulation.step(0.5, 0.0, 0.1) for _ in range(10)) and len(simulation.collisions) == 2
+
+
+def test_path_and_ground_covered_tell_where_it_was():
+    simulation = Simulation("hall", QUIET)
+    for _ in range(50):
+        simulation.step(0.5, 0.0, 0.1)
+    assert simulation.path.shape == (51, 4) and simulation.path[-1, 0] == pytest.approx(5.0)
+    assert simulation.distance == pytest.approx(2.5)
+    assert 1.0 < simulation.ground_covered() < 2.5
+    simulation.reset()
+    assert simulation.distance == 0.0 and simulation.path.shape == (1, 4)
+
+
+# Rooms
+
+
+@pytest.mark.parametrize("name", ROOMS)
+@pytest.mark.parametrize("seed", [0, 1])
+def test_the_chapters_agent_drives_every_room_without_a_collision(name, seed):
+    simulation, agent = Simulation(name, seed=seed), ObstacleAvoidanceAI()
+    laser = simulation.laser
+    for _ in range(600):
+        seen = sectors(simulation.scan(), laser.angle_min, laser.angle_increment, laser.range_min, laser.range_max)
+        action = agent.decide_action(seen)
+        simulation.step(action["linear"], action["angular"], 0.1)
+    assert simulation.collisions == [] and simulation.distance > 10.0 and simulation.ground_covered() > 5.0
+
+
+@pytest.mark.parametrize("name", ROOMS)
+def test_a_robot_that_only_drives_forward_hits_something_in_every_room(name):
+    simulation = Simulation(name)
+    for _ in range(600):
+        simulation.step(0.3, 0.0, 0.1)
+    assert simulation.collisions
+
+
+def test_room_from_data_and_from_a_file(tmp_path):
+    data = {"boxes": [[0, 0, 4, 4]], "circles": [[3, 3, 0.2]], "polygons": [[[1, 3], [2, 3], [1, 2]]],
+            "walls": [[[2, 0], [2, 1]]], "start": [1, 1, 0], "description": "a test"}  # fmt: skip
+    path = tmp_path / "lab.json"
+    path.write_text(json.dumps(data))
+    room = find(str(path))
+    assert room.name == "lab" and room.start == (1.0, 1.0, 0.0) and room.bounds == (0.0, 0.0, 4.0, 4.0)
+    assert room.segments.shape == (4 + 16 + 3 + 1, 2, 2)
+    assert np.array_equal(load(path).segments, Room.from_data(data).segments)
+    assert find(room) is room
+
+
+@pytest.mark.parametrize("data, message", [
+    ({"boxs": []}, "no boxs"), ({"boxes": [[0, 0, 1]]}, "room 'room'"), ({"start": [0, 0]}, "room 'room'"),
+    ({"circles": [[0, 0, INF]]}, "finite"), ({"walls": [[[0, "a"], [1, 1]]]}, "room 'room'"),
+])  # fmt: skip
+def test_bad_room_data_is_refused_with_a_reason(data, message):
+    with pytest.raises(ValueError, match=message):
+        Room.from_data(data)
+
+
+def test_unknown_rooms_and_blocked_starts_are_refused():
+    with pytest.raises(ValueError, match="choose one of hall, pillars"):
+        Simulation("attic")
+    with pytest.raises(ValueError, match="touches an obstacle"):
+        Simulation(Room.from_data({"boxes": [[0, 0, 4, 4]], "start": [0.1, 2, 0]}))
+
+
+# The node
+
+
+@pytest.fixture
+def context():
+    prepare()
+    import rclpy
+    from rclpy.context import Context
+
+    context = Context()
+    rclpy.init(context=context, domain_id=34)
+    yield context
+    rclpy.shutdown(context=context)
+
+
+def world(context, room="pillars", **parameters):
+    from rclpy.parameter import Parameter
+
+    from course.world.node import World
+
+    overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+    return World(room, context=context, parameter_overrides=overrides)
+
+
+@pytest.fixture
+def driver():
+    """The chapter's controller in a process of its own, on simulated time."""
+    command = [sys.executable, "-m", "course.nodes.ai_robot_controller", "--ros-args", "-p", "use_sim_time:=true"]
+    process = subprocess.Popen(
+        command, env={**os.environ, "ROS_DOMAIN_ID": "34"}, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    yield process
+    process.kill()
+    process.wait()
+
+
+def test_a_lockstep_drive_repeats_itself_and_equals_the_pure_simulation(context, driver):
+    node = world(context, fast=True)
+    steps = []
+    first = node.drive(12.0, on_step=lambda: steps.append(node.simulation.time))
+    node.reset()
+    second = node.drive(12.0)
+    assert (first.answered, first.missed, first.collisions) == (120, 0, [])
+    assert np.array_equal(first.path, second.path) and len(steps) == 120
+
+    simulation, agent, laser = Simulation("pillars"), ObstacleAvoidanceAI(), Laser()
+    for _ in range(120):
+        seen = sectors(simulation.scan(), laser.angle_min, laser.angle_increment, laser.range_min, laser.range_max)
+        action = agent.decide_action(seen)
+        simulation.step(action["linear"], action["angular"], 0.1)
+    np.testing.assert_allclose(first.path, simulation.path, atol=1e-9)
+    assert "pillars: " in str(first) and "12.0 s, 0 collisions" in str(first)
+
+    # Another room, the same driver; then without it.
+    node.reset("hall")
+    assert node.drive(2.0).room == "hall"
+    driver.send_signal(signal.SIGINT)
+    driver.wait(10.0)
+    node.reset("hall")
+    with pytest.raises(TimeoutError, match="publishes cmd_vel"):
+        while True:  # until the middleware has noticed that the driver is gone
+            node.drive(0.1, find_within=0.2, answer_within=0.05)
+
+
+def test_drive_works_while_a_background_thread_spins_the_node(context, driver):
+    from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+
+    node = world(context, fast=True)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+
+    def spin():
+        try:
+            executor.spin()
+        except ExternalShutdownException:
+            pass
+
+    thread = threading.Thread(target=spin)
+    thread.start()
+    try:
+        result = node.drive(3.0)
+    finally:
+        executor.shutdown()
+        thread.join()
+    assert (result.answered, result.missed) == (30, 0) and result.distance > 0.5
+
+
+def test_without_commands_the_robot_stands_and_a_drive_ends_in_time(context):
+    node = world(context, fast=True)
+    result = node.drive(5.0, find_within=0.0)
+    assert (result.answered, result.missed, result.distance) == (0, 50, 0.0) and result.seconds == pytest.approx(5.0)
+    assert node.drive(1e6, find_within=0.0, wall_limit=0.2).seconds < 1e6
+    with pytest.raises(RuntimeError, match="fast"):
+        world(context).drive(1.0)
+
+
+def test_at_real_time_it_reports_scans_odometry_and_one_collision(context):
+    from geometry_msgs.msg import Twist
+    from nav_msgs.msg import Odometry
+    from rclpy.executors import SingleThreadedExecutor
+    from rclpy.node import Node
+    from sensor_msgs.msg import LaserScan
+    from std_msgs.msg import String
+
+    room = Room.from_data({"boxes": [[0, 0, 2, 2]], "start": [1.74, 1.0, 0.0]})
+    node, watcher = world(context, room, rate=50.0, angle_min=-math.pi), Node("watcher", context=context)
+    got = {"scan": [], "odom": [], "collision": []}
+    for topic, kind in (("scan", LaserScan), ("odom", Odometry), ("collision", String)):
+        watcher.create_subscription(kind, topic, got[topic].append, 10)
+    publisher = watcher.create_publisher(Twist, "cmd_vel", 10)
+    watcher.create_timer(0.02, lambda: publisher.publish(forward))
+    forward = Twist()
+    forward.linear.x = 0.5
+    executor = SingleThreadedExecutor(context=context)
+    for one in (node, watcher):
+        executor.add_node(one)
+    while not (got["collision"] and len(got["scan"]) > 9 and got["odom"]):
+        executor.spin_once(timeout_sec=5.0)
+    executor.shutdown()
+
+    scan = got["scan"][-1]
+    assert len(scan.ranges) == 360 and scan.header.frame_id == "laser"
+    assert scan.angle_min == pytest.approx(-math.pi) and scan.angle_max == pytest.approx(math.pi - scan.angle_increment)
+    assert got["odom"][-1].child_frame_id == "base_link" and got["odom"][-1].pose.pose.position.x > 1.7
+    assert len(got["collision"]) == 1 and "x=1.8" in got["collision"][0].data
+    assert len(node.simulation.collisions) == 1
