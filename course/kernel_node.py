@@ -55,8 +55,14 @@ class Spinner:
         if self.thread.is_alive():
             return False
         if destroy:
-            self.node.destroy_node()
+            _destroy(self.node)
         return True
+
+
+def _destroy(node: Node) -> None:
+    for waitable in list(node.waitables):  # action servers and clients, which would keep the node in the graph
+        waitable.destroy()
+    node.destroy_node()
 
 
 class LiveNode:
@@ -89,7 +95,7 @@ class LiveNode:
 
     def _end(self) -> None:
         if self.alive and not self._spinner.stop():
-            self.node.destroy_node()
+            _destroy(self.node)
 
     def __repr__(self) -> str:
         return f"<{self.name}: {'running' if self.alive else 'stopped'} in this kernel>"

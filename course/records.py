@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from operator import attrgetter
 
 from action_msgs.msg import GoalStatus
-from rcl_interfaces.srv import SetParametersAtomically
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.action import ActionClient
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -140,18 +140,25 @@ class DecisionRecorder(Recorder):
 
 
 class ParameterRecorder(Recorder):
-    """Sets parameters of a node over ROS, and records each try: `name`, `value`, `accepted`, `reason`."""
+    """Every attempt to set a parameter of a node in this kernel, whoever makes it: `name`, `value`, `accepted`, `reason`.
 
-    def __init__(self, session, node_name: str):
+    It begins with the node's declared parameters as they are.
+    """
+
+    def __init__(self, node: Node):
         super().__init__("name", "value", "accepted", "reason")
-        self._session = session
-        self._service = f"/{node_name.strip('/')}/set_parameters_atomically"
+        self._node, self._set_atomically = node, node.set_parameters_atomically
+        for name, parameter in sorted(node.get_parameters_by_prefix("").items()):
+            self.add(name=name, value=parameter.value, accepted=True, reason="")
+        # Services, the command line and set_parameters() all come through this one method.
+        node.set_parameters_atomically = self._set
 
-    def set(self, timeout: float = 5.0, **values: object) -> bool:
-        """Set parameters together, all or none; True when the node accepted them."""
-        parameters = [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
-        result = self._session.call(self._service, SetParametersAtomically, parameters=parameters,
-                                    timeout=timeout).result
-        for name, value in values.items():
-            self.add(name=name, value=value, accepted=result.successful, reason=result.reason)
-        return result.successful
+    def _set(self, parameters: list[Parameter]) -> SetParametersResult:
+        result = self._set_atomically(parameters)
+        for parameter in parameters:
+            self.add(name=parameter.name, value=parameter.value, accepted=result.successful, reason=result.reason)
+        return result
+
+    def close(self) -> None:
+        """Record no longer; what was recorded stays."""
+        del self._node.set_parameters_atomically
