@@ -147,11 +147,12 @@ class ParameterRecorder(Recorder):
 
     def __init__(self, node: Node):
         super().__init__("name", "value", "accepted", "reason")
-        self._node, self._set_atomically = node, node.set_parameters_atomically
+        self._node, self._set_atomically = node, node._set_parameters_atomically
         for name, parameter in sorted(node.get_parameters_by_prefix("").items()):
-            self.add(name=name, value=parameter.value, accepted=True, reason="")
+            if name not in ("use_sim_time", "start_type_description_service"):  # rclpy's own
+                self.add(name=name, value=parameter.value, accepted=True, reason="")
         # Services, the command line and set_parameters() all come through this one method.
-        node.set_parameters_atomically = self._set
+        node._set_parameters_atomically = self._set
 
     def _set(self, parameters: list[Parameter]) -> SetParametersResult:
         result = self._set_atomically(parameters)
@@ -161,4 +162,4 @@ class ParameterRecorder(Recorder):
 
     def close(self) -> None:
         """Record no longer; what was recorded stays."""
-        del self._node.set_parameters_atomically
+        del self._node._set_parameters_atomically
