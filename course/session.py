@@ -119,7 +119,7 @@ class Session:
         before = self._all_nodes()
         process = NodeProcess(path, arguments)
         self._handles[process.name] = process
-        self._until(lambda: not process.alive or len(self._all_nodes()) > len(before), timeout)
+        self.until(lambda: not process.alive or len(self._all_nodes()) > len(before), timeout)
         if not process.alive:
             raise LiveError(f"{path.name} ended with exit status {process.returncode} before its node was there"
                             + (f":\n{process.output}" if process.output else ""))
@@ -137,7 +137,7 @@ class Session:
                 continue
             handle._end()
             if not self._closed:  # a call made next must not meet the old one
-                self._until(lambda names=handle.nodes: not set(names) & set(self._all_nodes()), 2.0)
+                self.until(lambda names=handle.nodes: not set(names) & set(self._all_nodes()), 2.0)
 
     def nodes(self) -> list[str]:
         """The full names of the nodes in this session's domain, hidden ones left out."""
@@ -186,6 +186,15 @@ class Session:
             raise CallTimeout(f"nothing came within {timeout:g} s")
         return future.result()
 
+    def until(self, condition: Callable[[], object], timeout: float = 5.0) -> bool:
+        """Wait in the main thread until `condition()` holds; False after `timeout` s."""
+        deadline = time.monotonic() + timeout
+        while not condition():
+            if time.monotonic() > deadline:
+                return False
+            time.sleep(POLL)
+        return True
+
     def _client(self, service: str, srv_type: type):
         self._check_open()
         key = (service, srv_type)
@@ -194,7 +203,7 @@ class Session:
         return self._clients[key]
 
     def _ready(self, client, timeout: float) -> None:
-        if not self._until(client.service_is_ready, timeout):
+        if not self.until(client.service_is_ready, timeout):
             raise CallTimeout(f"no server for {client.service_name} within {timeout:g} s: has its node been started, "
                               "and with this type?")
 
@@ -236,14 +245,6 @@ class Session:
 
     def _all_nodes(self) -> list[str]:
         return [f"{namespace.rstrip('/')}/{name}" for name, namespace in self.node.get_node_names_and_namespaces()]
-
-    def _until(self, condition: Callable[[], bool], timeout: float) -> bool:
-        deadline = time.monotonic() + timeout
-        while not condition():
-            if time.monotonic() > deadline:
-                return False
-            time.sleep(POLL)
-        return True
 
     def __repr__(self) -> str:
         return f"<live session: {len(self._handles)} started>"

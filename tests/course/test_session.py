@@ -15,7 +15,7 @@ from std_srvs.srv import Trigger
 
 from course.session import CallTimeout, LiveError, Session
 
-SERVER = '''
+SERVER = """
 import sys
 import rclpy
 from example_interfaces.srv import AddTwoInts
@@ -36,7 +36,7 @@ def main(args=None):
         pass
 
 main()
-'''
+"""
 
 
 class Adder(Node):
@@ -106,7 +106,7 @@ def test_a_constructor_that_fails_leaves_no_node(session):
 
     with pytest.raises(ValueError, match="no sensor"):
         session.start(Broken)
-    assert session._until(lambda: session.nodes() == [], 2.0)
+    assert session.until(lambda: session.nodes() == [], 2.0)
 
 
 def test_a_file_runs_in_its_own_process(session, server):
@@ -207,8 +207,9 @@ def test_several_threads_let_a_callback_call(session):
             super().__init__("relay")
             group = ReentrantCallbackGroup()
             self.adder = self.create_client(AddTwoInts, "add", callback_group=group)
-            self.create_service(AddTwoInts, "relay", lambda request, response: self.adder.call(request),
-                                callback_group=group)
+            self.create_service(
+                AddTwoInts, "relay", lambda request, response: self.adder.call(request), callback_group=group
+            )
 
     session.start(Adder)
     session.start(Relay, threads=3)
@@ -291,7 +292,11 @@ print(node._popen.pid, flush=True)
 
 def test_an_interrupted_cell_does_not_kill_the_session(server):
     """Jupyter interrupts the kernel's whole process group."""
-    process = subprocess.Popen([sys.executable, "-c", f"""
+    process = subprocess.Popen(
+        [
+            sys.executable,
+            "-c",
+            f"""
 import course, threading
 from example_interfaces.srv import AddTwoInts
 ros = course.live()
@@ -302,7 +307,13 @@ for attempt in range(3):
         threading.Event().wait(20)
     except KeyboardInterrupt:
         print(ros.call("file_add", AddTwoInts, a=attempt, b=1).sum, flush=True)
-"""], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+""",
+        ],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
     for attempt in range(3):
         assert process.stdout.readline() == "waiting\n"
         os.killpg(process.pid, signal.SIGINT)
