@@ -17,10 +17,10 @@ KINDS = {"get_parameters": GetParameters, "describe_parameters": DescribeParamet
 
 
 class Parameters:
-    """The parameters of a program's node: of the one that subscribes `topic`, or else of any that it has."""
+    """The parameters of a program's node: of the one that subscribes `topic` or serves `service`, or else of any."""
 
-    def __init__(self, live: Live, topic: str = ""):
-        self._live, self._topic = live, topic
+    def __init__(self, live: Live, topic: str = "", service: str = ""):
+        self._live, self._topic, self._service = live, topic, service
         self._clients: dict[str, Any] = {}
 
     def connect(self) -> dict[str, Callable[[], bool]]:
@@ -64,19 +64,22 @@ class Parameters:
 
     def _find(self) -> None:
         node = self._live.ros.node
-        for name, namespace in sorted(self._live.ros.others(), key=lambda other: not self._subscribes(*other)):
+        for name, namespace in sorted(self._live.ros.others(), key=lambda other: not self._wanted(*other)):
             prefix = f"{namespace.rstrip('/')}/{name}"
             services = dict(node.get_service_names_and_types_by_node(name, namespace))
             if any(f"{prefix}/{service}" not in services for service in KINDS):
                 continue
             self._first = self._first or time.monotonic()
-            if self._subscribes(name, namespace) or time.monotonic() > self._first + ALONE:
+            if self._wanted(name, namespace) or time.monotonic() > self._first + ALONE:
                 self._clients = {service: node.create_client(kind, f"{prefix}/{service}")
                                  for service, kind in KINDS.items()}
                 return
 
-    def _subscribes(self, name: str, namespace: str) -> bool:
-        topics = self._live.ros.node.get_subscriber_names_and_types_by_node(name, namespace)
+    def _wanted(self, name: str, namespace: str) -> bool:
+        node = self._live.ros.node
+        if self._service:
+            return self._service in dict(node.get_service_names_and_types_by_node(name, namespace))
+        topics = node.get_subscriber_names_and_types_by_node(name, namespace)
         return not self._topic or any(topic.rpartition("/")[2] == self._topic for topic, _ in topics)
 
 

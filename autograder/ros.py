@@ -39,10 +39,10 @@ class Ros:
         self._spinner.stop()
         self._context.try_shutdown()
 
-    def call(self, client, request, timeout: float, alive: Callable[[], bool]):
+    def call(self, client, request, timeout: float, alive: Callable[[], bool], again: float = AGAIN):
         """Send `request` and return the response, or None after `timeout` s or when the program is no longer `alive`.
 
-        A request can be lost when a program has only just been found, so it is sent again every AGAIN s.
+        A request can be lost when a program has only just been found, so it is sent again every `again` s.
         """
         start, futures = time.monotonic(), []
 
@@ -50,7 +50,7 @@ class Ros:
             return any(future.done() for future in futures)
 
         while (waited := time.monotonic() - start) < timeout and alive() and not answered():
-            if waited >= AGAIN * len(futures):
+            if waited >= again * len(futures):
                 futures.append(client.call_async(request))
                 done = threading.Event()
                 futures[-1].add_done_callback(lambda _, done=done: done.set())

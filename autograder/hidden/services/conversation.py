@@ -7,12 +7,11 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 from example_interfaces.srv import AddTwoInts
-from rcl_interfaces.msg import Parameter, ParameterValue
-from rcl_interfaces.srv import SetParameters
 from rclpy.callback_groups import ReentrantCallbackGroup
 from std_srvs.srv import SetBool, Trigger
 
 from autograder.faults import Crashed, TimedOut, Wrong
+from autograder.parameters import Parameters
 from autograder.ros import Ros, wait_until
 from autograder.talk import ANSWER, SETTLED, Server, numbers
 
@@ -20,6 +19,8 @@ ENABLE, STATUS = "/motors/enable", "/motors/status"
 WORDS = {True: "enabled", False: "disabled"}
 CALLERS = 6  # at once
 SLOW = 0.15  # s that /add_two_ints takes then
+STUCK = "it was stuck with several callers"
+SENT = 2.0  # s until a request has arrived, when its answer was not waited for
 
 
 class Motors(Server):
@@ -55,9 +56,11 @@ class Motors(Server):
                         f"'{WORDS[not on]}').", f"got {message!r}")
 
     def _call(self, name, request, second):
-        ros, clients = (self.second, self.second_clients) if second else (self.ros, self.clients)
-        return self.converse(lambda limit, alive: ros.call(clients[name], request, limit, alive),
-                             f"a request to {name}", f"the service {name}")
+        def question(limit, alive):
+            ros, clients = (self.second, self.second_clients) if second else (self.ros, self.clients)
+            return ros.call(clients[name], request, limit, alive)
+
+        return self.converse(question, f"a request to {name}", f"the service {name}")
 
 
 def says(message: str) -> bool | None:
@@ -101,6 +104,8 @@ class Relay(Server):
         self.numbers = a, b = draw(rng)
         grading.hide(a, b)
         super().__init__(grading, "relay.py", {"/relay": Trigger}, "--ros-args", "-p", f"a:={a}", "-p", f"b:={b}")
+        self.parameters = Parameters(self, service="/relay")
+        self.failed = 0  # which of its starts has answered with success False
         self._settled = 0
 
     def connect(self):
@@ -108,7 +113,7 @@ class Relay(Server):
         self.adder = None
         if self.served:
             self.serve()
-        return super().connect()
+        return super().connect() | self.parameters.connect()
 
     def serve(self) -> None:
         """Offer /add_two_ints, if that is not done yet."""
@@ -116,37 +121,36 @@ class Relay(Server):
 
     def relay(self):
         """Its response, once it has had time to find /add_two_ints."""
-        response = self.call(Trigger.Request())
+        response = self._relay()
         if self.served and self._settled != self.starts:
             end = time.monotonic() + self.grading.clock.allow(SETTLED)
             while not response.success and time.monotonic() < end:
                 time.sleep(0.1)
-                response = self.call(Trigger.Request())
+                response = self._relay()
             self._settled = self.starts
+        if not response.success:
+            self.failed = self.starts
         return response
+
+    def _relay(self):
+        return self.converse(  # once: who waits for a server that is not there shall not have to do so again
+            lambda limit, alive: self.ros.call(self.clients["/relay"], Trigger.Request(), limit, alive, again=limit),
+            "a request to /relay", "the service /relay")
 
     def asked(self) -> tuple[int, int]:
         """The numbers that it asked /add_two_ints for in one more call."""
         self.relay()  # whatever was set before is in effect now
         before = len(self.adder.requests)
         self.relay()
-        if len(self.adder.requests) == before:
+        if not wait_until(lambda: len(self.adder.requests) > before, self.grading.clock.allow(SENT)):
             raise Wrong("For each call of /relay, the relay must call /add_two_ints; it did not.")
         return self.adder.requests[-1]
 
     def change(self, numbers: tuple[int, int]) -> None:
         """Set its parameters while it runs."""
         self.grading.hide(*numbers)
-        name = next(node for node, namespace in self.ros.others())
-        client = self.ros.node.create_client(SetParameters, f"/{name}/set_parameters")
-        wait_until(client.service_is_ready, 5)
-        request = SetParameters.Request(parameters=[
-            Parameter(name=name, value=ParameterValue(type=2, integer_value=number))
-            for name, number in zip("ab", numbers, strict=True)])
-        response = self.converse(lambda limit, alive: self.ros.call(client, request, limit, alive), "a change of a and b")
-        if not all(result.successful for result in response.results):
-            raise Wrong("The parameters a and b must be declared, and accept every whole number while the relay runs.",
-                        f"got {response}")
+        if not all(result.successful for result in self.parameters.set(dict(zip("ab", numbers, strict=True)))):
+            raise Wrong("The parameters a and b must be declared, and accept every whole number while the relay runs.")
 
     def sum_in(self, message: str) -> int | None:
         """The answer of /add_two_ints that a message has, or None."""
@@ -166,6 +170,7 @@ class Relay(Server):
         if None not in responses:
             return responses
         if self.program.alive:
+            self.program.kill(STUCK)
             raise TimedOut(f"With {CALLERS} callers of /relay at once, not each got an answer within {limit:.0f} s: "
                            "do they all wait, and nobody is left to take in the answers of /add_two_ints?")
         raise Crashed(f"relay.py died while {CALLERS} clients called it: {self.program.last_words()}.")
