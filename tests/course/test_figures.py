@@ -1,0 +1,115 @@
+"""Figures: each draws what is recorded, and as text is the same every time, so that a stored notebook can be compared."""
+
+import threading
+
+import matplotlib.colors
+import numpy as np
+import pytest
+from IPython.testing.globalipapp import start_ipython
+from sensor_msgs.msg import LaserScan
+
+from course import figures
+from course.figures import palette
+from course.records import Recorder
+from course.world import Simulation
+
+
+class Recorded(Recorder):
+    """A recorder with rows given."""
+
+    def __init__(self, *columns, rows=()):
+        super().__init__(*columns)
+        for row in rows:
+            self.add(**dict(zip(columns, row, strict=True)))
+
+
+def goal(*events):
+    return Recorded("event", "sequence", rows=[(event, [0, 1] if event == "feedback" else None) for event in events])
+
+
+def scan(ranges):
+    return LaserScan(angle_min=0.0, angle_increment=2 * np.pi / len(ranges), range_min=0.1, range_max=8.0, ranges=ranges)
+
+
+def driven():
+    simulation = Simulation("hall")
+    record = Recorded("stamp", "state")
+    for step in range(40):
+        record.add(stamp=simulation.time, state=["FORWARD", "TURNING_LEFT"][step // 20])
+        simulation.step(0.3, 0.5 * (step // 20), 0.1)
+    return simulation, record
+
+
+DRAWN = {
+    "feedback": lambda: figures.feedback(goal("goal", "accepted", "feedback", "feedback", "succeeded")),
+    "feedback of nothing": lambda: figures.feedback(goal()),
+    "timeline": lambda: figures.timeline(goal("goal", "accepted", "feedback", "cancel", "canceled"),
+                                         goal("goal", "rejected"), labels=("one", "two")),
+    "timeline of nothing": lambda: figures.timeline(goal()),
+    "sectors": lambda: figures.sectors(scan([0.4] * 180 + [float("inf")] * 180), {"linear": 0.0, "angular": 0.5}),
+    "sectors of no beam": lambda: figures.sectors(scan([float("nan")] * 8), {"linear": 0.3, "angular": 0.0}),
+    "drive": lambda: figures.drive(*driven()),
+    "drive without decisions": lambda: figures.drive(Simulation("office")),
+    "latencies": lambda: figures.latencies({"fast": [0.001] * 9, "slow": [0.15] * 9}),
+    "latencies of nothing": lambda: figures.latencies({"none": []}),
+    "round trips": lambda: figures.round_trips({"calls": [0.001, 0.002]}),
+    "changes": lambda: figures.changes(Recorded("name", "value", "accepted", "reason", rows=[
+        ("speed", 1.0, True, ""), ("speed", 9.0, False, "too fast"), ("name", "atlas", True, "")]), "speed"),
+    "changes of nothing": lambda: figures.changes(Recorded("name", "value", "accepted", "reason"), "speed"),
+}
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_every_figure_is_a_picture_with_a_constant_text(name):
+    first, second = DRAWN[name](), DRAWN[name]()
+    assert first._repr_png_().startswith(b"\x89PNG")
+    assert repr(first) == repr(second) and "0x" not in repr(first)
+
+
+@pytest.mark.parametrize("name", [name for name in DRAWN if "nothing" not in name and "sectors" not in name])
+def test_axes_have_a_title_and_labels_with_units(name):
+    axes = DRAWN[name]().figure.axes[0]
+    assert axes.get_title(loc="left") and axes.get_xlabel()
+
+
+def test_rejected_sets_are_not_on_the_line_of_values():
+    axes = DRAWN["changes"]().figure.axes[0]
+    lines = {line.get_label(): list(line.get_ydata()) for line in axes.get_lines()}
+    assert lines == {"value": [1.0, 1.0], "accepted": [1.0], "rejected": [9.0]}
+
+
+def test_the_share_of_late_decisions_is_told():
+    legend = DRAWN["latencies"]().figure.axes[0].get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["fast: 0% too late", "slow: 100% too late"]
+
+
+def test_the_path_has_the_colour_of_its_state():
+    simulation, record = driven()
+    colours = figures.drive(simulation, record).figure.axes[0].collections[1].get_colors()
+    assert matplotlib.colors.same_color(colours[5], palette.STATES["FORWARD"])
+    assert matplotlib.colors.same_color(colours[-1], palette.STATES["TURNING_LEFT"])
+
+
+def test_a_live_figure_shows_what_comes_while_it_waits_and_ends_still():
+    record = goal("goal", "accepted")
+    drawn = []
+
+    def draw(recorder):
+        drawn.append(len(recorder))
+        return figures.feedback(recorder)
+
+    timer = threading.Timer(0.1, lambda: record.add(event="feedback", sequence=[0, 1]))
+    with figures.live(draw, record) as shown:
+        timer.start()
+        assert shown.wait(lambda: len(record) == 3, timeout=10)
+    assert drawn[0] == 2 and drawn[-1] == 3
+
+
+def test_a_live_figure_gives_up_in_time():
+    with figures.live(figures.feedback, goal("goal")) as shown:
+        assert not shown.wait(lambda: False, timeout=0.1)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def ipython():
+    start_ipython()
