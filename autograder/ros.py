@@ -5,6 +5,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from typing import ClassVar
 
 import rclpy
 from rcl_interfaces.msg import Log
@@ -24,11 +25,14 @@ ARGUMENTS = ["--ros-args", "--disable-stdout-logs", "--disable-rosout-logs", "--
 class Ros:
     """A node of the grader's in `domain`.  Its name tells nothing: a program must behave the same for everybody."""
 
+    names: ClassVar[set[str]] = set()  # of all of them
+
     def __init__(self, domain: int, threads: int = 1):
         self.domain = domain
         self._context = Context()
         rclpy.init(args=ARGUMENTS, context=self._context, domain_id=domain)
         self.node = Node(f"node_{secrets.token_hex(4)}", context=self._context, use_global_arguments=False)
+        self.names.add(self.node.get_name())
         self._heard: deque[str] = deque(maxlen=HEARD)
         self.node.create_subscription(Log, "/rosout", lambda log: self._heard.append(log.msg[:1000]),
                                       QoSProfile(depth=HEARD, durability=DurabilityPolicy.TRANSIENT_LOCAL))
@@ -65,11 +69,11 @@ class Ros:
         return "\n".join(list(self._heard))
 
     def others(self) -> list[tuple[str, str]]:
-        """The other nodes in the domain, by name and namespace."""
-        return [node for node in self.node.get_node_names_and_namespaces() if node[0] != self.node.get_name()]
+        """The nodes in the domain that are not the grader's, by name and namespace."""
+        return [node for node in self.node.get_node_names_and_namespaces() if node[0] not in self.names]
 
     def offered(self) -> list[str]:
-        """The services of the other nodes, without those that every node has."""
+        """The services of these nodes, without those that every node has."""
         return sorted(service for node in self.others()
                       for service, types in self.node.get_service_names_and_types_by_node(*node)
                       if not types[0].startswith(("rcl_interfaces/", "type_description_interfaces/")))
