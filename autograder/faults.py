@@ -10,10 +10,10 @@ class Fault(Exception):
 
     outcome = FAILED
 
-    def __init__(self, message: str, detail: str = ""):
+    def __init__(self, message: str, detail: object = ""):
         super().__init__(message)
         self.message = message
-        self.detail = detail
+        self.detail = str(detail)
 
 
 class Wrong(Fault):
