@@ -125,6 +125,13 @@ class GoalRecorder(Recorder):
         """Wait for `count` feedback messages; False after `timeout` s."""
         return self.wait_for(lambda table: table["event"].count("feedback") >= count, timeout)
 
+    @property
+    def result(self) -> list | None:
+        """The sequence in the result; None before the end, and for a rejected goal.  Late feedback may come after it."""
+        table = self.table()
+        return next((sequence for event, sequence in zip(table["event"], table["sequence"], strict=True)
+                     if event in self.END), None)
+
     def wait_end(self, timeout: float = 10.0) -> str | None:
         """Wait for the end, and return it (see the class); None after `timeout` s."""
         self.wait_for(lambda table: any(event in self.END for event in table["event"]), timeout)

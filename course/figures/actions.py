@@ -48,6 +48,6 @@ def timeline(*goals: GoalRecorder, labels: tuple[str, ...] = (),
     axes.set_yticks(range(len(goals)), labels or [f"goal {number + 1}" for number in range(len(goals))])
     axes.set_ylim(len(goals) - 0.5, -0.5)
     if seen:
-        axes.legend(ncols=4, loc="upper left", bbox_to_anchor=(0, -0.35 if len(goals) < 3 else -0.22), frameon=False,
-                    fontsize=9, markerscale=0.7)
+        picture.figure.legend(loc="outside lower left", ncols=7, frameon=False, fontsize=9, markerscale=0.6,
+                              columnspacing=1.2, handletextpad=0.3)
     return picture
