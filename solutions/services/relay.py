@@ -13,9 +13,10 @@ class Relay(Node):
         super().__init__('relay')
         self.declare_parameter('a', 0)
         self.declare_parameter('b', 0)
-        # The response must be taken in while a callback awaits it, and other callers served.
+        # While a callback awaits its response, others must be able to run.
         group = ReentrantCallbackGroup()
-        self.client = self.create_client(AddTwoInts, '/add_two_ints', callback_group=group)
+        self.client = self.create_client(
+            AddTwoInts, '/add_two_ints', callback_group=group)
         self.create_service(Trigger, '/relay', self.relay, callback_group=group)
         self.get_logger().info('Relay ready')
 

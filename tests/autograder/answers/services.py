@@ -243,6 +243,7 @@ COUNT = """self.count = max(0, getattr(self, 'count', 0) + (1 if request.data el
 STATUS = "Say the state, and leave it alone.\"\"\"\n        response.success = True"
 SAYS = "response.message = f'Motors {self.state()}'\n        return response\n\n    def status"
 ASK = "        a, b = self.get_parameter('a').value, self.get_parameter('b').value\n"
+GROUP = ("\n            AddTwoInts, '/add_two_ints', callback_group=group)", "AddTwoInts, '/add_two_ints')")
 AWAIT = "await self.client.call_async(AddTwoInts.Request(a=a, b=b))"
 SUCCESS = "        response.success = True\n        response.message = f'{a}"
 THREADED = [("import ExternalShutdownException", "import ExternalShutdownException, MultiThreadedExecutor"),
@@ -303,9 +304,9 @@ WRONG = {
         ("(a=a, b=b)", "(a=self.a, b=self.b)"), ("{a} + {b} = ", "")), {"changed_parameters"}),
     "relay blocks its one thread": (relay(*BLOCK), SERVED | {"goes_on_afterwards"}),
     "relay blocks each of its threads": (relay(*BLOCK, *THREADED), {"several_callers"}),
-    "relay awaits in the default group": (relay((", callback_group=group", "")), SERVED | {"goes_on_afterwards"}),
+    "relay awaits in the default group": (relay(GROUP), SERVED | {"goes_on_afterwards"}),
     "relay spins in its callback": (relay(
-        ("async def", "def"), (", callback_group=group", ""), ("        answer = " + AWAIT, "        future = " + AWAIT.removeprefix("await ") +
+        ("async def", "def"), GROUP, ("        answer = " + AWAIT, "        future = " + AWAIT.removeprefix("await ") +
                                "\n        rclpy.spin_until_future_complete(self, future)\n"
                                "        answer = future.result()")), SERVED | {"goes_on_afterwards"}),
     "relay does not wait for the answer": (relay(

@@ -1,0 +1,43 @@
+"""The student's programs, all started before the first test waits for any of them."""
+
+import pytest
+
+from autograder.hidden.actions.conversation import CLIENT, Cancelled, Encounter, Quick
+from autograder.session import Run
+
+
+@pytest.fixture(scope="session")
+def quick(grading) -> Quick:
+    """The student's server with a short step period."""
+    return Quick(grading, grading.random("quick"))
+
+
+@pytest.fixture(scope="session")
+def cancelled(grading) -> Cancelled:
+    """The student's server with the default step period, and a goal that is cancelled."""
+    return Cancelled(grading)
+
+
+@pytest.fixture(scope="session")
+def clients(grading) -> dict[str, Encounter]:
+    """The client's runs with a server, by what the server does."""
+    after = grading.random("cancel").randrange(2, 5)
+    return {"succeed": Encounter(grading, "succeed"), "reject": Encounter(grading, "reject"),
+            "abort": Encounter(grading, "abort"), "cancel": Encounter(grading, "cancel", "--cancel-after", str(after))}
+
+
+@pytest.fixture(scope="session")
+def misused(grading) -> dict[str, Run]:
+    """The client's runs with a wrong command line, by what is wrong."""
+    commands = {"without ORDER": [], "with a word in the place of ORDER": ["ten"],
+                "with --cancel-after but no number": ["5", "--cancel-after"]}
+    return {about: Run(grading, CLIENT, *args, domain=grading.room()) for about, args in commands.items()}
+
+
+@pytest.fixture(scope="session", autouse=True)
+def begun(cancelled, quick, request):
+    """Have all programs start at once."""
+    cancelled.begin()
+    quick.begin()
+    request.getfixturevalue("clients")
+    request.getfixturevalue("misused")
