@@ -69,6 +69,25 @@ def grade(submitted: Annotated[Path, typer.Argument(help="The folder with STUDEN
     raise typer.Exit(INFRASTRUCTURE if counts[INFRASTRUCTURE_ERROR] else 0)
 
 
+@app.command()
+def doctor() -> None:
+    """Show which layers of the sandbox hold on this machine; exit code 1 when grading is refused."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from . import doctor
+    try:
+        layers = doctor.examine()
+    except sandbox.SandboxUnavailable as error:
+        print(f"Grading is refused: {error}.")
+        raise typer.Exit(1) from None
+    table = Table("layer", "holds", "seen")
+    for layer in layers:
+        table.add_row(layer.name, "yes" if layer.holds else "NO" if layer.required else "no (not required)", layer.seen)
+    Console(width=None if sys.stdout.isatty() else 120).print(table)
+    raise typer.Exit(1 if doctor.refused(layers) else 0)
+
+
 def main() -> None:
     """Run the command line; whatever the user can mend is one line and exit code 2."""
     logging.basicConfig(format="%(message)s", level=logging.WARNING)

@@ -1,9 +1,10 @@
 """The one sandbox: how a student's program is confined, and what little it sees.
 
 bubblewrap gives the program its own user, process, IPC and host-name namespaces, a read-only system, an empty home
-folder with the handed-in files in it, and limits.  The network namespace is the grading's own: the worker enters it
-before it starts anything (`BOXES`), so that the two can speak ROS 2 to each other and to nobody else.  Not visible
-inside: the repository, the hidden suites, the gradebook, other submissions, other processes, the environment.
+folder with the handed-in files in it, limits, and a filter of system calls (`seccomp`).  The network namespace is the
+grading's own: the worker enters it before it starts anything (`BOXES`), so that the two can speak ROS 2 to each other
+and to nobody else.  Not visible inside: the repository, the hidden suites, the gradebook, other submissions, other
+processes, the environment.
 
 Started by root, the program becomes a host user of its own (`_spare_uid`); bubblewrap's `--uid` alone would leave it
 root on the host.  Started by anybody else it keeps that user's host id, inside user namespaces.
@@ -20,6 +21,7 @@ from pathlib import Path
 
 from course import environment
 
+from . import seccomp
 from .program import Program
 
 # How programs are confined, and what the worker is started with to have a network of its own.
@@ -162,6 +164,8 @@ class Sandbox:
                       "--inh-caps=-all", "--no-new-privs", "--", *limits]
         else:
             bwrap += ["--unshare-user", "--disable-userns", "--uid", str(uid), "--gid", str(uid)]
+        if seccomp.available():
+            bwrap += ["--seccomp", self._descriptor(seccomp.program())]
         bwrap += self._view(uid, files)
         for name, value in self._environment(domain).items():
             bwrap += ["--setenv", name, value]

@@ -1,0 +1,75 @@
+"""The layers of the sandbox, as `autograder doctor` shows them, and the filter of system calls for both machines."""
+
+import os
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from autograder import doctor, sandbox, seccomp
+
+AUTOGRADER = str(Path(sys.executable).with_name("autograder"))
+ALLOWED, DENIED = seccomp.ALLOW, seccomp._error(1)
+
+
+def run(filter: bytes, number: int, architecture: int, *arguments: int) -> int:
+    """What the kernel would do with a system call: an interpreter of the few operations in use."""
+    seen = {0: number, 4: architecture, **{16 + 8 * at: value for at, value in enumerate(arguments)}}
+    code, at, register = list(struct.iter_unpack("HBBI", filter)), 0, 0
+    while True:
+        operation, then, otherwise, value = code[at]
+        at += 1
+        if operation == seccomp.LOAD:
+            register = seen.get(value, 0)
+        elif operation == seccomp.RETURN:
+            return value
+        else:
+            true = {seccomp.EQUAL: register == value, seccomp.NOT_LESS: register >= value,
+                    seccomp.ANY_BIT: bool(register & value)}[operation]
+            at += then if true else otherwise
+
+
+@pytest.mark.parametrize("machine", seccomp.MACHINES)
+def test_filter(machine):
+    filter = seccomp.program(machine)
+    abi, column = seccomp.MACHINES[machine]
+    read, clone, ioctl, socket = (0, 63)[column], seccomp.CLONE[column], seccomp.IOCTL[column], seccomp.SOCKET[column]
+    assert run(filter, read, abi) == ALLOWED
+    assert run(filter, read, abi ^ 1) == seccomp.KILL
+    for name, numbers in seccomp.DENIED.items():
+        if numbers[column] is not None:
+            assert run(filter, numbers[column], abi) == DENIED, name
+    assert run(filter, seccomp.CLONE3[column], abi) == seccomp._error(38)
+    assert run(filter, clone, abi, 0x3D0F00) == ALLOWED  # a thread, as glibc starts it
+    assert run(filter, clone, abi, 0x10000011) == DENIED  # a user namespace
+    assert run(filter, socket, abi, 2) == ALLOWED
+    assert run(filter, socket, abi, 40) == seccomp._error(97)  # AF_VSOCK, which no network namespace holds
+    assert run(filter, ioctl, abi, 1, 0x5412) == DENIED
+    assert run(filter, ioctl, abi, 1, 0x5401) == ALLOWED
+    if machine == "x86_64":
+        assert run(filter, read | seccomp.X32, abi) == seccomp._error(38)
+
+
+def test_doctor(box):
+    layers = {layer.name: layer for layer in doctor.examine()}
+    assert [layer for layer in layers.values() if not layer.holds and layer.required] == []
+    assert layers["system call filter"].holds == seccomp.available()
+
+
+def test_doctor_refuses(tmp_path):
+    done = subprocess.run([AUTOGRADER, "doctor"], capture_output=True, text=True, timeout=60,
+                          env=os.environ | {"PATH": str(tmp_path)})
+    assert done.returncode == 1 and "bwrap is not installed" in done.stdout
+
+
+def test_doctor_sees_what_does_not_hold(box, monkeypatch):
+    monkeypatch.setattr(sandbox.seccomp, "available", lambda: False)
+    layers = {layer.name: layer for layer in doctor.examine()}
+    assert not layers["system call filter"].holds
+    assert not doctor.refused(list(layers.values()))
+    monkeypatch.setattr(sandbox.Sandbox, "_view", lambda *_: ["--bind", "/", "/", "--proc", "/proc", "--dev", "/dev",
+                                                              "--tmpfs", sandbox.HOME])
+    with pytest.raises(sandbox.SandboxUnavailable):  # the probe is not even there
+        doctor.examine()
