@@ -8,11 +8,12 @@ import fcntl
 import json
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict
 from pathlib import Path
 
 from . import exercises, feedback, submission
-from .records import INFRASTRUCTURE_ERROR, Report, Result, Submission
+from .records import INFRASTRUCTURE_ERROR, Report, Submission
+
+RESULTS, DETAILS = "results.jsonl", "details.jsonl"  # the second for instructors alone
 
 
 class UsageError(Exception):
@@ -50,7 +51,7 @@ class Output:
     def __init__(self, folder: Path, resume: bool):
         """Raises UsageError when there are results already and `resume` is not set, or when it is in use."""
         self.folder = folder
-        self._path = folder / "results.jsonl"
+        self._path = folder / RESULTS
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._lock = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
@@ -65,6 +66,9 @@ class Output:
             raise UsageError(f"{folder} holds results already: give --resume to go on, or another folder")
         self._file = open(self._path, "ab")  # noqa: SIM115  # __exit__ closes it
         self._file.truncate(_whole_lines(self._path))
+        descriptor = os.open(folder / DETAILS, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        self._details = open(descriptor, "ab")  # noqa: SIM115
+        self._details.truncate(_whole_lines(folder / DETAILS))
         for report in self.done.values():
             if not self._feedback(report).exists():
                 self._write_feedback(report)
@@ -74,6 +78,7 @@ class Output:
 
     def __exit__(self, *exception):
         self._file.close()
+        self._details.close()
         os.close(self._lock)
 
     def left(self, found: list[tuple[str, str]]) -> list[tuple[str, str]]:
@@ -81,8 +86,11 @@ class Output:
         return [key for key in found if key not in self.done or self.done[key].status == INFRASTRUCTURE_ERROR]
 
     def write(self, report: Report) -> None:
-        """Append a result, for good, and write the student's page."""
-        self._file.write(json.dumps(asdict(report)).encode() + b"\n")
+        """Append a result, for good, the instructor's details before it, and write the student's page."""
+        self._details.write(json.dumps({"student": report.student, "assignment": report.assignment, "seed": report.seed,
+                                        "details": report.details}).encode() + b"\n")
+        self._details.flush()
+        self._file.write(json.dumps(report.public()).encode() + b"\n")
         self._file.flush()
         os.fsync(self._file.fileno())
         self.done[report.student, report.assignment] = report
@@ -105,8 +113,7 @@ def read_results(path: Path) -> Iterator[Report]:
         with open(path, "rb") as file:
             for line in file:
                 if line.endswith(b"\n"):
-                    fields = json.loads(line)
-                    yield Report(**fields | {"tests": [Result(**test) for test in fields["tests"]]})
+                    yield Report.from_fields(json.loads(line))
 
 
 def _whole_lines(path: Path) -> int:

@@ -1,13 +1,16 @@
 """The page that a student reads: score, and each test with its outcome and what to do.  Everything in it is escaped."""
 
+from collections.abc import Iterable
+
 from jinja2 import Environment, PackageLoader
 
 from .exercises import load
-from .records import Report
+from .records import Mark, Report
 
 
-def page(report: Report) -> str:
-    """The feedback on one submission as an HTML page."""
+def page(report: Report, by_hand: Iterable[Mark] = ()) -> str:
+    """The feedback on one submission as an HTML page, with what the instructor has marked by hand."""
     environment = Environment(loader=PackageLoader("autograder"), autoescape=True, trim_blocks=True, lstrip_blocks=True)
     template = environment.get_template("feedback.html")
-    return template.render(report=report, exercise=load(report.assignment), number=lambda points: f"{points:g}")
+    return template.render(report=report, by_hand=list(by_hand), exercise=load(report.assignment),
+                           number=lambda points: f"{points:g}")

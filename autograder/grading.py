@@ -33,6 +33,7 @@ from .sandbox import BOXES, ros_variables
 
 TRIES = 3
 GRACE = 30.0  # s that a worker may take beyond what its tests may
+DETAIL = 4000  # characters of what an instructor is told of a test
 UNSAFE = "unsafe"  # the flag of what was graded without a sandbox
 
 log = logging.getLogger("autograder")
@@ -52,6 +53,7 @@ def grade(submission: Submission, box: str, seed: int | None = None, patience: f
     seed = secrets.randbits(32) if seed is None else seed
     start = time.monotonic()
     verdicts: dict[str, Verdict] = {}
+    logs: dict[str, str] = {}
     if submission.problems:
         status = INVALID_SUBMISSION
         why = " ".join(submission.problems)
@@ -60,7 +62,7 @@ def grade(submission: Submission, box: str, seed: int | None = None, patience: f
         status = INFRASTRUCTURE_ERROR
         for attempt in range(1, TRIES + 1):
             try:
-                verdicts = judge(exercise, submission.files, box, seed, patience)
+                verdicts, logs = judge(exercise, submission.files, box, seed, patience)
                 status = GRADED
                 break
             except InfrastructureError as error:
@@ -72,13 +74,17 @@ def grade(submission: Submission, box: str, seed: int | None = None, patience: f
         verdict = verdicts.get(test.id, nothing)
         results.append(Result(test.id, test.title, verdict.outcome, test.points if verdict.outcome == PASSED else 0,
                               test.points, verdict.message))
-    return Report(submission.student, submission.assignment, status,
-                  None if status == INFRASTRUCTURE_ERROR else sum(result.points for result in results),
-                  exercise.max_score, seed, round(time.monotonic() - start, 3), [UNSAFE] if box == UNSAFE else [], results)
+    score = None if status == INFRASTRUCTURE_ERROR else sum(result.points for result in results)
+    return Report(submission.student, submission.assignment, status, score, exercise.max_score, seed,
+                  round(time.monotonic() - start, 3), [UNSAFE] if box == UNSAFE else [], results, logs,
+                  {verdict.id: verdict.detail[:DETAIL] for verdict in verdicts.values() if verdict.detail})
 
 
-def judge(exercise: Exercise, files: dict[str, bytes], box: str, seed: int, patience: float) -> dict[str, Verdict]:
-    """The verdict of every hidden test, by its id; raises InfrastructureError when they are not all there."""
+def judge(exercise: Exercise, files: dict[str, bytes], box: str, seed: int, patience: float) -> tuple[dict, dict]:
+    """The verdict of every hidden test, by its id, and what the programs printed, by file.
+
+    Raises InfrastructureError when the verdicts are not all there.
+    """
     prepare()
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTEST_", "ROS_DOMAIN"))}
     prefix = ""
@@ -96,7 +102,7 @@ def judge(exercise: Exercise, files: dict[str, bytes], box: str, seed: int, pati
         raise InfrastructureError(f"the verdicts {[verdict.id for verdict in verdicts]} are not those of {expected}")
     if strange := {verdict.outcome for verdict in verdicts} - {PASSED, FAILED, CRASHED, TIMED_OUT}:
         raise InfrastructureError(f"no outcomes of a test: {strange}")
-    return {verdict.id: verdict for verdict in verdicts}
+    return {verdict.id: verdict for verdict in verdicts}, end.get("logs", {})
 
 
 def _run_worker(job: Job, environment: dict[str, str], limit: float) -> tuple[list[Verdict], dict]:

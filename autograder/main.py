@@ -4,7 +4,6 @@ import json
 import logging
 import sys
 from collections import Counter
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -34,7 +33,7 @@ def check(folder: Annotated[Path, typer.Argument(help="The folder with the files
         raise batch.UsageError(f"there is no folder {folder}")
     handed_in = submission.read(folder, folder.resolve().name, assignment, exercise.files)
     report = grading.grade(handed_in, _box(unsafe), seed, patience)
-    print(json.dumps(asdict(report), indent=2) if as_json else _describe(report))
+    print(json.dumps(report.public(), indent=2) if as_json else _printable(_describe(report)))
     raise typer.Exit(INFRASTRUCTURE if report.status == INFRASTRUCTURE_ERROR else 0)
 
 
@@ -61,12 +60,24 @@ def grade(submitted: Annotated[Path, typer.Argument(help="The folder with STUDEN
             out.write(report)
             if scores:
                 scores.write(report)
-            print(f"[{number}/{len(todo)}] {_line(report)}", flush=True)
+            print(_printable(f"[{number}/{len(todo)}] {_line(report)}"), flush=True)
         reports = [out.done[key] for key in found]
     counts = Counter(report.status for report in reports)
     print(f"{len(reports)} submissions: {', '.join(f'{count} {status}' for status, count in counts.items())}; "
           f"results in {output / 'results.jsonl'}")
     raise typer.Exit(INFRASTRUCTURE if counts[INFRASTRUCTURE_ERROR] else 0)
+
+
+@app.command()
+def show(folder: Annotated[Path, typer.Argument(help="The output folder of `autograder grade`.")],
+         student: Annotated[str | None, typer.Option(help="Only this student.")] = None,
+         assignment: Annotated[str | None, typer.Option(help="Only this exercise.")] = None) -> None:
+    """Show results to an instructor: with the hidden inputs, what was expected and got, and the seed."""
+    from .show import reports
+    for report, details in reports(folder, student, assignment):
+        print(_printable(_describe(report, details)))
+        for name, log in report.logs.items() if student else ():
+            print(_printable(f"\n{name} printed:\n{log}"))
 
 
 @app.command()
@@ -129,8 +140,13 @@ def _line(report: Report) -> str:
     return f"{report.student}/{report.assignment}: {report.score:g} of {report.max_score:g}, {report.duration_s:.1f} s"
 
 
-def _describe(report: Report) -> str:
-    """A report for a person at a terminal."""
+def _printable(text: str) -> str:
+    """Without what would command the terminal: names and messages are a student's."""
+    return "".join(c if c == "\n" or c.isprintable() else f"\\x{ord(c):02x}" for c in text)
+
+
+def _describe(report: Report, details: dict[str, str] | None = None) -> str:
+    """A report for a person at a terminal; `details` are for instructors."""
     lines = []
     if report.status == GRADED:
         for test in report.tests:
@@ -138,6 +154,8 @@ def _describe(report: Report) -> str:
             outcome = "" if test.outcome == PASSED else f" [{test.outcome.replace('_', ' ')}]"
             lines.append(f" {mark} {test.points:g}/{test.max_points:g}  {test.title}{outcome}")
             lines += [f"         {test.message}"] if test.message else []
+            if detail := (details or {}).get(test.id):
+                lines.append(f"         > {detail}")
     else:
         lines.append(f" {report.tests[0].message}")
     flags = f", {', '.join(report.flags)}" if report.flags else ""

@@ -10,9 +10,10 @@ import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+from .cleaning import without_hidden, without_paths
+
 KEPT = 1 << 20  # bytes of output that are kept: the first and the last half of it
 FLOOD = 64 << 20  # bytes of output after which a program is stopped
-NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 GLANCE = 0.1  # s between two looks at memory and processes
 WRAPPERS = 1  # of bubblewrap's own two processes, the inner one counts towards an ordinary user's limit
 
@@ -104,16 +105,11 @@ class Program:
         lines = re.findall(rf'File "[^"]*/{re.escape(self.name)}", line (\d+)', self.output)
         if errors and self.raised:
             where = f" ({self.name}, line {lines[-1]})" if lines else ""
-            return self._without_hidden(_without_paths(errors[-1]))[:300] + where
+            return without_hidden(without_paths(errors[-1]), self.hidden)[:300] + where
         status = self.exit_status
         if status is not None and 128 < status < 128 + signal.NSIG:
             return f"signal {signal.Signals(status - 128).name}"
         return f"exit status {status}"
-
-    def _without_hidden(self, text: str) -> str:
-        for word in (word for word in self.hidden if isinstance(word, str)):
-            text = text.replace(word, "…")
-        return NUMBER.sub(lambda found: "…" if float(found[0]) in self.hidden else found[0], text)
 
     def _read(self) -> None:
         pipe = self._process.stdout.fileno()
@@ -175,8 +171,3 @@ def resident(pid: int) -> int:
 def proportional(pid: int) -> int:
     """Bytes of a process's memory, its part of shared pages divided by their users; slow for a large one."""
     return int(re.search(r"^Pss:\s+(\d+) kB", Path(f"/proc/{pid}/smaps_rollup").read_text(), re.MULTILINE)[1]) << 10
-
-
-def _without_paths(text: str) -> str:
-    """`text` without folders: they mean nothing to the student, and tell of the grader's machine."""
-    return re.sub(r"(?:/[\w.@+-]+)+/([\w.@+-]+)", r"\1", text)

@@ -46,6 +46,28 @@ class Report:
     duration_s: float  # wall time, all tries together
     flags: list[str] = field(default_factory=list)  # "unsafe": graded without a sandbox
     tests: list[Result] = field(default_factory=list)
+    logs: dict[str, str] = field(default_factory=dict)  # what each program printed, cleaned for the student, by file
+    details: dict[str, str] = field(default_factory=dict)  # for the instructor alone: inputs, expected, got, by test
+
+    @classmethod
+    def from_fields(cls, fields: dict) -> "Report":
+        """The record that `asdict` took apart."""
+        return cls(**fields | {"tests": [Result(**test) for test in fields["tests"]]})
+
+    def public(self) -> dict:
+        """What may be written where a student could read it."""
+        return {name: value for name, value in asdict(self).items() if name != "details"}
+
+
+@dataclass(frozen=True)
+class Mark:
+    """What the instructor wrote to one of the notebook's cells."""
+
+    cell: str
+    points: float | None  # earned by hand; for a cell with hidden tests instead of theirs; None: only a comment
+    max_points: float
+    comment: str = ""
+    waiting: bool = False  # still to be marked
 
 
 @dataclass(frozen=True)

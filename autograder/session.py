@@ -7,6 +7,7 @@ import random
 import time
 from collections.abc import Mapping
 
+from .cleaning import NUMBER, excerpt
 from .faults import Clock, Crashed, TimedOut
 from .program import Program
 from .sandbox import Sandbox
@@ -56,11 +57,22 @@ class Grading:
         """Start one of the handed-in programs in that domain, with `files` of the grader's beside it."""
         program = self.sandbox.start(file, *args, domain=domain, files=files)
         program.hidden = self._hidden
+        self.hide(*(float(arg) for arg in args if NUMBER.fullmatch(arg)))
         return program
 
     def hide(self, *values: float | str) -> None:
         """Keep these hidden inputs out of what a student is told of their program's end."""
         self._hidden.update(value for value in values if value not in COMMON)
+
+    def logs(self) -> dict[str, str]:
+        """What each file printed, as its student may read it: in the run that raised, or that said most."""
+        told = {}
+        for name, content in self.files.items():
+            runs = [program for program in self.sandbox.programs if program.name == name and program.output.strip()]
+            if runs:
+                chosen = max(runs, key=lambda program: (program.raised, len(program.output)))
+                told[name] = excerpt(chosen.output, content.decode(errors="replace"), self._hidden)
+        return told
 
     def close(self) -> None:
         """End all programs and leave all domains."""

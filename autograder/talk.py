@@ -12,9 +12,10 @@ from typing import Any
 
 import pytest
 
+from .cleaning import NUMBER
 from .faults import Crashed, Fault, TimedOut, Wrong
 from .judge import GRADING
-from .program import NUMBER, Program
+from .program import Program
 from .ros import Ros, wait_until
 from .session import Grading, Run
 

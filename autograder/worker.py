@@ -39,6 +39,7 @@ def main() -> None:
 
     sandbox = Sandbox(job.box, job.files, Path(job.interfaces) if job.interfaces else None)
     grading = Grading(job.files, sandbox, clock, job.seed)
+    logs: dict[str, str] = {}
     try:
         grading.begin(exercise.early)
         import pytest
@@ -51,9 +52,10 @@ def main() -> None:
             ["-c", str(exercises.HIDDEN / "pytest.ini"), "--rootdir", str(exercise.folder), "--assert=plain", "-q",
              "-p", "no:cacheprovider", str(exercise.folder / "suite.py")],
             plugins=[judge, talk])
+        logs = grading.logs()
     finally:
         grading.close()
-    print(json.dumps({"done": int(status), "fault": judge.fault}), file=results)
+    print(json.dumps({"done": int(status), "fault": judge.fault, "logs": logs}), file=results)
     results.flush()
     os._exit(0)  # every thread is idle, and waiting for Fast DDS to leave costs time
 

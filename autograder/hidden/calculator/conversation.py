@@ -109,6 +109,7 @@ class Counterpart:
         self._grading = grading
         self._domain = grading.room()
         self._response = Calculate.Response(**response)
+        grading.hide(response["result"], *response["message"].split())
         self.requests: list = []
         grading.enter(self._domain).node.create_service(Calculate, "/calculator", self._answer)
 

@@ -1,0 +1,48 @@
+"""What of a program's output the student may read: no folders of the grader's machine, and no hidden input.
+
+The output of a student's program is theirs, but it repeats what the hidden tests sent to it.
+"""
+
+import re
+from collections.abc import Collection
+
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
+LINE = re.compile(r"(line )(\d+)")  # of a traceback: kept
+CONTROL = re.compile(r"\x1b\[[0-9;?]*[ -/]*[@-~]|[^\n\t\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+MISREAD = re.compile("[\u200b-\u200f\u2028-\u202e\u2060-\u2069\ufeff]")  # invisible, or turning round
+HEAD, TAIL = 600, 1400  # characters of an excerpt
+LINES = 40
+WIDTH = 300  # characters of a line
+
+
+def without_paths(text: str) -> str:
+    """`text` without folders: they mean nothing to the student, and tell of the grader's machine."""
+    return re.sub(r"(?:/[\w.@+-]+)+/([\w.@+-]+)", r"\1", text)
+
+
+def without_hidden(text: str, hidden: Collection) -> str:
+    """`text` without these words and numbers."""
+    for word in (word for word in hidden if isinstance(word, str)):
+        text = text.replace(word, "…")
+    return NUMBER.sub(lambda found: "…" if float(found[0]) in hidden else found[0], text)
+
+
+def excerpt(output: str, source: str, hidden: Collection) -> str:
+    """The beginning and the end of a program's output, for the student who wrote `source`.
+
+    A number is shown only when it stands in the source or is a traceback's line: all others may tell an input.
+    """
+    if len(output) > 1 << 15:
+        output = f"{output[:1 << 14]}\n…\n{output[-(1 << 14):]}"
+    text = MISREAD.sub("", CONTROL.sub("", output.replace("\r\n", "\n").replace("\r", "\n")))
+    text = re.sub(r"\[\d{9,}\.\d+\] ", "", text)  # the time in a ROS log line
+    text = without_hidden(without_paths(text), {word for word in hidden if isinstance(word, str)})
+    own = set(NUMBER.findall(source))
+    kept = {found.start(2): found[2] for found in LINE.finditer(text)}
+    text = NUMBER.sub(lambda found: found[0] if found[0] in own or found[0].lstrip("+-") in own
+                      or found.start() in kept else "…", text)
+    lines = [line[:WIDTH] + "…" * (len(line) > WIDTH) for line in text.strip().splitlines()]
+    if len(lines) > LINES:
+        lines = [*lines[:LINES // 4], "…", *lines[-3 * LINES // 4:]]
+    text = "\n".join(lines)
+    return text if len(text) <= HEAD + TAIL else f"{text[:HEAD]}\n…\n{text[-TAIL:]}"

@@ -1,0 +1,27 @@
+"""What an instructor sees of results: the report of each submission, with the hidden inputs, what was expected and got."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+from .batch import DETAILS, RESULTS, UsageError, read_results
+from .records import Report
+
+
+def reports(folder: Path, student: str | None = None, assignment: str | None = None) -> Iterator[tuple[Report, dict[str, str]]]:
+    """The last report of each submission in an output folder, with the details by test; raises UsageError if none."""
+    found = {(report.student, report.assignment): report for report in read_results(folder / RESULTS)}
+    chosen = {key: report for key, report in found.items()
+              if student in (None, key[0]) and assignment in (None, key[1])}
+    if not chosen:
+        which = " of that student and assignment" if found else f": there is no {RESULTS}, or nothing in it"
+        raise UsageError(f"no results in {folder}{which}")
+    details = {(entry["student"], entry["assignment"], entry["seed"]): entry["details"] for entry in _details(folder / DETAILS)}
+    for key, report in chosen.items():
+        yield report, details.get((*key, report.seed), {})
+
+
+def _details(path: Path) -> Iterator[dict]:
+    if path.exists():
+        with open(path, "rb") as file:
+            yield from (json.loads(line) for line in file if line.endswith(b"\n"))
