@@ -9,7 +9,7 @@ from sqlalchemy.exc import SAWarning
 from course.environment import prepare
 
 from .exercises import load
-from .records import INFRASTRUCTURE_ERROR, Report
+from .records import INFRASTRUCTURE_ERROR, Mark, Report
 
 
 def default_url(submitted: Path, out: Path) -> str:
@@ -51,7 +51,7 @@ class Scores:
                 grade = Grade(cell_id=self._book.find_grade_cell(cell, name, name).id, notebook=notebook)
                 self._book.db.add(grade)
             grade.auto_score = points
-            grade.needs_manual_grade = False
+            grade.needs_manual_grade = grade.manual_score is not None  # what was changed by hand is to be looked at again
         self._book.db.commit()
 
     def _add_assignment(self, report: Report) -> None:
@@ -61,6 +61,22 @@ class Scores:
         for cell, (_, max_points) in _by_cell(report).items():
             self._book.update_or_create_grade_cell(cell, name, name, max_score=max_points, cell_type="code")
         self._known.add(name)
+
+
+def by_hand(url: str, assignment: str, student: str) -> list[Mark]:
+    """What is marked, changed, commented on or still to be marked by hand in a submission."""
+    tested = {test.cell for test in load(assignment).tests}
+    with Gradebook(url) as book:
+        notebook = book.find_submission_notebook(assignment, assignment, student)
+        comments = {comment.name: comment.comment for comment in notebook.comments if comment.comment}
+        marks = {}
+        for grade in notebook.grades:
+            changed = grade.manual_score is not None or bool(grade.extra_credit)
+            if grade.name not in tested or changed:
+                marks[grade.name] = Mark(grade.name, grade.score, grade.max_score, comments.get(grade.name, ""),
+                                         waiting=not changed and bool(grade.needs_manual_grade))
+    rest = [Mark(name, None, 0.0, comment) for name, comment in comments.items() if name not in marks]
+    return [*marks.values(), *rest]
 
 
 def _by_cell(report: Report) -> dict[str, tuple[float, float]]:

@@ -1,6 +1,7 @@
 """Reading a submission's folder without trusting it: regular files of the wanted names and of a sane size, nothing else.
 
 Files are read once, through descriptors that never follow a link, into bytes; nothing later looks at the folder again.
+A file that is missing is taken from the `%%exercise` cell of the notebook that was handed in, as text: nothing is run.
 """
 
 import os
@@ -8,6 +9,7 @@ import stat
 from collections.abc import Iterable
 from pathlib import Path
 
+from . import notebook
 from .records import Submission
 
 MAX_BYTES = 1_000_000  # a file; a program of this course has some 5,000
@@ -28,7 +30,11 @@ def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> 
             try:
                 files[name] = _read_file(name, inside)
             except FileNotFoundError:
-                missing.append(_missing(name, present))
+                content = notebook.file(_cells(f"{assignment}.ipynb", inside), name)
+                if content is None or len(content) > MAX_BYTES:
+                    missing.append(_missing(name, present))
+                else:
+                    files[name] = content
             except ValueError as error:
                 problems.append(str(error))
             except OSError as error:
@@ -40,7 +46,29 @@ def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> 
     return Submission(student, assignment, {} if problems else files, problems)
 
 
-def _read_file(name: str, inside: int) -> bytes:
+def read_notebook(path: Path) -> list[notebook.Cell]:
+    """The cells of a notebook that was handed in; raises notebook.Unreadable."""
+    try:
+        inside = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC)
+        try:
+            return notebook.parse(_read_file(path.name, inside, notebook.MAX_BYTES))
+        finally:
+            os.close(inside)
+    except notebook.Unreadable:
+        raise
+    except (OSError, ValueError) as error:
+        raise notebook.Unreadable(str(error)) from None
+
+
+def _cells(name: str, inside: int) -> list[notebook.Cell]:
+    """The cells of the notebook `name`; none when there is no readable one."""
+    try:
+        return notebook.parse(_read_file(name, inside, notebook.MAX_BYTES))
+    except (OSError, ValueError):
+        return []
+
+
+def _read_file(name: str, inside: int, limit: int = MAX_BYTES) -> bytes:
     """The bytes of the regular file `name`; raises ValueError, in words for the student, when it is anything else."""
     kind = os.stat(name, dir_fd=inside, follow_symlinks=False).st_mode
     if stat.S_ISLNK(kind):
@@ -54,9 +82,9 @@ def _read_file(name: str, inside: int) -> bytes:
     with open(descriptor, "rb") as file:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
             raise ValueError(f"{name} is not an ordinary file: hand in the file itself.")
-        content = file.read(MAX_BYTES + 1)
-    if len(content) > MAX_BYTES:
-        raise ValueError(f"{name} is larger than {MAX_BYTES / 1e6:.0f} MB: hand in only the program's text.")
+        content = file.read(limit + 1)
+    if len(content) > limit:
+        raise ValueError(f"{name} is larger than {limit / 1e6:.0f} MB: hand in only the program's text.")
     return content
 
 

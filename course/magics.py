@@ -1,6 +1,5 @@
 """`%%exercise FILE`: the cell is the file that is handed in, and runs as a live node beside the notebook."""
 
-import re
 import shlex
 from pathlib import Path
 
@@ -8,6 +7,7 @@ from IPython import get_ipython
 from IPython.core.error import UsageError
 from IPython.core.magic_arguments import argument, magic_arguments, parse_argstring
 
+from .exercise_file import content
 from .interfaces import InterfaceError, build
 from .interfaces.definition import SECTIONS
 from .session import LiveError, live
@@ -24,7 +24,7 @@ class ExerciseError(LiveError):
 @argument("arguments", nargs="*", help="the program's own arguments, after --")
 def exercise(line: str, cell: str) -> None:
     """Write the cell to FILE.  A .py file is (re)started as a node in its own process; an interface is built."""
-    cell = MARKERS.sub("", cell)
+    cell = content(cell)
     line, separator, rest = line.partition(" -- ")
     options = parse_argstring(exercise, line)
     path = Path(options.file)
@@ -57,8 +57,6 @@ def _interface(path: Path, cell: str, package: str) -> None:
     print(f"{path.name}: written, built as {package}/{path.suffix[1:]}/{path.stem}")
 
 
-# nbgrader's marks around what is taken out of the released notebook: they are not part of the file.
-MARKERS = re.compile(r"^[ \t]*### (?:BEGIN|END) SOLUTION[ \t]*\n", re.MULTILINE)
 _written: dict[str, set[Path]] = {}
 
 

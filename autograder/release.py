@@ -1,0 +1,146 @@
+"""`autograder release`: the student version of the notebooks, and the proof that it shows nothing of the answers.
+
+nbgrader takes the solutions out.  Afterwards every released file is searched for the text of the solutions and marking
+schemes, of the reference files and of the hidden suites: one forgotten mark in a notebook would otherwise be found by
+the class.
+"""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from course.environment import prepare
+from course.exercise_file import MARKERS
+
+from .batch import UsageError
+from .exercises import HIDDEN
+
+ROOT = Path(__file__).parents[1]
+CONFIG = Path(__file__).with_name("nbgrader_config.py")
+REGION = re.compile(r"^[ \t]*### BEGIN SOLUTION[ \t]*\n(.*?)^[ \t]*### END SOLUTION", re.MULTILINE | re.DOTALL)
+TELLTALES = ("BEGIN SOLUTION", "END SOLUTION", "HIDDEN TESTS", "marking scheme", "mark scheme", "autograder")
+LONG = 16  # characters: shorter lines (`return response`) say nothing
+TIME_LIMIT = 120.0  # s for nbgrader, a notebook
+
+
+class Leak(UsageError):
+    """The student version would show what it must not."""
+
+
+def names() -> list[str]:
+    """The notebooks that can be released."""
+    return sorted(path.stem for path in ROOT.glob("notebooks/*/*.ipynb") if path.stem == path.parent.name)
+
+
+def release(course: Path, chosen: Iterable[str] = (), notebooks: Path | None = None) -> list[Path]:
+    """Make the student version of the `chosen` notebooks, or of all, in `course`/release; return its folders.
+
+    Only notebooks are staged, never the files that running them leaves beside them.  Raises UsageError, and Leak after
+    removing the release.
+    """
+    known, notebooks = names(), notebooks or ROOT / "notebooks"
+    if not known:
+        raise UsageError(f"there are no notebooks in {notebooks}: release from the course's repository")
+    made = []
+    for name in list(chosen) or known:
+        if name not in known:
+            raise UsageError(f"there is no notebook '{name}'; there are: {', '.join(known)}")
+        made.append(_release(course, name, notebooks / name / f"{name}.ipynb"))
+    return made
+
+
+def _release(course: Path, name: str, notebook: Path) -> Path:
+    source, released = course / "source" / name, course / "release" / name
+    source.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(notebook, source / notebook.name)
+    config = course / "nbgrader_config.py"
+    if not config.exists():
+        config.write_text(f"c = get_config()\nload_subconfig({str(CONFIG)!r})\n", encoding="utf-8")
+    prepare()  # nbgrader runs `alembic`, which is beside this interpreter
+    done = subprocess.run([sys.executable, "-m", "nbgrader", "generate_assignment", name, "--force"], cwd=course,
+                          env={**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])},
+                          capture_output=True, text=True, timeout=TIME_LIMIT)
+    if done.returncode != 0:
+        lines = [line for line in done.stderr.splitlines() if "ERROR" in line or "rror:" in line]
+        raise UsageError(f"nbgrader could not release {name}: {lines[0] if lines else done.stderr[-300:]!r}")
+    found = next(leaks(released, secrets(name, notebook)), None)
+    if found:
+        shutil.rmtree(released)
+        raise Leak(f"{name} is not released: {found}")
+    return released
+
+
+def secrets(name: str, notebook: Path) -> dict[str, str]:
+    """What no released file may show of an exercise: each text with what it is."""
+    cells = [_join(cell["source"]) for cell in json.loads(notebook.read_text(encoding="utf-8"))["cells"]]
+    shown = _squeeze("\n".join(REGION.sub("", cell) for cell in cells))
+    kept = {text: "a word that is only for instructors" for text in TELLTALES}
+    for cell in cells:
+        for region in REGION.findall(cell):
+            kept.update(_lines(region, "the solution or its marking scheme", unless=shown))
+    for file in sorted((ROOT / "solutions" / name).glob("*")):
+        if file.is_file():
+            kept[_squeeze(MARKERS.sub("", file.read_text(encoding="utf-8")))] = f"all of the solution {file.name}"
+    for file in sorted((HIDDEN / name).glob("*.py")):
+        # A line that says what is asked or expected; `except ValueError:` is in many a program.
+        lines = _lines(file.read_text(encoding="utf-8"), "a hidden test", unless="")
+        kept.update({line: what for line, what in lines.items() if re.search(r"[\d\"']|test_", line)})
+    return kept
+
+
+def leaks(folder: Path, kept: dict[str, str]) -> Iterator[str]:
+    """Where a file below `folder` shows one of the texts, for the instructor."""
+    kept = {text.lower(): (text, what) for text, what in kept.items()}
+    for path in sorted(path for path in folder.rglob("*") if path.is_file()):
+        for place, shown in _texts(path):
+            shown = _squeeze(shown).lower()
+            for key, (text, what) in kept.items():
+                if key in shown:
+                    yield f"{path.name}{place} shows {what}: {text[:60]!r}"
+
+
+def _texts(path: Path) -> Iterator[tuple[str, str]]:
+    """The text of a file: as it is, and for a notebook also as its cells hold it."""
+    raw = path.read_text(encoding="utf-8", errors="replace")
+    yield "", raw
+    if path.suffix == ".ipynb":
+        for number, cell in enumerate(json.loads(raw)["cells"]):
+            yield f", cell {number}", _join(cell["source"])
+            yield f", cell {number}", "\n".join(_strings([cell.get("outputs", []), cell.get("metadata", {})]))
+
+
+def _strings(value) -> Iterator[str]:
+    """All text in a value of JSON; a list of lines is one text."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, dict):
+        for key, inner in value.items():
+            yield key
+            yield from _strings(inner)
+    elif isinstance(value, list) and value and all(isinstance(line, str) for line in value):
+        yield "".join(value)
+    elif isinstance(value, list):
+        for inner in value:
+            yield from _strings(inner)
+
+
+def _lines(text: str, what: str, unless: str) -> dict[str, str]:
+    """The telling lines of a text that are not in `unless`."""
+    lines = map(_squeeze, text.splitlines())
+    return {line: what for line in lines if len(line) >= LONG and not IMPORT.match(line) and line not in unless}
+
+
+IMPORT = re.compile(r"(?:from [\w.]+ )?import [\w., ]+$")
+
+
+def _join(source) -> str:
+    return source if isinstance(source, str) else "".join(source)
+
+
+def _squeeze(text: str) -> str:
+    return re.sub(r"\s+", " ", text).strip()
