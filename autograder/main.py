@@ -99,6 +99,17 @@ def doctor() -> None:
     raise typer.Exit(1 if doctor.refused(layers) else 0)
 
 
+@app.command("release")
+def release_command(
+        assignment: Annotated[list[str] | None, typer.Argument(help="The notebooks to release; default: all.")] = None,
+        course: Annotated[Path, typer.Option(help="nbgrader's course folder; made if there is none.")] = Path("."),
+) -> None:
+    """Make the student version of notebooks, and refuse what would show a solution or a hidden test."""
+    from .release import release
+    for folder in release(course, assignment or []):
+        print(f"{folder}: released, and searched for solutions, marking schemes and hidden tests")
+
+
 def main() -> None:
     """Run the command line; whatever the user can mend is one line and exit code 2."""
     logging.basicConfig(format="%(message)s", level=logging.WARNING)

@@ -6,7 +6,6 @@ the class.
 """
 
 import json
-import os
 import re
 import shutil
 import subprocess
@@ -63,7 +62,6 @@ def _release(course: Path, name: str, notebook: Path) -> Path:
         config.write_text(f"c = get_config()\nload_subconfig({str(CONFIG)!r})\n", encoding="utf-8")
     prepare()  # nbgrader runs `alembic`, which is beside this interpreter
     done = subprocess.run([sys.executable, "-m", "nbgrader", "generate_assignment", name, "--force"], cwd=course,
-                          env={**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])},
                           capture_output=True, text=True, timeout=TIME_LIMIT)
     if done.returncode != 0:
         lines = [line for line in done.stderr.splitlines() if "ERROR" in line or "rror:" in line]
