@@ -27,6 +27,7 @@ class Goal:
         self.sent = time.monotonic()
         self.accepted: bool | None = None  # None: no answer yet
         self.feedback: list[Heard] = []
+        self.cancel_sent = 0.0  # time.monotonic()
         self.cancel_accepted: bool | None = None
         self.status = ""  # how it ended, a word of STATUS
         self.result = None
@@ -46,6 +47,7 @@ class Goal:
 
     def cancel(self) -> None:
         """Ask for its end; does not wait for the answer."""
+        self.cancel_sent = time.monotonic()
         self._handle.cancel_goal_async().add_done_callback(self._on_cancel)
 
     def _on_answer(self, future) -> None:

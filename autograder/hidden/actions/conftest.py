@@ -1,8 +1,10 @@
 """The student's programs, all started before the first test waits for any of them."""
 
 import pytest
+from course_interfaces.action import Fibonacci
 
-from autograder.hidden.actions.conversation import CLIENT, Cancelled, Encounter, Quick
+from autograder.actions import serve
+from autograder.hidden.actions.conversation import ACTION, CLIENT, Cancelled, Encounter, Quick
 from autograder.session import Run
 
 
@@ -31,7 +33,15 @@ def misused(grading) -> dict[str, Run]:
     """The client's runs with a wrong command line, by what is wrong."""
     commands = {"without ORDER": [], "with a word in the place of ORDER": ["ten"],
                 "with --cancel-after but no number": ["5", "--cancel-after"]}
-    return {about: Run(grading, CLIENT, *args, domain=grading.room()) for about, args in commands.items()}
+    ros = grading.enter(grading.room(), threads=4)
+    serve(ros, ACTION, Fibonacci, succeed)
+    return {about: Run(grading, CLIENT, *args, domain=ros.domain) for about, args in commands.items()}
+
+
+def succeed(handle):
+    """An execute callback that has nothing to do."""
+    handle.succeed()
+    return Fibonacci.Result()
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -103,7 +103,7 @@ class Cancelled(Server):
 
     def __init__(self, grading):
         super().__init__(grading)
-        self.had = 0  # elements in the last feedback when the cancel was sent
+        self.had = 0  # elements in the last feedback before the cancel was sent
         self._sample: Goal | None = None
         self._thread = threading.Thread(target=self._early, daemon=True)
 

@@ -95,9 +95,10 @@ def test_cancel(cancelled):
         if goal.status != "CANCELED":
             raise Wrong("A goal that is cancelled must end as CANCELED: goal_handle.canceled(). It ended as "
                         f"{goal.status}.")
-        had, came = cancelled.had, len(goal.result.sequence)
-        if had and max(came, *(len(heard.message.partial_sequence) for heard in goal.feedback)) > had + 2:
-            raise Wrong("After the cancel was accepted, the goal went on for more than a step.", f"{had}, then {came}")
+        later = [heard for heard in goal.feedback if heard.time > goal.cancel_sent]
+        if len(later) > 2 or not goal.feedback and goal.ended - goal.cancel_sent > 3 * STEP:
+            raise Wrong("After the cancel was accepted, the goal went on for more than a step.",
+                        f"{len(later)} more messages, ended {goal.ended - goal.cancel_sent} s later")
 
 
 @points(1, cell="fibonacci-server")
@@ -117,18 +118,21 @@ def test_cancelled_result(cancelled):
 @twice
 def test_two_goals(quick):
     """Two goals run at the same time, each with its own sequence."""
-    long, short = 30, 10
-    first = quick.send(long)
-    first.wait(lambda goal: goal.feedback, 3 * STEP)
-    second = quick.send(short)
-    if not (first.accepted and second.accepted):
-        raise Wrong("While a goal runs, a second one must be accepted.")
-    first, second = quick.run(long, first), quick.run(short, second)
-    expect_elements(first, long, "Two goals at the same time")
-    expect_elements(second, short, "Two goals at the same time")
-    began = second.feedback[0].time if second.feedback else second.ended
-    if began > first.ended:
-        raise Wrong("The second goal did not begin before the first was over: two goals must run at the same time.")
+    long, short = 40, 8
+    for _ in range(3):
+        first = quick.send(long)
+        first.wait(lambda goal: goal.feedback, 10 * quick.period)
+        second = quick.send(short)
+        if not (first.accepted and second.accepted):
+            raise Wrong("While a goal runs, a second one must be accepted.")
+        first, second = quick.run(long, first), quick.run(short, second)
+        expect_elements(first, long, "Two goals at the same time")
+        expect_elements(second, short, "Two goals at the same time")
+        if second.ended < first.ended:
+            break
+        if first.ended - second.sent > 2 * short * quick.period:  # or else the grader was late with the second
+            raise Wrong("A short goal, sent while a long one runs, must be over before the long one is: two goals must run "
+                        "at the same time.")
 
 
 @points(1, cell="fibonacci-server")
@@ -167,7 +171,8 @@ def test_client_shows_result(clients):
     with clients["succeed"].judged("with a server that succeeds") as program:
         expect_shown(program, clients["succeed"].result, "succe", "SUCCEEDED")
         if program.exit_status:
-            raise Wrong("When the goal has succeeded, the exit status must be 0.", f"got {program.exit_status}")
+            raise Wrong("When the goal has succeeded, the client must end with exit status 0; it ended with "
+                        f"{program.last_words()}.", program.output)
 
 
 @points(1, cell="fibonacci-client")
@@ -232,8 +237,8 @@ def test_client_without_server(grading):
 def test_client_arguments(misused):
     """Wrong arguments get a word on the usage."""
     for about, run in misused.items():
-        program = run.finish(10, about)
+        program = finish(run, about)
         if program.exit_status == 0:
-            raise Wrong(f"{about.capitalize()}, the client must end with an exit status other than 0: sys.exit(2).")
-        if program.raised and "usage" not in program.output.lower() or not program.output.strip():
-            raise Wrong(f"{about.capitalize()}, the client must print how it is to be used.")
+            raise Wrong(f"The client {about} must end with an exit status other than 0: sys.exit(2).")
+        if not program.output.strip():
+            raise Wrong(f"The client {about} must print how it is to be used.", program.output)

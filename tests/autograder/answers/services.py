@@ -243,7 +243,7 @@ COUNT = """self.count = max(0, getattr(self, 'count', 0) + (1 if request.data el
 STATUS = "Say the state, and leave it alone.\"\"\"\n        response.success = True"
 SAYS = "response.message = f'Motors {self.state()}'\n        return response\n\n    def status"
 ASK = "        a, b = self.get_parameter('a').value, self.get_parameter('b').value\n"
-GROUP = ("\n            AddTwoInts, '/add_two_ints', callback_group=group)", "AddTwoInts, '/add_two_ints')")
+GROUP = (", callback_group=group", "")
 AWAIT = "await self.client.call_async(AddTwoInts.Request(a=a, b=b))"
 SUCCESS = "        response.success = True\n        response.message = f'{a}"
 THREADED = [("import ExternalShutdownException", "import ExternalShutdownException, MultiThreadedExecutor"),
