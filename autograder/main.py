@@ -103,10 +103,11 @@ def doctor() -> None:
 def release_command(
         assignment: Annotated[list[str] | None, typer.Argument(help="The notebooks to release; default: all.")] = None,
         course: Annotated[Path, typer.Option(help="nbgrader's course folder; made if there is none.")] = Path("."),
+        notebooks: Annotated[Path | None, typer.Option(help="Where the notebooks are; default: this course's.")] = None,
 ) -> None:
     """Make the student version of notebooks, and refuse what would show a solution or a hidden test."""
-    from .release import release
-    for folder in release(course, assignment or []):
+    from .release import NOTEBOOKS, release
+    for folder in release(course, assignment or [], notebooks or NOTEBOOKS):
         print(f"{folder}: released, and searched for solutions, marking schemes and hidden tests")
 
 

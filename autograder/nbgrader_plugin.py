@@ -6,6 +6,7 @@ without what could act on the instructor's browser.
 """
 
 import os
+import shutil
 from pathlib import Path
 
 from nbconvert.exporters import Exporter, NotebookExporter
@@ -75,8 +76,8 @@ class GradeInSandbox(NbGraderPreprocessor):
         with Scores(names["db_url"]) as scores:
             scores.write(report)
         nb.metadata["autograder"] = report.public()
-        _remove_linked(_folder(converter, "submitted") / student / assignment,
-                       _folder(converter, "autograded") / student / assignment)
+        _remove_unwanted(_folder(converter, "submitted") / student / assignment,
+                         _folder(converter, "autograded") / student / assignment)
         return nb, resources
 
 
@@ -120,10 +121,12 @@ def _known_cells(known) -> dict[str, tuple[dict, str]]:
     return cells
 
 
-def _remove_linked(submitted: Path, graded: Path) -> None:
-    """Remove from the graded folder, whose files go on to the feedback, what nbgrader copied through a link."""
-    for folder, _, files in os.walk(submitted):
-        for name in files:
-            path = Path(folder, name)
-            if path.is_symlink():
-                (graded / path.relative_to(submitted)).unlink(missing_ok=True)
+def _remove_unwanted(submitted: Path, graded: Path) -> None:
+    """Remove from the graded folder, whose files go on to the feedback, what must not: copies through links, pages."""
+    for folder, folders, files in os.walk(submitted):
+        for path in (Path(folder, name) for name in [*folders, *files]):
+            copy = graded / path.relative_to(submitted)
+            if path.suffix.lower() == ".html" and copy.is_dir():
+                shutil.rmtree(copy)
+            elif path.suffix.lower() == ".html" or (path.is_symlink() and path.suffix != ".ipynb"):
+                copy.unlink(missing_ok=True)

@@ -8,10 +8,10 @@ the class.
 import json
 import re
 import shutil
-import subprocess
-import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+
+from traitlets.config import PyFileConfigLoader
 
 from course.environment import prepare
 from course.exercise_file import MARKERS
@@ -20,52 +20,58 @@ from .batch import UsageError
 from .exercises import HIDDEN
 
 ROOT = Path(__file__).parents[1]
+NOTEBOOKS = ROOT / "notebooks"
 CONFIG = Path(__file__).with_name("nbgrader_config.py")
 REGION = re.compile(r"^[ \t]*### BEGIN SOLUTION[ \t]*\n(.*?)^[ \t]*### END SOLUTION", re.MULTILINE | re.DOTALL)
 TELLTALES = ("BEGIN SOLUTION", "END SOLUTION", "HIDDEN TESTS", "marking scheme", "mark scheme", "autograder")
 LONG = 16  # characters: shorter lines (`return response`) say nothing
-TIME_LIMIT = 120.0  # s for nbgrader, a notebook
 
 
 class Leak(UsageError):
     """The student version would show what it must not."""
 
 
-def names() -> list[str]:
+def names(notebooks: Path = NOTEBOOKS) -> list[str]:
     """The notebooks that can be released."""
-    return sorted(path.stem for path in ROOT.glob("notebooks/*/*.ipynb") if path.stem == path.parent.name)
+    return sorted(path.stem for path in notebooks.glob("*/*.ipynb") if path.stem == path.parent.name)
 
 
-def release(course: Path, chosen: Iterable[str] = (), notebooks: Path | None = None) -> list[Path]:
+def release(course: Path, chosen: Iterable[str] = (), notebooks: Path = NOTEBOOKS) -> list[Path]:
     """Make the student version of the `chosen` notebooks, or of all, in `course`/release; return its folders.
 
     Only notebooks are staged, never the files that running them leaves beside them.  Raises UsageError, and Leak after
     removing the release.
     """
-    known, notebooks = names(), notebooks or ROOT / "notebooks"
+    known, chosen = names(notebooks), list(chosen)
     if not known:
-        raise UsageError(f"there are no notebooks in {notebooks}: release from the course's repository")
-    made = []
-    for name in list(chosen) or known:
-        if name not in known:
-            raise UsageError(f"there is no notebook '{name}'; there are: {', '.join(known)}")
-        made.append(_release(course, name, notebooks / name / f"{name}.ipynb"))
-    return made
+        raise UsageError(f"there are no notebooks in {notebooks}")
+    if unknown := set(chosen) - set(known):
+        raise UsageError(f"there is no notebook '{unknown.pop()}'; there are: {', '.join(known)}")
+    config = course / "nbgrader_config.py"
+    course.mkdir(parents=True, exist_ok=True)
+    if not config.exists():
+        config.write_text(f"c = get_config()\nload_subconfig({str(CONFIG)!r})\n", encoding="utf-8")
+    nbgrader = api(course)
+    return [_release(nbgrader, course, name, notebooks / name / f"{name}.ipynb") for name in chosen or known]
 
 
-def _release(course: Path, name: str, notebook: Path) -> Path:
+def api(course: Path):
+    """nbgrader with a course's configuration, as its Formgrader page uses it (an `nbgrader.apps.NbGraderAPI`)."""
+    from nbgrader.apps import NbGraderAPI
+    prepare()  # nbgrader runs `alembic`, which is beside this interpreter
+    config = PyFileConfigLoader("nbgrader_config.py", path=str(course)).load_config()
+    config.CourseDirectory.root = str(course.resolve())
+    return NbGraderAPI(config=config)
+
+
+def _release(nbgrader, course: Path, name: str, notebook: Path) -> Path:
     source, released = course / "source" / name, course / "release" / name
     source.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(notebook, source / notebook.name)
-    config = course / "nbgrader_config.py"
-    if not config.exists():
-        config.write_text(f"c = get_config()\nload_subconfig({str(CONFIG)!r})\n", encoding="utf-8")
-    prepare()  # nbgrader runs `alembic`, which is beside this interpreter
-    done = subprocess.run([sys.executable, "-m", "nbgrader", "generate_assignment", name, "--force"], cwd=course,
-                          capture_output=True, text=True, timeout=TIME_LIMIT)
-    if done.returncode != 0:
-        lines = [line for line in done.stderr.splitlines() if "ERROR" in line or "rror:" in line]
-        raise UsageError(f"nbgrader could not release {name}: {lines[0] if lines else done.stderr[-300:]!r}")
+    done = nbgrader.generate_assignment(name)
+    if not done["success"]:
+        log = done.get("error") or done.get("log") or ""
+        raise UsageError(f"nbgrader could not release {name}: {log.strip().splitlines()[-1:]}")
     found = next(leaks(released, secrets(name, notebook)), None)
     if found:
         shutil.rmtree(released)
