@@ -1,9 +1,9 @@
 """The one sandbox: how a student's program is confined, and what little it sees.
 
 bubblewrap gives the program its own user, process, IPC and host-name namespaces, a read-only system, an empty home
-folder with the handed-in files in it, limits, and a filter of system calls (`seccomp`).  The network namespace is the
-grading's own: the worker enters it before it starts anything (`BOXES`), so that the two can speak ROS 2 to each other
-and to nobody else.  Not visible inside: the repository, the hidden suites, the gradebook, other submissions, other
+folder with the handed-in files in it, limits, and a filter of system calls (`seccomp`).  The network namespace is that
+of the program's ROS domain: the worker steps into it to start the program (`networks`), so that the two can speak ROS 2
+to each other and to nobody else.  Not visible inside: the repository, the hidden suites, the gradebook, other submissions, other
 processes, the environment.
 
 Started by root, the program becomes a host user of its own (`_spare_uid`); bubblewrap's `--uid` alone would leave it

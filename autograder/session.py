@@ -3,12 +3,14 @@
 Light on purpose: the worker starts the slowest programs with this before it loads ROS 2 and pytest.
 """
 
+import contextlib
 import random
 import time
 from collections.abc import Mapping
 
 from .cleaning import NUMBER, excerpt
 from .faults import Clock, Crashed, TimedOut
+from .networks import Networks
 from .program import Program
 from .sandbox import Sandbox
 
@@ -28,6 +30,7 @@ class Grading:
         self._rooms: list = []
         self._domains = list(DOMAINS)
         random.shuffle(self._domains)  # by no seed: in --unsafe mode, gradings at the same time must not meet
+        self._networks = Networks() if sandbox.box != "unsafe" else None
         self.early: dict[str, Run] = {}
         self._hidden: set = set()
 
@@ -45,8 +48,12 @@ class Grading:
         """A node of the grader's in that domain, a `ros.Ros`, whose callbacks run in so many threads."""
         from .ros import Ros
 
-        self._rooms.append(Ros(domain, threads))
+        with self._network(domain):
+            self._rooms.append(Ros(domain, threads))
         return self._rooms[-1]
+
+    def _network(self, domain: int):
+        return self._networks.inside(domain) if self._networks else contextlib.nullcontext()
 
     def begin(self, runs: dict[str, list[str]]) -> None:
         """Start the `early` runs, by name, each in a domain with nobody else in it."""
@@ -55,7 +62,8 @@ class Grading:
 
     def start(self, file: str, *args: str, domain: int, files: Mapping[str, bytes] | None = None) -> Program:
         """Start one of the handed-in programs in that domain, with `files` of the grader's beside it."""
-        program = self.sandbox.start(file, *args, domain=domain, files=files)
+        with self._network(domain):
+            program = self.sandbox.start(file, *args, domain=domain, files=files)
         program.hidden = self._hidden
         self.hide(*(float(arg) for arg in args if NUMBER.fullmatch(arg)))
         return program
