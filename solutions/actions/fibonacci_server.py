@@ -38,6 +38,8 @@ class FibonacciServer(Node):
         sequence = [0, 1][:order + 1]
         while len(sequence) <= order:
             time.sleep(period)
+            if not self.context.ok():  # Ctrl-C: nobody waits for this goal any more
+                return Fibonacci.Result()
             if goal_handle.is_cancel_requested:
                 goal_handle.canceled()
                 self.get_logger().info(f'Canceled: {sequence}')

@@ -22,11 +22,11 @@ class Relay(Node):
 
     async def relay(self, request, response):
         """Answer with the sum of a and b, as /add_two_ints computes it."""
+        a, b = self.get_parameter('a').value, self.get_parameter('b').value
         if not self.client.service_is_ready():
             response.success = False
             response.message = '/add_two_ints is not there'
             return response
-        a, b = self.get_parameter('a').value, self.get_parameter('b').value
         answer = await self.client.call_async(AddTwoInts.Request(a=a, b=b))
         response.success = True
         response.message = f'{a} + {b} = {answer.sum}'
