@@ -1,6 +1,8 @@
 """The grader's side of the conversation: a client for the student's server, and a server for the student's client."""
 
 import math
+from collections import Counter
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 from calculator_interfaces.srv import Calculate
@@ -8,7 +10,7 @@ from calculator_interfaces.srv import Calculate
 from autograder.faults import Crashed, Fault, TimedOut, Wrong
 from autograder.ros import Ros, wait_until
 from autograder.session import Run
-from autograder.talk import ANSWER, Server
+from autograder.talk import ANSWER, Server, numbers
 
 ANSWERS = {
     "add": lambda a, b: a + b,
@@ -18,6 +20,7 @@ ANSWERS = {
 }
 SIGNS = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
 CLIENT = "calculator_client.py"
+CHATTER = 300  # numbers that a program may log about one request
 
 
 class Calculator(Server):
@@ -66,6 +69,20 @@ class Calculator(Server):
             return self.ask(a, operation, b).message
         except Fault:
             return ""
+
+    def logs_of(self, a: float, operation: str, b: float, wanted: Callable[[set[float]], bool], limit: float) -> bool:
+        """Whether the log has `wanted` numbers after a request, which it had not before: without their signs.
+
+        A program that logs all numbers there are has not logged those of the request.
+        """
+        before = Counter(map(abs, numbers(self.log)))
+        self.ask(a, operation, b)
+
+        def logged() -> bool:
+            new = Counter(map(abs, numbers(self.log))) - before
+            return new.total() <= CHATTER and wanted(set(new))
+
+        return wait_until(logged, limit)
 
     def answers(self, pairs: list[tuple[float, float]]) -> dict:
         """What it answers with success to each pair and operation, right or wrong; there must be some."""
