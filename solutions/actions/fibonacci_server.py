@@ -23,12 +23,14 @@ class FibonacciServer(Node):
         self.get_logger().info('Fibonacci server ready')
 
     def check_goal(self, goal):
+        """Accept what can be computed."""
         if 0 <= goal.order <= LAST:
             return GoalResponse.ACCEPT
         self.get_logger().warning(f'Rejected: order {goal.order}')
         return GoalResponse.REJECT
 
     def allow_cancel(self, goal_handle):
+        """Agree to every cancel; execute must keep the promise."""
         return CancelResponse.ACCEPT
 
     def execute(self, goal_handle):
