@@ -45,8 +45,8 @@ def main(args=None):
     except ValueError:
         print("Usage: add_two_ints_client A B    (two integers of 64 bits)", file=sys.stderr)
         return 2
+    rclpy.init(args=args)
     try:
-        rclpy.init(args=args)
         node = AddTwoIntsClient()
         if not node.wait_for_service():
             node.get_logger().error(f"No service add_two_ints within {TIMEOUT:g} s: is its server running?")
@@ -59,6 +59,10 @@ def main(args=None):
         node.get_logger().info(f"Result: {a} + {b} = {future.result().sum}")
         return 0
     except (KeyboardInterrupt, ExternalShutdownException):
+        return 1
+    except RuntimeError:  # rclpy's own, when a signal ends the context between two waits
+        if rclpy.ok():
+            raise
         return 1
     finally:
         rclpy.try_shutdown()

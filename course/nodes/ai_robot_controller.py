@@ -26,8 +26,8 @@ class AIRobotController(Node):
 
     def __init__(self, **kwargs):
         super().__init__("ai_robot_controller", **kwargs)
-        self.ai_agent = ObstacleAvoidanceAI(self._declare("obstacle_threshold", 0.5, "m, nearer ahead is an obstacle"))
-        self._scan_timeout = Duration(seconds=self._declare("scan_timeout", 0.5, "s, an older scan stops the robot"))
+        self.ai_agent = ObstacleAvoidanceAI(self._declare("obstacle_threshold", 0.5))
+        self._scan_timeout = Duration(seconds=self._declare("scan_timeout", 0.5))
         self.add_post_set_parameters_callback(self.parameters_changed)
 
         self.latest_laser_data = None
@@ -40,11 +40,9 @@ class AIRobotController(Node):
         self.timer = self.create_timer(PERIOD, self.control_loop)
         self.get_logger().info("AI Robot Controller started")
 
-    def _declare(self, name, default, description):
-        limits = FloatingPointRange(from_value=0.01, to_value=100.0)
-        return self.declare_parameter(
-            name, default, ParameterDescriptor(description=description, floating_point_range=[limits])
-        ).value
+    def _declare(self, name, default):
+        limits = [FloatingPointRange(from_value=0.01, to_value=100.0)]
+        return self.declare_parameter(name, default, ParameterDescriptor(floating_point_range=limits)).value
 
     def parameters_changed(self, parameters):
         """Use new values: they have been accepted and stored when this is called."""
@@ -85,13 +83,15 @@ class AIRobotController(Node):
 
 
 def main(args=None):
+    """Run until Ctrl-C, which shuts rclpy down by itself."""
+    rclpy.init(args=args)
     try:
-        rclpy.init(args=args)
         rclpy.spin(AIRobotController())
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
-    finally:
-        rclpy.try_shutdown()
+    except RuntimeError:  # rclpy's own, when a signal ends the context between two waits
+        if rclpy.ok():
+            raise
 
 
 if __name__ == "__main__":

@@ -44,13 +44,15 @@ class DynamicParameterNode(Node):
 
 
 def main(args=None):
+    """Run until Ctrl-C, which shuts rclpy down by itself."""
+    rclpy.init(args=args)
     try:
-        rclpy.init(args=args)
         rclpy.spin(DynamicParameterNode())
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
-    finally:
-        rclpy.try_shutdown()
+    except RuntimeError:  # rclpy's own, when a signal ends the context between two waits
+        if rclpy.ok():
+            raise
 
 
 if __name__ == "__main__":

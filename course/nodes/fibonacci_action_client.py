@@ -73,14 +73,18 @@ def main(args=None):
     except (ValueError, AssertionError):
         print("Usage: fibonacci_action_client [ORDER]    (an integer of 32 bits)", file=sys.stderr)
         return 2
+    rclpy.init(args=args)
     try:
-        rclpy.init(args=args)
         node = FibonacciActionClient()
         done = node.send_goal(goal.order)
         rclpy.spin_until_future_complete(node, done)
         outcome = done.result()
         return 0 if outcome is not None and outcome.status == GoalStatus.STATUS_SUCCEEDED else 1
     except (KeyboardInterrupt, ExternalShutdownException):
+        return 1
+    except RuntimeError:  # rclpy's own, when a signal ends the context between two waits
+        if rclpy.ok():
+            raise
         return 1
     finally:
         rclpy.try_shutdown()

@@ -79,13 +79,15 @@ class FibonacciActionServer(Node):
 
 
 def main(args=None):
+    """Run until Ctrl-C, which shuts rclpy down by itself."""
+    rclpy.init(args=args)
     try:
-        rclpy.init(args=args)
         rclpy.spin(FibonacciActionServer(), executor=MultiThreadedExecutor(num_threads=THREADS))
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
-    finally:
-        rclpy.try_shutdown()
+    except RuntimeError:  # rclpy's own, when a signal ends the context between two waits
+        if rclpy.ok():
+            raise
 
 
 if __name__ == "__main__":

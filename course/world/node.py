@@ -243,18 +243,20 @@ class World(Node):
 def main(args=None):
     """Run the world until Ctrl-C; with `fast`, drive for `duration` s (0: until Ctrl-C), 1 if the robot hit."""
     status = 0
+    rclpy.init(args=args)
     try:
-        rclpy.init(args=args)
         node = World()
         if node.fast:
             duration = node.declare_parameter("duration", 0.0).value
             result = node.drive(duration or 1e9)
             node.get_logger().info(str(result))
             status = 1 if result.collisions else 0
+            rclpy.try_shutdown()
         else:
             rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
-    finally:
-        rclpy.try_shutdown()
+    except RuntimeError:  # rclpy's own, when a signal ends the context between two waits
+        if rclpy.ok():
+            raise
     return status
