@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from traitlets.config import PyFileConfigLoader
+from traitlets.log import get_logger
 
 from course.environment import prepare
 from course.exercise_file import MARKERS
@@ -56,9 +57,13 @@ def release(course: Path, chosen: Iterable[str] = (), notebooks: Path = NOTEBOOK
 
 
 def api(course: Path):
-    """nbgrader with a course's configuration, as its Formgrader page uses it (an `nbgrader.apps.NbGraderAPI`)."""
+    """nbgrader with a course's configuration, as its Formgrader page uses it (an `nbgrader.apps.NbGraderAPI`).
+
+    What its methods log is in what they return.
+    """
     from nbgrader.apps import NbGraderAPI
     prepare()  # nbgrader runs `alembic`, which is beside this interpreter
+    get_logger().propagate = False
     config = PyFileConfigLoader("nbgrader_config.py", path=str(course)).load_config()
     config.CourseDirectory.root = str(course.resolve())
     return NbGraderAPI(config=config)

@@ -11,6 +11,12 @@ def live():
     return session()
 
 
+def check(name=""):
+    """Run the notebook's public checks again: those called `name`, or all (`course.checks.check`)."""
+    from .checks import check as run
+    run(name)
+
+
 def __getattr__(name: str):
     if name in ("CallTimeout", "LiveError"):
         from . import session
