@@ -1,16 +1,19 @@
 """The page that a student reads: score, and each test with its outcome and what to do.  Everything in it is escaped."""
 
 from collections.abc import Iterable
+from pathlib import Path
 
-from jinja2 import Environment, PackageLoader
+from jinja2 import Environment, FileSystemLoader
 
 from .exercises import load
 from .records import Mark, Report
 
+TEMPLATES = Path(__file__).resolve().with_name("templates")  # now: nbgrader changes the working folder
+
 
 def page(report: Report, by_hand: Iterable[Mark] = ()) -> str:
     """The feedback on one submission as an HTML page, with what the instructor has marked by hand."""
-    environment = Environment(loader=PackageLoader("autograder"), autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    environment = Environment(loader=FileSystemLoader(TEMPLATES), autoescape=True, trim_blocks=True, lstrip_blocks=True)
     template = environment.get_template("feedback.html")
     return template.render(report=report, by_hand=list(by_hand), exercise=load(report.assignment),
                            number=lambda points: f"{points:g}")

@@ -25,6 +25,8 @@ NOTEBOOKS = ROOT / "notebooks"
 CONFIG = Path(__file__).with_name("nbgrader_config.py")
 REGION = re.compile(r"^[ \t]*### BEGIN SOLUTION[ \t]*\n(.*?)^[ \t]*### END SOLUTION", re.MULTILINE | re.DOTALL)
 TELLTALES = ("BEGIN SOLUTION", "END SOLUTION", "HIDDEN TESTS", "marking scheme", "mark scheme", "autograder")
+ANSWER = "the solution or its marking scheme"
+TELLING = 2  # lines of an answer in one place: a single one may be in any program (`response.success = True`)
 LONG = 16  # characters: shorter lines (`return response`) say nothing
 
 
@@ -86,12 +88,14 @@ def _release(nbgrader, course: Path, name: str, notebook: Path) -> Path:
 
 def secrets(name: str, notebook: Path) -> dict[str, str]:
     """What no released file may show of an exercise: each text with what it is."""
-    cells = [_join(cell["source"]) for cell in json.loads(notebook.read_text(encoding="utf-8"))["cells"]]
-    shown = _squeeze("\n".join(REGION.sub("", cell) for cell in cells))
+    cells = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
+    public = [file.read_text(encoding="utf-8") for file in (ROOT / "course").rglob("*.py")]
+    stubs = [REGION.sub("", _join(cell["source"])) for cell in cells if cell["metadata"].get("nbgrader", {}).get("solution")]
+    shown = _squeeze("\n".join([*public, *stubs]))
     kept = {text: "a word that is only for instructors" for text in TELLTALES}
     for cell in cells:
-        for region in REGION.findall(cell):
-            kept.update(_lines(region, "the solution or its marking scheme", unless=shown))
+        for region in REGION.findall(_join(cell["source"])):
+            kept.update(_lines(region, ANSWER, unless=shown))
     for file in sorted((ROOT / "solutions" / name).glob("*")):
         if file.is_file():
             kept[_squeeze(MARKERS.sub("", file.read_text(encoding="utf-8")))] = f"all of the solution {file.name}"
@@ -108,19 +112,23 @@ def leaks(folder: Path, kept: dict[str, str]) -> Iterator[str]:
     for path in sorted(path for path in folder.rglob("*") if path.is_file()):
         for place, shown in _texts(path):
             shown = _squeeze(shown).lower()
-            for key, (text, what) in kept.items():
-                if key in shown:
+            found = [known for key, known in kept.items() if key in shown]
+            answers = [what for _, what in found].count(ANSWER)
+            for text, what in found:
+                if what != ANSWER or answers >= TELLING:
                     yield f"{path.name}{place} shows {what}: {text[:60]!r}"
 
 
 def _texts(path: Path) -> Iterator[tuple[str, str]]:
-    """The text of a file: as it is, and for a notebook also as its cells hold it."""
+    """The text of a file, and of a notebook that of each cell and of its metadata."""
     raw = path.read_text(encoding="utf-8", errors="replace")
-    yield "", raw
-    if path.suffix == ".ipynb":
+    if path.suffix != ".ipynb":
+        yield "", raw
+    else:
         for number, cell in enumerate(json.loads(raw)["cells"]):
             yield f", cell {number}", _join(cell["source"])
             yield f", cell {number}", "\n".join(_strings([cell.get("outputs", []), cell.get("metadata", {})]))
+        yield "'s metadata", "\n".join(_strings({key: value for key, value in json.loads(raw).items() if key != "cells"}))
 
 
 def _strings(value) -> Iterator[str]:
