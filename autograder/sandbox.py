@@ -189,7 +189,7 @@ class Sandbox:
                  "--perms", "0777", "--size", str(SCRATCH), "--tmpfs", HOME]
         bound = [Path("/usr")]
         for folder in _prefixes():
-            if not any(folder.is_relative_to(outer) for outer in bound):
+            if folder != self.interfaces and not any(folder.is_relative_to(outer) for outer in bound):
                 # bubblewrap would make the folders above readable to root alone.
                 for parent in reversed(folder.parents[:-1]):
                     view += ["--perms", "0755", "--dir", str(parent)]

@@ -23,6 +23,7 @@ START = 20.0  # s that a program may take until it offers its services
 SETTLED = 6.0  # s, the same once its node is there
 ANSWER = 10.0  # s that an answer may take
 SHORT = 3.0  # s, the same once a program has been silent before
+SPARE_LIVES = 2  # of a program that ends between two questions: started again so often
 CLIENT = 10.0  # s that a client may run, with or without a server
 
 
@@ -41,6 +42,7 @@ class Live:
         self._spent = False
         self._hopeless: dict[tuple[str, ...], Fault] = {}
         self._silences = 0
+        self._ends = 0  # of a program that had been there, by itself and not while it answered
         self._answered = False
 
     def connect(self) -> dict[str, Callable[[], bool]]:
@@ -67,6 +69,13 @@ class Live:
             raise fault
         if wanted in self._seen and self.program.alive:
             return
+        if self._seen and not self._spent and not self.program.alive:
+            self._ends += 1
+            self.program.wait(1)
+            if self._ends > SPARE_LIVES:
+                self._hopeless[()] = Crashed(f"{self.file} ended by itself after it had answered, again and again "
+                                             f"({self.program.last_words()}): main() must spin the node until it is stopped.")
+                raise self._hopeless[()]
         for limit in (START, START / 2):
             if self.program is None or self.program.stopped or (self._spent or self._seen) and not self.program.alive:
                 self.begin()
@@ -89,6 +98,7 @@ class Live:
 
         `what` names the question to the student: "a request to /sum".
         """
+        died = False
         for attempt in (1, 2):
             self.up(*wanted)
             program, patience = self.program, SHORT if self._silences >= 2 else ANSWER
@@ -96,6 +106,7 @@ class Live:
             answer = question(limit, lambda p=program: p.alive)
             if answer is not None:
                 self._answered = True
+                self._ends += attempt == 2 and died  # not of this question
                 return answer
             if program.alive and not program.wait(0.2):
                 self._silences += 1
@@ -108,6 +119,7 @@ class Live:
                     break
             else:
                 program.wait(1)
+                self._spent = died = True
                 fault = Crashed(f"{self.file} died while it answered {what}: {program.last_words()}.")
                 if program.raised or program.stopped:
                     break

