@@ -1,18 +1,16 @@
 """The notebooks as they are stored and released."""
 
-import os
 import re
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import nbformat
 import pytest
 
+from autograder.release import release
+from course.exercise_file import content
+
 ROOT = Path(__file__).parents[1]
 NOTEBOOKS = sorted(ROOT.glob("notebooks/*/*.ipynb"))
-MARKS = re.compile(r"^[ \t]*### (BEGIN|END) SOLUTION[ \t]*\n", re.MULTILINE)
 
 
 def code_cells(path: Path):
@@ -48,7 +46,7 @@ def exercise_cells():
 
 @pytest.mark.parametrize(("section", "name", "body"), list(exercise_cells()))
 def test_the_solution_is_what_its_cell_writes(section, name, body):
-    assert (ROOT / "solutions" / section / name).read_text() == MARKS.sub("", body + "\n")
+    assert (ROOT / "solutions" / section / name).read_text() == content(body + "\n")
 
 
 def test_every_solution_file_has_its_cell():
@@ -58,17 +56,9 @@ def test_every_solution_file_has_its_cell():
 
 @pytest.fixture(scope="module")
 def released(tmp_path_factory):
-    """The student version of every notebook, made by nbgrader itself."""
+    """The student version of every notebook."""
     folder = tmp_path_factory.mktemp("course")
-    (folder / "nbgrader_config.py").write_text(f"load_subconfig({str(ROOT / 'autograder/nbgrader_config.py')!r})\n")
-    for path in NOTEBOOKS:
-        source = folder / "source" / path.parent.name / path.name
-        source.parent.mkdir(parents=True)
-        shutil.copy(path, source)
-        done = subprocess.run([sys.executable, "-m", "nbgrader", "generate_assignment", path.parent.name], cwd=folder,
-                              env={**os.environ, "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"},
-                              capture_output=True, text=True, timeout=120)
-        assert done.returncode == 0, done.stderr
+    release(folder)
     return folder / "release"
 
 
