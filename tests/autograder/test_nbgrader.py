@@ -1,0 +1,294 @@
+"""nbgrader with this course's configuration: the sandbox decides the points, and nothing else that was handed in."""
+
+import copy
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from nbconvert.exporters import HTMLExporter
+from nbgrader.api import Gradebook
+from nbgrader.server_extensions.formgrader import handlers
+
+from autograder import exercises, nbgrader_plugin, notebook, release, submission
+from autograder.records import INFRASTRUCTURE_ERROR, Report
+
+from .answers.calculator import CLIENT, SERVER, SRV, reference, server
+
+pytestmark = pytest.mark.filterwarnings("ignore:Object of type")  # nbgrader's own, about its sessions
+SEED = 20
+FILES = (SRV, SERVER, CLIENT)
+HOSTILE_HTML = "<script>alert(1)</script><img src=x onerror=alert(2)><b onclick='alert(3)'>bold</b>"
+WRONG = server(("request.a + request.b", "request.a - request.b"))
+
+
+@pytest.fixture(scope="module")
+def course(tmp_path_factory) -> Path:
+    """A course folder in which every notebook is released."""
+    folder = tmp_path_factory.mktemp("course")
+    release.release(folder)
+    with open(folder / "nbgrader_config.py", "a") as config:
+        config.write(f"c.GradeInSandbox.seed = {SEED}\nc.GradeInSandbox.patience = 2.0\n")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def blank(course) -> dict:
+    """The calculator's notebook as students get it."""
+    return json.loads((course / "release" / "calculator" / "calculator.ipynb").read_text())
+
+
+def cell(book: dict, grade_id: str) -> dict:
+    return next(cell for cell in book["cells"] if cell["metadata"].get("nbgrader", {}).get("grade_id") == grade_id)
+
+
+def completed(book: dict, files: dict[str, bytes]) -> dict:
+    """The notebook with the files written into its `%%exercise` cells."""
+    book = copy.deepcopy(book)
+    for name, content in files.items():
+        target = next(c for c in book["cells"] if "".join(c["source"]).startswith(f"%%exercise {name}"))
+        first = "".join(target["source"]).partition("\n")[0]
+        target["source"] = f"{first}\n{content.decode()}"
+    return book
+
+
+def hostile(book: dict) -> dict:
+    """A notebook that fakes its checks, lacks cells, repeats one, and brings scripts wherever there is text."""
+    book = copy.deepcopy(book)
+    book["cells"].remove(cell(book, "calculator-client"))
+    faked = cell(book, "calculator-server")
+    faked["source"] = "import os\nos._exit(0)"
+    faked["metadata"]["nbgrader"]["points"] = 1000
+    faked["execution_count"] = HOSTILE_HTML
+    faked["outputs"] = [
+        {"output_type": "stream", "name": "stderr", "text": "kept as handed in" + HOSTILE_HTML},
+        {"output_type": "display_data", "metadata": {}, "data": {
+            "text/html": HOSTILE_HTML, "application/javascript": "alert(4)", "image/svg+xml": "<svg onload=alert(5)>",
+            "text/markdown": HOSTILE_HTML, "text/latex": HOSTILE_HTML, "image/png": f"' {HOSTILE_HTML}"}},
+        {"output_type": "error", "ename": HOSTILE_HTML, "evalue": "", "traceback": [HOSTILE_HTML]}]
+    book["cells"] += [copy.deepcopy(faked), {"cell_type": "markdown", "source": [
+        f"{HOSTILE_HTML}\n[link](javascript:alert(6)) [link](java&#115;cript:alert(7)) a<b"], "attachments": {"x": {}},
+        "metadata": {"nbgrader": {"grade_id": f"'>{HOSTILE_HTML}", "grade": True, "points": 9, "solution": True}}}]
+    book["metadata"] = {"title": HOSTILE_HTML, "kernelspec": {"name": HOSTILE_HTML}}
+    return book
+
+
+def hand_in(course: Path, student: str, files: dict[str, bytes], text: str | None) -> None:
+    folder = course / "submitted" / student / "calculator"
+    folder.mkdir(parents=True)
+    for name, content in files.items():
+        (folder / name).write_bytes(content)
+    if text is not None:
+        (folder / "calculator.ipynb").write_text(text)
+
+
+@pytest.fixture(scope="module")
+def graded(course, blank, box) -> tuple[Path, dict, dict]:
+    """A class graded by nbgrader, with its answer, and at the same time by `autograder grade`, with its results."""
+    hand_in(course, "hostile", reference() | {"page.html": b"<script>"}, json.dumps(hostile(blank)))
+    hand_in(course, "no_json", WRONG, "{" * 10_000)
+    hand_in(course, "no_client", {SRV: reference()[SRV], SERVER: reference()[SERVER]}, json.dumps({"cells": []}))
+    hand_in(course, "only_notebook", {}, json.dumps(completed(blank, reference())))
+    secret = course / "secret.txt"
+    secret.write_text("another student's work")
+    (course / "submitted" / "hostile" / "calculator" / "linked.txt").symlink_to(secret)
+    command = [str(Path(sys.executable).with_name("autograder")), "grade", str(course / "submitted"),
+               "--output", str(course / "out"), "--gradebook", f"sqlite:///{course / 'other.db'}",
+               "--assignment", "calculator", "--seed", str(SEED), "--patience", "2"]
+    beside = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    answer = release.api(course).autograde("calculator", "*")
+    assert beside.wait(200) == 0
+    lines = map(json.loads, (course / "out" / "results.jsonl").read_text().splitlines())
+    return course, answer, {line["student"]: line for line in lines}
+
+
+def scores(database: Path) -> dict[str, dict[str, float | None]]:
+    with Gradebook(f"sqlite:///{database}") as book:
+        return {s.student_id: {g.name: g.auto_score for n in s.notebooks for g in n.grades if g.auto_score is not None}
+                for s in book.assignment_submissions("calculator")}
+
+
+def test_formgraders_button_grades_with_this_grader(graded):
+    course, answer, _ = graded
+    assert answer["success"], answer
+    assert scores(course / "gradebook.db") == {
+        "hostile": {"calculate-srv": 3, "calculator-server": 12, "calculator-client": 5},
+        "no_json": {"calculate-srv": 3, "calculator-server": 11, "calculator-client": 5},
+        "no_client": {"calculate-srv": 0, "calculator-server": 0, "calculator-client": 0},
+        "only_notebook": {"calculate-srv": 3, "calculator-server": 12, "calculator-client": 5}}
+
+
+def test_both_commands_give_the_same_scores(graded):
+    course, _, results = graded
+    by_nbgrader = scores(course / "gradebook.db")
+    assert by_nbgrader == scores(course / "other.db")
+    assert {name: sum(points.values()) for name, points in by_nbgrader.items()} == {
+        name: line["score"] for name, line in results.items()}
+
+
+def test_cells_marked_by_hand_wait_for_the_instructor(graded):
+    with Gradebook(f"sqlite:///{graded[0] / 'gradebook.db'}") as book:
+        for s in book.assignment_submissions("calculator"):
+            waiting = [grade.name for grade in s.notebooks[0].grades if grade.needs_manual_grade]
+            assert waiting == ["exponentiation"] and s.max_score == 25
+
+
+def formgrader_page(course: Path, student: str) -> str:
+    exporter = HTMLExporter(template_name="formgrade", extra_template_basedirs=[handlers.template_path])
+    path = course / "autograded" / student / "calculator" / "calculator.ipynb"
+    return exporter.from_filename(str(path), resources={"base_url": "/", "student": student, "notebook_path": "n",
+                                                           "index": 0, "total": 1})[0]
+
+
+def test_the_instructor_sees_the_notebook_as_handed_in(graded):
+    course = graded[0]
+    shown = json.loads((course / "autograded" / "hostile" / "calculator" / "calculator.ipynb").read_text())
+    faked = cell(shown, "calculator-server")
+    assert "".join(faked["source"]) == "import os\nos._exit(0)"
+    assert "".join(faked["outputs"][0]["text"]).startswith("kept as handed in")
+    assert faked["metadata"]["nbgrader"]["points"] == 12
+    assert "not in the notebook that was handed in" in "".join(cell(shown, "calculator-client")["source"])
+    named = [c["metadata"]["nbgrader"]["grade_id"] for c in shown["cells"] if "nbgrader" in c["metadata"]]
+    assert sorted(named) == sorted(set(named)) and len(named) == 7
+
+
+def test_no_script_of_a_student_runs_in_formgrader(graded):
+    course = graded[0]
+    page, clean = formgrader_page(course, "hostile"), formgrader_page(course, "only_notebook")
+    assert "bold" in page and page.count("<script") == clean.count("<script")
+    for tag in re.findall(r"<[a-zA-Z][^>]*>", page):
+        assert "alert(" not in tag, tag
+    assert not re.search(r"href=.?java", page)
+
+
+def test_a_notebook_that_is_none_is_graded_by_its_files(graded):
+    assert "cannot be shown" in formgrader_page(graded[0], "no_json")
+
+
+@pytest.fixture(scope="module")
+def feedback(graded) -> Path:
+    course = graded[0]
+    with Gradebook(f"sqlite:///{course / 'gradebook.db'}") as book:
+        grade = book.find_grade("exponentiation", "calculator", "calculator", "no_json")
+        grade.manual_score, grade.needs_manual_grade = 4, False
+        book.find_comment("exponentiation", "calculator", "calculator", "no_json").manual_comment = "Good <b>point</b>."
+        book.db.commit()
+    answer = release.api(course).generate_feedback("calculator")
+    assert answer["success"], answer
+    return course / "feedback"
+
+
+def test_nbgraders_feedback_is_the_students_page(graded, feedback):
+    page = (feedback / "no_json" / "calculator" / "calculator.html").read_text()
+    assert all(title in page for title in ("The server adds", "19 of 20", "4 of 5", "Good &lt;b&gt;point&lt;/b&gt;."))
+    assert "Missing: calculator_client.py" in (feedback / "no_client" / "calculator" / "calculator.html").read_text()
+
+
+def test_feedback_holds_nothing_but_the_page_and_what_was_handed_in(graded, feedback):
+    course, *_ = graded
+    kept = release.secrets("calculator", release.NOTEBOOKS / "calculator" / "calculator.ipynb")
+    details = (course / "out" / "details.jsonl").read_text()
+    inputs = {number for number in re.findall(r"-?\d+\.\d+", details) if len(number) >= 6}
+    assert len(inputs) >= 2
+    for path in (path for path in feedback.rglob("*") if path.is_file()):
+        if path.name == "calculator.html":
+            page = path.read_text()
+            assert not [line for line in kept if line.lower() in " ".join(page.split()).lower()]
+            assert not [number for number in inputs if number in page]
+        else:
+            assert path.name in FILES
+            assert path.read_bytes() == (course / "submitted" / path.relative_to(feedback)).read_bytes()
+
+
+def test_a_failure_of_the_grader_is_no_score_and_stops_no_one_else(graded, monkeypatch):
+    course, *_ = graded
+    for student in ("x_fault", "y_after"):
+        hand_in(course, student, {}, '{"cells": []}')
+
+    def grade(handed_in, *_):
+        status = INFRASTRUCTURE_ERROR if handed_in.student == "x_fault" else "graded"
+        return Report(handed_in.student, "calculator", status, None if status == INFRASTRUCTURE_ERROR else 0, 20, 0, 0.0)
+    monkeypatch.setattr(nbgrader_plugin.grading, "grade", grade)
+    answer = release.api(course).autograde("calculator", "[xy]_*", force=False)
+    assert not answer["success"] and "x_fault/calculator was not graded" in answer["log"]
+    assert not (course / "autograded" / "x_fault" / "calculator").exists()
+    found = scores(course / "gradebook.db")
+    assert found["x_fault"] == {} and found["y_after"].keys() == found["hostile"].keys()
+
+
+def test_a_file_of_the_folder_goes_before_the_notebooks_cell(tmp_path, blank):
+    hand_in(tmp_path, "student", {SERVER: WRONG[SERVER]}, json.dumps(completed(blank, reference())))
+    folder = tmp_path / "submitted" / "student" / "calculator"
+    assert submission.read(folder, "student", "calculator", FILES).files == reference() | {SERVER: WRONG[SERVER]}
+
+
+def test_a_cell_is_the_file_that_running_it_would_write():
+    for path in release.ROOT.glob("solutions/*/*.*"):
+        book = release.NOTEBOOKS / path.parent.name / f"{path.parent.name}.ipynb"
+        cells = submission.read_notebook(book)
+        if f"%%exercise {path.name}" in book.read_text():
+            assert notebook.file(cells, path.name) == path.read_bytes()
+        else:
+            assert notebook.file(cells, path.name) is None
+
+
+@pytest.mark.parametrize("text", [
+    b"", b"\xff\xfe", b"[]", b"null", b'{"cells": 3}', b'{"cells": [3]}', b'{"cells": [{"cell_type": "code"}]}',
+    b"[" * 1_000_000, b'{"cells": [' + b"9" * 5000 + b"]}", b" " * (notebook.MAX_BYTES + 1),
+    b'{"cells": [{"cell_type": "code", "source": 1}]}', b'{"worksheets": []}'], ids=range(12))
+def test_what_is_no_notebook_is_refused(text):
+    with pytest.raises(notebook.Unreadable):
+        notebook.parse(text)
+
+
+def released_files(course: Path):
+    return sorted(path.relative_to(course / "release") for path in (course / "release").rglob("*") if path.is_file())
+
+
+def test_a_release_is_the_notebooks_alone_and_shows_no_answer(course):
+    names = release.names()
+    assert {str(path) for path in released_files(course)} == {f"{name}/{name}.ipynb" for name in names}
+    for name in names:
+        kept = release.secrets(name, release.NOTEBOOKS / name / f"{name}.ipynb")
+        assert len(kept) > 10 and list(release.leaks(course / "release" / name, kept)) == []
+
+
+LEAKS = {
+    "a marking scheme": ("marking scheme", lambda text: text + "\n**Marking scheme**: 1 point for each"),
+    "a hidden test": ("hidden", lambda text: text + "\n" + suite_line()),
+    "the word": ("only for instructors", lambda text: text + "\nsee autograder/hidden"),
+    "solution lines": ("the solution", lambda text: text + """
+self.srv = self.create_service(Calculate, '/calculator', self.calculate)
+self.get_logger().info('Calculator ready')"""),
+}
+
+
+def suite_line() -> str:
+    text = (exercises.HIDDEN / "calculator" / "suite.py").read_text()
+    return next(line for line in text.splitlines() if '("' in line and len(line) > 50)
+
+
+@pytest.mark.parametrize("kind", LEAKS)
+def test_leaks_finds(kind, tmp_path):
+    source = release.NOTEBOOKS / "calculator" / "calculator.ipynb"
+    what, change = LEAKS[kind]
+    (tmp_path / "notes.md").write_text(change("Notes."))
+    assert what in next(release.leaks(tmp_path, release.secrets("calculator", source)))
+
+
+def test_a_release_that_would_leak_is_refused_and_removed(tmp_path):
+    """A marking scheme was written outside the marks."""
+    book = json.loads((release.NOTEBOOKS / "calculator" / "calculator.ipynb").read_text())
+    question = next(cell for cell in book["cells"] if cell["id"] == "question")
+    question["source"] = [*question["source"], "\n\n**Marking scheme** (5 points): all or nothing."]
+    folder = tmp_path / "notebooks" / "calculator"
+    folder.mkdir(parents=True)
+    (folder / "calculator.ipynb").write_text(json.dumps(book))
+    (folder / "calculator_server.py").write_text("left by running the notebook")
+    done = subprocess.run([str(Path(sys.executable).with_name("autograder")), "release", "calculator",
+                           "--course", str(tmp_path), "--notebooks", str(folder.parent)], capture_output=True, text=True)
+    assert done.returncode == 2 and done.stdout == ""
+    assert re.fullmatch(r"autograder: calculator is not released: .*marking scheme.*\n", done.stderr)
+    assert released_files(tmp_path) == [] and not (tmp_path / "source/calculator/calculator_server.py").exists()
