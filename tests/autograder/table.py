@@ -22,7 +22,8 @@ def main(chosen: list[str]) -> int:
             module, exercise = answers.load(name), exercises.load(name)
             expected = {style: (files, set()) for style, files in module.RIGHT.items()} | module.WRONG
             start = time.monotonic()
-            reports = {style: pool.submit(grading.grade, Submission("student", name, files), box)
+            reports = {style: pool.submit(grading.grade, Submission("student", name, files), box,
+                                           patience=answers.patience(name, style))
                        for style, (files, _) in expected.items()}
             tests = [test.id.removeprefix("test_") for test in exercise.tests]
             width = max(map(len, expected))

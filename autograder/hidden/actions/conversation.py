@@ -105,6 +105,7 @@ class Cancelled(Server):
         super().__init__(grading)
         self.had = 0  # elements in the last feedback before the cancel was sent
         self._sample: Goal | None = None
+        self._spare = True  # it takes its time
         self._thread = threading.Thread(target=self._early, daemon=True)
 
     def begin(self) -> None:
@@ -115,7 +116,7 @@ class Cancelled(Server):
 
     @contextmanager
     def sample(self):
-        """The goal, once it is over; another one is sent when something is found wrong with it."""
+        """The goal, once it is over; when something is found wrong, another one is sent, once for all tests."""
         self._thread.join()
         try:
             self._sample = self._sample or self.converse(self._cancel, "a goal that was cancelled")
@@ -123,7 +124,8 @@ class Cancelled(Server):
                 raise Wrong(f"Every goal with an order from 0 to {LAST} must be accepted.")
             yield self._sample
         except Wrong:
-            self._sample = None
+            if self._spare:
+                self._spare, self._sample = False, None
             raise
 
     def _early(self) -> None:

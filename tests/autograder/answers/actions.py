@@ -408,3 +408,5 @@ WRONG = {
         client(("type=int)", "type=lambda word: int(word) if word.isdigit() else 10)"),
                ("('order', ", "('order', nargs='?', default=10, ")), {"client_arguments"}),
 }
+
+SILENT = {"another name", "the released type", "client waits for a server for ever"}

@@ -328,3 +328,8 @@ WRONG = {
         ("response.success = False", "self.create_timer(0.01, self.destroy_node)")), {"goes_on_afterwards"}),
     "relay has another name": (relay(("'/relay'", "'/relais'")), SERVED | ABSENT),
 }
+
+SILENT = {"status under another name", "relay has no success", "relay blocks its one thread",
+          "relay blocks each of its threads", "relay awaits in the default group", "relay spins in its callback",
+          "relay never looks whether there is a server", "relay waits for a server for ever",
+          "relay gives up after one failure", "relay has another name"}
