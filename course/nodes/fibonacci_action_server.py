@@ -82,7 +82,10 @@ def main(args=None):
     """Run until Ctrl-C, which shuts rclpy down by itself."""
     rclpy.init(args=args)
     try:
-        rclpy.spin(FibonacciActionServer(), executor=MultiThreadedExecutor(num_threads=THREADS))
+        executor = MultiThreadedExecutor(num_threads=THREADS)
+        executor.add_node(FibonacciActionServer())
+        while rclpy.ok():
+            executor.spin_once(timeout_sec=1.0)  # without a limit, it can sleep through the end of the context
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except RuntimeError:  # rclpy's own, when a signal ends the context between two waits

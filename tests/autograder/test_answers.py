@@ -6,8 +6,15 @@ from autograder.records import CRASHED, FAILED, GRADED, PASSED, TIMED_OUT
 
 from . import answers
 
-RIGHT = [(exercise, name) for exercise in answers.names() for name in answers.load(exercise).RIGHT]
-WRONG = [(exercise, name) for exercise in answers.names() for name in answers.load(exercise).WRONG]
+
+
+def cases(kind: str) -> list:
+    """All answers of a kind; those of the longer exercises run with `-m matrix` alone, for they take many minutes."""
+    return [pytest.param(exercise, name, marks=() if exercise == "calculator" else pytest.mark.matrix)
+            for exercise in answers.names() for name in getattr(answers.load(exercise), kind)]
+
+
+RIGHT, WRONG = cases("RIGHT"), cases("WRONG")
 
 
 @pytest.fixture(scope="module")

@@ -32,6 +32,7 @@ PERIOD = 0.1  # s between two commands
 OWN_TIME = 0.5  # s that a node which keeps its own time may take for a command
 LATE = 0.02  # s, the same for one that does not
 FIND = 2.0  # s until a node's services are found
+DECISION = 0.2  # s of real time for a command of a drive, until the robot moves on by the one before
 DRIVE = 60.0  # s of real time for a drive
 IDLE = 20  # ticks of a drive without a command after which it ends
 TRIES = 6  # ticks until a node must have done what a scan asks for
@@ -170,7 +171,7 @@ class Avoider(Live):
                     raise StandstillError
             try:
                 with contextlib.suppress(TimeoutError, StandstillError):
-                    world.drive(seconds, on_step=look, answer_within=OWN_TIME, wall_limit=self.grading.clock.allow(DRIVE))
+                    world.drive(seconds, on_step=look, answer_within=DECISION, wall_limit=self.grading.clock.allow(DRIVE))
             finally:
                 world.destroy_node()
             return world.simulation if alive() and heard else None

@@ -43,7 +43,7 @@ class Scanner:
             if not beams:
                 continue
             for beam in beams:
-                ranges[beam] = distance + rng.uniform(0.2, 2.0)
+                ranges[beam] = distance + (rng.uniform(1.5, 3.0) if at else rng.uniform(0.2, 2.0))
             angle = (at or {}).get(sector, rng.uniform(*middle))
             ranges[min(beams, key=lambda beam, angle=angle: abs(self.angle(beam) - angle))] = distance
         return self.scan(ranges)

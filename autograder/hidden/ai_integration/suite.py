@@ -100,6 +100,8 @@ def expect_sectors(avoider, scanner, rng, about):
                    about.format("an obstacle ahead, and one between -90 and -30 degrees"))
     avoider.expect(scanner.look(rng, at={"front": front[1], "left": left[1]}, front=0.4, left=0.8, right=1.6), RIGHT,
                    about.format("an obstacle ahead, and one between 30 and 90 degrees"))
+    avoider.expect(scanner.look(rng, at={"front": front[0], "right": right[1]}, front=0.4, left=1.6, right=0.8), LEFT,
+                   about.format("an obstacle ahead, and one between -90 and -30 degrees"))
 
 
 @points(1, cell="obstacle-avoider")
