@@ -23,7 +23,7 @@ def main(chosen: list[str]) -> int:
             expected = {style: (files, set()) for style, files in module.RIGHT.items()} | module.WRONG
             start = time.monotonic()
             reports = {style: pool.submit(grading.grade, Submission("student", name, files), box,
-                                           patience=answers.patience(name, style))
+                                           patience=answers.patience(name, style), seed=answers.seed(name, style))
                        for style, (files, _) in expected.items()}
             tests = [test.id.removeprefix("test_") for test in exercise.tests]
             width = max(map(len, expected))

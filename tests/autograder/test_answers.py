@@ -27,7 +27,8 @@ def reports(request, grade):
             exercise, name = asked["exercise"], asked["name"]
             module = answers.load(exercise)
             files = module.RIGHT[name] if name in module.RIGHT else module.WRONG[name][0]
-            reports[exercise, name] = grade(files, exercise, patience=answers.patience(exercise, name))
+            reports[exercise, name] = grade(files, exercise, patience=answers.patience(exercise, name),
+                                            seed=answers.seed(exercise, name))
     return reports
 
 

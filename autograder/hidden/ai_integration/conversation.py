@@ -1,7 +1,7 @@
 """The grader's side of the conversation: it is the robot's laser, its clock, and whoever listens to its wheels.
 
-Most is played in simulated time: /clock moves on only when the student's node has worked off what came before, so that a
-busy machine changes nothing.  A node that keeps time by itself is given the time that it takes.
+Most is played in simulated time: /clock moves on only when the student's node has worked off what came before, so that
+a busy machine changes nothing.  A node that keeps time by itself is given the time that it takes.
 """
 
 import contextlib
@@ -171,7 +171,8 @@ class Avoider(Live):
                     raise StandstillError
             try:
                 with contextlib.suppress(TimeoutError, StandstillError):
-                    world.drive(seconds, on_step=look, answer_within=DECISION, wall_limit=self.grading.clock.allow(DRIVE))
+                    world.drive(seconds, on_step=look, answer_within=DECISION,
+                                wall_limit=self.grading.clock.allow(DRIVE))
             finally:
                 world.destroy_node()
             return world.simulation if alive() and heard else None

@@ -37,7 +37,8 @@ class Scanner:
         which must not count.
         """
         behind = MIN + 0.1 if at else 6.0
-        ranges = [behind if abs(self.angle(beam)) >= 90.0 + EDGE else rng.uniform(6.0, 8.0) for beam in range(self.beams)]
+        ranges = [behind if abs(self.angle(beam)) >= 90.0 + EDGE else rng.uniform(6.0, 8.0)
+                  for beam in range(self.beams)]
         for sector, middle in MIDDLE.items():
             distance, beams = nearest.get(sector, 5.0), self.inside(sector)
             if not beams:

@@ -111,7 +111,8 @@ def test_no_return(avoider, rng):
     blocked = {"front": 0.4, "left": 2.0, "right": 2.5}
     about = "With inf (no return) {}"
     avoider.expect(PLAIN.look(rng, **blocked), RIGHT, "With an obstacle ahead and more room on the right")
-    avoider.expect(PLAIN.change(PLAIN.look(rng, left=0.3), rng, "front", INF), FORWARD, about.format("all over the front"))
+    avoider.expect(PLAIN.change(PLAIN.look(rng, left=0.3), rng, "front", INF), FORWARD,
+                   about.format("all over the front"))
     avoider.expect(PLAIN.change(PLAIN.look(rng, **blocked), rng, "left", INF), LEFT,
                    about.format("all over the left, and obstacles ahead and on the right"))
     avoider.expect(PLAIN.change(PLAIN.look(rng, **blocked), rng, "left", INF, 0.5), RIGHT,
@@ -124,7 +125,8 @@ def test_touching(avoider, rng):
     """-inf means an obstacle too near to be measured."""
     about = "With -inf (touching) in one beam {}"
     avoider.expect(PLAIN.look(rng, **CLEAR), FORWARD, "With nothing near")
-    avoider.expect(PLAIN.look(rng, **CLEAR | {"front": -INF}), RIGHT, about.format("of the front, and nothing else near"))
+    avoider.expect(PLAIN.look(rng, **CLEAR | {"front": -INF}), RIGHT,
+                   about.format("of the front, and nothing else near"))
     avoider.expect(PLAIN.look(rng, front=0.4, left=0.6, right=-INF), LEFT, about.format("of the right, and one ahead"))
     avoider.expect(PLAIN.look(rng, front=0.4, left=-INF, right=0.6), RIGHT, about.format("of the left, and one ahead"))
 
@@ -153,12 +155,14 @@ def test_nothing_usable(avoider, rng):
         about = f"With {what} in all beams of {{}}, which then counts as free"
         blocked = {"front": 0.4, "left": 2.0, "right": 3.0}
         avoider.expect(PLAIN.change(PLAIN.look(rng, **blocked), rng, "left", value), LEFT, about.format("the left"))
-        avoider.expect(PLAIN.change(PLAIN.look(rng, front=0.3), rng, "front", value), FORWARD, about.format("the front"))
+        avoider.expect(PLAIN.change(PLAIN.look(rng, front=0.3), rng, "front", value), FORWARD,
+                       about.format("the front"))
     about = "With an obstacle ahead, on a scanner that sees nothing of the {} side, which then counts as free"
     avoider.expect(Scanner(121, -95.0, 1.0).look(rng, front=0.4), LEFT, about.format("left"))
     avoider.expect(Scanner(121, -25.0, 1.0).look(rng, front=0.4), RIGHT, about.format("right"))
     avoider.expect(PLAIN.scan([]), FORWARD, "With a scan that has no beams at all")
-    avoider.expect(PLAIN.look(rng, front=0.4, left=3.0, right=1.0), LEFT, "After an empty scan, with an obstacle ahead and more room on the left")
+    avoider.expect(PLAIN.look(rng, front=0.4, left=3.0, right=1.0), LEFT,
+                   "After an empty scan, with an obstacle ahead and more room on the left")
     avoider.expect(PLAIN.scan([NAN] * 360), FORWARD, "With NaN in all beams")
 
 
@@ -177,7 +181,8 @@ def test_rate(avoider, by_the_wall, rng):
         if not 9.0 <= rate <= 11.0:
             raise Wrong(f"Commands must be published at 10 Hz {about}; it was {rate:.1f} Hz.")
         if commands.count(FORWARD) < 0.8 * len(commands):
-            raise Wrong(f"With nothing near, it must go on driving {about}: a scan that is 0.2 s old is fresh.", commands)
+            raise Wrong(f"With nothing near, it must go on driving {about}: a scan that is 0.2 s old is fresh.",
+                        commands)
 
 
 @points(1, cell="obstacle-avoider")

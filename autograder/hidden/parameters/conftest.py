@@ -1,4 +1,4 @@
-"""The student's node, started three times at once: as it is, with overrides on its command line, with a file of them."""
+"""The student's node, started three times at once: by itself, with overrides on its command line, and in a file."""
 
 import pytest
 

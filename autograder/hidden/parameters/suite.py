@@ -194,7 +194,8 @@ def test_limits_in_order(pid, rng):
     pid.expect_refusal("An output_min equal to output_max", output_min=high)
     pid.expect_refusal("An output_max equal to output_min", output_max=low)
     pid.expect_refusal("A set of both limits at once, in the wrong order,", output_min=high, output_max=low)
-    pid.expect_refusal("A set of both limits at once, in the wrong order,", output_max=high + 2.5, output_min=high + 4.0)
+    pid.expect_refusal("A set of both limits at once, in the wrong order,", output_max=high + 2.5,
+                       output_min=high + 4.0)
     pid.expect_refusal("A set of both limits at once, to the same value,", output_min=low + 1, output_max=low + 1)
 
 
@@ -228,8 +229,8 @@ def test_all_or_nothing(pid, rng):
             if (after := pid.get()) != before:
                 raise Wrong("A refused set of several parameters must change none of them.",
                             f"{values}: {before} became {after}")
-            expect_no_less(pid, error, last, "After a refused set of several parameters the node must go on as if nothing "
-                                             "had been asked: by the old gains, and with its integral")
+            expect_no_less(pid, error, last, "After a refused set of several parameters the node must go on as if "
+                                             "nothing had been asked: by the old gains, and with its integral")
     if not refused:
         raise Wrong("A set of several parameters with a bad one among them must be refused.")
 

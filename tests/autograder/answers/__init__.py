@@ -22,6 +22,11 @@ def load(exercise: str):
     return importlib.import_module(f"{__name__}.{exercise}")
 
 
+def seed(exercise: str, name: str) -> int | None:
+    """What the hidden inputs are drawn from: for wrong answers the SEED of the module that has one, else anything."""
+    return getattr(load(exercise), "SEED", None) if name in load(exercise).WRONG else None
+
+
 def patience(exercise: str, name: str) -> float:
     """How patiently an answer is graded."""
     return 0.5 if name in getattr(load(exercise), "SILENT", ()) else 1.0

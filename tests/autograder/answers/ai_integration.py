@@ -189,18 +189,28 @@ RIGHT = {
     "watchdog, threads, async, own context, slow start, scans by best effort": {NODE: WATCHDOG.encode()},
     "age in periods of the timer": node(
         ("        self.scan_time = self.get_clock().now()\n", "        self.scan_time = 0\n"),
-        ("        return self.get_clock().now() - self.scan_time < Duration(seconds=0.35)\n",
-         "        self.scan_time += 1\n        return self.scan_time <= 4\n")),
+        (
+            "        return self.get_clock().now() - self.scan_time < Duration(seconds=0.35)\n",
+            "        self.scan_time += 1\n        return self.scan_time <= 4\n",
+        ),
+    ),
     "age by the stamp of the scan, no parameter services": node(
-        ("        self.scan_time = self.get_clock().now()\n",
-         "        self.scan_time = rclpy.time.Time.from_msg(msg.header.stamp)\n"),
-        ("super().__init__('obstacle_avoider')",
-         "super().__init__('obstacle_avoider', start_parameter_services=False)")),
+        (
+            "        self.scan_time = self.get_clock().now()\n",
+            "        self.scan_time = rclpy.time.Time.from_msg(msg.header.stamp)\n",
+        ),
+        (
+            "super().__init__('obstacle_avoider')",
+            "super().__init__('obstacle_avoider', start_parameter_services=False)",
+        ),
+    ),
     "half a second to the letter, edges to the other sector": node(
-        ("seconds=0.35", "seconds=0.5"), ("(low <= degrees) & (degrees < high)", "(low < degrees) & (degrees <= high)")),
+        ("seconds=0.35", "seconds=0.5"), ("(low <= degrees) & (degrees < high)", "(low < degrees) & (degrees <= high)")
+    ),
     "the scan is kept, and looked at when it is needed": node(
         ("self.laser_data = nearest(msg)", "self.laser_data = msg"),
-        ("decide_action(self.laser_data)", "decide_action(nearest(self.laser_data))")),
+        ("decide_action(self.laser_data)", "decide_action(nearest(self.laser_data))"),
+    ),
 }
 
 ROOMS = {"hall", "pillars", "corridor"}
@@ -214,67 +224,165 @@ SEED = 1  # of the gradings of wrong answers: a wrong decision makes a robot fai
 # What is wrong, and the tests that it loses (without "test_").
 WRONG = {
     "the chapter's slices": (
-        node(("        self.laser_data = nearest(msg)\n", (
-            "        r = msg.ranges\n        self.laser_data = {'front': min(r[0:30] + r[-30:]), 'left': min(r[30:90]),\n"
-            "                           'right': min(r[-90:-30])}\n"))),
-        {"resolutions", "first_beam_anywhere", "clockwise", "no_measurements_among_others", "nothing_usable"} | ROOMS),
-    "every scanner has 360 beams": (node(("scan.angle_increment *", "math.radians(1) *")),
-                                    {"resolutions", "first_beam_anywhere", "clockwise", "pillars", "corridor"}),
-    "every scanner begins ahead": (node(("scan.angle_min +", "")), {"first_beam_anywhere", "clockwise", "nothing_usable"} | ROOMS),
-    "every scanner begins behind": (node(("scan.angle_min +", "-math.pi +")),
-                                    SCANS | {"pillars"}),
-    "every scanner turns counter-clockwise": (node(("scan.angle_increment *", "abs(scan.angle_increment) *")),
-                                              {"clockwise", "corridor"}),
+        node(
+            (
+                "        self.laser_data = nearest(msg)\n",
+                (
+                    "        r = msg.ranges\n"
+                    "        self.laser_data = {'front': min(r[0:30] + r[-30:]), 'left': min(r[30:90]),\n"
+                    "                           'right': min(r[-90:-30])}\n"
+                ),
+            )
+        ),
+        {"resolutions", "first_beam_anywhere", "clockwise", "no_measurements_among_others", "nothing_usable"} | ROOMS,
+    ),
+    "every scanner has 360 beams": (
+        node(("scan.angle_increment *", "math.radians(1) *")),
+        {"resolutions", "first_beam_anywhere", "clockwise", "pillars", "corridor"},
+    ),
+    "every scanner begins ahead": (
+        node(("scan.angle_min +", "")),
+        {"first_beam_anywhere", "clockwise", "nothing_usable"} | ROOMS,
+    ),
+    "every scanner begins behind": (node(("scan.angle_min +", "-math.pi +")), SCANS | {"pillars"}),
+    "every scanner turns counter-clockwise": (
+        node(("scan.angle_increment *", "abs(scan.angle_increment) *")),
+        {"clockwise", "corridor"},
+    ),
     "angles not brought back to one turn": (
-        node((WRAPPED, "degrees = np.degrees(angles)")), {"decisions", "edges_of_the_sectors", "resolutions",
-        "first_beam_anywhere", "clockwise", "touching", "no_return", "no_measurements_among_others", "nothing_usable"}),
+        node((WRAPPED, "degrees = np.degrees(angles)")),
+        {
+            "decisions",
+            "edges_of_the_sectors",
+            "resolutions",
+            "first_beam_anywhere",
+            "clockwise",
+            "touching",
+            "no_return",
+            "no_measurements_among_others",
+            "nothing_usable",
+        },
+    ),
     "front too narrow": (node(("'front': (-30, 30)", "'front': (-25, 25)")), SECTORS),
     "front too wide": (node(("'front': (-30, 30)", "'front': (-35, 35)")), SECTORS),
     "sides reach too far back": (node(("(30, 90)", "(30, 120)"), ("(-90, -30)", "(-120, -30)")), SECTORS),
     "sides end too early": (node(("(30, 90)", "(30, 80)"), ("(-90, -30)", "(-80, -30)")), SECTORS),
-    "left is right": (node(("'left': (30, 90), 'right': (-90, -30)", "'right': (30, 90), 'left': (-90, -30)")), SCANS | {"pillars", "corridor"}),
-    "threshold of 1 m": (node(("obstacle_distance_threshold=0.5)\n        self.laser", "1.0)\n        self.laser")),
-                         {"decisions"}),
-    "turns left when both sides are equal": (node(("laser_data['left'] > laser", "laser_data['left'] >= laser")),
-                                             {"decisions"}),
-    "turns to the nearer side": (node(("laser_data['left'] > laser", "laser_data['left'] < laser")), SCANS | {"pillars", "corridor"}),
-    "turns at another speed": (node(("'angular': 0.5", "'angular': 0.8"), ("'angular': -0.5", "'angular': -0.8")), SCANS),
-    "drives on while it turns": (node(("{'linear': 0.0, 'angular': 0.5}", "{'linear': 0.3, 'angular': 0.5}"),
-                                      ("{'linear': 0.0, 'angular': -0.5}", "{'linear': 0.3, 'angular': -0.5}")), SCANS | {"hall", "pillars"}),
+    "left is right": (
+        node(("'left': (30, 90), 'right': (-90, -30)", "'right': (30, 90), 'left': (-90, -30)")),
+        SCANS | {"pillars", "corridor"},
+    ),
+    "threshold of 1 m": (
+        node(("obstacle_distance_threshold=0.5)\n        self.laser", "1.0)\n        self.laser")),
+        {"decisions"},
+    ),
+    "turns left when both sides are equal": (
+        node(("laser_data['left'] > laser", "laser_data['left'] >= laser")),
+        {"decisions"},
+    ),
+    "turns to the nearer side": (
+        node(("laser_data['left'] > laser", "laser_data['left'] < laser")),
+        SCANS | {"pillars", "corridor"},
+    ),
+    "turns at another speed": (
+        node(("'angular': 0.5", "'angular': 0.8"), ("'angular': -0.5", "'angular': -0.8")),
+        SCANS,
+    ),
+    "drives on while it turns": (
+        node(
+            ("{'linear': 0.0, 'angular': 0.5}", "{'linear': 0.3, 'angular': 0.5}"),
+            ("{'linear': 0.0, 'angular': -0.5}", "{'linear': 0.3, 'angular': -0.5}"),
+        ),
+        SCANS | {"hall", "pillars"},
+    ),
     "mean distance": (node(("seen.min(initial=math.inf)", "seen.mean() if len(seen) else math.inf")), SCANS | ROOMS),
-    "NaN not looked for": (node((USABLE, "usable = ~((ranges < scan.range_min) | (ranges > scan.range_max)) | np.isinf(ranges)")),
-                           {"no_measurements_among_others", "nothing_usable"}),
-    "NaN is near": (node(("    usable = ", "    ranges = np.nan_to_num(ranges, posinf=math.inf, neginf=-math.inf)\n    usable = "),
-                         ("(ranges >= scan.range_min) & ", "")), {"no_measurements_among_others", "nothing_usable"}),
-    "0.0 is a distance": (node((USABLE, "usable = ~np.isnan(ranges)")), {"no_measurements_among_others", "nothing_usable"}),
-    "finite values alone": (node((USABLE, "usable = (ranges >= scan.range_min) & (ranges <= scan.range_max)")), {"touching"}),
-    "-inf is far": (node(("ranges[np.isneginf(ranges)] = 0.0", "ranges[np.isneginf(ranges)] = math.inf")), {"touching"}),
+    "NaN not looked for": (
+        node((USABLE, "usable = ~((ranges < scan.range_min) | (ranges > scan.range_max)) | np.isinf(ranges)")),
+        {"no_measurements_among_others", "nothing_usable"},
+    ),
+    "NaN is near": (
+        node(
+            ("    usable = ", "    ranges = np.nan_to_num(ranges, posinf=math.inf, neginf=-math.inf)\n    usable = "),
+            ("(ranges >= scan.range_min) & ", ""),
+        ),
+        {"no_measurements_among_others", "nothing_usable"},
+    ),
+    "0.0 is a distance": (
+        node((USABLE, "usable = ~np.isnan(ranges)")),
+        {"no_measurements_among_others", "nothing_usable"},
+    ),
+    "finite values alone": (
+        node((USABLE, "usable = (ranges >= scan.range_min) & (ranges <= scan.range_max)")),
+        {"touching"},
+    ),
+    "-inf is far": (
+        node(("ranges[np.isneginf(ranges)] = 0.0", "ranges[np.isneginf(ranges)] = math.inf")),
+        {"touching"},
+    ),
     "inf is near": (node(("ranges[np.isneginf(ranges)] = 0.0", "ranges[np.isinf(ranges)] = 0.0")), {"no_return"}),
-    "nothing usable is near": (node(("initial=math.inf)", "initial=math.inf) if len(seen) else 0.0")), {"nothing_usable"}),
+    "nothing usable is near": (
+        node(("initial=math.inf)", "initial=math.inf) if len(seen) else 0.0")),
+        {"nothing_usable"},
+    ),
     "an empty sector raises": (node(("initial=math.inf)", ")")), {"nothing_usable"}),
     "silent before the first scan": (
-        node(("        \"\"\"Decide, ten times a second.\"\"\"\n",
-              "        if self.scan_time is None:\n            return\n")), {"stands_before_the_first_scan"}),
+        node(
+            (
+                "        \"\"\"Decide, ten times a second.\"\"\"\n",
+                "        if self.scan_time is None:\n            return\n",
+            )
+        ),
+        {"stands_before_the_first_scan"},
+    ),
     "drives before the first scan": (
-        node(("            action = self.ai_agent.stop()\n",
-              ("            action = self.ai_agent.decide_action({'front': 9 if self.scan_time is None else -1,\n"
-              "                'left': 0, 'right': 0}) if self.scan_time is None else self.ai_agent.stop()\n"))),
-        {"stands_before_the_first_scan"}),
+        node(
+            (
+                "            action = self.ai_agent.stop()\n",
+                (
+                    "            action = self.ai_agent.decide_action({'front': 9 if self.scan_time is None else -1,\n"
+                    "                'left': 0, 'right': 0}) if self.scan_time is None else self.ai_agent.stop()\n"
+                ),
+            )
+        ),
+        {"stands_before_the_first_scan"},
+    ),
     "an old scan is as good as a new one": (node((STALE, "return True")), {"stops"}),
     "stops after a second": (node(("seconds=0.35", "seconds=1.0")), {"stops"}),
     "a scan is old after 0.1 s": (node(("seconds=0.35", "seconds=0.12")), {"rate"}),
     "never drives again": (
-        node((STALE, ("self.lost = getattr(self, 'lost', False) or self.get_clock().now() - self.scan_time > Duration(\n"
-              "            seconds=0.35)\n        return not self.lost"))), {"stops"}),
+        node(
+            (
+                STALE,
+                (
+                    "self.lost = getattr(self, 'lost', False) or self.get_clock().now() - self.scan_time > Duration(\n"
+                    "            seconds=0.35)\n        return not self.lost"
+                ),
+            )
+        ),
+        {"stops"},
+    ),
     "a command for each scan": (
-        node(("        self.timer = self.create_timer(0.1, self.control_loop)\n", ""),
-             ("        self.scan_time = self.get_clock().now()\n",
-              "        self.scan_time = self.get_clock().now()\n        self.control_loop()\n")),
-        {"stands_before_the_first_scan", "rate", "stops"}),
+        node(
+            ("        self.timer = self.create_timer(0.1, self.control_loop)\n", ""),
+            (
+                "        self.scan_time = self.get_clock().now()\n",
+                "        self.scan_time = self.get_clock().now()\n        self.control_loop()\n",
+            ),
+        ),
+        {"stands_before_the_first_scan", "rate", "stops"},
+    ),
     "a command for each scan as well": (
-        node(("        self.scan_time = self.get_clock().now()\n",
-              "        self.scan_time = self.get_clock().now()\n        self.control_loop()\n")), {"rate"}),
+        node(
+            (
+                "        self.scan_time = self.get_clock().now()\n",
+                "        self.scan_time = self.get_clock().now()\n        self.control_loop()\n",
+            )
+        ),
+        {"rate"},
+    ),
     "8 Hz": (node(("create_timer(0.1,", "create_timer(0.125,")), {"rate"}),
     "20 Hz": (node(("create_timer(0.1,", "create_timer(0.05,")), {"rate"}),
-    "another topic": (node(("'cmd_vel', 10", "'cmd', 10")), SCANS | {"stands_before_the_first_scan", "rate", "stops"} | ROOMS),
+    "another topic": (
+        node(("'cmd_vel', 10", "'cmd', 10")),
+        SCANS | {"stands_before_the_first_scan", "rate", "stops"} | ROOMS,
+    ),
 }

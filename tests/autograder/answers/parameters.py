@@ -164,7 +164,8 @@ class Node2(Node):
         Node.__init__(self, 'n', allow_undeclared_parameters=True)
         self.add_on_set_parameters_callback(self.check)  # before anything is declared
         for name, (value, top) in self.RULES.items():
-            self.declare_parameter(name, value, D(floating_point_range=[FloatingPointRange(from_value=0., to_value=top)]))
+            limits = FloatingPointRange(from_value=0., to_value=top)
+            self.declare_parameter(name, value, D(floating_point_range=[limits]))
         self.declare_parameter('output_min', -10.0)
         self.declare_parameter('output_max', 10.0)
         self.declare_parameter('joint_name', Parameter.Type.STRING.value and 'elbow', D(read_only=True))
@@ -220,13 +221,15 @@ RIGHT = {
         ("        limits = {", ("        if any(param.name == 'joint_name' for param in params):\n            return "
          "SetParametersResult(successful=False, reason='joint_name is fixed')\n        limits = {"))),
     "numpy, clock of the node": node(
-        ("import rclpy\n", "import numpy as np\nimport rclpy\n"), ("time.monotonic()", "self.get_clock().now().nanoseconds / 1e9"),
+        ("import rclpy\n", "import numpy as np\nimport rclpy\n"),
+        ("time.monotonic()", "self.get_clock().now().nanoseconds / 1e9"),
         ("max(self.value('output_min'), min(self.value('output_max'), effort))",
          "float(np.clip(effort, self.value('output_min'), self.value('output_max')))")),
 }
 
 ALL_EFFORTS = {"first_message", "proportional", "new_gain", "clamped", "integral", "derivative",
-               "ki_starts_the_integral_again", "nothing_else_starts_it_again", "all_or_nothing", "command_line", "parameter_file"}
+               "ki_starts_the_integral_again", "nothing_else_starts_it_again", "all_or_nothing",
+               "command_line", "parameter_file"}
 REASON = """                successful=False,
                 reason='output_min ({output_min}) must be below output_max ({output_max})'
                 .format(**limits))"""
@@ -240,7 +243,8 @@ RESET = """            if param.name == 'ki':
 WRONG = {
     "another default": (node(("'kp', 1.0", "'kp', 2.0")), {"defaults"}),
     "a limit forgotten": (
-        node(("        self.declare_parameter('output_min', -10.0)\n", "        self.declare_parameter('min_output', -10.0)\n"),
+        node(("        self.declare_parameter('output_min', -10.0)\n",
+              "        self.declare_parameter('min_output', -10.0)\n"),
              ("('output_min', 'output_max')}", "('output_max',)} | {'output_min': self.value('min_output')}"),
              ("max(self.value('output_min')", "max(self.value('min_output')")),
         {"defaults", "clamped", "limits_in_order", "limits_together", "command_line", "parameter_file"}),
@@ -248,9 +252,11 @@ WRONG = {
     "another range": (node(("'ki', 0.0, 50.0", "'ki', 0.0, 100.0")), {"descriptors", "out_of_range"}),
     "range by the callback alone": (
         node((", floating_point_range=[limits]", ""),
-             ("        limits = {name", ("        tops = {'kp': 100.0, 'ki': 50.0, 'kd': 10.0}\n        for p in params:\n"
+             ("        limits = {name", (
+              "        tops = {'kp': 100.0, 'ki': 50.0, 'kd': 10.0}\n        for p in params:\n"
               "            if p.name in tops and not 0.0 <= p.value <= tops[p.name]:\n                return "
-              "SetParametersResult(successful=False, reason='out of range')\n        limits = {name"))), {"descriptors"}),
+              "SetParametersResult(successful=False, reason='out of range')\n        limits = {name"))),
+        {"descriptors"}),
     "joint_name can be set": (node((", ParameterDescriptor(read_only=True)", "")),
                               {"descriptors", "joint_name_is_read_only"}),
     "time from the start of the node": (node(("self.last_time = None", "self.last_time = time.monotonic()")),
@@ -260,10 +266,12 @@ WRONG = {
     "time steps in milliseconds": (node(("else now - self.last_time", "else 1000 * (now - self.last_time)")),
                                    {"integral", "derivative"}),
     "integral without time": (node(("error * step", "error")), {"first_message", "integral"}),
-    "derivative without time": (node(("(error - self.last_error) / step if step > 0.0 else 0.0", "error - self.last_error")),
+    "derivative without time": (
+        node(("(error - self.last_error) / step if step > 0.0 else 0.0", "error - self.last_error")),
                                 {"first_message", "derivative"}),
     "derivative the wrong way round": (node(("error - self.last_error", "self.last_error - error")), {"derivative"}),
-    "derivative of an error never kept": (node(("self.last_error, self.last_time = error, now", "self.last_time = now")),
+    "derivative of an error never kept": (
+        node(("self.last_error, self.last_time = error, now", "self.last_time = now")),
                                           {"derivative"}),
     "gains read at the start alone": (
         node(("        self.integral = 0.0  #", ("        self.gains = {n: self.value(n) for n in ('kp', 'ki', 'kd')}\n"
@@ -294,8 +302,10 @@ WRONG = {
         {"all_or_nothing"}),
     "gains taken before all are accepted": (
         node(("        self.integral = 0.0  #", "        self.gain = self.value('kp')\n        self.integral = 0.0  #"),
-             ("            if param.name in limits:\n", ("            if param.name == 'kp':\n                self.gain = "
-              "param.value\n            if param.name in limits:\n")), ("self.value('kp') * error", "self.gain * error")),
+             ("            if param.name in limits:\n", (
+              "            if param.name == 'kp':\n                self.gain = "
+              "param.value\n            if param.name in limits:\n")),
+             ("self.value('kp') * error", "self.gain * error")),
         {"all_or_nothing"}),
     "integral never starts again": (node((RESET, "")), {"ki_starts_the_integral_again"}),
     "every parameter starts it again": (node((RESET, "            self.integral = 0.0\n")),
@@ -311,8 +321,9 @@ WRONG = {
         {"command_line", "parameter_file"}),
     "limits taken before all are accepted": (
         node(("        self.integral = 0.0  #", "        self.limits = {}\n        self.integral = 0.0  #"),
-             ("                limits[param.name] = param.value\n", ("                limits[param.name] = param.value\n"
-              "        self.limits = limits\n")), ("max(self.value('output_min'), min(self.value('output_max'), effort))",
+             ("                limits[param.name] = param.value\n", (
+              "                limits[param.name] = param.value\n        self.limits = limits\n")),
+             ("max(self.value('output_min'), min(self.value('output_max'), effort))",
               "max(self.limits.get('output_min', -10.0), min(self.limits.get('output_max', 10.0), effort))")),
         {"all_or_nothing"}),
     "no answer to an error of 0": (node(("        error, now = msg", ("        if not msg.data:\n            return\n"
