@@ -7,7 +7,6 @@ from autograder.records import CRASHED, FAILED, GRADED, PASSED, TIMED_OUT
 from . import answers
 
 
-
 def cases(kind: str) -> list:
     """All answers of a kind; those of the longer exercises run with `-m matrix` alone, for they take many minutes."""
     return [pytest.param(exercise, name, marks=() if exercise == "calculator" else pytest.mark.matrix)
