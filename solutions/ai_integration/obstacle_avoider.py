@@ -72,6 +72,7 @@ class ObstacleAvoider(Node):
         self.get_logger().info('Obstacle avoider started')
 
     def laser_callback(self, msg):
+        """Keep what the agent needs of the scan, and when it came."""
         self.laser_data = nearest(msg)
         self.scan_time = self.get_clock().now()
 
