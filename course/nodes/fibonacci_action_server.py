@@ -1,12 +1,13 @@
 """Section 3.2.2: an action server, `/fibonacci`, that reports every step and can be cancelled at any of them."""
 
+import signal
 import time
 
 import rclpy
 from course_interfaces.action import Fibonacci
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 
 MAX_ORDER = 46  # element 47 does not fit into int32
@@ -80,14 +81,14 @@ class FibonacciActionServer(Node):
 
 def main(args=None):
     """Run until Ctrl-C, which shuts rclpy down by itself."""
+    # KeyboardInterrupt could strike the thread pool while it starts a thread, and the program would never end.
+    signal.signal(signal.SIGINT, lambda *_: None)
     rclpy.init(args=args)
     try:
         executor = MultiThreadedExecutor(num_threads=THREADS)
         executor.add_node(FibonacciActionServer())
         while rclpy.ok():
             executor.spin_once(timeout_sec=1.0)  # without a limit, it can sleep through the end of the context
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
     except RuntimeError:  # rclpy's own, when a signal ends the context between two waits
         if rclpy.ok():
             raise

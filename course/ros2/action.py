@@ -147,9 +147,9 @@ def _follow(graph, client, goal, stamps, args) -> int | None:
     if not handle.accepted:
         print("Goal was rejected.")
         return None
-    print(f"Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n")
-    finished = handle.get_result_async()
     try:
+        print(f"Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n")
+        finished = handle.get_result_async()
         in_time = graph.spin(finished.done, args.timeout)
     except KeyboardInterrupt:
         _cancel(graph, handle)

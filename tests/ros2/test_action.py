@@ -106,7 +106,7 @@ def test_send_goal_refuses_what_is_no_action_type(ros2):
 def test_ctrl_c_cancels_the_goal(ros2):
     """The goal does not go on running on the robot after its sender was stopped."""
     status, said, errors = ros2.interrupted(
-        "action", "send_goal", "--feedback", *FIBONACCI, "{order: 40}", after="Feedback"
+        "action", "send_goal", "--feedback", *FIBONACCI, "{order: 40}", after="Goal accepted"
     )
     assert (status, errors) == (2, "")
     assert "Canceling goal...\n" in said and said.endswith("Goal canceled.\n")

@@ -68,21 +68,9 @@ import numpy as np
 import rclpy
 from course_interfaces.action import Fibonacci
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
-from rclpy.action.server import ServerGoalHandle
 from rclpy.context import Context
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
-
-class Work:
-    def __init__(self, order):
-        self.values = np.zeros(order + 1, dtype=np.int32)
-        self.done = 0
-
-    def step(self):
-        n = self.done
-        self.values[n] = n if n < 2 else self.values[n - 1] + self.values[n - 2]
-        self.done += 1
-        return self.values[:self.done].tolist()
 
 class Fib(Node):
     def __init__(self, context):
@@ -100,26 +88,26 @@ class Fib(Node):
     def on_cancel(self, handle):
         return CancelResponse.ACCEPT
 
-    async def execute(self, handle: ServerGoalHandle):
+    async def execute(self, handle):
         done = rclpy.task.Future(executor=self.executor)
         threading.Thread(target=self.work, args=(handle, done), daemon=True).start()
         return await done
 
     def work(self, handle, done):
-        work, period = Work(handle.request.order), self.get_parameter('step_period').value
-        while True:
-            values = work.step()
-            handle.publish_feedback(Fibonacci.Feedback(partial_sequence=values))
-            if work.done == len(work.values):
-                handle.succeed()
-                break
-            end = time.time() + period
+        order, period = handle.request.order, self.get_parameter('step_period').value
+        values = np.zeros(order + 1, dtype=np.int32)
+        for n in range(order + 1):
+            values[n] = n if n < 2 else values[n - 1] + values[n - 2]
+            handle.publish_feedback(Fibonacci.Feedback(partial_sequence=values[:n + 1].tolist()))
+            end = time.time() + (period if n < order else 0)
             while time.time() < end and not handle.is_cancel_requested:
                 time.sleep(0.005)
             if handle.is_cancel_requested:
                 handle.canceled()
                 break
-        done.set_result(Fibonacci.Result(sequence=values))
+        else:
+            handle.succeed()
+        done.set_result(Fibonacci.Result(sequence=values[:n + 1].tolist()))
 
 def main(args=None):
     time.sleep(3)
