@@ -131,8 +131,13 @@ def send_goal(args) -> int | str | None:
 def _follow(graph, client, goal, stamps, args) -> int | None:
     from course.ros2 import messages
 
+    early = []  # feedback may overtake the answer to the goal: it is shown behind it
+
     def show(feedback) -> None:
-        print(f"Feedback:\n    {messages.to_yaml(feedback.feedback)}")
+        if early is not None:  # bound in _follow
+            early.append(feedback)
+        else:
+            print(f"Feedback:\n    {messages.to_yaml(feedback.feedback)}")
 
     print("Waiting for an action server to become available...")
     graph.wait_until(client.server_is_ready)
@@ -149,6 +154,9 @@ def _follow(graph, client, goal, stamps, args) -> int | None:
         return None
     try:
         print(f"Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n")
+        waiting, early = early, None
+        for feedback in waiting:
+            show(feedback)
         finished = handle.get_result_async()
         in_time = graph.spin(finished.done, args.timeout)
     except KeyboardInterrupt:
