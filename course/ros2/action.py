@@ -134,7 +134,7 @@ def _follow(graph, client, goal, stamps, args) -> int | None:
     early = []  # feedback may overtake the answer to the goal: it is shown behind it
 
     def show(feedback) -> None:
-        if early is not None:  # bound in _follow
+        if early is not None:
             early.append(feedback)
         else:
             print(f"Feedback:\n    {messages.to_yaml(feedback.feedback)}")

@@ -337,6 +337,7 @@ ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
     "a server that is left over from its parent": (handed_in(_leftover()), 5),
     "the client's file serves in the server's place": (handed_in(IDLE_SERVER, _right_elsewhere()), 5),
     "the server's file serves in the grader's place": (handed_in(*_known_elsewhere()), 17),
-    "answers once and ends": (handed_in(_once(), _elsewhere_client()), 9),
+    # What it answers before it ends is right, and how much that is depends on the machine: not all of the server's 15.
+    "answers once and ends": (handed_in(_once(), _elsewhere_client()), 15),
     "shows every number there is": (handed_in(*_every_number()), 16),
 }
