@@ -10,9 +10,10 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-import course
 import rclpy
 from example_interfaces.srv import AddTwoInts
+
+import course
 
 CALLS = 1500
 SERVER = """
