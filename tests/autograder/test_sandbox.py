@@ -83,7 +83,8 @@ def test_unsafe_is_flagged(tmp_path):
     done = subprocess.run([AUTOGRADER, "check", str(hand_in(tmp_path / "calculator")), "--assignment", "calculator",
                            "--unsafe", "--json"], capture_output=True, text=True, timeout=60)
     report = json.loads(done.stdout)
-    assert (done.returncode, report["score"], report["flags"]) == (0, 20, ["unsafe"])
+    # No score is promised: without a network of its own a grading can meet whatever else runs on this machine.
+    assert (done.returncode, report["status"], report["flags"]) == (0, "graded", ["unsafe"])
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="the other tests are run by an ordinary user already")
