@@ -99,6 +99,8 @@ def main() -> int | str | None:
         sys.stdout.reconfigure(line_buffering=True)
     # rclpy warns, after it has refused a name, of what it could not undo.
     warnings.simplefilter("ignore", RuntimeWarning)
+    # Ctrl-C may come while rclpy makes an executor, whose __del__ then complains of what it has not got.
+    sys.unraisablehook = lambda unraisable: None
     try:
         return args.main(args)
     except KeyboardInterrupt:
