@@ -1,6 +1,8 @@
 """A node in this kernel: spun in a background thread, and the handle that the reader gets on it."""
 
 import threading
+import time
+from collections.abc import Callable
 
 from rclpy.context import Context
 from rclpy.executors import (
@@ -10,6 +12,7 @@ from rclpy.executors import (
     SingleThreadedExecutor,
 )
 from rclpy.node import Node
+from rclpy.task import Future
 
 from .logs import Logs
 
@@ -48,11 +51,18 @@ class Spinner:
         for client in self.node.clients:  # a callback that waits for an answer would wait for ever
             for future in list(client._pending_requests.values()):
                 future.cancel()
+        deadline = time.monotonic() + timeout
         self.thread.join(timeout)
-        pool = getattr(self.executor, "_executor", None)
-        if pool is not None:
-            pool.shutdown(wait=not self.thread.is_alive() and timeout > 0, cancel_futures=True)
-        if self.thread.is_alive():
+        threads = [self.thread]
+        if isinstance(self.executor, MultiThreadedExecutor):
+            self.executor._executor.shutdown(wait=False, cancel_futures=True)
+            threads += self.executor._executor._threads
+            for task in self.executor._futures:  # nobody asks how they end: rclpy would print that on stderr
+                task._set_executor(None)
+                task.add_done_callback(Future.exception)
+        for thread in threads:
+            thread.join(max(0.0, deadline - time.monotonic()))
+        if any(thread.is_alive() for thread in threads):
             return False
         if destroy:
             _destroy(self.node)
@@ -101,13 +111,17 @@ class LiveNode:
         return f"<{self.name}: {'running' if self.alive else 'stopped'} in this kernel>"
 
 
-def in_context(cls: type[Node], context: Context, arguments: list[str]) -> type[Node]:
-    """`cls` with a last base before Node that hands Node the session's context, whatever the class's `__init__` takes."""
+def in_context(cls: type[Node], context: Context, arguments: list[str], make_room: Callable[[str], None]) -> type[Node]:
+    """`cls` with a last base before Node that hands Node the session's context, whatever the class's `__init__` takes.
+
+    `make_room` is called with the node's name before the node is there.
+    """
 
     class Injector(Node):
         def __init__(self, *args, **kwargs):
             kwargs.setdefault("context", context)
             kwargs["cli_args"] = [*(kwargs.get("cli_args") or []), *arguments]
+            make_room(kwargs.get("node_name", *args[:1]))
             super().__init__(*args, **kwargs)
 
     return type(cls.__name__, (cls, Injector), {"__module__": cls.__module__, "__doc__": cls.__doc__})

@@ -1,6 +1,7 @@
 """What nodes log, collected from /rosout and shown in a notebook as a table that folds away."""
 
 import html
+import math
 import threading
 from collections import deque
 from dataclasses import dataclass
@@ -61,10 +62,13 @@ class LogBook:
         return Logs(Entry(LEVELS.get(log.level, str(log.level)), log.name, log.msg) for log in logs
                     if node is None or log.name == node.lstrip("/"))
 
-    def forget(self, node: str) -> None:
-        """Drop the entries of `node`."""
+    def forget(self, node: str, before: float = math.inf) -> None:
+        """Drop the entries of `node`: those stamped before a time (s, as `time.time()` gives it), or all."""
+        def stays(log: Log) -> bool:
+            return log.name != node or log.stamp.sec + 1e-9 * log.stamp.nanosec >= before
+
         with self._changed:
-            kept = [m for m in self._messages if deserialize_message(m, Log).name != node]
+            kept = [m for m in self._messages if stays(deserialize_message(m, Log))]
             self._messages.clear()
             self._messages.extend(kept)
 

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections import deque
 from pathlib import Path
 
@@ -23,6 +24,7 @@ class NodeProcess:
         self.name = path.name
         self.nodes: list[str] = []
         self._lines: deque[str] = deque(maxlen=KEPT_LINES)
+        self.started = time.time()
         self._popen = subprocess.Popen(
             ["setpriv", "--pdeathsig", "KILL", sys.executable, path.name, *arguments],
             cwd=path.absolute().parent, env={**os.environ, "PYTHONUNBUFFERED": "1"}, start_new_session=True,

@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 from rclpy.context import Context
+from rclpy.exceptions import NotInitializedException
 from rclpy.node import Node
 from rclpy.task import Future
 
@@ -72,7 +73,7 @@ class Session:
 
     def start(self, what: type[Node] | str | Path, *args: object, parameters: Mapping[str, object] | None = None,
               threads: int = 1, timeout: float = 20.0, **kwargs: object) -> "LiveNode | NodeProcess":
-        """Start a node and return a handle on it; an earlier one of the same name is stopped first.
+        """Start a node and return a handle on it; an earlier one of the same name is stopped, be it a class or a file.
 
         A Node subclass is made (with `args` and `kwargs`) and spun in this kernel by an executor with `threads`
         threads.  A file is run in its own process with the command line `args`; this waits until its node is there, at
@@ -91,26 +92,29 @@ class Session:
         for handle in list(self._handles.values()):
             if isinstance(handle, LiveNode) and type(handle.node).__name__ == what.__name__:
                 self._replace(handle.name)
-        cls = in_context(what, self.context, arguments)
+        cls = in_context(what, self.context, arguments, self._replace)
         node = cls.__new__(cls)
         try:
             node.__init__(*args, **kwargs)
-        except BaseException:
+        except BaseException as error:
             if hasattr(node, "_Node__node"):
                 node.destroy_node()
+            if isinstance(error, NotInitializedException):
+                raise LiveError(f"{what.__name__} makes a node that is not in this session: in its __init__, write "
+                                "super().__init__('name') instead of Node.__init__(self, 'name')") from None
             raise
-        self._replace(node.get_name())
+        self._replace(node.get_name())  # it may have been renamed by its arguments
         handle = LiveNode(self, Spinner(node, threads))
         self._handles[handle.name] = handle
         return handle
 
-    def _replace(self, name: str) -> None:
-        """Make room for a node, or a file's process, of this name."""
-        handle = self._handles.get(name)
-        if handle is not None:
-            self.stop(name)
-            for node in handle.nodes:
-                self._book.forget(node.rpartition("/")[2])
+    def _replace(self, name: str, new: NodeProcess | None = None) -> None:
+        """Make room for a node, or a file's process, of this name; `new` already has it."""
+        for key, handle in list(self._handles.items()):
+            if handle is not new and name in (key, *map(_base, handle.nodes)):
+                self.stop(key)
+                for node in handle.nodes:
+                    self._book.forget(_base(node), *([new.started] if new else []))
 
     def _start_file(self, path: Path, arguments: list[str], timeout: float) -> NodeProcess:
         if not path.is_file():
@@ -127,6 +131,8 @@ class Session:
         if not process.nodes:
             process.stop()
             raise CallTimeout(f"{path.name} ran for {timeout:g} s and created no node")
+        for node in process.nodes:
+            self._replace(_base(node), process)
         return process
 
     def stop(self, name: str | None = None) -> None:
@@ -137,11 +143,13 @@ class Session:
                 continue
             handle._end()
             if not self._closed:  # a call made next must not meet the old one
-                self.until(lambda names=handle.nodes: not set(names) & set(self._all_nodes()), 2.0)
+                others = [node for other in self._handles.values() for node in other.nodes]
+                self.until(lambda names=set(handle.nodes), others=others:
+                           not names.intersection(_difference(self._all_nodes(), others)), 2.0)
 
     def nodes(self) -> list[str]:
         """The full names of the nodes in this session's domain, hidden ones left out."""
-        return sorted(name for name in self._all_nodes() if not name.rpartition("/")[2].startswith("_"))
+        return sorted(name for name in self._all_nodes() if not _base(name).startswith("_"))
 
     def logs(self, name: str | None = None, *, until: str | None = None, timeout: float = 2.0) -> Logs:
         """What the node called `name`, or every node, has logged since it was started.
@@ -315,6 +323,10 @@ def _fill(srv_type: type, fields: Mapping[str, object]):
 def _yaml(value: object) -> str:
     import yaml
     return yaml.safe_dump(value, default_flow_style=True, width=10**6).strip().removesuffix("\n...").strip()
+
+
+def _base(node: str) -> str:
+    return node.rpartition("/")[2]
 
 
 def _difference(after: list[str], before: list[str]) -> list[str]:

@@ -1,5 +1,6 @@
 """The live session: nodes in the kernel and beside it, replaced, called, ended, and nothing left behind."""
 
+import gc
 import os
 import signal
 import subprocess
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from example_interfaces.srv import AddTwoInts
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
@@ -93,9 +95,43 @@ def test_another_class_of_the_same_node_name_replaces_it(session):
         def __init__(self):
             super().__init__("adder")
 
+            self.get_logger().info("the other one")
+
     first = session.start(Adder)
     session.start(Other)
     assert session.nodes() == ["/adder"] and not first.alive
+    assert "the other one" in str(session.logs("adder", until="the other one"))
+
+
+def test_a_class_and_a_file_replace_each_other_when_their_node_has_the_same_name(session, server):
+    class FileServer(Node):
+        def __init__(self):
+            super().__init__("file_server")
+            self.get_logger().info("of the class")
+
+    server.write_text(SERVER.replace("    try:", "    node.get_logger().info('of the file')\n    try:"))
+    process = session.start(server)
+    handle = session.start(FileServer)
+    assert session.nodes() == ["/file_server"] and not process.alive
+    assert [entry.text for entry in session.logs(until="of the class")] == ["of the class"]
+    began = time.monotonic()
+    session.start(server)
+    assert session.nodes() == ["/file_server"] and not handle.alive
+    assert [entry.text for entry in session.logs(until="of the file")] == ["of the file"]
+    assert time.monotonic() - began < 2.0
+    other = server.with_name("other.py")
+    other.write_text(server.read_text())
+    session.start(other)
+    assert session.nodes() == ["/file_server"]
+
+
+def test_a_node_that_passes_by_the_session_is_told_how_to_get_in(session):
+    class Explicit(Node):
+        def __init__(self):
+            Node.__init__(self, "explicit")
+
+    with pytest.raises(LiveError, match=r"Explicit .* write super\(\).__init__\('name'\) instead of Node.__init__"):
+        session.start(Explicit)
 
 
 def test_a_constructor_that_fails_leaves_no_node(session):
@@ -199,9 +235,46 @@ def test_a_node_that_blocks_for_ever_blocks_only_itself_and_can_be_stopped(sessi
     assert not relay.alive and session.nodes() == ["/adder"]
 
 
-def test_several_threads_let_a_callback_call(session):
-    from rclpy.callback_groups import ReentrantCallbackGroup
+def test_stopping_a_node_amid_its_callbacks_is_silent_and_takes_no_longer_than_its_limit(session, capfd):
+    class Busy(Node):
+        def __init__(self):
+            super().__init__("busy")
+            self.calling, self.waiting, self.go_on = threading.Event(), threading.Event(), threading.Event()
+            group = ReentrantCallbackGroup()
+            self.nobody = self.create_client(AddTwoInts, "nobody")
+            self.create_service(AddTwoInts, "relay", self.relay, callback_group=group)
+            self.create_service(Trigger, "wait", self.wait, callback_group=group)
+            self.create_timer(0.001, lambda: None)
 
+        def relay(self, request, response):
+            self.calling.set()
+            return self.nobody.call(request)
+
+        def wait(self, request, response):
+            self.waiting.set()
+            self.go_on.wait(20)
+            return response
+
+    busy = session.start(Busy, threads=3)
+    node = busy.node
+    session._ready(session._client("relay", AddTwoInts), 5.0)
+    session._client("relay", AddTwoInts).call_async(AddTwoInts.Request())
+    session._ready(session._client("wait", Trigger), 5.0)
+    session._client("wait", Trigger).call_async(Trigger.Request())
+    assert node.calling.wait(5) and node.waiting.wait(5)
+    began = time.monotonic()
+    busy.stop()
+    assert time.monotonic() - began < 5.0 and session.nodes() == []
+    threads = [thread for thread in threading.enumerate() if thread.name.startswith("ThreadPoolExecutor")]
+    node.go_on.set()  # and what it does now, without its node, is nobody's concern
+    for thread in threads:
+        thread.join(5)
+    del busy, node
+    gc.collect()
+    assert capfd.readouterr().err == ""
+
+
+def test_several_threads_let_a_callback_call(session):
     class Relay(Node):
         def __init__(self):
             super().__init__("relay")
