@@ -2,11 +2,14 @@
 
 `exercise.toml` names the files handed in and the interface package; the suite's test functions carry their points in
 a decorator and their title in the docstring.  Both are read here without importing the suite, so that the coordinator
-knows which verdicts must come back whatever happens in the worker.
+knows which verdicts must come back whatever happens in the worker.  To a worker on another machine the folder travels
+as bytes.
 """
 
 import ast
+import hashlib
 import re
+import tempfile
 import tomllib
 from dataclasses import dataclass
 from functools import cache
@@ -35,17 +38,13 @@ class Exercise:
     """One exercise of the course."""
 
     name: str
+    folder: Path  # where the suite and the reference interfaces are
     title: str
     files: tuple[str, ...]  # handed in
     package: str  # of the interfaces that lie beside the suite, or ""
     time_limit: float  # s, for all tests together
     early: dict[str, list[str]]  # runs to begin before all else
     tests: tuple[Test, ...]
-
-    @property
-    def folder(self) -> Path:
-        """Where the suite and the reference interfaces are."""
-        return HIDDEN / self.name
 
     @property
     def interfaces(self) -> list[Path]:
@@ -64,14 +63,51 @@ def names() -> list[str]:
 
 
 @cache
-def load(name: str) -> Exercise:
-    """Read the exercise `name`; raises UnknownExercise when there is none."""
-    if name not in names():
+def load(name: str, hidden: Path = HIDDEN) -> Exercise:
+    """Read the exercise `name` in the folder `hidden`; raises UnknownExercise when there is none."""
+    folder = hidden / name
+    if not (folder / "exercise.toml").exists() or folder.parent != hidden:
         raise UnknownExercise(f"there is no exercise '{name}'; there are: {', '.join(names())}")
-    description = tomllib.loads((HIDDEN / name / "exercise.toml").read_text(encoding="utf-8"))
-    return Exercise(name=name, title=description["title"], files=tuple(description["files"]),
+    description = tomllib.loads((folder / "exercise.toml").read_text(encoding="utf-8"))
+    return Exercise(name=name, folder=folder, title=description["title"], files=tuple(description["files"]),
                     package=description.get("package", ""), time_limit=float(description["time_limit"]),
-                    early=description.get("early", {}), tests=tuple(_tests(HIDDEN / name / "suite.py")))
+                    early=description.get("early", {}), tests=tuple(_tests(folder / "suite.py")))
+
+
+@dataclass(frozen=True)
+class Packed:
+    """An exercise's folder, and what all suites share, as bytes by path below `hidden`."""
+
+    name: str
+    files: dict[str, bytes]
+
+    @property
+    def digest(self) -> str:
+        """Tells one content from another."""
+        parts = (part for path, content in sorted(self.files.items()) for part in (path.encode(), content))
+        return hashlib.sha256(b"".join(b"%d:%s" % (len(part), part) for part in parts)).hexdigest()
+
+
+def pack(name: str) -> Packed:
+    """The exercise `name`, to be sent; raises UnknownExercise."""
+    paths = [*HIDDEN.glob("*.*"), *load(name).folder.rglob("*")]
+    return Packed(name, {str(path.relative_to(HIDDEN)): path.read_bytes() for path in paths
+                         if path.is_file() and "__pycache__" not in path.parts})
+
+
+_unpacked: dict[str, tempfile.TemporaryDirectory] = {}
+
+
+def unpack(packed: Packed) -> Exercise:
+    """The exercise as it was sent, in a folder of this user's alone that is gone when the process ends."""
+    if packed.digest not in _unpacked:
+        folder = tempfile.TemporaryDirectory(prefix="autograder-")
+        for path, content in packed.files.items():
+            target = Path(folder.name, path)
+            target.parent.mkdir(exist_ok=True)
+            target.write_bytes(content)
+        _unpacked[packed.digest] = folder
+    return load(packed.name, Path(_unpacked[packed.digest].name))
 
 
 def _tests(suite: Path) -> list[Test]:

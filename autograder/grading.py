@@ -1,5 +1,7 @@
 """Grading one submission from end to end: a worker runs the hidden suite, its verdicts are checked, a report is made."""
 
+import atexit
+import contextlib
 import json
 import logging
 import os
@@ -9,6 +11,7 @@ import sys
 import tempfile
 import threading
 import time
+from collections.abc import Iterator
 
 from course.environment import prepare
 from course.interfaces import build
@@ -33,6 +36,7 @@ from .sandbox import BOXES, ros_variables
 
 TRIES = 3
 GRACE = 30.0  # s that a worker may take beyond what its tests may
+WORDS = 5000  # bytes of a worker's own log that are shown when it fails
 DETAIL = 4000  # characters of what an instructor is told of a test
 UNSAFE = "unsafe"  # the flag of what was graded without a sandbox
 
@@ -43,13 +47,14 @@ class InfrastructureError(RuntimeError):
     """The grader failed: nothing is known of the submission."""
 
 
-def grade(submission: Submission, box: str, seed: int | None = None, patience: float = 1.0) -> Report:
-    """Grade a submission in `box` (see `sandbox.choose`).
+def grade(submission: Submission, box: str, seed: int | None = None, patience: float = 1.0,
+          exercise: Exercise | None = None) -> Report:
+    """Grade a submission of `exercise` (by default this installation's) in `box` (see `sandbox.choose`).
 
     The hidden inputs are drawn from `seed`, or from a new one; `patience` stretches every wait.  A failure of the
     grader's own is tried again, and in the end reported as such; it never becomes a score.
     """
-    exercise = load(submission.assignment)
+    exercise = exercise or load(submission.assignment)
     seed = secrets.randbits(32) if seed is None else seed
     start = time.monotonic()
     verdicts: dict[str, Verdict] = {}
@@ -85,16 +90,12 @@ def judge(exercise: Exercise, files: dict[str, bytes], box: str, seed: int, pati
 
     Raises InfrastructureError when the verdicts are not all there.
     """
-    prepare()
-    environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTEST_", "ROS_DOMAIN"))}
     prefix = ""
     if exercise.package:
-        built = build(exercise.package, exercise.interfaces, use=False)
-        environment.update(built.variables(environment))
-        prefix = str(built.prefix)
-    environment.update(ros_variables(0, own_network=box != UNSAFE), PYTEST_DISABLE_PLUGIN_AUTOLOAD="1")
-    job = Job(exercise.name, files, seed, box, prefix, patience)
-    verdicts, end = _run_worker(job, environment, exercise.time_limit * max(1.0, patience) + GRACE)
+        prefix = str(build(exercise.package, exercise.interfaces, use=False).prefix)
+    job = Job(exercise.name, str(exercise.folder.parent), files, seed, box, prefix, patience)
+    with _worker(box) as worker:
+        verdicts, end = worker.run(job, exercise.time_limit * max(1.0, patience) + GRACE)
     if end.get("fault"):
         raise InfrastructureError(end["fault"])
     expected = [test.id for test in exercise.tests]
@@ -105,20 +106,35 @@ def judge(exercise: Exercise, files: dict[str, bytes], box: str, seed: int, pati
     return {verdict.id: verdict for verdict in verdicts}, end.get("logs", {})
 
 
-def _run_worker(job: Job, environment: dict[str, str], limit: float) -> tuple[list[Verdict], dict]:
-    """Run a worker on `job`: its verdicts and its last word."""
-    command = [*BOXES[job.box], sys.executable, "-P", "-m", "autograder.worker"]
-    verdicts, end = [], None
-    with tempfile.TemporaryFile() as words:
-        worker = subprocess.Popen(command, env=environment, cwd="/", stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                  stderr=words, text=True)
-        timer = threading.Timer(limit, worker.kill)
+class _Worker:
+    """A process that grades one submission at a time, see `worker`."""
+
+    def __init__(self, box: str):
+        prepare()
+        environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTEST_", "ROS_DOMAIN"))}
+        environment.update(ros_variables(0, own_network=box != UNSAFE), PYTEST_DISABLE_PLUGIN_AUTOLOAD="1")
+        self._words = tempfile.TemporaryFile()  # noqa: SIM115  # closed with the worker
+        self._process = subprocess.Popen([*BOXES[box], sys.executable, "-P", "-m", "autograder.worker"], env=environment,
+                                         cwd="/", stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._words)
+
+    def run(self, job: Job, limit: float) -> tuple[list[Verdict], dict]:
+        """The verdicts on `job` and the grading's last word; raises InfrastructureError after `limit` s, or when it dies.
+
+        Whatever it raises, the worker is of no more use.
+        """
+        self._words.seek(0)
+        self._words.truncate()
+        verdicts, end, status = [], None, None
+        timer = threading.Timer(limit, self._process.kill)
         timer.start()
         try:
-            worker.stdin.write(job.to_line() + "\n")
-            worker.stdin.close()
-            for line in worker.stdout:
+            self._process.stdin.write(job.to_line().encode() + b"\n")
+            self._process.stdin.flush()
+            for line in self._process.stdout:
                 record = json.loads(line)
+                if "status" in record:
+                    status = record["status"]
+                    break
                 if "done" in record:
                     end = record
                 else:
@@ -127,15 +143,42 @@ def _run_worker(job: Job, environment: dict[str, str], limit: float) -> tuple[li
             log.debug("worker: %s", error)
         finally:
             timer.cancel()
-            worker.kill()
-            worker.wait()
-            worker.stdout.close()
-        words.seek(0, os.SEEK_END)
-        words.seek(max(0, words.tell() - 5000))
-        said = words.read().decode(errors="replace")
-    for verdict in verdicts:
-        log.debug("%s: %s: %s [%s]", verdict.id, verdict.outcome, verdict.message, verdict.detail)
-    log.debug("worker: %s", said)
-    if end is None:
-        raise InfrastructureError(f"the worker ended with status {worker.returncode} before all was judged:\n{said}")
-    return verdicts, end
+        size = os.fstat(self._words.fileno()).st_size
+        said = os.pread(self._words.fileno(), WORDS, max(0, size - WORDS)).decode(errors="replace")
+        for verdict in verdicts:
+            log.debug("%s: %s: %s [%s]", verdict.id, verdict.outcome, verdict.message, verdict.detail)
+        log.debug("worker: %s", said)
+        if end is None or status != 0:
+            raise InfrastructureError(f"the worker ended with status {status} before all was judged:\n{said}")
+        return verdicts, end
+
+    def close(self) -> None:
+        """End it, and what it is doing."""
+        self._process.kill()
+        self._process.communicate()
+        self._words.close()
+
+
+_idle: dict[str, list[_Worker]] = {}  # by box
+
+
+@contextlib.contextmanager
+def _worker(box: str) -> Iterator[_Worker]:
+    """A worker that is kept for the next submission when all went well."""
+    idle = _idle.setdefault(box, [])
+    try:
+        worker = idle.pop()
+    except IndexError:
+        worker = _Worker(box)
+    try:
+        yield worker
+    except BaseException:
+        worker.close()
+        raise
+    idle.append(worker)
+
+
+@atexit.register
+def _close_idle() -> None:
+    for worker in sum(_idle.values(), []):
+        worker.close()

@@ -85,6 +85,7 @@ class Job:
     """Coordinator to worker: grade these files."""
 
     exercise: str
+    hidden: str  # the folder that its folder is in
     files: dict[str, bytes]
     seed: int
     box: str  # how programs are confined: a name in `sandbox.BOXES`

@@ -1,7 +1,4 @@
-"""One submission being graded: its programs, its ROS domains, its clock.
-
-Light on purpose: the worker starts the slowest programs with this before it loads ROS 2 and pytest.
-"""
+"""One submission being graded: its programs, its ROS domains, its clock."""
 
 import contextlib
 import random
@@ -12,6 +9,7 @@ from .cleaning import NUMBER, excerpt
 from .faults import Clock, Crashed, TimedOut
 from .networks import Networks
 from .program import Program
+from .ros import Ros
 from .sandbox import Sandbox
 
 GRACE = 3.0  # s more for a program to load on a busy machine, when the task sets a limit
@@ -46,8 +44,6 @@ class Grading:
 
     def enter(self, domain: int, threads: int = 1):
         """A node of the grader's in that domain, a `ros.Ros`, whose callbacks run in so many threads."""
-        from .ros import Ros
-
         with self._network(domain):
             self._rooms.append(Ros(domain, threads))
         return self._rooms[-1]

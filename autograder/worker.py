@@ -1,21 +1,30 @@
-"""The process that grades one submission: `python -m autograder.worker`, in a network namespace of its own.
+"""The process that grades: `python -m autograder.worker`, in a network namespace of its own.
 
-Reads a Job as JSON from stdin, runs the exercise's hidden suite, and writes a line of JSON to stdout for each Verdict
-and one at the end.  It never imports what the student wrote.
+Reads Jobs from stdin, a line of JSON each, and has a fork of itself grade each of them, so that ROS 2 and pytest are
+loaded once.  The fork runs the exercise's hidden suite and writes a line of JSON to stdout for each Verdict and one
+when it is done; then the server tells how the fork has ended.  What the student wrote is never imported.
 """
 
 import ctypes
+import gc
 import json
 import os
+import select
 import signal
 import sys
 from dataclasses import asdict
 from pathlib import Path
 
-from . import exercises
+import pytest
+
+import autograder.hidden
+from course.interfaces import Built
+
+from . import actions, parameters, talk, topics  # noqa: F401  what the suites are going to need
+from .exercises import load
 from .faults import Clock
-from .networks import set_up
-from .records import Job, Verdict
+from .judge import Judge
+from .records import Job
 from .sandbox import Sandbox
 from .session import Grading
 
@@ -23,40 +32,47 @@ PR_SET_PDEATHSIG = 1
 
 
 def main() -> None:
-    """Grade what stdin says."""
-    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-    results = os.fdopen(os.dup(1), "w", buffering=1)
+    """Serve until stdin ends; a grading that is going on then ends too."""
+    results = os.dup(1)
     os.dup2(2, 1)  # whatever prints is log
-    job = Job.from_line(sys.stdin.readline())
-    if job.box != "unsafe":
-        set_up()
-    exercise = exercises.load(job.exercise)
+    gc.freeze()
+    for line in sys.stdin.buffer:
+        child = os.fork()
+        if not child:
+            ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+            grade(Job.from_line(line), results)
+            os._exit(0)  # every thread is idle, and waiting for Fast DDS to leave costs time
+        ended = os.pidfd_open(child)
+        if ended not in select.select([ended, sys.stdin], [], [])[0]:
+            break  # nobody waits for the result
+        os.close(ended)
+        os.write(results, json.dumps({"status": os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])}).encode() + b"\n")
+
+
+def grade(job: Job, results: int) -> None:
+    """Do one job, and write to the descriptor `results`."""
+    def tell(fields: dict) -> None:
+        os.write(results, json.dumps(fields).encode() + b"\n")
+
+    autograder.hidden.__path__ = [job.hidden]
+    exercise = load(job.exercise, Path(job.hidden))
+    interfaces = Path(job.interfaces) if job.interfaces else None
+    if interfaces:
+        Built(exercise.package, interfaces).use()
     clock = Clock(exercise.time_limit * max(1.0, job.patience), job.patience)
-
-    def report(verdict: Verdict) -> None:
-        print(json.dumps(asdict(verdict)), file=results)
-
-    sandbox = Sandbox(job.box, job.files, Path(job.interfaces) if job.interfaces else None)
-    grading = Grading(job.files, sandbox, clock, job.seed)
+    grading = Grading(job.files, Sandbox(job.box, job.files, interfaces), clock, job.seed)
+    judge = Judge(grading, lambda verdict: tell(asdict(verdict)))
     logs: dict[str, str] = {}
     try:
         grading.begin(exercise.early)
-        import pytest
-
-        from . import talk
-        from .judge import Judge
-
-        judge = Judge(grading, report)
         status = pytest.main(
-            ["-c", str(exercises.HIDDEN / "pytest.ini"), "--rootdir", str(exercise.folder), "--assert=plain", "-q",
+            ["-c", f"{job.hidden}/pytest.ini", "--rootdir", str(exercise.folder), "--assert=plain", "-q",
              "-p", "no:cacheprovider", str(exercise.folder / "suite.py")],
             plugins=[judge, talk])
         logs = grading.logs()
     finally:
         grading.close()
-    print(json.dumps({"done": int(status), "fault": judge.fault, "logs": logs}), file=results)
-    results.flush()
-    os._exit(0)  # every thread is idle, and waiting for Fast DDS to leave costs time
+    tell({"done": int(status), "fault": judge.fault, "logs": logs})
 
 
 if __name__ == "__main__":
