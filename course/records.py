@@ -167,6 +167,13 @@ class ParameterRecorder(Recorder):
             self.add(name=parameter.name, value=parameter.value, accepted=result.successful, reason=result.reason)
         return result
 
+    def range(self, name: str) -> tuple[float, ...]:
+        """The least and the greatest value that the descriptor of `name` allows; () when it sets no limits."""
+        descriptor = self._node.describe_parameter(name)
+        for limits in (*descriptor.floating_point_range, *descriptor.integer_range):
+            return limits.from_value, limits.to_value
+        return ()
+
     def close(self) -> None:
         """Record no longer; what was recorded stays."""
         del self._node._set_parameters_atomically

@@ -1,13 +1,15 @@
 """Figures of section 3.2: an action's feedback as it comes, and goals over time."""
 
 from ..records import GoalRecorder
-from .palette import BLACK, BLUE, EVENTS, GREY, style
+from .palette import BLACK, BLUE, EVENTS, GREY, plain, style
 from .picture import Picture
 
 # Request and answer lie side by side within a millisecond: bars of different height show both.
-MARKERS = {"goal": (600, "|"), "accepted": (200, "|"), "feedback": (28, "o"), "cancel": (90, "X")}
+MARKERS = {"goal": (600, "|"), "accepted": (200, "|"), "feedback": (28, "o"), "cancel": (600, "|"),
+           "rejected": (90, "X")}
 
 
+@plain
 def feedback(goal: GoalRecorder, title: str = "Each feedback message brings one element more") -> Picture:
     """The newest element of the sequence at the time of each feedback message."""
     table = goal.table()
@@ -25,12 +27,13 @@ def feedback(goal: GoalRecorder, title: str = "Each feedback message brings one 
     return picture
 
 
+@plain
 def timeline(*goals: GoalRecorder, labels: tuple[str, ...] = (),
              title: str = "A goal's life: request, feedback, end") -> Picture:
     """One line a goal: sent, accepted or rejected, feedback, cancel requested, and how it ended."""
     picture = Picture("timeline of goals", 1.4 + 0.6 * max(1, len(goals)))
     axes = style(picture.figure.add_subplot(), title, "time since the goal was sent (s)")
-    seen = []
+    seen = {}
     for row, goal in enumerate(goals):
         table = goal.table()
         start = table["time"][0] if table["time"] else 0.0
@@ -42,12 +45,12 @@ def timeline(*goals: GoalRecorder, labels: tuple[str, ...] = (),
             if not at:
                 continue
             size, marker = MARKERS.get(event, (90, "D"))
-            axes.scatter(at, [row] * len(at), s=size, marker=marker, color=color, zorder=2 if event == "feedback" else 3,
-                         linewidths=2.5 if marker == "|" else None, label=event if event not in seen else None)
-            seen.append(event)
+            seen[event] = axes.scatter(at, [row] * len(at), s=size, marker=marker, color=color,
+                                       zorder=2 if event == "feedback" else 3, linewidths=2.5 if marker == "|" else None)
     axes.set_yticks(range(len(goals)), labels or [f"goal {number + 1}" for number in range(len(goals))])
     axes.set_ylim(len(goals) - 0.5, -0.5)
     if seen:
-        picture.figure.legend(loc="outside lower left", ncols=7, frameon=False, fontsize=9, markerscale=0.6,
-                              columnspacing=1.2, handletextpad=0.3)
+        shown = [event for event in EVENTS if event in seen]
+        picture.figure.legend([seen[event] for event in shown], shown, loc="outside lower left", ncols=len(EVENTS),
+                              frameon=False, fontsize=9, markerscale=0.6, columnspacing=1.0, handletextpad=0.2)
     return picture

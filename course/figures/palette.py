@@ -1,5 +1,6 @@
 """Colours and lines of every figure."""
 
+import matplotlib.style
 from matplotlib.axes import Axes
 
 # Okabe and Ito, Color Universal Design, 2008.
@@ -11,6 +12,9 @@ STATES = {"FORWARD": GREEN, "TURNING_LEFT": BLUE, "TURNING_RIGHT": ORANGE, "STOP
 SECTORS = {"front": GREEN, "left": BLUE, "right": ORANGE}
 EVENTS = {"goal": BLACK, "accepted": BLUE, "rejected": VERMILLION, "feedback": SKY, "cancel": ORANGE,
           "succeeded": GREEN, "canceled": PURPLE, "aborted": VERMILLION, "unknown": GREY}
+
+# A decorator: a notebook that has set a style of its own (`dark_background`) would write white on our light ground.
+plain = matplotlib.style.context("default")
 
 
 def style(axes: Axes, title: str, xlabel: str = "", ylabel: str = "") -> Axes:

@@ -1,27 +1,50 @@
 """The figure of section 3.3: what was set, when, and whether the node took it."""
 
+import math
+
 from ..records import ParameterRecorder
-from .palette import BLUE, GREEN, VERMILLION, style
+from .palette import BLACK, BLUE, GREEN, GREY, VERMILLION, plain, style
 from .picture import Picture
 
+LISTED = 4  # reasons, the newest
 
+
+@plain
 def changes(record: ParameterRecorder, name: str, title: str = "A rejected set leaves the value as it was") -> Picture:
-    """The value of the numeric parameter `name` over time, with accepted and rejected sets marked."""
+    """The value of the numeric parameter `name` over time, with accepted and rejected sets marked.
+
+    The axis reaches over the accepted values and the declared range (dashed); a rejected value beyond it is an arrow at
+    its edge.  Rejections have numbers, by which their values and reasons are listed below.
+    """
     table = record.table()
-    rows = [row for row in zip(table["time"], table["name"], table["value"], table["accepted"], strict=True)
-            if row[1] == name]
-    picture = Picture(f"changes of {name}")
+    rows = [(time, value, accepted, reason) for time, parameter, value, accepted, reason
+            in zip(*table.values(), strict=True) if parameter == name]
+    accepted = [(time, value) for time, value, ok, _ in rows if ok]
+    rejected = [(time, value, reason) for time, value, ok, reason in rows if not ok]
+    picture = Picture(f"changes of {name}", 3.2 + 0.18 * min(LISTED, len(rejected)))
     axes = style(picture.figure.add_subplot(), title, "time since the recorder started (s)", name)
-    accepted = [(time, value) for time, _, value, ok in rows if ok]
-    rejected = [(time, value) for time, _, value, ok in rows if not ok]
+    limits = record.range(name) if isinstance(record, ParameterRecorder) else ()
     if accepted:
-        end = max(time for time, *_ in rows)
-        times, values = zip(*accepted, (end, accepted[-1][1]), strict=True)
+        times, values = zip(*accepted, (table["time"][-1], accepted[-1][1]), strict=True)
         axes.step(times, values, where="post", color=BLUE, label="value")
         axes.plot(*zip(*accepted, strict=True), "o", color=GREEN, markersize=8, label="accepted")
+    for limit in limits:
+        axes.axhline(limit, color=GREY, linestyle="--", zorder=1, label="range" if limit == limits[0] else None)
+    axes.margins(y=0.2)
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high)
+    for number, (time, value, _) in enumerate(rejected, 1):
+        drawable = isinstance(value, int | float) and not math.isnan(value)
+        shown = min(max(value, low), high) if drawable else low
+        marker = "X" if not drawable or shown == value else "v" if value < low else "^"
+        axes.plot(time, shown, marker, color=VERMILLION, markersize=9, clip_on=False, zorder=3)
+        axes.annotate(str(number), (time, shown), xytext=(7, 2), textcoords="offset points", color=BLACK, fontsize=9)
     if rejected:
-        axes.plot(*zip(*rejected, strict=True), "X", color=VERMILLION, markersize=9, label="rejected")
+        axes.plot([], [], "X", color=VERMILLION, markersize=9, label="rejected")
     if rows:
-        axes.legend(frameon=False, ncols=3, loc="lower right", bbox_to_anchor=(1, 1))
-    axes.margins(y=0.15)
+        picture.figure.legend(frameon=False, ncols=4, loc="outside upper right")
+    lines = [f"{number}  {value} rejected: {reason}" for number, (_, value, reason) in enumerate(rejected, 1)][-LISTED:]
+    if lines:
+        picture.figure.supxlabel("\n".join(line if len(line) < 110 else line[:107] + "..." for line in lines), x=0.01,
+                                 ha="left", fontsize=9, color=BLACK, parse_math=False)
     return picture

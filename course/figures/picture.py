@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from ..records import Recorder
-from .palette import GROUND
+from .palette import GROUND, plain
 
 WIDTH = 8.0  # inches: the width of a notebook
 
@@ -28,11 +28,13 @@ class Picture:
     def __repr__(self) -> str:
         return f"<figure: {self.name}>"
 
+    @plain
     def _repr_png_(self) -> bytes:
         file = io.BytesIO()
         self.figure.savefig(file, format="png", dpi=100)
         return file.getvalue()
 
+    @plain
     def save(self, path: str | Path) -> None:
         """Write the figure in the format of the path's ending."""
         self.figure.savefig(path, dpi=150)

@@ -1,53 +1,64 @@
-"""The figure of a drive: the path in the room, coloured by state, above a strip of states over time."""
+"""The figure of a drive: the path in the room, coloured by state, above the states over time."""
 
 import numpy as np
 from matplotlib.collections import LineCollection
-from matplotlib.patches import Circle, Patch
+from matplotlib.patches import Circle
 
-from .palette import BLACK, GREY, STATES, VERMILLION, style
+from .palette import BLACK, GREY, STATES, VERMILLION, plain, style
 from .picture import Picture
 
 
+@plain
 def drive(simulation, decisions=None, title: str = "Where the robot has been, and in which state") -> Picture:
     """The room and path of a `course.world.Simulation` (m), with the states that a `DecisionRecorder` saw.
 
-    A decision belongs to the path by its scan's stamp (s): of simulated time, or of the wall clock, whose newest
-    decision then counts as of now.
+    A dot on the path is where the robot turned on the spot, or stood; x marks a collision.  A decision belongs to the
+    path by its scan's stamp (s): of simulated time, or of the wall clock, whose newest decision then counts as of now.
     """
     path = simulation.path
     table = decisions.table() if decisions is not None else {"stamp": [], "state": []}
     stamps, decided = np.asarray(table["stamp"], dtype=float), table["state"]
     if len(stamps) and stamps[0] > path[-1, 0] + 1.0:
         stamps = stamps - stamps[-1] + path[-1, 0]
-    picture = Picture("drive through a room", 5.4 if decided else 4.6)
+    picture = Picture("drive through a room", 6.4 if decided else 4.6)
     if decided:
-        axes, strip = picture.figure.subplots(2, 1, height_ratios=[8, 1])
+        axes, strip = picture.figure.subplots(2, 1, height_ratios=[4, 1])
+        _strip(strip, stamps, decided)
     else:
-        axes, strip = picture.figure.add_subplot(), None
+        axes = picture.figure.add_subplot()
     style(axes, title, "x (m)", "y (m)")
     axes.add_collection(LineCollection(simulation.room.segments, colors=BLACK, linewidths=2))
-    states = _states(path[:, 0], stamps, decided)
+    colours = [STATES.get(state, GREY) for state in _states(path[:, 0], stamps, decided)]
     pieces = np.stack([path[:-1, 1:3], path[1:, 1:3]], axis=1)
-    axes.add_collection(LineCollection(pieces, colors=[STATES.get(state, GREY) for state in states[1:]], linewidths=2.5))
+    axes.add_collection(LineCollection(pieces, colors=colours[1:], linewidths=2.5))
+    still = np.flatnonzero(np.all(pieces[:, 0] == pieces[:, 1], axis=1)) + 1
+    if decided:
+        axes.scatter(*path[still, 1:3].T, s=36, color=[colours[number] for number in still], zorder=2.5)
     for collision in simulation.collisions:
-        axes.plot(collision.x, collision.y, "X", color=VERMILLION, markersize=12)
+        axes.plot(collision.x, collision.y, "X", color=VERMILLION, markeredgecolor="white", markersize=12, zorder=5)
     x, y, heading = simulation.pose
-    axes.add_patch(Circle((x, y), simulation.robot.radius, facecolor="white", edgecolor=BLACK, zorder=3))
+    axes.add_patch(Circle((x, y), simulation.robot.radius, facecolor="white", edgecolor=BLACK, linewidth=1.5, zorder=3))
     axes.plot([x, x + simulation.robot.radius * np.cos(heading)], [y, y + simulation.robot.radius * np.sin(heading)],
               color=BLACK, zorder=4)
-    axes.plot(*simulation.room.start[:2], "+", color=BLACK, markersize=10)
-    axes.set_aspect("equal")
+    axes.plot(*simulation.room.start[:2], "+", color=BLACK, markersize=10, zorder=2.8)
+    ahead = np.cos(simulation.room.start[2]) >= 0  # the word stands where the path is not
+    axes.annotate("start", simulation.room.start[:2], xytext=(-7 if ahead else 7, 0), textcoords="offset points",
+                  ha="right" if ahead else "left", va="center", color=BLACK, fontsize=9)
+    axes.set_aspect("equal", adjustable="datalim")
     axes.autoscale_view()
-    if strip is not None:
-        style(strip, "", "time (s)")
-        widths = np.diff(stamps, append=stamps[-1] + (np.median(np.diff(stamps)) if len(stamps) > 1 else 0.1))
-        strip.bar(stamps, 1, widths, align="edge", color=[STATES[state] for state in decided])
-        strip.set_yticks([])
-        strip.set_ylim(0, 1)
-        present = [state for state in STATES if state in decided]
-        axes.legend(handles=[Patch(color=STATES[state], label=state) for state in present], frameon=False,
-                    loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return picture
+
+
+def _strip(axes, stamps: np.ndarray, decided: list[str]) -> None:
+    """A lane for each state, filled while the robot was in it: also the legend of the path's colours."""
+    style(axes, "", "time (s)")
+    ends = np.append(stamps[1:], stamps[-1] + (np.median(np.diff(stamps)) if len(stamps) > 1 else 0.1))
+    for lane, state in enumerate(STATES):
+        now = [number for number, name in enumerate(decided) if name == state]
+        axes.broken_barh(np.column_stack([stamps, ends - stamps])[now], (lane - 0.4, 0.8), color=STATES[state])
+    axes.set_yticks(range(len(STATES)), STATES, fontsize=9)
+    axes.set_ylim(len(STATES) - 0.5, -0.5)
+    axes.set_xlim(min(0.0, stamps[0]), ends[-1])
 
 
 def _states(times: np.ndarray, stamps: np.ndarray, decided: list[str]) -> list[str]:

@@ -3,10 +3,11 @@
 import numpy as np
 
 from .. import sectors as course_sectors
-from .palette import BLACK, GREY, SECTORS, VERMILLION, style
+from .palette import BLACK, SECTORS, VERMILLION, plain, style
 from .picture import Picture
 
 
+@plain
 def sectors(scan, action: dict | None = None, title: str = "What the robot sees, and what it decides",
             reach: float = 3.0) -> Picture:
     """A sensor_msgs/LaserScan in polar coordinates, forward at the top and left at the left.
@@ -35,9 +36,9 @@ def sectors(scan, action: dict | None = None, title: str = "What the robot sees,
         turn = float(action["angular"])
         _arrow(axes, turn, float(action["linear"]), reach)
     axes.set_thetagrids(range(0, 360, 30), [f"{angle if angle <= 180 else angle - 360}°" for angle in range(0, 360, 30)],
-                        color=GREY, fontsize=8)
+                        color=BLACK, fontsize=9)
     axes.set_rgrids(np.arange(1, np.ceil(reach)), [f"{ring:g} m" for ring in np.arange(1, np.ceil(reach))], angle=195,
-                    color=GREY, fontsize=8)
+                    color=BLACK, fontsize=9)
     axes.legend(loc="center left", bbox_to_anchor=(1.08, 0.5), frameon=False, title="nearest obstacle (m)")
     return picture
 

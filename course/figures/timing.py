@@ -4,12 +4,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from .palette import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, style
+from .palette import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, plain, style
 from .picture import Picture
 
 LIMIT = 0.1  # s, one decision of a 10 Hz loop
 
 
+@plain
 def round_trips(series: Mapping[str, Sequence[float]], title: str = "How long a call takes, call by call") -> Picture:
     """Round-trip times (s) of calls in order, one line for each name in `series`; logarithmic."""
     picture = Picture("service round trips")
@@ -17,10 +18,12 @@ def round_trips(series: Mapping[str, Sequence[float]], title: str = "How long a 
     for (name, times), color in zip(series.items(), (BLUE, ORANGE, GREEN, PURPLE), strict=False):
         axes.plot(np.arange(1, len(times) + 1), 1e3 * np.asarray(times), ".", markersize=3, color=color, label=name)
     axes.set_yscale("log")
+    axes.yaxis.set_major_formatter("{x:g}")
     axes.legend(frameon=False, markerscale=3)
     return picture
 
 
+@plain
 def latencies(series: Mapping[str, Sequence[float]], limit: float = LIMIT,
               title: str = "Every decision must stay left of the limit") -> Picture:
     """The distribution of decision latencies (s) for each name in `series`, against `limit` (s)."""
@@ -36,5 +39,6 @@ def latencies(series: Mapping[str, Sequence[float]], limit: float = LIMIT,
     axes.annotate(f"limit {1e3 * limit:g} ms", (1e3 * limit, 1), xycoords=("data", "axes fraction"), xytext=(-4, -12),
                   textcoords="offset points", ha="right", color=VERMILLION)
     axes.set_xscale("log")
+    axes.xaxis.set_major_formatter("{x:g}")
     axes.legend(frameon=False, loc="upper center")
     return picture

@@ -1,8 +1,10 @@
 """Figures: each draws what is recorded, and as text is the same every time, so that a stored notebook can be compared."""
 
+import math
 import threading
 
 import matplotlib.colors
+import matplotlib.style
 import numpy as np
 import pytest
 from IPython.testing.globalipapp import start_ipython
@@ -75,7 +77,23 @@ def test_axes_have_a_title_and_labels_with_units(name):
 def test_rejected_sets_are_not_on_the_line_of_values():
     axes = DRAWN["changes"]().figure.axes[0]
     lines = {line.get_label(): list(line.get_ydata()) for line in axes.get_lines()}
-    assert lines == {"value": [1.0, 1.0], "accepted": [1.0], "rejected": [9.0]}
+    assert lines["value"] == [1.0, 1.0] and lines["accepted"] == [1.0]
+
+
+def test_a_rejected_value_beyond_the_axis_is_an_arrow_at_its_edge_and_its_reason_is_told():
+    rows = [("speed", 1.0, True, ""), ("speed", 3.0, True, ""), ("speed", 2.0, False, "not now"),
+            ("speed", 500.0, False, "too fast"), ("speed", math.nan, False, "no number"), ("name", "atlas", True, "")]
+    record = Recorded("name", "value", "accepted", "reason", rows=rows)
+    figure = figures.changes(record, "speed").figure
+    axes = figure.axes[0]
+    value = next(line for line in axes.get_lines() if line.get_label() == "value")
+    assert list(value.get_ydata()) == [1.0, 3.0, 3.0] and value.get_xdata()[-1] == record.table()["time"][-1]
+    low, high = axes.get_ylim()
+    assert 0 < low < 1 and 3 < high < 4
+    marks = [(line.get_marker(), line.get_ydata()[0]) for line in axes.get_lines() if len(line.get_ydata()) == 1]
+    assert marks[-3:] == [("X", 2.0), ("^", high), ("X", low)]
+    assert figure.get_supxlabel() == ("1  2.0 rejected: not now\n2  500.0 rejected: too fast\n"
+                                      "3  nan rejected: no number")
 
 
 def test_the_share_of_late_decisions_is_told():
@@ -88,6 +106,27 @@ def test_the_path_has_the_colour_of_its_state():
     colours = figures.drive(simulation, record).figure.axes[0].collections[1].get_colors()
     assert matplotlib.colors.same_color(colours[5], palette.STATES["FORWARD"])
     assert matplotlib.colors.same_color(colours[-1], palette.STATES["TURNING_LEFT"])
+
+
+def test_a_turn_on_the_spot_is_a_dot_of_its_colour_and_the_lanes_of_the_states_stand_below_the_room():
+    simulation, record = driven()
+    record.add(stamp=simulation.time, state="TURNING_RIGHT")
+    simulation.step(0.0, -0.5, 0.1)
+    figure = figures.drive(simulation, record).figure
+    room, lanes = figure.axes
+    dots = room.collections[2]
+    assert len(dots.get_offsets()) == 1 and list(dots.get_offsets()[0]) == list(simulation.pose[:2])
+    assert matplotlib.colors.same_color(dots.get_facecolors()[0], palette.STATES["TURNING_RIGHT"])
+    assert [label.get_text() for label in lanes.get_yticklabels()] == list(palette.STATES)
+    figure.draw_without_rendering()
+    assert room.get_position().x0 == lanes.get_position().x0 and room.get_position().x1 == lanes.get_position().x1
+
+
+def test_a_figure_is_the_same_in_a_notebook_with_a_style_of_its_own():
+    record = goal("goal", "accepted", "feedback")
+    light = figures.timeline(record)._repr_png_()
+    with matplotlib.style.context("dark_background"):
+        assert figures.timeline(record)._repr_png_() == light
 
 
 def test_a_live_figure_shows_what_comes_while_it_waits_and_ends_still():

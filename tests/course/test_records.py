@@ -5,8 +5,10 @@ import threading
 import pytest
 from course_interfaces.action import Fibonacci
 from geometry_msgs.msg import Twist
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.action import ActionClient
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from course.nodes.dynamic_parameter_node import DynamicParameterNode
@@ -105,3 +107,15 @@ def test_every_attempt_to_set_a_parameter_is_recorded_whoever_makes_it(session):
     record.close()
     node.set_parameters([Parameter("threshold", value=70.0)])
     assert len(record) == 3
+
+
+def test_the_range_of_a_parameter_is_its_descriptors(session):
+    class Ranged(Node):
+        def __init__(self):
+            super().__init__("ranged")
+            limits = [FloatingPointRange(from_value=0.0, to_value=5.0)]
+            self.declare_parameter("speed", 1.0, ParameterDescriptor(floating_point_range=limits))
+            self.declare_parameter("free", 1.0)
+
+    record = ParameterRecorder(session.start(Ranged).node)
+    assert record.range("speed") == (0.0, 5.0) and record.range("free") == ()
