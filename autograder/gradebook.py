@@ -8,6 +8,7 @@ from sqlalchemy.exc import SAWarning
 
 from course.environment import prepare
 
+from . import late
 from .exercises import load
 from .records import INFRASTRUCTURE_ERROR, Mark, Report
 
@@ -20,10 +21,16 @@ def default_url(submitted: Path, out: Path) -> str:
 
 
 class Scores:
-    """An open gradebook; writing the same report again changes nothing."""
+    """An open gradebook; writing the same report again changes nothing.
 
-    def __init__(self, url: str):
+    With the folder of the submissions, it also enters when they were handed in, and what their being late costs in the
+    course that the folder lies in; without, nbgrader does that.
+    """
+
+    def __init__(self, url: str, submitted: Path | None = None):
         prepare()  # nbgrader runs `alembic`, which is beside this interpreter
+        self._url, self._submitted = url, submitted
+        self._config = late.course_config(submitted) if submitted else None
         self._book = Gradebook(url)
         self._known: set[str] = set()
 
@@ -41,8 +48,9 @@ class Scores:
         if name not in self._known:
             self._add_assignment(report)
         self._book.update_or_create_student(student)
+        handed_in = late.timestamp(self._submitted / student / name) if self._submitted else None
         with warnings.catch_warnings(action="ignore", category=SAWarning):  # nbgrader's own, about autoflush
-            self._book.update_or_create_submission(name, student)
+            self._book.update_or_create_submission(name, student, **{"timestamp": handed_in} if handed_in else {})
         notebook = self._book.find_submission_notebook(name, name, student)
         for cell, (points, _) in _by_cell(report).items():
             try:
@@ -53,6 +61,8 @@ class Scores:
             grade.auto_score = points
             grade.needs_manual_grade = grade.manual_score is not None  # what was changed by hand is to be looked at again
         self._book.db.commit()
+        if self._config:
+            late.assign(self._config, self._url, name, name, student)
 
     def _add_assignment(self, report: Report) -> None:
         name = report.assignment

@@ -143,7 +143,7 @@ def _scores(no_gradebook: bool, url: str | None, submitted: Path, output: Path):
         from contextlib import nullcontext
         return nullcontext()
     from .gradebook import Scores, default_url  # nbgrader takes a second to load
-    return Scores(url or default_url(submitted, output))
+    return Scores(url or default_url(submitted, output), submitted)
 
 
 def _line(report: Report) -> str:

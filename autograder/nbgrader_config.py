@@ -2,6 +2,7 @@
 
 from nbgrader.preprocessors import AssignLatePenalties
 
+from autograder.late import LatePolicy
 from autograder.nbgrader_plugin import FeedbackPage, GradeInSandbox, HandedIn, NameCells
 
 c = get_config()  # noqa: F821  nbgrader's loader defines it
@@ -16,3 +17,6 @@ c.Autograde.sanitize_preprocessors = []  # reading it with HandedIn leaves nothi
 c.Autograde.autograde_preprocessors = [NameCells, GradeInSandbox, AssignLatePenalties]
 c.GenerateFeedback.exporter_class = FeedbackPage
 c.GenerateFeedback.preprocessors = []
+
+# No penalty for being late, unless the course's own file sets one: c.LatePolicy.percent_per_day and the others.
+c.AssignLatePenalties.plugin_class = LatePolicy

@@ -46,14 +46,19 @@ def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> 
     return Submission(student, assignment, {} if problems else files, problems)
 
 
+def read_file(path: Path, limit: int = MAX_BYTES) -> bytes:
+    """The bytes of one regular file in a folder that was handed in; raises OSError, or ValueError when it is none."""
+    inside = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC)
+    try:
+        return _read_file(path.name, inside, limit)
+    finally:
+        os.close(inside)
+
+
 def read_notebook(path: Path) -> list[notebook.Cell]:
     """The cells of a notebook that was handed in; raises notebook.Unreadable."""
     try:
-        inside = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC)
-        try:
-            return notebook.parse(_read_file(path.name, inside, notebook.MAX_BYTES))
-        finally:
-            os.close(inside)
+        return notebook.parse(read_file(path, notebook.MAX_BYTES))
     except notebook.Unreadable:
         raise
     except (OSError, ValueError) as error:
