@@ -1,23 +1,14 @@
-"""Grading a folder of submissions: who is to be graded, and an output folder that never loses what it holds.
+"""Grading a folder of submissions: who is to be graded, and the reports as they come."""
 
-One coordinator writes at a time.  A result counts when its line in results.jsonl is on the disk; feedback and gradebook
-follow from it and can be made again, so a batch that was killed resumes where it stood.
-"""
-
-import fcntl
-import json
+import hashlib
 import os
+import secrets
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from . import exercises, feedback, submission
-from .records import INFRASTRUCTURE_ERROR, Report, Submission
-
-RESULTS, DETAILS = "results.jsonl", "details.jsonl"  # the second for instructors alone
-
-
-class UsageError(Exception):
-    """The command cannot be carried out as given; the message is one line for the person who gave it."""
+from . import exercises, submission
+from .output import Origin, UsageError
+from .records import Report, Submission
 
 
 def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> list[tuple[str, str]]:
@@ -45,77 +36,31 @@ def read(submitted: Path, student: str, assignment: str) -> Submission:
     return submission.read(submitted / student / assignment, student, assignment, exercises.load(assignment).files)
 
 
-class Output:
-    """The folder that results are written to; open in one process at a time."""
+def grade(client, submitted: Path, seeds: dict[tuple[str, str], int], patience: float,
+          unsafe: bool) -> Iterator[tuple[Report, Origin]]:
+    """Grade the (student, assignment) pairs in `seeds`, each with its seed; reports come in the order they are done.
 
-    def __init__(self, folder: Path, resume: bool):
-        """Raises UsageError when there are results already and `resume` is not set, or when it is in use."""
-        self.folder = folder
-        self._path = folder / RESULTS
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            self._lock = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
-        except OSError as error:
-            raise UsageError(f"cannot write to {folder}: {error.strerror}") from None
-        try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise UsageError(f"another grading is writing to {folder}") from None
-        self.done = {(report.student, report.assignment): report for report in read_results(self._path)}
-        if self.done and not resume:
-            raise UsageError(f"{folder} holds results already: give --resume to go on, or another folder")
-        self._file = open(self._path, "ab")  # noqa: SIM115  # __exit__ closes it
-        self._file.truncate(_whole_lines(self._path))
-        descriptor = os.open(folder / DETAILS, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC, 0o600)
-        self._details = open(descriptor, "ab")  # noqa: SIM115
-        self._details.truncate(_whole_lines(folder / DETAILS))
-        for report in self.done.values():
-            if not self._feedback(report).exists():
-                self._write_feedback(report)
+    `client` is what `cluster.local` or `cluster.remote` gives.
+    """
+    from . import cluster  # takes a second to load
+    digests = {name: exercises.pack(name).digest for name in {assignment for _, assignment in seeds}}
+    origins = {}
 
-    def __enter__(self):
-        return self
+    def handed_in() -> Iterator[tuple[Submission, int]]:
+        for key, seed in seeds.items():
+            found = read(submitted, *key)
+            origins[key] = Origin(str(submitted.resolve()), digests[key[1]], digest(found))
+            yield found, seed
 
-    def __exit__(self, *exception):
-        self._file.close()
-        self._details.close()
-        os.close(self._lock)
-
-    def left(self, found: list[tuple[str, str]]) -> list[tuple[str, str]]:
-        """Of the submissions found, those that have no lasting result."""
-        return [key for key in found if key not in self.done or self.done[key].status == INFRASTRUCTURE_ERROR]
-
-    def write(self, report: Report) -> None:
-        """Append a result, for good, the instructor's details before it, and write the student's page."""
-        self._details.write(json.dumps({"student": report.student, "assignment": report.assignment, "seed": report.seed,
-                                        "details": report.details}).encode() + b"\n")
-        self._details.flush()
-        self._file.write(json.dumps(report.public()).encode() + b"\n")
-        self._file.flush()
-        os.fsync(self._file.fileno())
-        self.done[report.student, report.assignment] = report
-        self._write_feedback(report)
-
-    def _feedback(self, report: Report) -> Path:
-        return self.folder / "feedback" / report.student / f"{report.assignment}.html"
-
-    def _write_feedback(self, report: Report) -> None:
-        target = self._feedback(report)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        draft = target.with_suffix(".part")
-        draft.write_bytes(feedback.page(report).encode(errors="replace"))
-        draft.replace(target)
+    for report in cluster.grade(client, handed_in(), patience, unsafe):
+        yield report, origins.pop((report.student, report.assignment))
 
 
-def read_results(path: Path) -> Iterator[Report]:
-    """The reports in a results.jsonl, in the order written; a line cut off by a kill is left out."""
-    if path.exists():
-        with open(path, "rb") as file:
-            for line in file:
-                if line.endswith(b"\n"):
-                    yield Report.from_fields(json.loads(line))
+def digest(handed_in: Submission) -> str:
+    """Tells one content of a submission from another."""
+    return hashlib.sha256(repr((sorted(handed_in.files.items()), handed_in.problems)).encode()).hexdigest()
 
 
-def _whole_lines(path: Path) -> int:
-    """The bytes up to the end of the last whole line."""
-    return path.read_bytes().rfind(b"\n") + 1
+def draw(found: Iterable[tuple[str, str]], seed: int | None) -> dict[tuple[str, str], int]:
+    """A seed for each submission: the given one, or a new one."""
+    return {key: secrets.randbits(32) if seed is None else seed for key in found}

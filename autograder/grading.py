@@ -73,6 +73,17 @@ def grade(submission: Submission, box: str, seed: int | None = None, patience: f
             except InfrastructureError as error:
                 log.warning("%s/%s, try %d of %d: the grader failed: %s", submission.student, submission.assignment,
                             attempt, TRIES, error)
+    return _report(submission, exercise, status, seed, verdicts, [UNSAFE] if box == UNSAFE else [], logs,
+                   time.monotonic() - start)
+
+
+def given_up(submission: Submission, exercise: Exercise, seed: int, flag: str) -> Report:
+    """The report on a submission that could not be graded for a reason that `flag` names."""
+    return _report(submission, exercise, INFRASTRUCTURE_ERROR, seed, {}, [flag], {}, 0.0)
+
+
+def _report(submission: Submission, exercise: Exercise, status: str, seed: int, verdicts: dict[str, Verdict],
+            flags: list[str], logs: dict[str, str], duration: float) -> Report:
     nothing = Verdict("", NOT_RUN, "The grader itself failed; this is no fault of yours, and will be graded again.")
     results = []
     for test in exercise.tests:
@@ -81,7 +92,7 @@ def grade(submission: Submission, box: str, seed: int | None = None, patience: f
                               test.points, verdict.message))
     score = None if status == INFRASTRUCTURE_ERROR else sum(result.points for result in results)
     return Report(submission.student, submission.assignment, status, score, exercise.max_score, seed,
-                  round(time.monotonic() - start, 3), [UNSAFE] if box == UNSAFE else [], results, logs,
+                  round(duration, 3), flags, results, logs,
                   {verdict.id: verdict.detail[:DETAIL] for verdict in verdicts.values() if verdict.detail})
 
 
@@ -180,5 +191,6 @@ def _worker(box: str) -> Iterator[_Worker]:
 
 @atexit.register
 def _close_idle() -> None:
-    for worker in sum(_idle.values(), []):
-        worker.close()
+    for workers in _idle.values():
+        for worker in workers:
+            worker.close()

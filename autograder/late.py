@@ -24,7 +24,7 @@ from traitlets import Dict, Enum, Float, Integer, TraitError, validate
 from traitlets.config import Config, PyFileConfigLoader
 
 from . import submission
-from .batch import UsageError
+from .output import UsageError
 
 DAY = 86_400  # s
 TIMESTAMP, MAX_BYTES = "timestamp.txt", 200

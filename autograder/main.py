@@ -1,24 +1,31 @@
 """The command line: `autograder check` for one submission, `autograder grade` for a folder of them."""
 
+import contextlib
 import json
 import logging
+import os
 import sys
-from collections import Counter
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from . import batch, exercises, grading, sandbox, submission
+from . import batch, exercises, grading, output, progress, sandbox, submission
+from .progress import line, printable
 from .records import GRADED, INFRASTRUCTURE_ERROR, PASSED, Report
 
-USAGE, INFRASTRUCTURE = 2, 3  # exit codes
+USAGE, INFRASTRUCTURE, INTERRUPTED = 2, 3, 130  # exit codes
 UsageProblem = typer.BadParameter.__base__  # typer carries a click of its own, and gives this class no name
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False,
                   help="Grade ROS 2 programs with hidden tests, in a sandbox.")
 Unsafe = Annotated[bool, typer.Option("--unsafe", help="Run students' programs without a sandbox, and flag the results.")]
 Seed = Annotated[int | None, typer.Option(help="Draw the hidden inputs from this seed instead of a new one.")]
+Jobs = Annotated[int | None, typer.Option(min=1, help="Gradings at a time; default: one for each core.")]
+Scheduler = Annotated[str | None, typer.Option(help="Grade on the Dask cluster at tcp://HOST:PORT instead of this machine.")]
+NoGradebook = Annotated[bool, typer.Option("--no-gradebook", help="Leave nbgrader's gradebook alone.")]
+GradebookUrl = Annotated[str | None, typer.Option(
+    "--gradebook", help="The gradebook's database URL; default: the course's that SUBMITTED lies in, or one in OUTPUT.")]
 Patience = Annotated[float, typer.Option(min=0.1, help="Stretch every wait by this factor, for a slow machine.")]
 
 
@@ -30,42 +37,40 @@ def check(folder: Annotated[Path, typer.Argument(help="The folder with the files
     """Grade one submission and print the report."""
     exercise = exercises.load(assignment)
     if not folder.is_dir():
-        raise batch.UsageError(f"there is no folder {folder}")
+        raise output.UsageError(f"there is no folder {folder}")
     handed_in = submission.read(folder, folder.resolve().name, assignment, exercise.files)
     report = grading.grade(handed_in, _box(unsafe), seed, patience)
-    print(json.dumps(report.public(), indent=2) if as_json else _printable(_describe(report)))
+    print(json.dumps(report.public(), indent=2) if as_json else printable(_describe(report)))
     raise typer.Exit(INFRASTRUCTURE if report.status == INFRASTRUCTURE_ERROR else 0)
 
 
 @app.command()
 def grade(submitted: Annotated[Path, typer.Argument(help="The folder with STUDENT/ASSIGNMENT/FILES.")],
-          output: Annotated[Path, typer.Option(help="Where results.jsonl and the feedback go.")],
+          out: Annotated[Path, typer.Option("--output", help="Where results.jsonl and the feedback go.")],
           assignment: Annotated[str | None, typer.Option(help="Only this exercise.")] = None,
           student: Annotated[list[str] | None, typer.Option(help="Only this student; may be given again.")] = None,
+          jobs: Jobs = None, scheduler: Scheduler = None,
           resume: Annotated[bool, typer.Option("--resume", help="Go on with what OUTPUT does not have yet.")] = False,
-          no_gradebook: Annotated[bool, typer.Option("--no-gradebook", help="Leave nbgrader's gradebook alone.")] = False,
-          gradebook: Annotated[str | None, typer.Option(
-              help="The gradebook's database URL; default: the course's that SUBMITTED lies in, or one in OUTPUT.")] = None,
+          no_gradebook: NoGradebook = False, gradebook: GradebookUrl = None,
           unsafe: Unsafe = False, seed: Seed = None, patience: Patience = 1.0) -> None:
     """Grade a folder of submissions, write results, feedback and gradebook."""
     found = batch.find(submitted, assignment, student or [])
-    box = _box(unsafe)
-    with batch.Output(output, resume) as out, _scores(no_gradebook, gradebook, submitted, output) as scores:
+    with output.Output(out, resume) as results, _scores(no_gradebook, gradebook, submitted, out) as scores:
         if scores:
-            for report in out.done.values():
+            for report in results.done.values():
                 scores.write(report)
-        todo = out.left(found)
-        for number, key in enumerate(todo, 1):
-            report = grading.grade(batch.read(submitted, *key), box, seed, patience)
-            out.write(report)
-            if scores:
-                scores.write(report)
-            print(_printable(f"[{number}/{len(todo)}] {_line(report)}"), flush=True)
-        reports = [out.done[key] for key in found]
-    counts = Counter(report.status for report in reports)
-    print(f"{len(reports)} submissions: {', '.join(f'{count} {status}' for status, count in counts.items())}; "
-          f"results in {output / 'results.jsonl'}")
-    raise typer.Exit(INFRASTRUCTURE if counts[INFRASTRUCTURE_ERROR] else 0)
+        seeds = batch.draw(results.left(found), seed)
+        with _workers(jobs, scheduler, unsafe, len(seeds)) as client, progress.shown(len(seeds)) as show_progress:
+            for report, origin in batch.grade(client, submitted, seeds, patience, unsafe) if client else ():
+                results.write(report, origin)
+                if scores:
+                    scores.write(report)
+                show_progress(report)
+        reports = [results.done[key] for key in found]
+    from .summary import show
+    show(reports)
+    print(f"Results: {out / output.RESULTS}")
+    raise typer.Exit(INFRASTRUCTURE if any(report.status == INFRASTRUCTURE_ERROR for report in reports) else 0)
 
 
 @app.command()
@@ -75,9 +80,9 @@ def show(folder: Annotated[Path, typer.Argument(help="The output folder of `auto
     """Show results to an instructor: with the hidden inputs, what was expected and got, and the seed."""
     from .show import reports
     for report, details in reports(folder, student, assignment):
-        print(_printable(_describe(report, details)))
+        print(printable(_describe(report, details)))
         for name, log in report.logs.items() if student else ():
-            print(_printable(f"\n{name} printed:\n{log}"))
+            print(printable(f"\n{name} printed:\n{log}"))
 
 
 @app.command()
@@ -118,9 +123,9 @@ def main() -> None:
         raise SystemExit(app(standalone_mode=False))
     except UsageProblem as error:
         _fail(error.format_message())
-    except typer.Abort:
-        raise SystemExit(130) from None
-    except (batch.UsageError, exercises.UnknownExercise) as error:
+    except (typer.Abort, KeyboardInterrupt):
+        _fail("stopped, what is done is kept", INTERRUPTED)
+    except (output.UsageError, exercises.UnknownExercise) as error:
         _fail(str(error.args[0]))
     except sandbox.SandboxUnavailable as error:
         _fail(f"{error}; --unsafe grades without a sandbox")
@@ -137,24 +142,34 @@ def _box(unsafe: bool) -> str:
     return sandbox.choose(unsafe)
 
 
+@contextlib.contextmanager
+def _workers(jobs: int | None, scheduler: str | None, unsafe: bool, count: int):
+    """A client of the workers that are to grade `count` submissions; None when there are none to grade."""
+    if jobs and scheduler:
+        raise output.UsageError("give --jobs, for this machine, or --scheduler, for a cluster; not both")
+    if not count:
+        yield None
+        return
+    if not scheduler:
+        _box(unsafe)  # says what is missing before the workers do
+    from . import cluster  # takes a second to load
+    try:
+        with cluster.remote(scheduler) if scheduler else cluster.local(min(count, jobs or _cores())) as client:
+            yield client
+    except cluster.ClusterError as error:
+        _fail(f"stopped, what is done is kept: {error}", INFRASTRUCTURE)
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0))
+
+
 def _scores(no_gradebook: bool, url: str | None, submitted: Path, output: Path):
     """The gradebook to write to, or a context that gives None."""
     if no_gradebook:
-        from contextlib import nullcontext
-        return nullcontext()
+        return contextlib.nullcontext()
     from .gradebook import Scores, default_url  # nbgrader takes a second to load
     return Scores(url or default_url(submitted, output), submitted)
-
-
-def _line(report: Report) -> str:
-    if report.status != GRADED:
-        return f"{report.student}/{report.assignment}: {report.status}"
-    return f"{report.student}/{report.assignment}: {report.score:g} of {report.max_score:g}, {report.duration_s:.1f} s"
-
-
-def _printable(text: str) -> str:
-    """Without what would command the terminal: names and messages are a student's."""
-    return "".join(c if c == "\n" or c.isprintable() else f"\\x{ord(c):02x}" for c in text)
 
 
 def _describe(report: Report, details: dict[str, str] | None = None) -> str:
@@ -171,5 +186,5 @@ def _describe(report: Report, details: dict[str, str] | None = None) -> str:
     else:
         lines.append(f" {report.tests[0].message}")
     flags = f", {', '.join(report.flags)}" if report.flags else ""
-    lines.append(f"{_line(report)} (seed {report.seed}{flags})")
+    lines.append(f"{line(report)} (seed {report.seed}{flags})")
     return "\n".join(lines)

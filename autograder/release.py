@@ -17,8 +17,8 @@ from traitlets.log import get_logger
 from course.environment import prepare
 from course.exercise_file import MARKERS
 
-from .batch import UsageError
 from .exercises import HIDDEN
+from .output import UsageError
 
 ROOT = Path(__file__).parents[1]
 NOTEBOOKS = ROOT / "notebooks"

@@ -1,10 +1,9 @@
 """What an instructor sees of results: the report of each submission, with the hidden inputs, what was expected and got."""
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 
-from .batch import DETAILS, RESULTS, UsageError, read_results
+from .output import RESULTS, UsageError, read_details, read_results
 from .records import Report
 
 
@@ -16,12 +15,7 @@ def reports(folder: Path, student: str | None = None, assignment: str | None = N
     if not chosen:
         which = " of that student and assignment" if found else f": there is no {RESULTS}, or nothing in it"
         raise UsageError(f"no results in {folder}{which}")
-    details = {(entry["student"], entry["assignment"], entry["seed"]): entry["details"] for entry in _details(folder / DETAILS)}
+    details = {(entry["student"], entry["assignment"], entry["seed"]): entry["details"] for entry in read_details(folder)}
     for key, report in chosen.items():
         yield report, details.get((*key, report.seed), {})
 
-
-def _details(path: Path) -> Iterator[dict]:
-    if path.exists():
-        with open(path, "rb") as file:
-            yield from (json.loads(line) for line in file if line.endswith(b"\n"))
