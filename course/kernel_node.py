@@ -1,9 +1,11 @@
 """A node in this kernel: spun in a background thread, and the handle that the reader gets on it."""
 
+import functools
 import threading
 import time
 from collections.abc import Callable
 
+from rclpy.action import ActionClient
 from rclpy.context import Context
 from rclpy.executors import (
     ExternalShutdownException,
@@ -15,6 +17,27 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from .logs import Logs
+
+
+def _lock_action_clients() -> None:
+    """Have a spinning thread take no answer before the thread that asks has noted its question.
+
+    rclpy 7.1.6 locks a Client so but not an ActionClient, which then ignores the answer: the goal's future never ends.
+    """
+    lock = threading.RLock()
+
+    def locked(method: Callable) -> Callable:
+        @functools.wraps(method)
+        def call(*args, **kwargs):
+            with lock:
+                return method(*args, **kwargs)
+        return call
+
+    for name in ("send_goal_async", "_cancel_goal_async", "_get_result_async", "take_data"):
+        setattr(ActionClient, name, locked(getattr(ActionClient, name)))
+
+
+_lock_action_clients()
 
 
 class Spinner:
