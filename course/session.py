@@ -26,6 +26,7 @@ from .process import NodeProcess
 
 DOMAINS = range(1, 102)  # 0 is everybody's; above 101 the ports meet Linux's ephemeral ones
 POLL = 0.005  # s; rclpy offers no event for a change of the graph
+FORGOTTEN = 6.0  # s; a node that was killed is in the graph for 5 (discovery.xml)
 
 
 class LiveError(RuntimeError):
@@ -56,6 +57,7 @@ class Session:
         # Children (`!ros2 ...`, `!python ...`) must meet these nodes, and nobody else's.
         os.environ["ROS_DOMAIN_ID"] = str(domain_id)
         os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        os.environ.setdefault("RCUTILS_CONSOLE_OUTPUT_FORMAT", "[{severity}] [{name}]: {message}")  # as in the book
         self.context = Context()
         # The book shows the logs, from /rosout: on stderr they would litter the cells.
         self.context.init(args=["--ros-args", "--disable-stdout-logs", "--disable-external-lib-logs"],
@@ -145,13 +147,13 @@ class Session:
             if not self._closed:  # a call made next must not meet the old one
                 others = [node for other in self._handles.values() for node in other.nodes]
                 self.until(lambda names=set(handle.nodes), others=others:
-                           not names.intersection(_difference(self._all_nodes(), others)), 2.0)
+                           not names.intersection(_difference(self._all_nodes(), others)), FORGOTTEN)
 
     def nodes(self) -> list[str]:
         """The full names of the nodes in this session's domain, hidden ones left out."""
         return sorted(name for name in self._all_nodes() if not _base(name).startswith("_"))
 
-    def logs(self, name: str | None = None, *, until: str | None = None, timeout: float = 2.0) -> Logs:
+    def logs(self, name: str | None = None, *, until: str | None = None, timeout: float = 5.0) -> Logs:
         """What the node called `name`, or every node, has logged since it was started.
 
         A log line travels on its own, and may come after the response it tells of: with `until` this waits, at most
