@@ -86,6 +86,20 @@ def show(folder: Annotated[Path, typer.Argument(help="The output folder of `auto
 
 
 @app.command()
+def similar(folder: Annotated[Path, typer.Argument(help="The output folder of `autograder grade`, or the submissions.")],
+            assignment: Annotated[str | None, typer.Option(help="Only this exercise.")] = None,
+            html: Annotated[Path | None, typer.Option(help="Write a page with the texts of each pair side by side.")] = None,
+            top: Annotated[int, typer.Option(min=1, help="How many pairs of each exercise.")] = 20) -> None:
+    """List the pairs of submissions that are most alike: a reason to look at them, not a verdict."""
+    from .similar import describe, find, write
+    findings = find(folder, assignment, top)
+    if html:
+        write(findings, html)
+    for finding in findings:
+        print(printable(describe(finding)))
+
+
+@app.command()
 def doctor() -> None:
     """Show which layers of the sandbox hold on this machine; exit code 1 when grading is refused."""
     from rich.console import Console

@@ -1,0 +1,228 @@
+"""Submissions that are alike: disguised copies are found among independent right answers."""
+
+import ast
+import json
+import subprocess
+import sys
+import time
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from autograder import exercises, main, output, similar
+
+from . import answers
+
+STYLES = answers.load("calculator").RIGHT
+REFERENCE = STYLES["reference"]
+
+
+def lines(files: dict[str, bytes]) -> set[bytes]:
+    """What tells a program from another at sight."""
+    return {line.strip() for name, text in files.items() if name.endswith(".py") for line in text.splitlines()
+            if len(line.strip()) > 20}
+
+
+OTHERS: dict[str, dict[str, bytes]] = {}  # written independently of each other and of the reference
+for style, handed_in in STYLES.items():
+    if all(len(lines(handed_in) & lines(other)) < len(lines(handed_in)) / 3 for other in (REFERENCE, *OTHERS.values())):
+        OTHERS[style] = handed_in
+HOSTILE = "</pre><script>alert(1)</script>"
+
+
+class Disguise(ast.NodeTransformer):
+    """New names, no comments, other docstrings and layout, methods in another order."""
+
+    def __init__(self, tree: ast.AST):
+        self.own = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+        self.own |= {node.arg for node in ast.walk(tree) if isinstance(node, ast.arg)}
+
+    def visit_Name(self, node):
+        node.id = f"new_{node.id}" if node.id in self.own else node.id
+        return node
+
+    def visit_arg(self, node):
+        node.arg = f"new_{node.arg}"
+        return node
+
+    def visit_Constant(self, node):
+        return ast.Constant(f"{node.value}!") if isinstance(node.value, str) else node
+
+    def visit_JoinedStr(self, node):
+        return node
+
+    def visit_ClassDef(self, node):
+        self.generic_visit(node)
+        node.body.sort(key=lambda each: getattr(each, "name", ""), reverse=True)
+        return node
+
+
+def disguised(text: str) -> str:
+    tree = ast.parse(text)
+    return "# mine\n\n" + ast.unparse(Disguise(tree).visit(tree)).replace("    ", "\t")
+
+
+def programs(files: dict[str, bytes]) -> dict[str, str]:
+    return {name: text.decode(errors="replace") for name, text in files.items() if name.endswith(".py")}
+
+
+def copy(files: dict[str, bytes]) -> dict[str, str]:
+    return {name: disguised(text) for name, text in programs(files).items()}
+
+
+@pytest.fixture(scope="module")
+def known() -> list[str]:
+    return similar.given("calculator")
+
+
+@pytest.fixture(scope="module")
+def finding(known):
+    """The independent answers, and a disguised copy of two of them."""
+    handed_in = [(name, programs(files)) for name, files in OTHERS.items()]
+    handed_in += [("reference", programs(REFERENCE)), ("copy of the reference", copy(REFERENCE))]
+    first = next(iter(OTHERS))
+    return first, similar.compare("calculator", [*handed_in, ("copy of another", copy(OTHERS[first]))], known, 1000)
+
+
+def test_copies_stand_out(finding):
+    first, found = finding
+    assert len(OTHERS) >= 4
+    ranking = [{pair.left, pair.right} for pair in found.pairs]
+    copies = [{"reference", "copy of the reference"}, {first, "copy of another"}]
+    assert all(pair in ranking[:2] for pair in copies)
+    assert all(pair.score > 60 and pair.shared > 70 for pair in found.pairs[:2])
+
+
+def test_independent_right_answers_do_not(finding):
+    _, found = finding
+    rest = [pair for pair in found.pairs if not {pair.left, pair.right} & {"copy of the reference", "copy of another"}]
+    assert max(pair.score for pair in rest) < 30 and found.below(50) < 5
+
+
+def test_what_everybody_has_counts_little(known):
+    """Ten hand in the same, two of them something else as well."""
+    same, more = programs(REFERENCE), copy(OTHERS[next(iter(OTHERS))])
+    both = same | {"calculator_client.py": same["calculator_client.py"] + more["calculator_server.py"]}
+    found = similar.compare("calculator", [(f"s{i}", same) for i in range(10)] + [("a", both), ("b", both)], known, 1000)
+    assert {found.pairs[0].left, found.pairs[0].right} == {"a", "b"} and found.pairs[0].score > 30
+    assert found.pairs[1].shared == 100 and found.pairs[1].score < found.pairs[0].score / 2
+
+
+def test_what_was_given_is_not_compared(known):
+    stubs = {f"s{i}": {"calculator_server.py": text} for i, text in enumerate(known) if "rclpy" in text}
+    found = similar.compare("calculator", stubs.items(), known, 10)
+    assert len(stubs) > 5 and found.pairs == [] and set(found.scores) == {0}
+
+
+@pytest.mark.parametrize("change", [
+    lambda text: text.replace("\n", "\r\n"), lambda text: "\ufeff" + text, lambda text: text.replace("    ", "  "),
+    lambda text: "\n".join(f"{line}  # {number}" if line.endswith(")") else line for number, line in enumerate(text.split("\n"))),
+    lambda text: f'"""Mine."""\n{text}', lambda text: text.replace("self", "this").replace("request", "asked")])
+def test_layout_comments_and_names_are_nothing(change):
+    text = programs(REFERENCE)["calculator_server.py"]
+    kinds = [token.kind for token in similar.tokens(similar._clean(text))]
+    assert len(kinds) > 100
+    assert [token.kind for token in similar.tokens(similar._clean(change(text)))] == kinds
+
+
+def test_one_line_or_two():
+    for one, two in (("if a: b = 1", "if a:\n    b = 1"), ("a = 1; b = 2", "a = 1\nb = 2"), ("f(a,\n  b)", "f(a, b)"),
+                     ("x = 'a' 'b'", "x = 'ab'"), ("x = f'{a + b}'", "x = 'ab'"), ("x = f'{a:{b}}' 'c'", "x = ''")):
+        assert [token.kind for token in similar.tokens(one)] == [token.kind for token in similar.tokens(two)]
+
+
+@pytest.mark.parametrize("text", ["", "\0", "'", '"""' * 3, "(" * 300, "\\", "if x:\n  a\n b\n", "1__2 $ ? é\n", "x = 5",
+                                  "def f(:\n" * 500, "f'{", "\ud800", "\f\n\tx\n", "x\\\n", "'''\n" * 999, "%magic\n!ls"])
+def test_what_is_no_python_stops_nothing(text):
+    text = similar._clean(text + "\n" + programs(REFERENCE)["calculator_server.py"])
+    for token in similar.tokens(text):
+        assert 0 <= token.start <= token.end <= len(text) + 1
+    found = similar.compare("calculator", [("a", {"x.py": text}), ("b", {"x.py": text})], [], 5)
+    for pair in found.pairs:
+        for _, left, right in pair.files:
+            assert "".join(piece.text for piece in left) == text == "".join(piece.text for piece in right)
+
+
+def test_after_an_error_the_rest_is_read():
+    whole = programs(REFERENCE)["calculator_server.py"]
+    broken = "x = = $ 'unfinished\n   y\n  z\n" + whole
+    assert len(similar.tokens(broken)) >= len(similar.tokens(whole)) - 5
+
+
+def test_three_hundred_in_seconds(known):
+    styles = [programs(files) for files in STYLES.values()]
+    handed_in = [(f"s{number:03}", {name: text.replace("rclpy.init", f"v{number % 7}.x(1)\n    rclpy.init") for name, text in
+                                   styles[number % len(styles)].items()}) for number in range(300)]
+    begin = time.process_time()
+    found = similar.compare("calculator", handed_in, known, 20)
+    assert time.process_time() - begin < 10
+    assert found.programs == 300 and len(found.scores) == 300 * 299 / 2 and len(found.pairs) == 20
+
+
+class Tags(HTMLParser):
+    def __init__(self, text: str):
+        super().__init__()
+        self.found = []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.found.append((tag, dict(attrs)))
+
+
+def test_the_page_marks_alike_and_runs_nothing(known, tmp_path):
+    name = "calculator_server.py"
+    text = f"# {HOSTILE} \udcff\n" + programs(REFERENCE)[name] + f"x = '{HOSTILE}'\n"
+    handed_in = [(f"ada {HOSTILE}", {name: text}), ("bob", copy({name: REFERENCE[name]}))]
+    found = similar.compare("calculator", handed_in, known, 5)
+    similar.write([found], tmp_path / "page.html")
+    assert (tmp_path / "page.html").stat().st_mode & 0o77 == 0
+    page = (tmp_path / "page.html").read_text()
+    tags = Tags(page).found
+    assert not {"script", "img", "link", "iframe"} & {tag for tag, _ in tags} and "&lt;script&gt;" in page
+    assert "not a verdict" in page and "ada &lt;/pre&gt;" in page
+    assert "default-src 'none'" in next(attrs["content"] for tag, attrs in tags if "http-equiv" in attrs)
+    marks = [attrs for tag, attrs in tags if tag == "mark"]
+    ids = {attrs["id"] for _, attrs in tags if "id" in attrs}
+    links = [attrs["href"] for tag, attrs in tags if tag == "a"]
+    assert len(marks) >= 4 and len(links) >= 3 and all(link.startswith("#") and link[1:] in ids for link in links)
+
+
+@pytest.fixture
+def submitted(tmp_path) -> Path:
+    """Three who handed in the calculator, one nothing that can be read, one only a client."""
+    folder = tmp_path / "submitted"
+    for student, files in {"ada": REFERENCE, "bob": {name: text.encode() for name, text in copy(REFERENCE).items()},
+                           "cy\x1b[2J": OTHERS[next(iter(OTHERS))], "dee": {}, "eve": {"calculator_client.py": b"x = 1\n"}}.items():
+        (folder / student / "calculator").mkdir(parents=True)
+        for name, text in files.items():
+            (folder / student / "calculator" / name).write_bytes(text)
+    (folder / "dee" / "calculator" / "calculator_server.py").symlink_to(folder / "ada" / "calculator" / "calculator_server.py")
+    return folder
+
+
+def test_on_the_command_line(submitted, tmp_path):
+    command = [str(Path(sys.executable).with_name("autograder")), "similar", str(submitted), "--html", str(tmp_path / "p.html")]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0 and done.stderr == ""
+    first, best, *_, last = done.stdout.splitlines()
+    assert first.startswith("calculator: 4 submissions, 6 pairs; half score at most ")
+    assert "ada and bob (" in best and "% in common)" in best
+    assert last.endswith("not compared, for want of a program that can be read: dee") and "\x1b" not in done.stdout
+    assert "<h3" in (tmp_path / "p.html").read_text()
+
+
+def test_the_output_of_grade_tells_where_the_submissions_are(submitted, tmp_path, capsys):
+    out = tmp_path / "out"
+    exercise = exercises.load("calculator")
+    main.app(["grade", str(submitted), "--output", str(out), "--student", "dee", "--no-gradebook"], standalone_mode=False)
+    assert json.loads((out / output.RESULTS).read_text())["max_score"] == exercise.max_score
+    capsys.readouterr()
+    main.app(["similar", str(out)], standalone_mode=False)
+    assert capsys.readouterr().out.startswith("calculator: 0 submissions, 0 pairs\n")
+    submitted.rename(tmp_path / "elsewhere")
+    with pytest.raises(output.UsageError, match="are no longer in .*submitted: give their folder instead"):
+        similar.find(out, None, 5)
+    (out / output.DETAILS).unlink()
+    with pytest.raises(output.UsageError, match="does not tell where the submissions are"):
+        similar.find(out, None, 5)
