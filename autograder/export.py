@@ -115,7 +115,7 @@ class _Exporter(ExportPlugin):
         url = gradebook.engine.url.render_as_string(hide_password=False)
         for assignment in assignments:
             for handed_in in assignment.submissions:
-                if handed_in.total_seconds_late or handed_in.late_submission_penalty:
+                if late.concerned(handed_in):
                     for notebook in handed_in.notebooks:
                         late.assign(self.config, url, assignment.name, notebook.name, handed_in.student_id)
         gradebook.db.expire_all()

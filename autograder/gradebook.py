@@ -61,7 +61,7 @@ class Scores:
             grade.auto_score = points
             grade.needs_manual_grade = grade.manual_score is not None  # what was changed by hand is to be looked at again
         self._book.db.commit()
-        if self._config:
+        if self._config and late.concerned(self._book.find_submission(name, student)):
             late.assign(self._config, self._url, name, name, student)
 
     def _add_assignment(self, report: Report) -> None:

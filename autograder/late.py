@@ -131,6 +131,11 @@ def course_config(submitted: Path) -> Config | None:
         raise UsageError(f"{folder / 'nbgrader_config.py'} cannot be loaded: {error!r}") from error
 
 
+def concerned(handed_in: SubmittedAssignment) -> bool:
+    """Whether there is a penalty to assign, or one to take back."""
+    return bool(handed_in.total_seconds_late or handed_in.late_submission_penalty)
+
+
 def assign(config: Config, url: str, assignment: str, notebook: str, student: str) -> None:
     """Write the late penalty of a submission's notebook, as nbgrader's autograde does."""
     step = AssignLatePenalties(config=config, log=quiet)

@@ -4,6 +4,7 @@ import csv
 import io
 import logging
 import re
+import shutil
 import subprocess
 import sys
 from datetime import datetime, timedelta
@@ -31,10 +32,11 @@ def report(student: str, assignment: str, lost: int = 0) -> Report:
                   tests=tests)
 
 
-@pytest.fixture
-def book(tmp_path):
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory) -> Path:
     """A gradebook: ada has all points, bob is late by two days, cy waits, dee handed in one thing, eve nothing."""
-    url = f"sqlite:///{tmp_path / 'gradebook.db'}"
+    path = tmp_path_factory.mktemp("filled") / "gradebook.db"
+    url = f"sqlite:///{path}"
     with Scores(url) as scores:
         for student in ("ada", "bob", "cy"):
             scores.write(report(student, "calculator"))
@@ -50,6 +52,14 @@ def book(tmp_path):
         book.update_or_create_student("cy", email="cy@uni.edu", first_name="Čy 🤖")
         book.update_or_create_student("dee", email="=cmd|'/c calc'!A0@uni.edu", last_name="+Dee")
         book.update_or_create_student("eve", email="eve@uni.edu")
+    return path
+
+
+@pytest.fixture
+def book(filled, tmp_path):
+    """A copy of the gradebook."""
+    shutil.copy(filled, tmp_path)
+    with Gradebook(f"sqlite:///{tmp_path / 'gradebook.db'}") as book:
         yield book
 
 
@@ -97,10 +107,10 @@ def test_penalties_are_left_alone_where_no_policy_is_set(book, tmp_path):
     assert [line[9] for line in lines if line[3] == "bob"] == ["4", "0"]
 
 
-def roster(tmp_path: Path, *lines: str, calculator: str = "Calculator (55)", possible: str = "20", bom: str = "",
+def roster(tmp_path: Path, *lines: str, first: str = "Essay (54)", calculator: str = "Calculator (55)", possible: str = "20", bom: str = "",
            separator: str = ",") -> str:
     """A gradebook as Canvas exports it."""
-    columns = ["Student", "ID", "SIS User ID", "SIS Login ID", "Section", "Essay (54)", calculator, "Current Score"]
+    columns = ["Student", "ID", "SIS User ID", "SIS Login ID", "Section", first, calculator, "Current Score"]
     points = ["    Points Possible", "", "", "", "", "10.00", possible, "(read only)"]
     posting = ["", "", "", "", "", "", "Manual Posting", ""]
     text = "\n".join(separator.join(line) for line in (columns, posting, points)) + "\n" + "\n".join(lines) + "\n"
@@ -163,13 +173,21 @@ def test_canvas_never_guesses_between_two(book, tmp_path, caplog):
     (lambda path: str(path / "none.csv"), "cannot be read"),
     (lambda path: str(path / "gradebook.db"), "is no gradebook exported from Canvas|cannot be read"),
     (lambda path: roster(path, '"No Id",,S1,ada,Sec 1,,,'), "line 4 of .* has no ID of a student"),
-    (lambda path: roster(path, ADA, calculator="calculator (54)").replace("roster", "out"), "would be overwritten|cannot be"),
+    (lambda path: roster(path, ADA, first="calculator (54)"), "has 2 columns for calculator: choose one"),
 ])
 def test_canvas_refuses(book, tmp_path, make, message):
     exporter = export.CanvasExporter(roster=make(tmp_path), to=str(tmp_path / "out.csv"))
     with pytest.raises(SystemExit, match=message):
         exporter.export(book)
     assert not (tmp_path / "out.csv").exists()
+
+
+def test_canvas_keeps_the_file_that_it_was_given(book, tmp_path):
+    path = Path(roster(tmp_path, ADA))
+    before = path.read_bytes()
+    with pytest.raises(SystemExit, match="would be overwritten: choose another name"):
+        export.CanvasExporter(roster=str(path), to=str(path)).export(book)
+    assert path.read_bytes() == before
 
 
 def test_moodle(book, tmp_path, caplog):
