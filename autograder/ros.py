@@ -73,8 +73,8 @@ class Ros:
         return [node for node in self.node.get_node_names_and_namespaces() if node[0] not in self.names]
 
     def offered(self) -> list[str]:
-        """The services of these nodes, without those that every node has."""
-        return sorted(service for node in self.others()
+        """The services of these nodes with their types, without those that every node has."""
+        return sorted(f"{service} ({types[0]})" for node in self.others()
                       for service, types in self.node.get_service_names_and_types_by_node(*node)
                       if not types[0].startswith(("rcl_interfaces/", "type_description_interfaces/")))
 

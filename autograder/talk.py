@@ -24,6 +24,7 @@ SETTLED = 6.0  # s, the same once its node is there
 ANSWER = 10.0  # s that an answer may take
 SHORT = 3.0  # s, the same once a program has been silent before
 SPARE_LIVES = 2  # of a program that ends between two questions: started again so often
+SPIN = "main() must spin the node until it is stopped"
 CLIENT = 10.0  # s that a client may run, with or without a server
 
 
@@ -67,15 +68,16 @@ class Live:
         """Have the program running and what is `wanted` (by default all) offered; raises a Fault when that fails twice."""
         if fault := self._hopeless.get(wanted) or self._hopeless.get(()):
             raise fault
-        if wanted in self._seen and self.program.alive:
-            return
-        if self._seen and not self._spent and not self.program.alive:
+        alive = self.program is not None and self.program.alive
+        if self._seen and not self._spent and not alive:
             self._ends += 1
+        if self._ends > SPARE_LIVES:
             self.program.wait(1)
-            if self._ends > SPARE_LIVES:
-                self._hopeless[()] = Crashed(f"{self.file} ended by itself after it had answered, again and again "
-                                             f"({self.program.last_words()}): main() must spin the node until it is stopped.")
-                raise self._hopeless[()]
+            self._hopeless[()] = Crashed(f"{self.file} ended by itself after it had answered, again and again"
+                                         f"{self._status()}: {SPIN}.")
+            raise self._hopeless[()]
+        if wanted in self._seen and alive:
+            return
         for limit in (START, START / 2):
             if self.program is None or self.program.stopped or (self._spent or self._seen) and not self.program.alive:
                 self.begin()
@@ -120,7 +122,12 @@ class Live:
             else:
                 program.wait(1)
                 self._spent = died = True
-                fault = Crashed(f"{self.file} died while it answered {what}: {program.last_words()}.")
+                if program.exit_status == 0 and not program.stopped:
+                    fault = Crashed(f"{self.file} ended by itself when it got {what}: {SPIN}.")
+                else:
+                    words = program.last_words()
+                    hint = f": {self.advice}" if words.startswith("TypeError (") else ""  # what rclpy raises has no words
+                    fault = Crashed(f"{self.file} died while it answered {what}: {words}{hint}.")
                 if program.raised or program.stopped:
                     break
         raise fault
@@ -129,6 +136,10 @@ class Live:
     def log(self) -> str:
         """What the program has logged since it was started: printed or on /rosout."""
         return f"{self.program.output}\n{self.ros.rosout}"
+
+    def _status(self) -> str:
+        """How it has ended, in brackets; nothing while it runs."""
+        return "" if self.program.alive else f" ({self.program.last_words()})"
 
     def _missing(self, wanted: tuple[str, ...]) -> list[str]:
         return [offer for offer in wanted or self._offers if not self._offers[offer]()]
@@ -197,8 +208,13 @@ def finish(run: Run, doing: str, limit: float = CLIENT) -> Program:
 
 
 def numbers(text: str) -> list[float]:
-    """The numbers in a text, 1,234.5 and 1_234.5 as one."""
-    return [float(token) for token in NUMBER.findall(re.sub(r"(?<=\d)[,_](?=\d{3})", "", text))]
+    """The numbers in a text, 1,234.5 and 1_234.5 as one, without the times of ROS log lines.
+
+    1234.0,432.0 are two: only groups of three digits belong together, before the point.
+    """
+    text = re.sub(r"\[\d{9,}\.\d+\]", "", text)
+    return [float(token) for token in NUMBER.findall(
+        re.sub(r"(?<![\d.])\d{1,3}(?:([,_])\d{3})(?:\1\d{3})*(?!\d)", lambda found: re.sub("[,_]", "", found[0]), text))]
 
 
 @pytest.fixture(scope="session")

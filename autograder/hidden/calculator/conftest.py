@@ -21,13 +21,15 @@ def runs(grading) -> dict:
     sent = (str(a), str(b), rng.choice(["subtract", "multiply", "divide"]))
     result = rng.randrange(10_000, 90_000) + 0.5
     reason = " ".join("".join(rng.choices("bdfgklmnprstvz", k=7)) for _ in range(2))
+    word = "".join(rng.choices("bdfgklmnprstvz", k=6))
+    grading.hide(word)
     answering = Counterpart(grading, result=result, success=True, message="")
     refusing = Counterpart(grading, result=0.0, success=False, message=reason)
     return {
         "answered": (answering.run(*sent), sent, answering.requests, result),
         "refused": (refusing.run("6", "7", sent[2]), reason),
         "too few": refusing.run(*["5"] * rng.randrange(3)),
-        "no number": refusing.run("seven", "2", "add"),
+        "no number": refusing.run(word, "2", "add"),
     }
 
 

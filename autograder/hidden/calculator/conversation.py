@@ -20,7 +20,7 @@ ANSWERS = {
 }
 SIGNS = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
 CLIENT = "calculator_client.py"
-CHATTER = 300  # numbers that a program may log about one request
+CHATTER = 300  # numbers like the wanted one that a program may show beside it: who shows all there are, shows none
 
 
 class Calculator(Server):
@@ -28,28 +28,31 @@ class Calculator(Server):
 
     def __init__(self, grading):
         super().__init__(grading, "calculator_server.py", {"/calculator": Calculate})
+        self._first: dict = {}  # by operation, a question of the beginning with its response
 
     def ask(self, a: float, operation: str, b: float):
         """Its response."""
         self.grading.hide(a, operation if operation not in ANSWERS else "", b)
         return self.call(Calculate.Request(a=a, b=b, operation=operation))
 
-    def expect(self, a: float, operation: str, b: float, about: str, tolerance: float) -> None:
+    def expect(self, a: float, operation: str, b: float, about: str, tolerance: float, success: bool = True) -> None:
         """Its result must be right within `tolerance`; `about` tells the student what kind of numbers these are."""
         response, right = self.ask(a, operation, b), ANSWERS[operation](a, b)
+        self._first.setdefault(operation, ((a, operation, b), response))
         got = f"{operation} {a!r} {b!r}: expected {right!r}, got {response.result!r}, success={response.success}"
-        if not response.success:
+        if success and not response.success:
             raise Wrong(f"'{operation}' with {about}: success must be True when the operation can be done.", got)
         if not math.isclose(response.result, right, rel_tol=0, abs_tol=tolerance):
             raise Wrong(f"'{operation}' with {about}: result must be a {SIGNS[operation]} b.", got)
 
-    def operations(self, a: float, b: float) -> list[str]:
-        """The operations that it gets right for these numbers; there must be some."""
-        right = []
-        for operation, answer in ANSWERS.items():
-            response = self.ask(a, operation, b)
-            if response.success and math.isclose(response.result, answer(a, b), rel_tol=1e-2):
-                right.append(operation)
+    def operations(self, a: float, b: float) -> dict[str, bool]:
+        """The operations that are right for these numbers with any signs, with their success; there must be some."""
+        right = {}
+        for operation in ANSWERS:
+            questions = [(x, operation, y) for x in (a, -a) for y in (b, -b)]
+            responses = [self.ask(*question) for question in questions]
+            if all(map(has_right_result, questions, responses)):
+                right[operation] = all(response.success for response in responses)
         if not right:
             raise Wrong("No operation gives the right result.")
         return right
@@ -70,25 +73,34 @@ class Calculator(Server):
         except Fault:
             return ""
 
-    def logs_of(self, a: float, operation: str, b: float, wanted: Callable[[set[float]], bool], limit: float) -> bool:
+    def logs_of(self, a: float, operation: str, b: float, wanted: Callable[[set[float]], bool], like: range,
+                limit: float) -> bool:
         """Whether the log has `wanted` numbers after a request, which it had not before: without their signs.
 
-        A program that logs all numbers there are has not logged those of the request.
+        A program that logs all numbers `like` these has not logged those of the request.
         """
         before = Counter(map(abs, numbers(self.log)))
         self.ask(a, operation, b)
 
         def logged() -> bool:
             new = Counter(map(abs, numbers(self.log))) - before
-            return new.total() <= CHATTER and wanted(set(new))
+            alike = sum(count for number, count in new.items() if like.start <= number < like.stop)
+            return alike <= CHATTER and wanted(set(new))
 
         return wait_until(logged, limit)
 
     def answers(self, pairs: list[tuple[float, float]]) -> dict:
-        """What it answers with success to each pair and operation, right or wrong; there must be some."""
+        """What it answers to each pair and operation, right or wrong, but does not refuse; there must be some.
+
+        What it was asked at the beginning it must answer still as it did then.
+        """
+        for question, before in self._first.values():
+            if not same(self.ask(*question), before):
+                raise Wrong("A request that was answered before gets another answer now: does the server change with "
+                            "the requests, or with time?", f"{question}: {before}")
         asked = [(a, operation, b) for a, b in pairs for operation in ANSWERS]
         answers = {question: self.ask(*question) for question in asked}
-        answers = {question: response for question, response in answers.items() if response.success}
+        answers = {question: response for question, response in answers.items() if is_answer(question, response)}
         if not answers:
             raise Wrong("The server answers no ordinary request with success True.")
         return answers
@@ -117,6 +129,22 @@ class Calculator(Server):
         if self.program.alive:
             raise TimedOut("With two clients at once, a request got no answer.")
         raise Crashed(f"{self.file} died while two clients called it: {self.program.last_words()}.")
+
+
+def has_right_result(question: tuple[float, str, float], response) -> bool:
+    """Whether the result is about right."""
+    a, operation, b = question
+    return math.isclose(response.result, ANSWERS[operation](a, b), rel_tol=1e-2)
+
+
+def is_answer(question: tuple[float, str, float], response) -> bool:
+    """Whether it is no refusal.  Who forgets `success` loses the points of the operations, not all others too."""
+    return response.success or has_right_result(question, response)
+
+
+def same(response, other) -> bool:
+    """Whether two responses say the same; their messages may tell a time or a count."""
+    return (response.success, response.result) == (other.success, other.result)
 
 
 class Counterpart:
