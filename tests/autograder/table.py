@@ -1,50 +1,73 @@
 """Which hidden test sees which mistake: `python -m tests.autograder.table [EXERCISE]...` grades all answers and prints it.
 
-Exits with 1 when a right answer loses a point, or a wrong one another test than it should.
+A row is an answer, a column a test: `x` is lost as it should be, `!` is lost but should not be, `?` should be lost.
+Exits with 1 when there is a `!` or a `?`.
 """
 
+import argparse
 import os
 import sys
 import time
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 
 from autograder import exercises, grading, sandbox
-from autograder.records import PASSED, Submission
+from autograder.records import GRADED, PASSED, Submission
 
 from . import answers
 
 
-def main(chosen: list[str]) -> int:
-    """Print a table for each exercise: a row for an answer, a column for a test."""
-    box, differences = sandbox.choose(), 0
-    with ThreadPoolExecutor(os.cpu_count() + 1) as pool:
-        for name in chosen or answers.names():
-            module, exercise = answers.load(name), exercises.load(name)
-            expected = {style: (files, set()) for style, files in module.RIGHT.items()} | module.WRONG
-            start = time.monotonic()
-            reports = {style: pool.submit(grading.grade, Submission("student", name, files), box,
-                                           patience=answers.patience(name, style), seed=answers.seed(name, style))
-                       for style, (files, _) in expected.items()}
-            tests = [test.id.removeprefix("test_") for test in exercise.tests]
-            width = max(map(len, expected))
-            for number, test in enumerate(exercise.tests):
-                print(f"{' ' * width} {'| ' * number}{test.id.removeprefix('test_')} ({test.points:g})")
-            for style, report in reports.items():
-                report = report.result()
-                lost = {test.id.removeprefix("test_") for test in report.tests if test.outcome != PASSED}
-                differs = lost != expected[style][1]
-                differences += differs
-                print(f"{style:{width}} {' '.join('x' if test in lost else '.' for test in tests)} "
-                      f"{report.duration_s:5.1f} s{'  EXPECTED: ' if differs else ''}"
-                      f"{', '.join(sorted(expected[style][1])) or 'nothing' if differs else ''}", flush=True)
-                if "--messages" in sys.argv:
-                    for test in report.tests:
-                        if test.message:
-                            print(f"    {test.id}: {test.outcome}: {test.message}")
-            print(f"{name}: {len(module.RIGHT)} right styles, {len(module.WRONG)} mutants, "
-                  f"{time.monotonic() - start:.0f} s\n", flush=True)
-    return 1 if differences else 0
+def main() -> int:
+    """Print a table for each exercise that is asked for."""
+    parser = argparse.ArgumentParser(prog="python -m tests.autograder.table", description=__doc__.partition("\n")[0])
+    parser.add_argument("exercise", nargs="*", help=f"of {', '.join(answers.names())}; by default all")
+    parser.add_argument("--answer", metavar="TEXT", default="", help="only the answers with TEXT in their name")
+    parser.add_argument("--messages", action="store_true", help="show what the student is told, too")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() + 1, help="gradings at a time (%(default)s)")
+    options = parser.parse_args()
+    if unknown := set(options.exercise) - {*answers.names()}:
+        parser.error(f"no answers to {', '.join(sorted(unknown))}; there are those to {', '.join(answers.names())}")
+    box = sandbox.choose()
+    with ThreadPoolExecutor(options.jobs) as pool:
+        differences = [show(name, pool, box, options) for name in options.exercise or answers.names()]
+    return 1 if any(differences) else 0
+
+
+def show(name: str, pool: ThreadPoolExecutor, box: str, options) -> int:
+    """Print the table of one exercise; returns how many answers are not judged as they should be."""
+    module, exercise = answers.load(name), exercises.load(name)
+    expected = {style: (files, set()) for style, files in module.RIGHT.items()} | module.WRONG
+    expected = {style: value for style, value in expected.items() if options.answer in style}
+    if not expected:
+        print(f"{name}: no answer has {options.answer!r} in its name\n")
+        return 0
+    start = time.monotonic()
+    reports = {style: pool.submit(grading.grade, Submission("student", name, files), box,
+                                  patience=answers.patience(name, style), seed=answers.seed(name, style))
+               for style, (files, _) in expected.items()}
+    tests = [test.id.removeprefix("test_") for test in exercise.tests]
+    width = max(map(len, expected))
+    for number, test in enumerate(exercise.tests):
+        print(f"{' ' * width} {'| ' * number}{tests[number]} ({test.points:g})")
+    good, seen = Counter(), Counter()
+    for style, report in reports.items():
+        report, wanted = report.result(), expected[style][1]
+        lost = {test.id.removeprefix("test_") for test in report.tests if test.outcome != PASSED}
+        good[style in module.WRONG] += lost == wanted and report.status == GRADED
+        seen.update(lost & wanted)
+        row = " ".join({(True, True): "x", (True, False): "!", (False, True): "?"}.get((test in lost, test in wanted), ".")
+                       for test in tests)
+        print(f"{style:{width}} {row} {report.duration_s:5.1f} s, seed {report.seed}"
+              f"{'' if report.status == GRADED else f'  {report.status}'}", flush=True)
+        for test in report.tests:
+            if test.message and (options.messages or lost != wanted):
+                print(f"    {test.id}: {test.outcome}: {test.message} [{report.details.get(test.id, '')[:200]}]")
+    right, wrong = (len({*expected} & {*kind}) for kind in (module.RIGHT, module.WRONG))
+    print(f"{'mistakes that lose it':{width}} {' '.join(str(min(seen[test], 9)) for test in tests)}  (9: or more)")
+    print(f"{name}: {good[False]} of {right} right answers earn all, {good[True]} of {wrong} wrong ones lose what they "
+          f"should, {time.monotonic() - start:.0f} s\n", flush=True)
+    return right + wrong - good.total()
 
 
 if __name__ == "__main__":
-    sys.exit(main([name for name in sys.argv[1:] if not name.startswith("-")]))
+    sys.exit(main())

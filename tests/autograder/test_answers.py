@@ -8,8 +8,8 @@ from . import answers
 
 
 def cases(kind: str) -> list:
-    """All answers of a kind; those of the longer exercises run with `-m matrix` alone, for they take many minutes."""
-    return [pytest.param(exercise, name, marks=() if exercise == "calculator" else pytest.mark.matrix)
+    """All answers of a kind; those that are not among the QUICK of their module run with `-m matrix` alone: many minutes."""
+    return [pytest.param(exercise, name, marks=() if answers.is_quick(exercise, name) else pytest.mark.matrix)
             for exercise in answers.names() for name in getattr(answers.load(exercise), kind)]
 
 

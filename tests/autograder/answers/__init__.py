@@ -32,6 +32,11 @@ def patience(exercise: str, name: str) -> float:
     return 0.5 if name in getattr(load(exercise), "SILENT", ()) else 1.0
 
 
+def is_quick(exercise: str, name: str) -> bool:
+    """Whether an answer is graded in every run of the tests: the QUICK of its module are."""
+    return name in getattr(load(exercise), "QUICK", ())
+
+
 def changed(files: dict[str, bytes], name: str, *pairs: tuple[str, str]) -> dict[str, bytes]:
     """`files` with each pair's first text replaced by its second in file `name`; every text must be there."""
     text = files[name].decode()
