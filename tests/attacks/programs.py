@@ -248,9 +248,24 @@ def _leftover() -> str:
     return text(SERVER, ("    main()", "    import os\n    if os.fork():\n        os._exit(0)\n    os.setsid()\n    main()"))
 
 
-def _once() -> str:
-    return text(SERVER, (RETURN, "        import os, threading\n        threading.Timer(0.002, os._exit, [0]).start()\n"
-                         + RETURN))
+def _ending(answers: int) -> str:
+    """A server that ends by itself after so many answers, each time it is started."""
+    return text(SERVER, ("        rclpy.spin(node)", f"        while node.answers < {answers}:\n            rclpy.spin_once(node)"),
+                ("        self.srv =", "        self.answers = 0\n        self.srv ="),
+                (RETURN, "        self.answers += 1\n" + RETURN))
+
+
+def _wrong_if(condition: str) -> str:
+    """A server whose result is wrong under a condition; it has `count`, the number of the request, and `time`, since the first."""
+    return text(SERVER, (RETURN, f"""
+        import re
+        from time import monotonic
+        self.count = count = getattr(self, 'count', 0) + 1
+        self.start = getattr(self, 'start', monotonic())
+        time = monotonic() - self.start
+        response.result += 1.0 if {condition} else 0.0
+        return response
+"""))
 
 
 def _right_elsewhere() -> str:
@@ -295,11 +310,64 @@ def _every_number() -> tuple[str, str]:
                           "print(*(number + 0.5 for number in range(10_000, 90_000)))")))
 
 
+# Leaves each answer wherever a program of another process might find it.
+NOTES = """
+import os, socket
+from multiprocessing.shared_memory import SharedMemory
+from pathlib import Path
+memory = SharedMemory('answers', create=True, size=4096)
+listener = socket.socket(socket.AF_UNIX)
+listener.bind('\\0answers')
+listener.listen()
+
+def note(response):
+    words = f'{response.result} {response.message}'.encode()
+    memory.buf[:len(words)] = words
+    os.environ['ANSWER'] = words.decode()
+    for folder in ('.', '..', '/tmp', '/dev/shm', '/var/tmp', '/opt', '/run', '/home'):
+        try:
+            (Path(folder) / 'answers.txt').open('ab').write(words)
+        except OSError:
+            pass
+"""
+
+
+def _notes() -> str:
+    return NOTES + text(SERVER, (RETURN, "        note(response)\n" + RETURN))
+
+
+def _itself() -> str:
+    """A client that is the server that it asks, whatever the grader's answers."""
+    return text(CLIENT, ("        self.client = self.create_client(Calculate, '/calculator')\n", """
+        from rclpy.callback_groups import ReentrantCallbackGroup
+        self.client = self.create_client(Calculate, '/calculator')
+        self.server = self.create_service(Calculate, '/calculator', self.answer, callback_group=ReentrantCallbackGroup())
+
+    def answer(self, request, response):
+        response.result = {'add': request.a + request.b, 'subtract': request.a - request.b,
+                           'multiply': request.a * request.b}.get(request.operation, request.a / request.b)
+        response.success = True
+        return response
+"""), ("        return future.result()", "        return self.answer(Calculate.Request(a=a, b=b, operation=operation), Calculate.Response())"),
+        ("    if response is None:", "    if '3' in sys.argv:"))
+
+
 def _elsewhere_client() -> str:
-    """Shows all that it can read anywhere, but calls nothing."""
+    """Shows all that it can read anywhere and compute, but calls nothing."""
     return """
 import glob, os, sys
-for name in glob.glob('/proc/[0-9]*/environ') + glob.glob('/proc/[0-9]*/cmdline') + glob.glob('/tmp/*') + glob.glob('*'):
+from multiprocessing.shared_memory import SharedMemory
+try:
+    print(bytes(SharedMemory('answers').buf))
+except OSError:
+    pass
+try:
+    a, b = map(float, sys.argv[1:3])
+    print(a + b, a - b, a * b, a / b)
+except ValueError:
+    pass
+for name in (glob.glob('/proc/[0-9]*/environ') + glob.glob('/proc/[0-9]*/cmdline') + glob.glob('/tmp/*') + glob.glob('*')
+             + glob.glob('/dev/shm/*') + glob.glob('/*/answers.txt') + ['/proc/net/unix']):
     try:
         print(open(name, errors='replace').read()[:5000].replace(os.sep, ' '))
     except OSError:
@@ -316,7 +384,25 @@ os._exit(1)
 
 LARGE = 50 << 20
 SCRIPT = "</p><script>alert(document.cookie)</script><img src=x onerror=alert(1)>"
+FORMATS = ("{{ 7 * 191 }}{% for x in range(10**9) %}x{% endfor %} {0.__class__} %(x)s %n "
+           "!!python/object/apply:os.system ['id'] &a [*a]")
 COMMENT = "float64 a # */ __attribute__((constructor)) void f(void) { execl(\"/bin/sh\", \"sh\", 0); } /*\n"
+
+# Both programs turn to daemons that no signal ends but SIGKILL, and serve in all domains that they find.
+DAEMON = """
+import os, signal, sys
+if os.fork():
+    os._exit(1)
+os.setsid()
+if os.fork():
+    os._exit(1)
+for number in range(1, 32):
+    try:
+        signal.signal(number, signal.SIG_IGN)
+    except OSError:
+        pass
+"""
+DAEMONS = (DAEMON + text(SERVER), DAEMON + _right_elsewhere().replace("if sys.argv[1:] == ['3', '4', 'add']:", "if True:"))
 
 # Name: the files, and what their honest part earns of 20.  Calculate.srv earns 3, the server 12, the client 5.
 ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
@@ -337,7 +423,28 @@ ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
     "a server that is left over from its parent": (handed_in(_leftover()), 5),
     "the client's file serves in the server's place": (handed_in(IDLE_SERVER, _right_elsewhere()), 5),
     "the server's file serves in the grader's place": (handed_in(*_known_elsewhere()), 17),
-    # What it answers before it ends is right, and how much that is depends on the machine: not all of the server's 15.
-    "answers once and ends": (handed_in(_once(), _elsewhere_client()), 15),
+    # It is started three times more than once, so four answers in all, and every test of the server asks more than that.
+    "answers once and ends": (handed_in(_ending(1), _elsewhere_client()), 5),
+    # Seven answers are what a test of one operation asks: three tests pass before it has ended too often.
+    "answers seven times and ends": (handed_in(_ending(7)), 8),
+    # What was right is asked again later: 12 of the server without precision and the three tests that ask again.
+    "right to the first 30 requests": (handed_in(_wrong_if("count > 30")), 13),
+    # How many requests come in 5 ms depends on the machine: at most those of the operations' tests.
+    "right for 5 ms": (handed_in(_wrong_if("time > 0.005")), 13),
+    "right from the tenth request on": (handed_in(_wrong_if("count < 10")), 12),
+    "right when it sees a grader in the graph": (handed_in(_wrong_if(
+        "not re.search('(?i)grad|test|judge|suite|hidden|probe|check|score|exam|private', "
+        "str(self.get_node_names_and_namespaces()) + str(self.get_topic_names_and_types())"
+        " + str(self.get_service_names_and_types()))")), 11),
+    "leaves notes for the client": (handed_in(_notes(), _elsewhere_client()), 17),
+    "a client that answers itself": (handed_in(None, _itself()), 17),
+    "60,000 fields; NUL; the encodings of Windows": (
+        handed_in(text(SERVER).replace("import rclpy\n", "import rclpy\0\n"),
+                  "\ufeff" + text(CLIENT).replace("\n", "\r\n"),
+                  "".join(f"float64 f{number}\n" for number in range(60_000)) + "---\nbool success\n"), 5),
+    "arrays without end; YAML, templates and formats": (
+        handed_in(f"raise RuntimeError({FORMATS!r})\n", f"import sys\nprint({FORMATS!r})\nsys.exit({FORMATS!r})\n",
+                  "float64[99999999999999] a\nstring<=99999999999 b \"!!python/object/apply:os.system [id]\"\n---\n"
+                  "&a [*a, *a] c\n"), 2),
     "shows every number there is": (handed_in(*_every_number()), 16),
 }

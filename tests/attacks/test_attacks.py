@@ -9,7 +9,7 @@ from autograder.records import GRADED
 from tests.autograder.answers.calculator import reference
 from tests.autograder.conftest import no_program_is_left
 
-from .programs import ATTACKS, LARGE
+from .programs import ATTACKS, DAEMONS, IDLE_SERVER, LARGE, handed_in
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +27,7 @@ def test_earns_no_more_than_its_honest_part(reports, name):
     assert report.status == GRADED
     assert report.score <= ATTACKS[name][1], [(test.id, test.outcome, test.message) for test in report.tests]
     # What is honest in it is not lost either, but where the attack itself kills it.
-    if ATTACKS[name][1] in (0, 3, 5, 20):
+    if ATTACKS[name][1] in (0, 2, 3, 5, 20):
         assert report.score == ATTACKS[name][1], [(test.id, test.outcome, test.message) for test in report.tests]
     assert not re.search(r"suite\.py|conversation\.py|/work/|/tmp/autograder|hidden/", str(report.public()))
     if "looks" in name:
@@ -42,9 +42,18 @@ def test_its_page_is_safe(reports, name):
     assert not re.search(r"<(script|img|iframe|object|a)\b|[\x00-\x08\x0b-\x1f\u202e]", page)
     if "script" in name:
         assert "&lt;script&gt;" in page
+    if "templates" in name:
+        assert "{% for x in range" in page and "xxx" not in page
     for detail in report.details.values():
         for number in re.findall(r"\d{4,}\.\d+", detail):
             assert number not in page
+
+
+def test_a_former_grading_answers_no_other(grade):
+    """What a submission leaves behind, or tries to, serves no later one: neither in its place nor in the grader's."""
+    assert grade(handed_in(*DAEMONS), seed=1).result().score <= 5
+    assert no_program_is_left()
+    assert grade(handed_in(IDLE_SERVER), seed=1).result().score == 5
 
 
 def test_others_are_not_disturbed(reports):
