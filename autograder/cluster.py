@@ -9,6 +9,7 @@ import itertools
 import logging
 import queue
 import secrets
+import signal
 import tempfile
 from collections.abc import Iterable, Iterator
 from concurrent.futures import CancelledError
@@ -22,7 +23,9 @@ from . import exercises, grading, sandbox
 from .records import Report, Submission
 
 LIVES = 2  # workers that a submission may kill
-WELCOME = 30.0  # s that a cluster has for its first worker to come, and a batch to wait for another one
+HELLO = 10.0  # s until a scheduler answers
+WELCOME = 30.0  # s until there is a worker, at first and whenever all have gone, or a lost scheduler is back
+GLANCE = 1.0  # s between two looks whether they are there
 KILLED_WORKERS = "killed_workers"  # the flag of a submission that was given up
 DISTRIBUTION = "ros2-course"
 
@@ -38,21 +41,34 @@ def local(jobs: int) -> Iterator[Client]:
     They are reached over TLS with keys that are made for the occasion: without it, everybody with an account on this
     machine could have them run what they like.
     """
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # a worker that dies is told of in the results
+    _silence()
     security = Security.temporary()
     with (tempfile.TemporaryDirectory(prefix="autograder-") as scratch,
-          LocalCluster(n_workers=jobs, threads_per_worker=1, processes=True, memory_limit=0, dashboard_address=None,
-                       local_directory=scratch, security=security, silence_logs=logging.CRITICAL) as cluster,
+          LocalCluster(n_workers=jobs, threads_per_worker=1, processes=True, memory_limit=0, dashboard_address="127.0.0.1:0",
+                       local_directory=scratch, security=security, preload="autograder.cluster") as cluster,
           Client(cluster, security=security) as client):
         yield client
+
+
+def dask_setup(worker) -> None:
+    """What Dask calls in each local worker: Ctrl-C in the terminal is for the coordinator, which ends its workers."""
+    _silence()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _silence() -> None:
+    """Keep Dask from writing to the terminal: what matters of a worker's death is in the results."""
+    logger = logging.getLogger("distributed")
+    logger.handlers[:] = [logging.NullHandler()]
+    logger.propagate = False
 
 
 @contextlib.contextmanager
 def remote(address: str) -> Iterator[Client]:
     """The cluster of the scheduler at `address`, for example tcp://HOST:8786; raises ClusterError."""
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    _silence()
     try:
-        client = Client(address, timeout=WELCOME)
+        client = Client(address, timeout=HELLO)
     except (OSError, ValueError) as error:
         raise ClusterError(f"no Dask scheduler answers at {address} ({error})") from None
     with client:
@@ -71,14 +87,16 @@ def remote(address: str) -> Iterator[Client]:
 def grade(client: Client, submissions: Iterable[tuple[Submission, int]], patience: float, unsafe: bool) -> Iterator[Report]:
     """Grade submissions, each with the seed of its hidden inputs; the reports come as they are done.
 
-    Submissions are taken one by one as workers are free.  Raises ClusterError when the cluster is lost, and
-    SandboxUnavailable when a worker cannot confine programs.
+    Submissions are taken one by one as workers are free.  Call it from the main thread.  Raises ClusterError when the
+    cluster is lost, SandboxUnavailable when a worker cannot confine programs, and KeyboardInterrupt.
     """
     waiting = iter(submissions)
     batch = secrets.token_hex(8)
     names = (f"grading-{batch}-{number}" for number in itertools.count())
     running: dict[Future, tuple[Variable, Submission, int]] = {}
-    done: queue.SimpleQueue[Future] = queue.SimpleQueue()
+    done: queue.SimpleQueue[Future | None] = queue.SimpleQueue()
+    # Python would raise KeyboardInterrupt anywhere, also where Dask only prints it.
+    interrupted = signal.signal(signal.SIGINT, lambda *_: done.put(None))
     try:
         while True:
             for submission, seed in itertools.islice(waiting, max(0, _slots(client) - len(running))):
@@ -98,6 +116,7 @@ def grade(client: Client, submissions: Iterable[tuple[Submission, int]], patienc
     finally:
         with contextlib.suppress(Exception):  # the cluster may be gone
             client.cancel([*running], force=True)
+        signal.signal(signal.SIGINT, interrupted)
 
 
 def _grade(name: str, submission: Submission, packed: exercises.Packed, seed: int, patience: float,
@@ -136,21 +155,23 @@ def _slots(client: Client) -> int:
         raise ClusterError("the scheduler is lost") from None
 
 
-def _next(done: "queue.SimpleQueue[Future]", client: Client) -> Future:
+def _next(done: "queue.SimpleQueue[Future | None]", client: Client) -> Future:
     """The next future that is done; raises ClusterError when the scheduler or all workers have gone."""
-    while True:
+    missed = 0.0
+    while missed < WELCOME:
         try:
-            return done.get(timeout=WELCOME)
+            if future := done.get(timeout=GLANCE):
+                return future
+            raise KeyboardInterrupt
         except queue.Empty:
-            if client.status != "running":
-                raise ClusterError("the scheduler is lost") from None
-            if not client.nthreads():
-                raise ClusterError(f"for {WELCOME:.0f} s there has been no worker") from None
+            there = client.status == "running" and client.nthreads()
+            missed = 0.0 if there else missed + GLANCE
+    raise ClusterError(f"for {WELCOME:.0f} s there was no worker")
 
 
 def _result(future: Future) -> Report | None:
     try:
-        return future.result(timeout=WELCOME)
+        return future.result(timeout=HELLO)
     except KilledWorker:
         return None
     except (CancelledError, TimeoutError):

@@ -126,7 +126,8 @@ class _Worker:
         environment.update(ros_variables(0, own_network=box != UNSAFE), PYTEST_DISABLE_PLUGIN_AUTOLOAD="1")
         self._words = tempfile.TemporaryFile()  # noqa: SIM115  # closed with the worker
         self._process = subprocess.Popen([*BOXES[box], sys.executable, "-P", "-m", "autograder.worker"], env=environment,
-                                         cwd="/", stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._words)
+                                         cwd="/", stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._words,
+                                         process_group=0)  # Ctrl-C is for whoever asks it to grade
 
     def run(self, job: Job, limit: float) -> tuple[list[Verdict], dict]:
         """The verdicts on `job` and the grading's last word; raises InfrastructureError after `limit` s, or when it dies.

@@ -54,6 +54,8 @@ def grade(submitted: Annotated[Path, typer.Argument(help="The folder with STUDEN
           no_gradebook: NoGradebook = False, gradebook: GradebookUrl = None,
           unsafe: Unsafe = False, seed: Seed = None, patience: Patience = 1.0) -> None:
     """Grade a folder of submissions, write results, feedback and gradebook."""
+    if jobs and scheduler:
+        raise output.UsageError("give --jobs, for this machine, or --scheduler, for a cluster; not both")
     found = batch.find(submitted, assignment, student or [])
     with output.Output(out, resume) as results, _scores(no_gradebook, gradebook, submitted, out) as scores:
         if scores:
@@ -134,17 +136,18 @@ def main() -> None:
     """Run the command line; whatever the user can mend is one line and exit code 2."""
     logging.basicConfig(format="%(message)s", level=logging.WARNING)
     try:
-        raise SystemExit(app(standalone_mode=False))
+        code = app(standalone_mode=False)
     except UsageProblem as error:
         _fail(error.format_message())
-    except (typer.Abort, KeyboardInterrupt):
-        _fail("stopped, what is done is kept", INTERRUPTED)
     except (output.UsageError, exercises.UnknownExercise) as error:
         _fail(str(error.args[0]))
     except sandbox.SandboxUnavailable as error:
         _fail(f"{error}; --unsafe grades without a sandbox")
     except OSError as error:
         _fail(f"stopped, what is done is kept: {error.filename or 'writing'}: {error.strerror}", INFRASTRUCTURE)
+    if code == INTERRUPTED:  # typer makes an exit code of Ctrl-C
+        _fail("stopped, what is done is kept", INTERRUPTED)
+    raise SystemExit(code)
 
 
 def _fail(message: str, code: int = USAGE) -> None:
@@ -159,8 +162,6 @@ def _box(unsafe: bool) -> str:
 @contextlib.contextmanager
 def _workers(jobs: int | None, scheduler: str | None, unsafe: bool, count: int):
     """A client of the workers that are to grade `count` submissions; None when there are none to grade."""
-    if jobs and scheduler:
-        raise output.UsageError("give --jobs, for this machine, or --scheduler, for a cluster; not both")
     if not count:
         yield None
         return

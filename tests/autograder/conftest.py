@@ -46,14 +46,14 @@ def _confined() -> list[int]:
         with contextlib.suppress(OSError):
             called = (entry / "cmdline").read_bytes().split(b"\0")[1:2]
             outside = os.readlink(entry / "ns" / "pid") == os.readlink("/proc/self/ns/pid")
-            above = _above(int(entry.name))
+            above = above(int(entry.name))
             graded = any(b"autograder.worker" in Path(f"/proc/{pid}/cmdline").read_bytes() for pid in above)
             if programs.intersection(called) and not outside and (not graded or os.getpid() in above):
                 found.append(int(entry.name))
     return found
 
 
-def _above(pid: int) -> list[int]:
+def above(pid: int) -> list[int]:
     """The processes that `pid` descends from."""
     above = [pid]
     while above[-1]:

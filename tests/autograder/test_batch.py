@@ -1,0 +1,258 @@
+"""Grading a class: nothing is lost when the coordinator, a worker, the disk or the cluster fails."""
+
+import contextlib
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from nbgrader.api import Gradebook
+
+from autograder import exercises
+from autograder.ros import wait_until
+
+from .conftest import above
+
+SOLUTIONS = Path(__file__).parents[2] / "solutions"
+BIN = Path(sys.executable).parent
+STUDENTS = ["ada", "bob", "cyd", "dan"]
+SLOW = 60.0  # s that a machine in use may take for what follows at once
+
+
+@pytest.fixture
+def submitted(tmp_path) -> Path:
+    """Four students' motors, quickly graded: one of them has nothing in it."""
+    folder = tmp_path / "submitted"
+    for student in STUDENTS:
+        shutil.copytree(SOLUTIONS / "services", folder / student / "services")
+    shutil.rmtree(folder / "dan" / "services")
+    (folder / "dan" / "services").mkdir()
+    return folder
+
+
+def begin(submitted, out, *options, **more) -> subprocess.Popen:
+    return subprocess.Popen([BIN / "autograder", "grade", submitted, "--output", out, *options],
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **more)
+
+
+def end(process) -> tuple[int, str, str]:
+    output, errors = process.communicate(timeout=4 * SLOW)
+    return process.returncode, output, errors
+
+
+def results(out) -> list[dict]:
+    with contextlib.suppress(FileNotFoundError):
+        return [json.loads(line) for line in (out / "results.jsonl").read_text().splitlines()]
+    return []
+
+
+def scores(out) -> dict[str, float]:
+    assert len({line["student"] for line in results(out)}) == len(results(out)), "one line a submission"
+    return {line["student"]: line["score"] for line in results(out)}
+
+
+ALL = {"ada": 20, "bob": 20, "cyd": 20, "dan": 0}
+
+
+@pytest.mark.parametrize("moment", ["at once", "first result", "third result"])
+def test_sigkill_of_the_coordinator_loses_nothing(box, submitted, tmp_path, moment):
+    """--resume grades what is left, once, and completes pages and gradebook; no worker outlives the coordinator."""
+    out = tmp_path / "out"
+    process = begin(submitted, out, "--jobs", "2")
+    lines = {"at once": 0, "first result": 1, "third result": 3}[moment]
+    assert wait_until(lambda: (out / ".lock").exists() and len(results(out)) >= lines, 2 * SLOW)
+    process.kill()
+    below = [pid for pid in processes() if process.pid in above(pid)]
+    assert end(process)[0] == -signal.SIGKILL
+    assert wait_until(lambda: not any(Path(f"/proc/{pid}").exists() for pid in below), SLOW)
+    before = {line["student"]: line for line in results(out)}
+    assert end(begin(submitted, out, "--resume"))[::2] == (0, "")
+    assert scores(out) == ALL
+    assert all(line == before.get(line["student"], line) for line in results(out)), "what was graded was not graded again"
+    assert {path.parent.name for path in out.glob("feedback/*/services.html")} == set(STUDENTS)
+    with Gradebook(f"sqlite:///{out / 'gradebook.db'}") as book:
+        assert {s.student_id: s.score for s in book.assignment_submissions("services")} == ALL
+
+
+def processes() -> list[int]:
+    return [int(entry.name) for entry in Path("/proc").glob("[0-9]*")]
+
+
+def test_a_second_coordinator_on_the_same_folder_refuses(box, submitted, tmp_path):
+    first = begin(submitted, tmp_path / "out")
+    assert wait_until((tmp_path / "out" / "results.jsonl").exists, SLOW)
+    code, _, errors = end(begin(submitted, tmp_path / "out", "--resume"))
+    assert (code, errors) == (2, f"autograder: another grading is writing to {tmp_path / 'out'}\n")
+    assert end(first)[0] == 0
+    assert scores(tmp_path / "out") == ALL
+
+
+def test_ctrl_c_stops_with_what_is_done_kept(box, submitted, tmp_path):
+    process = begin(submitted, tmp_path / "out", start_new_session=True)
+    assert wait_until(lambda: results(tmp_path / "out"), 2 * SLOW)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does
+    code, _, errors = end(process)
+    assert (code, errors) == (130, "autograder: stopped, what is done is kept\n")
+    assert results(tmp_path / "out")
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="a file system of its own size needs root")
+def test_a_full_disk_stops_it_with_what_is_done_kept(box, submitted, tmp_path):
+    """And it goes on when there is room again."""
+    out = tmp_path / "out"
+    out.mkdir()
+    try:
+        subprocess.run(["mount", "-t", "tmpfs", "-o", "size=20k", "tmpfs", out], check=True)
+    except subprocess.CalledProcessError:
+        pytest.skip("this root may not mount")
+    try:
+        code, _, errors = end(begin(submitted, out, "--no-gradebook"))
+        assert (code, errors) == (3, "autograder: stopped, what is done is kept: writing: No space left on device\n")
+        done = scores(out)
+        assert len(done) < len(STUDENTS)
+        subprocess.run(["mount", "-o", "remount,size=1m", out], check=True)
+        assert end(begin(submitted, out, "--no-gradebook", "--resume"))[::2] == (0, "")
+        assert scores(out) == ALL and done.items() <= ALL.items()
+    finally:
+        subprocess.run(["umount", "-l", out], check=True)
+
+
+def test_a_folder_that_cannot_be_written_is_refused(submitted, tmp_path):
+    (tmp_path / "file").touch()
+    code, _, errors = end(begin(submitted, tmp_path / "file" / "out"))
+    assert code == 2 and errors == f"autograder: cannot write to {tmp_path / 'file' / 'out'}: Not a directory\n"
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="mounting needs root")
+def test_a_read_only_folder_is_refused(submitted, tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "ro", "tmpfs", out], capture_output=True).returncode:
+        pytest.skip("this root may not mount")
+    try:
+        code, _, errors = end(begin(submitted, out))
+        assert code == 2 and errors == f"autograder: cannot write to {out}: Read-only file system\n"
+    finally:
+        subprocess.run(["umount", "-l", out], check=True)
+
+
+def test_jobs_and_scheduler_exclude_each_other(submitted, tmp_path):
+    code, _, errors = end(begin(submitted, tmp_path / "out", "--jobs", "2", "--scheduler", "tcp://127.0.0.1:1"))
+    assert code == 2 and "not both" in errors
+
+
+def test_no_scheduler_there(submitted, tmp_path, monkeypatch):
+    monkeypatch.setenv("DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT", "1s")
+    code, _, errors = end(begin(submitted, tmp_path / "out", "--scheduler", "tcp://127.0.0.1:1"))
+    assert code == 3 and errors.startswith("autograder: stopped, what is done is kept: no Dask scheduler answers at tcp://127.0.0.1:1")
+    assert errors.count("\n") == 1
+
+
+class DaskCluster:
+    """A scheduler and workers that know nothing of this repository but the installed package."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self.file = folder / "scheduler.json"
+        self.processes = [self._start("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard",
+                                      "--scheduler-file", self.file)]
+        assert wait_until(lambda: self.file.exists() and self.file.read_text().endswith("}"), SLOW)
+        self.address = json.loads(self.file.read_text())["address"]
+
+    def _start(self, *command):
+        return subprocess.Popen([BIN / "dask", *command], cwd=self.folder, stdout=subprocess.DEVNULL,
+                                stderr=subprocess.DEVNULL)
+
+    def worker(self) -> subprocess.Popen:
+        """One more, that nobody starts again when it dies."""
+        self.processes.append(self._start("worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard"))
+        return self.processes[-1]
+
+    def close(self) -> None:
+        for process in reversed(self.processes):
+            process.kill()
+            process.wait()
+
+
+@pytest.fixture
+def dask_cluster(tmp_path):
+    cluster = DaskCluster(tmp_path)
+    yield cluster
+    cluster.close()
+
+
+def program(name: str) -> int | None:
+    """A running handed-in program of that name."""
+    for pid in processes():
+        with contextlib.suppress(OSError):
+            if name.encode() in Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")[1:2]:
+                return pid
+    return None
+
+
+def grading_worker(name: str, workers: list[subprocess.Popen]) -> subprocess.Popen:
+    """Which worker grades the program of that name, as soon as one does."""
+    found = []
+
+    def look() -> bool:
+        pid = program(name)
+        with contextlib.suppress(OSError):
+            found[:] = [worker for worker in workers if pid and worker.pid in above(pid)]
+        return bool(found)
+
+    assert wait_until(look, 2 * SLOW)
+    return found[0]
+
+
+def test_a_worker_that_dies_loses_nothing(box, submitted, dask_cluster, tmp_path):
+    """A scheduler and three workers, one of them killed amid a grading."""
+    workers = [dask_cluster.worker() for _ in range(3)]
+    process = begin(submitted, tmp_path / "out", "--scheduler", dask_cluster.address)
+    grading_worker("relay.py", workers).kill()
+    assert end(process)[::2] == (0, "")
+    assert scores(tmp_path / "out") == ALL
+
+
+def test_a_submission_that_kills_two_workers_is_given_up(box, submitted, dask_cluster, tmp_path):
+    """The rest of the class is graded."""
+    shutil.copytree(SOLUTIONS / "parameters", submitted / "bob" / "parameters")
+    workers = [dask_cluster.worker() for _ in range(3)]
+    process = begin(submitted, tmp_path / "out", "--scheduler", dask_cluster.address)
+    for _ in range(2):
+        worker = grading_worker("pid_node.py", workers)
+        worker.kill()
+        worker.wait()
+    code, output, errors = end(process)
+    assert (code, errors) == (3, "")
+    lines = {(line["student"], line["assignment"]): line for line in results(tmp_path / "out")}
+    given_up = lines.pop(("bob", "parameters"))
+    assert (given_up["status"], given_up["score"], given_up["flags"]) == ("infrastructure_error", None, ["killed_workers"])
+    assert {student: line["score"] for (student, _), line in lines.items()} == ALL
+    assert "bob/parameters: the grader failed; --resume grades it again; killed workers" in output
+
+
+def test_a_cluster_that_is_lost_is_told(box, submitted, dask_cluster, tmp_path):
+    """And --resume goes on elsewhere."""
+    dask_cluster.worker()
+    process = begin(submitted, tmp_path / "out", "--scheduler", dask_cluster.address)
+    assert wait_until(lambda: results(tmp_path / "out"), 2 * SLOW)
+    dask_cluster.close()
+    code, _, errors = end(process)
+    assert code == 3 and errors.startswith("autograder: stopped, what is done is kept: ") and errors.count("\n") == 1
+    assert end(begin(submitted, tmp_path / "out", "--resume"))[::2] == (0, "")
+    assert scores(tmp_path / "out") == ALL
+
+
+def test_a_worker_needs_no_suite_of_its_own(tmp_path):
+    """What travels is unpacked elsewhere, and is the same exercise."""
+    packed = exercises.pack("services")
+    sent = exercises.unpack(packed)
+    assert sent.folder != exercises.load("services").folder
+    assert (sent.tests, sent.files) == (exercises.load("services").tests, exercises.load("services").files)
+    assert exercises.pack("services").digest == packed.digest
+    assert exercises.Packed("services", packed.files | {"services/suite.py": b""}).digest != packed.digest
+    assert os.stat(sent.folder.parent).st_mode & 0o077 == 0
