@@ -36,6 +36,7 @@ DECISION = 0.2  # s of real time for a command of a drive, until the robot moves
 DRIVE = 60.0  # s of real time for a drive
 IDLE = 20  # ticks of a drive without a command after which it ends
 TRIES = 6  # ticks until a node must have done what a scan asks for
+MORE_TRIES = 30  # the same for one that cannot be asked, and may have ticks of before to work off
 
 FORWARD, LEFT, RIGHT, STOP = (0.3, 0.0), (0.0, 0.5), (0.0, -0.5), (0.0, 0.0)
 WORDS = {FORWARD: "drive forward (linear.x 0.3, angular.z 0)", LEFT: "turn left (linear.x 0, angular.z 0.5)",
@@ -67,6 +68,7 @@ class Avoider(Live):
         self._news = threading.Condition()
         self._barrier = Barrier(self.ros.node, "cmd_vel", self._wait, self._wake)
         self._found = False
+        self._asked = True  # the node answers to the barrier
         self._in_step = self._out_of_step = 0  # ticks after which a command was there at once, or came later
         self.now = 0  # ns of simulated time
         self.fresh = True  # no scan has been shown to this start of the program
@@ -87,7 +89,7 @@ class Avoider(Live):
         """Move simulated time on by `period` s, with a scan just before; the commands that came of it.
 
         A node that publishes by simulated time has done so when it has answered twice after the clock.  One that keeps
-        time by itself is waited for, unless told not to `wait`.
+        time by itself, or cannot be asked, is waited for, unless told not to `wait`.
         """
         if not self._found:
             self._barrier.find(FIND)
@@ -101,13 +103,13 @@ class Avoider(Live):
             self.laser.publish(scan)
             self._barrier.cross(1.0)
         self._clock.publish(Clock(clock=stamp))
-        for _ in range(2):
-            self._barrier.cross(1.0)
+        crossed = [self._barrier.cross(1.0) for _ in range(2)]
+        self._asked = all(crossed)
         if len(self.commands.heard) > before:
             self._in_step += 1
         elif wait:
-            usually = self._in_step > 2 * self._out_of_step + 2
-            self._out_of_step += bool(self.commands.wait(lambda heard: heard[before:], LATE if usually else OWN_TIME,
+            done = self._asked and self._in_step > 2 * self._out_of_step + 2
+            self._out_of_step += bool(self.commands.wait(lambda heard: heard[before:], LATE if done else OWN_TIME,
                                                          lambda: self.program.alive))
         return self.commands.heard[before:]
 
@@ -115,7 +117,9 @@ class Avoider(Live):
         """Shown this scan again and again, it comes to the right command and stays with it."""
         def show(limit, alive):
             got, end = [], time.monotonic() + limit
-            for _ in range(TRIES):
+            for tries in range(MORE_TRIES):
+                if tries >= TRIES and self._asked:
+                    break
                 got += [speeds(command) for command in self.tick(scan)][-1:]
                 if got[-2:] == [right, right] or not alive() or time.monotonic() > end:
                     break
