@@ -103,7 +103,7 @@ def grade(client: Client, submissions: Iterable[tuple[Submission, int]], patienc
                 name = next(names)
                 tries = Variable(name, client)
                 tries.set(0)
-                future = client.submit(_grade, name, submission, _packed(submission.assignment), seed, patience, unsafe,
+                future = client.submit(_grade, name, submission, exercises.pack(submission.assignment), seed, patience, unsafe,
                                        key=name, pure=False)
                 running[future] = tries, submission, seed
                 future.add_done_callback(done.put)
@@ -140,11 +140,6 @@ def _box(unsafe: bool) -> str:
 
 def _version() -> str:
     return version(DISTRIBUTION)
-
-
-@cache
-def _packed(name: str) -> exercises.Packed:
-    return exercises.pack(name)
 
 
 def _slots(client: Client) -> int:

@@ -63,10 +63,10 @@ def names() -> list[str]:
 
 
 @cache
-def load(name: str, hidden: Path = HIDDEN) -> Exercise:
-    """Read the exercise `name` in the folder `hidden`; raises UnknownExercise when there is none."""
-    folder = hidden / name
-    if not (folder / "exercise.toml").exists() or folder.parent != hidden:
+def load(name: str, hidden: Path | None = None) -> Exercise:
+    """Read the exercise `name` in the folder `hidden`, by default HIDDEN; raises UnknownExercise when there is none."""
+    folder = (hidden or HIDDEN) / name
+    if not (folder / "exercise.toml").exists() or folder.parent != (hidden or HIDDEN):
         raise UnknownExercise(f"there is no exercise '{name}'; there are: {', '.join(names())}")
     description = tomllib.loads((folder / "exercise.toml").read_text(encoding="utf-8"))
     return Exercise(name=name, folder=folder, title=description["title"], files=tuple(description["files"]),
@@ -88,6 +88,7 @@ class Packed:
         return hashlib.sha256(b"".join(b"%d:%s" % (len(part), part) for part in parts)).hexdigest()
 
 
+@cache
 def pack(name: str) -> Packed:
     """The exercise `name`, to be sent; raises UnknownExercise."""
     paths = [*HIDDEN.glob("*.*"), *load(name).folder.rglob("*")]

@@ -54,8 +54,7 @@ def grade(submitted: Annotated[Path, typer.Argument(help="The folder with STUDEN
           no_gradebook: NoGradebook = False, gradebook: GradebookUrl = None,
           unsafe: Unsafe = False, seed: Seed = None, patience: Patience = 1.0) -> None:
     """Grade a folder of submissions, write results, feedback and gradebook."""
-    if jobs and scheduler:
-        raise output.UsageError("give --jobs, for this machine, or --scheduler, for a cluster; not both")
+    _one_of(jobs, scheduler)
     found = batch.find(submitted, assignment, student or [])
     with output.Output(out, resume) as results, _scores(no_gradebook, gradebook, submitted, out) as scores:
         if scores:
@@ -73,6 +72,56 @@ def grade(submitted: Annotated[Path, typer.Argument(help="The folder with STUDEN
     show(reports)
     print(f"Results: {out / output.RESULTS}")
     raise typer.Exit(INFRASTRUCTURE if any(report.status == INFRASTRUCTURE_ERROR for report in reports) else 0)
+
+
+@app.command("regrade")
+def regrade_command(
+        out: Annotated[Path, typer.Argument(metavar="OUTPUT", help="The output folder of `autograder grade`.")],
+        assignment: Annotated[str | None, typer.Option(help="Only this exercise.")] = None,
+        student: Annotated[list[str] | None, typer.Option(help="Only this student; may be given again.")] = None,
+        everything: Annotated[bool, typer.Option("--all", help="Also what the suite as it is has graded.")] = False,
+        apply: Annotated[bool, typer.Option("--apply", help="Write the new results, feedback and gradebook.")] = False,
+        jobs: Jobs = None, scheduler: Scheduler = None, no_gradebook: NoGradebook = False, gradebook: GradebookUrl = None,
+        unsafe: Unsafe = False, patience: Patience = 1.0) -> None:
+    """Grade again what a changed suite touches, with the seeds of before, and show who moves and why."""
+    _one_of(jobs, scheduler)
+    if not output.read_results(out):
+        raise output.UsageError(f"no results in {out}")
+    from . import regrade
+    with output.Output(out, resume=True) as results, regrade.opened(results, assignment, student or [], everything) as again:
+        count = len(again.waiting)
+        with _workers(jobs, scheduler, unsafe, count) as client, progress.shown(count) as show_progress:
+            for report in again.grade(client, patience, unsafe) if client else ():
+                show_progress(report)
+        moves = again.moves()
+        for move in moves:
+            if move.why or move.moved:
+                print(printable(f"{move.old.student}/{move.old.assignment}: {_score(move.old)} -> {_score(move.new)}"))
+                print(printable("".join(f"    {reason}\n" for reason in move.why)), end="")
+        moved = sum(move.moved for move in moves)
+        print(f"{len(moves)} graded again, {moved} of them with another score.")
+        if apply and moves:
+            submitted = Path(next(iter(again.origins.values())).submitted)
+            with _scores(no_gradebook, gradebook, submitted, out) as scores:
+                again.apply(scores)
+            print(f"Written; the results of before are in {out / output.HISTORY}.")
+        elif moves:
+            print("Nothing is written yet: --apply writes it.")
+    raise typer.Exit(INFRASTRUCTURE if any(move.new.status == INFRASTRUCTURE_ERROR for move in moves) else 0)
+
+
+@app.command("report")
+def report_command(
+        out: Annotated[Path, typer.Argument(metavar="OUTPUT", help="The output folder of `autograder grade`.")],
+        html: Annotated[Path | None, typer.Option(help="The page; default: report.html in OUTPUT.")] = None) -> None:
+    """Write one HTML page on the class: scores, each hidden test, time, and what needs a look."""
+    from .summary import page
+    reports = output.read_results(out)
+    if not reports:
+        raise output.UsageError(f"no results in {out}")
+    target = html or out / "report.html"
+    target.write_bytes(page(list(reports.values())).encode(errors="replace"))
+    print(target)
 
 
 @app.command()
@@ -157,6 +206,15 @@ def _fail(message: str, code: int = USAGE) -> None:
 
 def _box(unsafe: bool) -> str:
     return sandbox.choose(unsafe)
+
+
+def _one_of(jobs: int | None, scheduler: str | None) -> None:
+    if jobs and scheduler:
+        raise output.UsageError("give --jobs, for this machine, or --scheduler, for a cluster; not both")
+
+
+def _score(report: Report) -> str:
+    return report.status if report.score is None else f"{report.score:g}"
 
 
 @contextlib.contextmanager

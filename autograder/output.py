@@ -49,7 +49,7 @@ class Output:
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise UsageError(f"another grading is writing to {folder}") from None
-        self.done = {(report.student, report.assignment): report for report in read_results(folder / RESULTS)}
+        self.done = read_results(folder)
         if self.done and not resume:
             raise UsageError(f"{folder} holds results already: give --resume to go on, or another folder")
         self._retire()
@@ -114,13 +114,14 @@ class Output:
         draft.replace(target)
 
 
-def read_results(path: Path) -> Iterator[Report]:
-    """The reports in a results.jsonl, in the order written; a line cut off by a kill is left out."""
-    if path.exists():
-        with open(path, "rb") as file:
-            for line in file:
-                if line.endswith(b"\n"):
-                    yield Report.from_fields(json.loads(line))
+def read_results(folder: Path) -> dict[tuple[str, str], Report]:
+    """The last report of each submission, in the order first written; a line cut off by a kill is left out."""
+    try:
+        lines = (folder / RESULTS).read_bytes().splitlines(keepends=True)
+    except FileNotFoundError:
+        return {}
+    reports = (Report.from_fields(json.loads(line)) for line in lines if line.endswith(b"\n"))
+    return {(report.student, report.assignment): report for report in reports}
 
 
 def origins(folder: Path) -> dict[tuple[str, str], Origin]:

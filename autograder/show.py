@@ -9,7 +9,7 @@ from .records import Report
 
 def reports(folder: Path, student: str | None = None, assignment: str | None = None) -> Iterator[tuple[Report, dict[str, str]]]:
     """The last report of each submission in an output folder, with the details by test; raises UsageError if none."""
-    found = {(report.student, report.assignment): report for report in read_results(folder / RESULTS)}
+    found = read_results(folder)
     chosen = {key: report for key, report in found.items()
               if student in (None, key[0]) and assignment in (None, key[1])}
     if not chosen:

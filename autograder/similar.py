@@ -30,10 +30,9 @@ from itertools import groupby
 from pathlib import Path
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader
 
 from . import batch, exercises, output, submission
-from .feedback import TEMPLATES
+from .feedback import template
 from .release import NOTEBOOKS, REGION, ROOT
 
 K = 12  # tokens in a row that are hashed together
@@ -338,8 +337,7 @@ def describe(finding: Finding) -> str:
 
 def page(findings: Iterable[Finding]) -> str:
     """The pairs side by side, as an HTML page that stands alone.  Everything in it is escaped."""
-    environment = Environment(loader=FileSystemLoader(TEMPLATES), autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    return environment.get_template("similar.html").render(findings=list(findings), number=lambda value: f"{value:.0f}")
+    return template("similar.html").render(findings=list(findings), number=lambda value: f"{value:.0f}")
 
 
 def write(findings: Iterable[Finding], target: Path) -> None:

@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from .feedback import template
 from .progress import printable
 from .records import (
     CRASHED,
@@ -131,6 +132,12 @@ def show(reports: list[Report], console: Console | None = None) -> None:
         console.print("\n[bold]Needs a look[/bold]")
         for report, why in found:
             console.print(f" {escape(printable(f'{report.student}/{report.assignment}'))}: {why}", highlight=False)
+
+
+def page(reports: list[Report]) -> str:
+    """The summary as an HTML page with plots; everything in it is escaped."""
+    return template("report.html").render(classes=classes(reports), looks=needs_a_look(reports), bars=BARS,
+                                          fmean=statistics.fmean, median=statistics.median)
 
 
 def _class(name: str, reports: list[Report]) -> Class:

@@ -1,0 +1,134 @@
+"""After a change of a suite: who moves is told before anything is written, and nothing old is lost."""
+
+import ast
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from nbgrader.api import Gradebook
+
+from autograder import batch, cluster, exercises, output, regrade, summary
+from autograder.gradebook import Scores
+from autograder.records import FAILED, PASSED, Report
+
+from .test_batch import SOLUTIONS
+
+
+@pytest.fixture
+def suite(tmp_path, monkeypatch) -> Path:
+    """A copy of the hidden suites that may be changed; returns the motors' one."""
+    hidden = tmp_path / "hidden"
+    shutil.copytree(exercises.HIDDEN, hidden, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(exercises, "HIDDEN", hidden)
+    changed()
+    yield hidden / "services" / "suite.py"
+    monkeypatch.undo()
+    changed()
+
+
+def changed() -> None:
+    exercises.load.cache_clear()
+    exercises.pack.cache_clear()
+
+
+@pytest.fixture(scope="module")
+def client(box):
+    with cluster.local(2) as client:
+        yield client
+
+
+def run(client, out, assignment=None, students=(), everything=False, apply=False) -> tuple[int, list[regrade.Move]]:
+    """How many were graded, and the moves."""
+    with (output.Output(out, resume=True) as results, Scores(f"sqlite:///{out / 'gradebook.db'}") as scores,
+          regrade.opened(results, assignment, list(students), everything) as again):
+        graded = len([*again.grade(client, 1.0, False)])
+        moves = again.moves()
+        if apply:
+            again.apply(scores)
+    return graded, moves
+
+
+def test_who_moves_is_told_first_and_written_when_asked(client, suite, tmp_path):
+    submitted, out = tmp_path / "submitted", tmp_path / "out"
+    for student in ("ada", "bob"):
+        shutil.copytree(SOLUTIONS / "services", submitted / student / "services")
+    program = submitted / "bob" / "services" / "motor_service.py"
+    program.write_text(program.read_text().replace("self.enabled = request.data", "self.enabled = True"))
+    with output.Output(out, resume=False) as results, Scores(f"sqlite:///{out / 'gradebook.db'}") as scores:
+        for report, origin in batch.grade(client, submitted, batch.draw(batch.find(submitted, None, []), 7), 1.0, False):
+            results.write(report, origin)
+            scores.write(report)
+    before = (out / "results.jsonl").read_bytes()
+    bob = {line["student"]: line["score"] for line in map(json.loads, before.splitlines())}["bob"]
+    assert run(client, out) == (0, []), "the suite is as it was"
+
+    # The instructor finds that one test asked too much, and drops it.
+    text = suite.read_text()
+    test = next(test for test in exercises.load("services").tests if outcome(out, "bob", test.id) == FAILED)
+    function = next(node for node in ast.parse(text).body if getattr(node, "name", "") == test.id)
+    lines = text.splitlines(keepends=True)
+    del lines[function.decorator_list[0].lineno - 1:function.end_lineno]
+    suite.write_text("".join(lines))
+    changed()
+    graded, moves = run(client, out)
+    assert graded == 2
+    assert (out / "results.jsonl").read_bytes() == before, "nothing is written before it is asked for"
+    by_student = {move.old.student: move for move in moves}
+    assert by_student["bob"].why == [f"gone: {test.title}: failed, 0"]
+    assert by_student["ada"].why == [f"gone: {test.title}: passed, {test.points:g}"]
+    assert by_student["ada"].new.score == 20 - test.points and by_student["ada"].new.seed == 7
+
+    graded, _ = run(client, out, apply=True)
+    assert graded == 0, "what was shown is what is written"
+    assert {key[0]: report.score for key, report in read(out).items()} == {"ada": 20 - test.points, "bob": bob}
+    assert set((out / "history.jsonl").read_bytes().splitlines()) == set(before.splitlines()), "the old results are readable"
+    assert len((out / "results.jsonl").read_text().splitlines()) == 2
+    with Gradebook(f"sqlite:///{out / 'gradebook.db'}") as book:
+        assert {s.student_id: s.score for s in book.assignment_submissions("services")} == {"ada": 20 - test.points, "bob": bob}
+    assert run(client, out) == (0, [])
+
+
+def read(out) -> dict[tuple[str, str], Report]:
+    return output.read_results(out)
+
+
+def outcome(out, student: str, test: str) -> str:
+    return next(result.outcome for result in read(out)[student, "services"].tests if result.id == test)
+
+
+def test_files_handed_in_since_are_named(client, suite, tmp_path):
+    submitted, out = tmp_path / "submitted", tmp_path / "out"
+    (submitted / "ada" / "services").mkdir(parents=True)
+    with output.Output(out, resume=False) as results:
+        for report, origin in batch.grade(client, submitted, {("ada", "services"): 7}, 1.0, False):
+            results.write(report, origin)
+    shutil.copytree(SOLUTIONS / "services", submitted / "ada" / "services", dirs_exist_ok=True)
+    _, (move,) = run(client, out, everything=True)
+    assert (move.old.status, move.new.status, move.new.score) == ("invalid_submission", "graded", 20)
+    assert move.why[0] == "other files were handed in since" and move.moved
+    with pytest.raises(output.UsageError, match="no result of student 'bob'"):
+        run(client, out, students=["bob"])
+
+
+def report(student: str, *outcomes: str) -> Report:
+    return Report.from_fields({"student": student, "assignment": "services", "status": "graded",
+                               "score": float(outcomes.count(PASSED)), "max_score": 3.0, "seed": 1, "duration_s": 1.0,
+                               "tests": [{"id": f"test_{number}", "title": f"<i>{number}", "outcome": outcome,
+                                          "points": float(outcome == PASSED), "max_points": 1.0}
+                                         for number, outcome in enumerate(outcomes)]})
+
+
+def test_item_analysis():
+    """Shares, what nobody and everybody passed, and a test that the weaker pass."""
+    reports = [report("a", PASSED, FAILED, FAILED), report("b", PASSED, FAILED, PASSED), report("c", PASSED, FAILED, PASSED),
+               report("<b>d", PASSED, "crashed", FAILED)]
+    (services,) = summary.classes(reports)
+    assert [item.passed for item in services.items] == [1, 0, 0.5]
+    assert [item.remark.split(":")[0] for item in services.items] == ["everybody passed", "nobody passed", ""]
+    assert services.histogram == [0, 0, 0, 2, 0, 0, 2, 0, 0, 0]
+    assert [(r.student, why) for r, why in summary.needs_a_look(reports)] == [("<b>d", "crashed in 1 of 3 tests")]
+    page = summary.page(reports)
+    assert "&lt;b&gt;d" in page and "<b>" not in page and "<i>1" not in page
+    odd = [report("a", PASSED, PASSED, FAILED), report("b", FAILED, FAILED, PASSED), report("c", PASSED, PASSED, FAILED)]
+    assert summary.classes(odd)[0].items[2].remark == "passed by the weaker: is the test right?"
