@@ -23,6 +23,7 @@ from .records import (
     Report,
 )
 
+ODD = -0.2  # a correlation below it is hardly chance
 BARS = 10  # classes of the score distribution
 
 
@@ -50,7 +51,7 @@ class Item:
         """What is odd about it."""
         if self.passed in (0, 1):
             return "everybody passed" if self.passed else "nobody passed: is the task clear, is the test right?"
-        if self.discrimination is not None and self.discrimination < 0:
+        if self.discrimination is not None and self.discrimination < ODD:
             return "passed by the weaker: is the test right?"
         return ""
 
