@@ -250,13 +250,14 @@ def _leftover() -> str:
 
 def _ending(answers: int) -> str:
     """A server that ends by itself after so many answers, each time it is started."""
-    return text(SERVER, ("        rclpy.spin(node)", f"        while node.answers < {answers}:\n            rclpy.spin_once(node)"),
-                ("        self.srv =", "        self.answers = 0\n        self.srv ="),
+    return text(SERVER, ("        self.srv =", "        self.answers = 0\n        self.srv ="),
+                ("        rclpy.spin(node)", (f"        while node.answers < {answers}:\n"
+                                             "            rclpy.spin_once(node)")),
                 (RETURN, "        self.answers += 1\n" + RETURN))
 
 
 def _wrong_if(condition: str) -> str:
-    """A server whose result is wrong under a condition; it has `count`, the number of the request, and `time`, since the first."""
+    """A server whose result is wrong under a condition: of `count`, the request's number, and `time`, s since the first."""
     return text(SERVER, (RETURN, f"""
         import re
         from time import monotonic
@@ -310,6 +311,15 @@ def _every_number() -> tuple[str, str]:
                           "print(*(number + 0.5 for number in range(10_000, 90_000)))")))
 
 
+def _no_numbers() -> str:
+    """A server whose results are infinite or none, and that logs numbers of any size."""
+    return text(SERVER, (RETURN, """
+        response.result = float('inf' if request.a > 0.0 else 'nan' if request.a < -100.0 else '-inf')
+        print('1e999', '-1e999', '9' * 9999, '1,234' * 999, 'nan', '1e-999')
+        return response
+"""))
+
+
 # Leaves each answer wherever a program of another process might find it.
 NOTES = """
 import os, socket
@@ -348,7 +358,8 @@ def _itself() -> str:
                            'multiply': request.a * request.b}.get(request.operation, request.a / request.b)
         response.success = True
         return response
-"""), ("        return future.result()", "        return self.answer(Calculate.Request(a=a, b=b, operation=operation), Calculate.Response())"),
+"""), ("        return future.result()", ("        future = Calculate.Response()\n"
+           "        return self.answer(Calculate.Request(a=a, b=b, operation=operation), future)")),
         ("    if response is None:", "    if '3' in sys.argv:"))
 
 
@@ -402,7 +413,8 @@ for number in range(1, 32):
     except OSError:
         pass
 """
-DAEMONS = (DAEMON + text(SERVER), DAEMON + _right_elsewhere().replace("if sys.argv[1:] == ['3', '4', 'add']:", "if True:"))
+DAEMONS = (DAEMON + text(SERVER),
+           DAEMON + _right_elsewhere().replace("if sys.argv[1:] == ['3', '4', 'add']:", "if True:"))
 
 # Name: the files, and what their honest part earns of 20.  Calculate.srv earns 3, the server 12, the client 5.
 ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
@@ -436,6 +448,8 @@ ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
         "not re.search('(?i)grad|test|judge|suite|hidden|probe|check|score|exam|private', "
         "str(self.get_node_names_and_namespaces()) + str(self.get_topic_names_and_types())"
         " + str(self.get_service_names_and_types()))")), 11),
+    # The client's two points, the definition's three, and the server's but for its results.
+    "numbers that are none": (handed_in(_no_numbers(), "print('nan', 'inf', '-1e999', '9' * 9999)\nraise SystemExit(1)\n"), 11),
     "leaves notes for the client": (handed_in(_notes(), _elsewhere_client()), 17),
     "a client that answers itself": (handed_in(None, _itself()), 17),
     "60,000 fields; NUL; the encodings of Windows": (

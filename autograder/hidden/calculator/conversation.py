@@ -73,18 +73,18 @@ class Calculator(Server):
         except Fault:
             return ""
 
-    def logs_of(self, a: float, operation: str, b: float, wanted: Callable[[set[float]], bool], like: range,
+    def logs_of(self, a: float, operation: str, b: float, wanted: Callable[[set[float]], bool], like: tuple[float, float],
                 limit: float) -> bool:
         """Whether the log has `wanted` numbers after a request, which it had not before: without their signs.
 
-        A program that logs all numbers `like` these has not logged those of the request.
+        A program that logs all the numbers between those of `like` has not logged those of the request.
         """
         before = Counter(map(abs, numbers(self.log)))
         self.ask(a, operation, b)
 
         def logged() -> bool:
             new = Counter(map(abs, numbers(self.log))) - before
-            alike = sum(count for number, count in new.items() if like.start <= number < like.stop)
+            alike = sum(count for number, count in new.items() if like[0] <= number <= like[1])
             return alike <= CHATTER and wanted(set(new))
 
         return wait_until(logged, limit)

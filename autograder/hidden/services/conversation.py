@@ -154,7 +154,7 @@ class Relay(Server):
 
     def sum_in(self, message: str) -> int | None:
         """The answer of /add_two_ints that a message has, or None."""
-        return next((number for number in map(int, numbers(message)) if number in self.adder.sums), None)
+        return next((int(number) for number in numbers(message) if number in self.adder.sums), None)
 
     def together(self) -> list:
         """The responses to some callers at once, while /add_two_ints takes its time; the program is not started again."""

@@ -289,6 +289,7 @@ WRONG = {
     "relay adds by itself": (relay((AWAIT, "AddTwoInts.Response(sum=a + b)")),
                              {"relay_answers", "relay_asks_each_time", "relay_sends_parameters", "changed_parameters"}),
     "relay shows its own sum": (relay(("{answer.sum}", "{a + b}")), {"relay_answers"}),
+    "relay shows a number without end": (relay(("{answer.sum}", "1e999")), {"relay_answers"}),
     "relay has no success": (relay((SUCCESS, SUCCESS.replace("True", "False"))), {"relay_answers", "goes_on_afterwards"}),
     "relay has no message": (relay(("response.message = f'{a} + {b} = {answer.sum}'", "pass")), {"relay_answers"}),
     "relay keeps its first answer": (relay(
