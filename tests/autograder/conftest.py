@@ -46,9 +46,11 @@ def _confined() -> list[int]:
         with contextlib.suppress(OSError):
             called = (entry / "cmdline").read_bytes().split(b"\0")[1:2]
             outside = os.readlink(entry / "ns" / "pid") == os.readlink("/proc/self/ns/pid")
-            above = above(int(entry.name))
-            graded = any(b"autograder.worker" in Path(f"/proc/{pid}/cmdline").read_bytes() for pid in above)
-            if programs.intersection(called) and not outside and (not graded or os.getpid() in above):
+            if outside or not programs.intersection(called):
+                continue
+            parents = above(int(entry.name))
+            graded = any(b"autograder.worker" in Path(f"/proc/{pid}/cmdline").read_bytes() for pid in parents)
+            if not graded or os.getpid() in parents:
                 found.append(int(entry.name))
     return found
 
