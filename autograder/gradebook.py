@@ -74,7 +74,7 @@ class Scores:
 
 
 def by_hand(url: str, assignment: str, student: str) -> list[Mark]:
-    """What is marked, changed, commented on or still to be marked by hand in a submission."""
+    """What is marked, changed, commented on or still to be marked by hand in a submission, and what being late cost."""
     tested = {test.cell for test in load(assignment).tests}
     with Gradebook(url) as book:
         notebook = book.find_submission_notebook(assignment, assignment, student)
@@ -85,7 +85,9 @@ def by_hand(url: str, assignment: str, student: str) -> list[Mark]:
             if grade.name not in tested or changed:
                 marks[grade.name] = Mark(grade.name, grade.score, grade.max_score, comments.get(grade.name, ""),
                                          waiting=not changed and bool(grade.needs_manual_grade))
+        penalty = notebook.late_submission_penalty
     rest = [Mark(name, None, 0.0, comment) for name, comment in comments.items() if name not in marks]
+    rest += [Mark("Handed in late", -penalty, 0.0)] if penalty else []
     return [*marks.values(), *rest]
 
 

@@ -65,7 +65,7 @@ class Mark:
 
     cell: str
     points: float | None  # earned by hand; for a cell with hidden tests instead of theirs; None: only a comment
-    max_points: float
+    max_points: float  # 0 for what only takes points off
     comment: str = ""
     waiting: bool = False  # still to be marked
 

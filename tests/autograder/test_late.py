@@ -124,6 +124,10 @@ def test_both_commands_take_off_the_same(course):
     (course / "other.db").write_bytes((course / "gradebook.db").read_bytes())
     answer = release.api(course).autograde("calculator", "*")
     assert answer["success"], answer
+    assert release.api(course).generate_feedback("calculator")["success"]
+    pages = {student: (course / "feedback" / student / "calculator" / "calculator.html").read_text()
+             for student in ("two_days", "early")}
+    assert "Handed in late: -2 points" in pages["two_days"] and "Handed in late" not in pages["early"]
     for _ in range(2):  # writing again changes nothing
         with Scores(by_grade, course / "submitted") as scores:
             for student, assignment in batch.find(course / "submitted", None, []):
