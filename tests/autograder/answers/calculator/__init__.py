@@ -77,6 +77,7 @@ LOG_RESPONSE = """        self.get_logger().info(
             f'Response: result={response.result} success={response.success} '
             f'message={response.message}')
 """
+SUCCEEDS = "        response.success = True\n"
 REENTRANT = ("self.calculate)",
              "self.calculate,\n            callback_group=rclpy.callback_groups.ReentrantCallbackGroup())")
 FOUR_THREADS = ("rclpy.spin(node)", "rclpy.spin(node, rclpy.executors.MultiThreadedExecutor(4))")
@@ -104,15 +105,15 @@ WRONG = {
     "no message": (server(("response.message = f\"Unknown operation '{request.operation}'\"", "pass")),
                    {"unknown_operation"}),
     "a response kept": (
-        server(("        response.success = True\n", ("        self.last = response = getattr(self, 'last', response)\n"
-                "        response.success = True\n"))), {"each_answer_stands_alone"}),
+        server((SUCCEEDS, ("        self.last = response = getattr(self, 'last', response)\n"
+                + SUCCEEDS))), {"each_answer_stands_alone"}),
     "no log of requests": (server((("        self.get_logger().info(\n            f'Request: a={request.a} b={request.b} "
                                    "operation={request.operation}')\n"), "")), {"logs_requests"}),
     "no log of responses": (server(("result={response.result} ", "")), {"logs_responses"}),
     "request in the node, many threads": (
         server(("import rclpy\n", "import time\nimport rclpy\n"),
                REENTRANT,
-               ("        response.success = True\n", ("        self.request = request\n        time.sleep(0.01)\n"
+               (SUCCEEDS, ("        self.request = request\n        time.sleep(0.01)\n"
                 "        request = self.request\n        response.success = True\n")),
                FOUR_THREADS), {"two_clients"}),
     "another name": (server(("'/calculator'", "'/calc'")), SERVER_TESTS),
@@ -133,9 +134,9 @@ WRONG = {
     "subtract without sign": (server((RESULT.format("-"), "response.result = abs(request.a - request.b)")), {"subtract"}),
     "whole numbers": (server((RETURN, "        response.result = float(int(response.result))\n" + RETURN)),
                       OPERATIONS | {"precision"}),
-    "requests as whole numbers": (server(("        response.success = True\n",
+    "requests as whole numbers": (server((SUCCEEDS,
                                           ("        request.a, request.b = float(int(request.a)), float(int(request.b))\n"
-                                          "        response.success = True\n"))),
+                                          + SUCCEEDS))),
                                   OPERATIONS | {"precision"}),
     "result is an int": (server((RETURN, "        response.result = int(response.result)\n" + RETURN)), SERVER_TESTS),
     "float32": (server(("import rclpy\n", "import numpy\nimport rclpy\n"),
@@ -152,7 +153,7 @@ WRONG = {
         server((REFUSE_ZERO, ""), (FIRST, REFUSE_ZERO.replace("elif", "if", 1) + ELSE_FIRST)),
         {"add", "subtract", "multiply"}),
     "computes all operations first": (
-        server(("        response.success = True\n",
+        server((SUCCEEDS,
                 ("        response.success = True\n        results = {'add': request.a + request.b, "
                 "'divide': request.a / request.b}\n")), (RESULT.format("+"), "response.result = results['add']")),
         {"add", "subtract", "multiply", "division_by_zero", "survives_bad_requests"}),
@@ -165,8 +166,8 @@ WRONG = {
                                 ("operation == 'multiply'", "operation is 'multiply'"),
                                 ("operation != 'divide'", "operation is not 'divide'")), REFUSES_ALL),
     # Success and message
-    "success is never set": (server(("        response.success = True\n", "")), OPERATIONS),
-    "success is always set": (server((RETURN, "        response.success = True\n" + RETURN)),
+    "success is never set": (server((SUCCEEDS, "")), OPERATIONS),
+    "success is always set": (server((RETURN, SUCCEEDS + RETURN)),
                               {"division_by_zero", "unknown_operation"}),
     "success the other way round": (server((RETURN, "        response.success = not response.success\n" + RETURN)),
                                     OPERATIONS | {"division_by_zero", "unknown_operation"}),
@@ -193,8 +194,8 @@ WRONG = {
     "a misspelt field": (server(("response.success = True", "response.sucess = True")), SERVER_TESTS),
     "a misspelt field of the request": (server(("operation={request.operation}", "operation={request.op}")), SERVER_TESTS),
     "a message kept": (
-        server(("        response.success = True\n", ("        response.message = getattr(self, 'message', '')\n"
-                "        response.success = True\n")), (RETURN, "        self.message = response.message\n" + RETURN)),
+        server((SUCCEEDS, ("        response.message = getattr(self, 'message', '')\n"
+                + SUCCEEDS)), (RETURN, "        self.message = response.message\n" + RETURN)),
         {"each_answer_stands_alone"}),
     "refuses all after a refusal": (
         server((RETURN, "        self.failed = response.success = response.success and not getattr(self, 'failed', False)\n"
@@ -207,7 +208,7 @@ WRONG = {
     "one node for all requests' numbers": (
         server(("import rclpy\n", "import time\nimport rclpy\n"),
                REENTRANT,
-               ("        response.success = True\n", ("        self.a, self.b = request.a, request.b\n        time.sleep(0.01)\n"
+               (SUCCEEDS, ("        self.a, self.b = request.a, request.b\n        time.sleep(0.01)\n"
                 "        request.a, request.b = self.a, self.b\n        response.success = True\n")),
                FOUR_THREADS), {"two_clients"}),
     # The log
@@ -215,7 +216,7 @@ WRONG = {
                     {"logs_requests"}),
     "logs b twice": (server(("a={request.a}", "a={request.b}")), {"logs_requests"}),
     "logs the response before it is there": (
-        server((LOG_RESPONSE, ""), ("        response.success = True\n", LOG_RESPONSE + "        response.success = True\n")),
+        server((LOG_RESPONSE, ""), (SUCCEEDS, LOG_RESPONSE + SUCCEEDS)),
         {"logs_responses"}),
     "logs nothing": (server((LOG_RESPONSE, ""), (("        self.get_logger().info(\n            f'Request: a={request.a} "
                              "b={request.b} operation={request.operation}')\n"), "")), {"logs_requests", "logs_responses"}),
@@ -273,7 +274,7 @@ WRONG = {
     "client says nothing without server": (
         client(("        print('No answer from /calculator: is calculator_server.py running?')\n", "")),
         {"client_without_server"}),
-    "client does not end": (client(("    if not response.success:", ("    import time\n    print(response.result, response.message)\n"
+    "client does not end": (client(("    if not response.success:", ("    import time\n    print(response)\n"
                                     "    time.sleep(1000)\n    if not response.success:"))),
                             {"client_shows_result", "client_shows_message"}),
     "client counts its arguments only": (
@@ -282,8 +283,8 @@ WRONG = {
     "client does not count its arguments": (
         client(("_, a, b, operation = remove_ros_args(args)", "a, b, operation = sys.argv[1], sys.argv[2], sys.argv[3]")),
         {"client_arguments"}),
-    "client has success with wrong arguments": (client(("print(USAGE)\n        return 2", "print(USAGE)\n        return 0")),
-                                                {"client_arguments"}),
+    "client has success with wrong arguments": (
+        client(("print(USAGE)\n        return 2", "print(USAGE)\n        return 0")), {"client_arguments"}),
     "client has no word on its usage": (client(("        print(USAGE)\n", "")), {"client_arguments"}),
     "client's main has no exit status": (client(("sys.exit(main())", "main()")),
                                          {"client_without_server", "client_arguments"}),
