@@ -99,7 +99,7 @@ def grade(client: Client, submissions: Iterable[tuple[Submission, int]], patienc
     interrupted = signal.signal(signal.SIGINT, lambda *_: done.put(None))
     try:
         while True:
-            for submission, seed in itertools.islice(waiting, max(0, _slots(client) - len(running))):
+            for submission, seed in itertools.islice(waiting, max(0, max(1, _threads(client)) - len(running))):
                 name = next(names)
                 tries = Variable(name, client)
                 tries.set(0)
@@ -142,10 +142,10 @@ def _version() -> str:
     return version(DISTRIBUTION)
 
 
-def _slots(client: Client) -> int:
-    """How many gradings may run at once; 1 while there is no worker."""
+def _threads(client: Client) -> int:
+    """How many gradings the workers can run at once."""
     try:
-        return max(1, sum(client.nthreads().values()))
+        return sum(client.nthreads().values())
     except (OSError, TypeError, ValueError):
         raise ClusterError("the scheduler is lost") from None
 
@@ -159,8 +159,7 @@ def _next(done: "queue.SimpleQueue[Future | None]", client: Client) -> Future:
                 return future
             raise KeyboardInterrupt
         except queue.Empty:
-            there = client.status == "running" and client.nthreads()
-            missed = 0.0 if there else missed + GLANCE
+            missed = 0.0 if client.status == "running" and _threads(client) else missed + GLANCE
     raise ClusterError(f"for {WELCOME:.0f} s there was no worker")
 
 

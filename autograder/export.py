@@ -33,6 +33,7 @@ from nbgrader.plugins import ExportPlugin
 from traitlets import Bool, Dict, Enum, Unicode
 
 from . import late
+from .progress import printable
 
 DONE, WAITING, MISSING = "graded", "waiting for marks", "not handed in"
 
@@ -122,7 +123,7 @@ class _Exporter(ExportPlugin):
 
     def _tell(self, students: Iterable[str], why: str) -> None:
         """One line that names the students who have no line in the file."""
-        if names := sorted(map(_printable, students)):
+        if names := sorted(map(printable, students)):
             self.log.warning("%d without a line in the file, %s: %s", len(names), why, ", ".join(names))
 
 
@@ -193,10 +194,10 @@ class CanvasExporter(_Exporter):
             there = possible[place].strip() if place is not None else here
             if place is None:
                 self.log.warning("%s is not in %s: Canvas will ask whether to make a new assignment",
-                                 _printable(name), self.roster)
+                                 printable(name), self.roster)
             elif _value(there) != _value(here):
                 self.log.warning("%s: Canvas has %s points possible, the gradebook %s; points are exported as they are",
-                                 _printable(name), there or "no", here)
+                                 printable(name), there or "no", here)
             titles.append(header[place] if place is not None else name)
             most.append(there)
         by_line = self._match(grades, header, lines)
@@ -349,7 +350,3 @@ def _value(text: str) -> float | None:
         return float(text.replace(",", "."))
     except ValueError:
         return None
-
-
-def _printable(text: str) -> str:
-    return "".join(char if char.isprintable() else f"\\x{ord(char):02x}" for char in text)

@@ -24,10 +24,12 @@ from course import environment
 from . import seccomp
 from .program import Program
 
-# How programs are confined, and what the worker is started with to have a network of its own.
+# How programs are confined, and what the worker is started with: a network of its own, and a process namespace whose
+# first process it is, so that nothing outlives it.  bubblewrap's --die-with-parent alone can come too late.
+ALONE = ["--net", "--pid", "--fork", "--kill-child", "--mount-proc", "--"]
 BOXES = {
-    "root": ["unshare", "--net", "--"],
-    "user": ["unshare", "--user", "--map-root-user", "--net", "--"],
+    "root": ["unshare", *ALONE],
+    "user": ["unshare", "--user", "--map-root-user", *ALONE],
     "unsafe": [],  # no sandbox at all: asked for with --unsafe, and flagged in every result
 }
 

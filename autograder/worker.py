@@ -1,10 +1,11 @@
-"""The process that grades: `python -m autograder.worker`, in a network namespace of its own.
+"""The process that grades: `python -m autograder.worker`, in network and process namespaces of its own.
 
 Reads Jobs from stdin, a line of JSON each, and has a fork of itself grade each of them, so that ROS 2 and pytest are
 loaded once.  The fork runs the exercise's hidden suite and writes a line of JSON to stdout for each Verdict and one
 when it is done; then the server tells how the fork has ended.  What the student wrote is never imported.
 """
 
+import contextlib
 import ctypes
 import gc
 import json
@@ -46,7 +47,19 @@ def main() -> None:
         if ended not in select.select([ended, sys.stdin], [], [])[0]:
             break  # nobody waits for the result
         os.close(ended)
-        os.write(results, json.dumps({"status": os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])}).encode() + b"\n")
+        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        if os.getpid() == 1:
+            end_all_others()
+        os.write(results, json.dumps({"status": status}).encode() + b"\n")
+
+
+def end_all_others() -> None:
+    """Kill what is left of a grading, whatever became of its parents: all but the first process of the namespace."""
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(-1, signal.SIGKILL)
+    with contextlib.suppress(ChildProcessError):
+        while True:
+            os.wait()
 
 
 def grade(job: Job, results: int) -> None:

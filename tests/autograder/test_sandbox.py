@@ -1,16 +1,20 @@
 """What a program in the sandbox sees and may do; and grading as an ordinary user, and without a sandbox."""
 
+import contextlib
 import json
 import os
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
 import autograder
 from autograder import sandbox
+from autograder.ros import wait_until
+from autograder.sandbox import BOXES
 
 from .answers.calculator import SERVER, SOLUTION, reference
 from .conftest import no_program_is_left
@@ -105,3 +109,19 @@ def test_as_an_ordinary_user(tmp_path):
         assert no_program_is_left()
     finally:
         shutil.rmtree(home)
+
+
+def test_nothing_outlives_a_worker(box):
+    """Not even what has lost its parents: the worker is the first process of a namespace."""
+    marker = f"{time.monotonic_ns() / 1e6:.6f}"  # s, and nobody else's
+    orphan = f"import os; os.fork() or (os.setsid(), os.fork() or os.execlp('sleep', 'sleep', '{marker}'))"
+    subprocess.run([*BOXES[box], sys.executable, "-c", orphan], check=True)
+    assert wait_until(lambda: not any(marker in command for command in commands()), 5)
+
+
+def commands() -> list[str]:
+    found = []
+    for path in Path("/proc").glob("[0-9]*/cmdline"):
+        with contextlib.suppress(OSError):
+            found.append(path.read_text(errors="replace"))
+    return found
