@@ -1,31 +1,33 @@
 """Grading many submissions at once, in worker processes of this machine or of a Dask cluster.
 
-A submission, its exercise and its seed travel as bytes; a worker needs nothing but this package, installed.  When a
-worker dies, its submission is graded again by another one; a submission that has killed two is given up.
+A submission, its exercise and its seed travel as bytes; a worker needs nothing but this package, installed.  Each
+submission is sent to one worker.  When that dies, it is graded again by another one; a submission that has killed two is
+given up.
 """
 
 import contextlib
-import itertools
 import logging
 import queue
-import secrets
 import signal
 import tempfile
+import time
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from concurrent.futures import CancelledError
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import version
 
-from distributed import Client, Future, KilledWorker, LocalCluster, Variable, get_client, get_worker
+from distributed import Client, Future, KilledWorker, LocalCluster, get_worker
 from distributed.security import Security
 
 from . import exercises, grading, sandbox
 from .records import Report, Submission
 
-LIVES = 2  # workers that a submission may kill
+LIVES = 2  # workers that a submission may kill until it is given up
 HELLO = 10.0  # s until a scheduler answers
 WELCOME = 30.0  # s until there is a worker, at first and whenever all have gone, or a lost scheduler is back
-GLANCE = 1.0  # s between two looks whether they are there
+GLANCE = 0.5  # s between two looks whether they are there
 KILLED_WORKERS = "killed_workers"  # the flag of a submission that was given up
 DISTRIBUTION = "ros2-course"
 
@@ -84,49 +86,81 @@ def remote(address: str) -> Iterator[Client]:
         yield client
 
 
+@dataclass(frozen=True)
+class _Job:
+    """A submission on its way."""
+
+    submission: Submission
+    seed: int
+    killed: int = 0  # workers that died of it, or beside it
+    worker: str = ""  # that has it
+
+
 def grade(client: Client, submissions: Iterable[tuple[Submission, int]], patience: float, unsafe: bool) -> Iterator[Report]:
     """Grade submissions, each with the seed of its hidden inputs; the reports come as they are done.
 
     Submissions are taken one by one as workers are free.  Call it from the main thread.  Raises ClusterError when the
     cluster is lost, SandboxUnavailable when a worker cannot confine programs, and KeyboardInterrupt.
     """
-    waiting = iter(submissions)
-    batch = secrets.token_hex(8)
-    names = (f"grading-{batch}-{number}" for number in itertools.count())
-    running: dict[Future, tuple[Variable, Submission, int]] = {}
+    waiting = (_Job(submission, seed) for submission, seed in submissions)
+    more, again = True, []
+    running: dict[Future, _Job] = {}
     done: queue.SimpleQueue[Future | None] = queue.SimpleQueue()
+    seen = time.monotonic()  # when there was a worker
     # Python would raise KeyboardInterrupt anywhere, also where Dask only prints it.
     interrupted = signal.signal(signal.SIGINT, lambda *_: done.put(None))
     try:
         while True:
-            for submission, seed in itertools.islice(waiting, max(0, max(1, _threads(client)) - len(running))):
-                name = next(names)
-                tries = Variable(name, client)
-                tries.set(0)
-                future = client.submit(_grade, name, submission, exercises.pack(submission.assignment), seed, patience, unsafe,
-                                       key=name, pure=False)
-                running[future] = tries, submission, seed
+            workers = _workers(client)
+            if workers:
+                seen = time.monotonic()
+            elif time.monotonic() > seen + WELCOME:
+                raise ClusterError(f"for {WELCOME:.0f} s there was no worker")
+            for future in [future for future, job in running.items() if workers and job.worker not in workers]:
+                again.append(_killed(running.pop(future)))
+                future.cancel(force=True)
+            for job in [job for job in again if job.killed >= LIVES]:
+                again.remove(job)
+                yield grading.given_up(job.submission, exercises.load(job.submission.assignment), job.seed, KILLED_WORKERS)
+            free = Counter(workers) - Counter(job.worker for job in running.values())
+            for worker in free.elements():
+                job = again.pop() if again else next(waiting, None)
+                more = more and job is not None
+                if job is None:
+                    break
+                future = client.submit(_grade, job.submission, exercises.pack(job.submission.assignment), job.seed, patience,
+                                       unsafe, pure=False, workers=[worker], allow_other_workers=False)
+                running[future] = replace(job, worker=worker)
                 future.add_done_callback(done.put)
-            if not running:
+            if not (running or again or more):
                 return
-            future = _next(done, client)
-            tries, submission, seed = running.pop(future)
-            tries.delete()
-            yield _result(future) or grading.given_up(submission, exercises.load(submission.assignment), seed, KILLED_WORKERS)
+            try:
+                future = done.get(timeout=GLANCE)
+            except queue.Empty:
+                continue
+            if future is None:
+                raise KeyboardInterrupt
+            job = running.pop(future, None)
+            if job is None:
+                continue  # it was taken for lost
+            try:
+                report = future.result(timeout=HELLO)
+            except (KilledWorker, CancelledError, TimeoutError):
+                again.append(_killed(job) if _workers(client) else job)  # without the scheduler all are cancelled
+            else:
+                yield report
     finally:
         with contextlib.suppress(Exception):  # the cluster may be gone
             client.cancel([*running], force=True)
         signal.signal(signal.SIGINT, interrupted)
 
 
-def _grade(name: str, submission: Submission, packed: exercises.Packed, seed: int, patience: float,
-           unsafe: bool) -> Report | None:
-    """On a worker: the report, or None when this submission has used up its lives."""
-    tries = Variable(name, get_client())
-    before = tries.get()
-    if before >= LIVES:
-        return None
-    tries.set(before + 1)
+def _killed(job: _Job) -> _Job:
+    return replace(job, killed=job.killed + 1, worker="")
+
+
+def _grade(submission: Submission, packed: exercises.Packed, seed: int, patience: float, unsafe: bool) -> Report:
+    """On a worker."""
     return grading.grade(submission, _box(unsafe), seed, patience, exercises.unpack(packed))
 
 
@@ -142,31 +176,9 @@ def _version() -> str:
     return version(DISTRIBUTION)
 
 
-def _threads(client: Client) -> int:
-    """How many gradings the workers can run at once."""
+def _workers(client: Client) -> dict[str, int]:
+    """How many gradings each worker can run at once, by its address; none while the scheduler is not there."""
     try:
-        return sum(client.nthreads().values())
+        return client.nthreads() if client.status == "running" else {}
     except (OSError, TypeError, ValueError):
-        raise ClusterError("the scheduler is lost") from None
-
-
-def _next(done: "queue.SimpleQueue[Future | None]", client: Client) -> Future:
-    """The next future that is done; raises ClusterError when the scheduler or all workers have gone."""
-    missed = 0.0
-    while missed < WELCOME:
-        try:
-            if future := done.get(timeout=GLANCE):
-                return future
-            raise KeyboardInterrupt
-        except queue.Empty:
-            missed = 0.0 if client.status == "running" and _threads(client) else missed + GLANCE
-    raise ClusterError(f"for {WELCOME:.0f} s there was no worker")
-
-
-def _result(future: Future) -> Report | None:
-    try:
-        return future.result(timeout=HELLO)
-    except KilledWorker:
-        return None
-    except (CancelledError, TimeoutError):
-        raise ClusterError("the scheduler is lost") from None
+        return {}
