@@ -1,16 +1,17 @@
-"""A picture of a terminal in which commands were run."""
+"""Commands run side by side, each as in a terminal of its own, and what they printed."""
 
-import io
 import shlex
 import subprocess
-from pathlib import Path
+from concurrent.futures import ThreadPoolExecutor
+from html import escape
 
-BACKGROUND, FOREGROUND, PROMPT = "#1e2430", "#e6e6e6", "#7fc8a9"
-COLUMNS = 88
+STYLE = ("background: #1e2430; color: #e6e6e6; padding: .8em 1em; border-radius: 4px; font-size: 13px; line-height: 1.45; "
+         "white-space: pre-wrap; overflow-wrap: anywhere;")
+PROMPT = "color: #7fc8a9;"
 
 
 class Terminal:
-    """What commands printed, as in a terminal; a notebook shows it as a picture."""
+    """What commands printed: `runs` holds each command, its output and its exit status."""
 
     def __init__(self, runs: list[tuple[str, str, int]]):
         self.runs = runs
@@ -28,34 +29,26 @@ class Terminal:
     def __repr__(self) -> str:
         return "\n".join(self.lines)
 
-    def _repr_png_(self) -> bytes:
-        from matplotlib.figure import Figure
-        lines = [line[start:start + COLUMNS] for line in self.lines for start in range(0, max(len(line), 1), COLUMNS)]
-        figure = Figure(figsize=(8, 0.25 * len(lines) + 0.3), facecolor=BACKGROUND)
-        for number, line in enumerate(lines):
-            figure.text(0.02, 1 - (number + 0.75) / (len(lines) + 0.6), line, family="monospace", fontsize=10,
-                        va="center", color=PROMPT if line.startswith("$ ") else FOREGROUND, parse_math=False)
-        picture = io.BytesIO()
-        figure.savefig(picture, format="png", dpi=110, facecolor=BACKGROUND)
-        return picture.getvalue()
-
-    def save(self, path: str | Path) -> None:
-        """Write the picture as a PNG file."""
-        Path(path).write_bytes(self._repr_png_())
+    def _repr_html_(self) -> str:
+        commands = {f"$ {command}" for command, _, _ in self.runs}
+        lines = (f'<b style="{PROMPT}">{escape(line)}</b>' if line in commands else escape(line) for line in self.lines)
+        return f'<pre style="{STYLE}">{chr(10).join(lines)}</pre>'
 
 
 def terminal(*commands: str, timeout: float = 30.0) -> Terminal:
-    """Run each command (no shell) for at most `timeout` s, and return the transcript."""
-    runs = []
-    for command in commands:
-        words = shlex.split(command)
-        try:
-            done = subprocess.run(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                  text=True, errors="replace", timeout=timeout)
-            runs.append((command, done.stdout, done.returncode))
-        except FileNotFoundError:
-            runs.append((command, f"{words[0]}: command not found", 127))
-        except subprocess.TimeoutExpired as expired:
-            output = (expired.stdout or b"").decode(errors="replace")
-            runs.append((command, f"{output}\n(stopped after {timeout:g} s)".lstrip("\n"), 124))
-    return Terminal(runs)
+    """Run the commands at the same time (no shell), each for at most `timeout` s, and return the transcript."""
+    with ThreadPoolExecutor(len(commands)) as pool:
+        return Terminal([*pool.map(lambda command: _run(command, timeout), commands)])
+
+
+def _run(command: str, timeout: float) -> tuple[str, str, int]:
+    words = shlex.split(command)
+    try:
+        done = subprocess.run(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              text=True, errors="replace", timeout=timeout)
+        return command, done.stdout, done.returncode
+    except FileNotFoundError:
+        return command, f"{words[0]}: command not found", 127
+    except subprocess.TimeoutExpired as expired:
+        output = (expired.stdout or b"").decode(errors="replace")
+        return command, f"{output}\n(stopped after {timeout:g} s)".lstrip("\n"), 124
