@@ -24,7 +24,7 @@ from .kernel_node import LiveNode, Spinner, in_context
 from .logs import LogBook, Logs
 from .process import NodeProcess
 
-DOMAINS = range(1, 102)  # 0 is everybody's; above 101 the ports meet Linux's ephemeral ones
+DOMAINS = range(1, 101)  # 0 is everybody's; from 101 on the ports meet Linux's ephemeral ones, and `ros2` cannot count nodes
 POLL = 0.005  # s; rclpy offers no event for a change of the graph
 FORGOTTEN = 6.0  # s; a node that was killed is in the graph for 5 (discovery.xml)
 

@@ -21,6 +21,8 @@ COMMAND_PREFIX = "_ros2cli"
 POLL = 0.01  # s between two looks: rclpy exposes no event for a change of the graph
 QUIET = 0.1  # s without a change, before topics and services count as complete
 REMOTE = 0.3  # s given to other hosts, whose participants cannot be counted beforehand
+COUNTABLE = range(101)  # domains; from 101 on their ports are also Linux's ephemeral ones, and mean nothing
+UNCOUNTED = 0.5  # s given to all hosts in other domains, as ros2cli does
 PATIENCE = 3.5  # s after which an incomplete look is taken as it is; Fast DDS announces a participant every three
 SPIN = 0.1  # s between two looks at a pending Ctrl-C
 
@@ -52,8 +54,8 @@ def split(node_name: str) -> tuple[str, str]:
 def participants_here(domain: int) -> int:
     """Return how many DDS participants of `domain` this host (or network namespace) has, as told by their UDP ports."""
     first = 7400 + 250 * domain
-    if domain > 100:
-        return 0  # from domain 101 on, the ports are also Linux's ephemeral ones, and mean nothing
+    if domain not in COUNTABLE:
+        return 0
     ports = set()
     for table in ("/proc/net/udp", "/proc/net/udp6"):
         with contextlib.suppress(OSError), open(table) as file:
@@ -108,6 +110,8 @@ class Graph:
         self.context = rclpy.Context()
         # Python's own SIGINT handler raises KeyboardInterrupt, and every wait here is short enough for it to be heard.
         rclpy.init(args=[], context=self.context, signal_handler_options=SignalHandlerOptions.NO)
+        if self.context.get_domain_id() not in COUNTABLE:
+            self.least = UNCOUNTED
         name = node_name or f"{COMMAND_PREFIX}_{os.getpid()}"
         self.node = self._executor = None
         if talks:

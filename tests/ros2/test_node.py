@@ -1,7 +1,13 @@
 """`ros2 node` shows the graph as ros2cli does."""
 
+import contextlib
 import subprocess
 import sys
+
+from course import session
+from course.ros2 import graph
+
+from .conftest import Command
 
 TALKER = """\
 /talker
@@ -58,23 +64,36 @@ def test_list_counts(ros2, alone):
     assert alone.output("node", "list") == ""
 
 
+@contextlib.contextmanager
+def twins(environment):
+    """Two nodes of one name, in a process of their own."""
+    process = subprocess.Popen([sys.executable, "-c", TWINS], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                               stderr=subprocess.DEVNULL, env=environment, text=True)
+    try:
+        assert process.stdout.readline() == "ready\n"
+        yield
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_list_in_a_domain_whose_ports_cannot_be_counted(alone):
+    """From domain 101 on it waits as long as ros2cli does."""
+    high = Command({**alone.environment, "ROS_DOMAIN_ID": "101"})
+    with twins(high.environment):
+        assert high.output("node", "list", "-c") == "2\n"
+
+
+def test_every_session_is_in_a_domain_whose_nodes_can_be_counted():
+    """There `ros2` knows when it has seen them all."""
+    assert set(session.DOMAINS) <= set(graph.COUNTABLE)
+
+
 def test_list_warns_of_two_nodes_with_one_name(alone):
     """A cell that was run twice leaves two nodes: the listing must say so."""
-    twins = subprocess.Popen(
-        [sys.executable, "-c", TWINS],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        env=alone.environment,
-        text=True,
-    )
-    try:
-        assert twins.stdout.readline() == "ready\n"
+    with twins(alone.environment):
         listing = alone("node", "list")
         info = alone("node", "info", "/twin")
-    finally:
-        twins.kill()
-        twins.wait()
     assert listing.stdout == "/twin\n/twin\n"
     assert listing.stderr == (
         "WARNING: Be aware that there are nodes in the graph that share an exact name, "
