@@ -26,7 +26,7 @@ from .process import NodeProcess
 
 DOMAINS = range(1, 101)  # 0 is everybody's; from 101 on the ports meet Linux's ephemeral ones, and `ros2` cannot count nodes
 POLL = 0.005  # s; rclpy offers no event for a change of the graph
-FORGOTTEN = 6.0  # s; a node that was killed is in the graph for 5 (discovery.xml)
+FORGOTTEN = 15.0  # s; a node that was killed is in the graph for 5 (discovery.xml), on a busy machine for longer
 
 
 class LiveError(RuntimeError):
