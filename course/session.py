@@ -23,6 +23,7 @@ from .interfaces import builder
 from .kernel_node import LiveNode, Spinner, in_context
 from .logs import LogBook, Logs
 from .process import NodeProcess
+from .ros2.graph import participants_here
 
 DOMAINS = range(1, 101)  # 0 is everybody's; from 101 on the ports meet Linux's ephemeral ones, and `ros2` cannot count nodes
 POLL = 0.005  # s; rclpy offers no event for a change of the graph
@@ -276,15 +277,20 @@ def live() -> Session:
 
 
 def _claim_domain() -> tuple[socket.socket, int]:
-    """A domain that no other session in this network namespace has, held by an abstract socket until the process ends."""
+    """A domain without any participant, held by an abstract socket until the process ends.
+
+    The socket keeps other sessions of this network namespace away from a domain whose nodes are still to come.
+    """
     first = os.getpid() % len(DOMAINS)
     for domain in (*DOMAINS[first:], *DOMAINS[:first]):
         claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         try:
             claim.bind(f"\0ros2-course-domain-{domain}")
-            return claim, domain
+            if not participants_here(domain):
+                return claim, domain
         except OSError:
-            claim.close()
+            pass
+        claim.close()
     raise LiveError(f"all {len(DOMAINS)} ROS domains of this machine are in use: close some notebooks")
 
 

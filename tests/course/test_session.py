@@ -3,6 +3,7 @@
 import gc
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -18,7 +19,8 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from course.nodes.fibonacci_action_server import FibonacciActionServer
-from course.session import CallTimeout, LiveError, Session
+from course.ros2.graph import participants_here
+from course.session import DOMAINS, CallTimeout, LiveError, Session, _claim_domain
 
 SERVER = """
 import sys
@@ -337,6 +339,19 @@ def test_logs_are_kept_by_node_and_begin_anew_with_it(session):
     assert "[INFO] [adder]: sum 3" in str(session.logs("adder", until="sum 3"))
     session.start(Adder)
     assert "sum 3" not in str(session.logs("adder"))
+
+
+def test_a_domain_that_others_are_in_is_left_to_them(monkeypatch):
+    """Whoever set ROS_DOMAIN_ID by hand has claimed nothing, but holds a participant's port (RTPS 2.5, 9.6.2.3)."""
+    monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
+    _, *others = domains = [domain for domain in DOMAINS if not participants_here(domain)][:3]
+    monkeypatch.setattr("course.session.DOMAINS", domains)
+    monkeypatch.setattr(os, "getpid", lambda: 0)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
+        participant.bind(("127.0.0.1", 7400 + 250 * domains[0] + 10))
+        claim, domain = _claim_domain()
+    claim.close()
+    assert domain in others
 
 
 def test_logs_are_escaped_in_the_notebook(session):
