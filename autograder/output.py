@@ -125,10 +125,13 @@ def read_results(folder: Path) -> dict[tuple[str, str], Report]:
 
 
 def origins(folder: Path) -> dict[tuple[str, str], Origin]:
-    """Where each result of an output folder is from."""
+    """Where each result of an output folder is from; raises UsageError when a folder of submissions is gone."""
     known = {field.name for field in fields(Origin)}
-    return {(entry["student"], entry["assignment"]): Origin(**{name: entry[name] for name in known})
-            for entry in read_details(folder) if known <= entry.keys()}
+    found = {(entry["student"], entry["assignment"]): Origin(**{name: entry[name] for name in known})
+             for entry in read_details(folder) if known <= entry.keys()}
+    if gone := sorted(place for place in {origin.submitted for origin in found.values()} if not Path(place).is_dir()):
+        raise UsageError(f"the submissions of {folder} are no longer in {gone[0]}")
+    return found
 
 
 def read_details(folder: Path) -> Iterator[dict]:

@@ -5,6 +5,7 @@ killed goes on.
 """
 
 import contextlib
+import os
 import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -37,8 +38,10 @@ class Regrading:
     def __init__(self, results: Output, assignment: str | None, students: list[str], everything: bool):
         """With `everything`, results by the suite as it is are graded again too.
 
-        Raises UsageError when nothing is known of where the results are from.
+        Raises UsageError when it is not known where the results are from, or a submission is no longer there, and
+        UnknownExercise.
         """
+        name = assignment and exercises.load(assignment).name
         known = origins(results.folder)
         if missing := sorted(results.done.keys() - known.keys()):
             raise UsageError(f"it is not known what {'/'.join(missing[0])} was graded from: grade it with --resume first")
@@ -49,8 +52,12 @@ class Regrading:
         self._fresh = origins(self.pending.folder)
         digests = {name: exercises.pack(name).digest for name in {name for _, name in results.done}}
         self.origins = {key: origin for key, origin in known.items()
-                        if key in results.done and assignment in (None, key[1]) and (not students or key[0] in students)
+                        if key in results.done and name in (None, key[1]) and (not students or key[0] in students)
                         and (everything or origin.suite != digests[key[1]])}
+        for student, name in self.origins:
+            if not os.path.lexists(Path(self.origins[student, name].submitted, student, name)):
+                raise UsageError(f"{student}/{name} is no longer in {self.origins[student, name].submitted}: "
+                                 "its result would be lost")
         # A pending result counts as long as neither the suite nor what was handed in has changed again.
         self.waiting = {key for key in self.origins if not (
             key in self.pending.done and self.pending.done[key].status != INFRASTRUCTURE_ERROR

@@ -121,11 +121,13 @@ def _places(folder: Path, assignment: str | None) -> dict[tuple[str, str], Path]
     if not (folder / output.RESULTS).exists():
         return dict.fromkeys(batch.find(folder, assignment, []), folder)
     wanted = assignment and exercises.load(assignment).name
-    places = {key: Path(origin.submitted) for key, origin in output.origins(folder).items() if wanted in (None, key[1])}
+    try:
+        origins = output.origins(folder)
+    except output.UsageError as error:
+        raise output.UsageError(f"{error}: give their folder instead") from None
+    places = {key: Path(origin.submitted) for key, origin in origins.items() if wanted in (None, key[1])}
     if not places:
         raise output.UsageError(f"{folder} does not tell where the submissions are: give their folder instead")
-    if gone := [submitted for submitted in places.values() if not submitted.is_dir()]:
-        raise output.UsageError(f"the submissions of {folder} are no longer in {gone[0]}: give their folder instead")
     return places
 
 

@@ -109,6 +109,25 @@ def test_files_handed_in_since_are_named(client, suite, tmp_path):
     assert move.why[0] == "other files were handed in since" and move.moved
     with pytest.raises(output.UsageError, match="no result of student 'bob'"):
         run(client, out, students=["bob"])
+    with pytest.raises(exercises.UnknownExercise, match="there is no exercise 'nothing'"):
+        run(client, out, assignment="nothing")
+
+
+def test_a_submission_that_is_gone_loses_no_score(client, suite, tmp_path):
+    """Neither its folder nor the whole class's may be taken for nothing handed in."""
+    submitted, out = tmp_path / "submitted", tmp_path / "out"
+    (submitted / "ada" / "services").mkdir(parents=True)
+    with output.Output(out, resume=False) as results:
+        for report, origin in batch.grade(client, submitted, {("ada", "services"): 7}, 1.0, False):
+            results.write(report, origin)
+    before = (out / "results.jsonl").read_bytes()
+    (submitted / "ada").rename(submitted / "eve")
+    with pytest.raises(output.UsageError, match="ada/services is no longer in"):
+        run(client, out, everything=True, apply=True)
+    submitted.rename(tmp_path / "elsewhere")
+    with pytest.raises(output.UsageError, match="the submissions of .* are no longer in"):
+        run(client, out, everything=True, apply=True)
+    assert (out / "results.jsonl").read_bytes() == before
 
 
 def report(student: str, *outcomes: str) -> Report:
