@@ -141,7 +141,8 @@ class World(Node):
         Each tick publishes the scan, then the clock, waits for a command at most `answer_within` s (not at all when
         nobody publishes commands), and moves the robot by the newest one; without any for 0.5 s it stands.  The drive
         begins with the first tick that is answered, the robot and the noise as at the start.  `on_step` is called
-        after each tick, in the caller's thread.  After `wall_limit` s of real time the drive ends where it is.
+        after each tick, in the caller's thread.  After `wall_limit` s of real time the drive ends where it is.  When it
+        returns, the driver is done with the callbacks that the drive set off.
 
         Blocks; spins the node itself unless an executor has it already.  Raises RuntimeError when the node is not in
         fast mode, and TimeoutError when no driver (a publisher of `cmd_vel` and a subscriber of `scan`) is found
@@ -167,6 +168,8 @@ class World(Node):
                 self._move()
             if on_step is not None:
                 on_step()
+        # A driver goes on after it has sent its last command: to log it, to tell who watches it.
+        self._barrier.cross(min(answer_within, end - time.monotonic()))
         simulation = self.simulation
         result.seconds, result.distance, result.path = simulation.time, simulation.distance, simulation.path
         result.ground_covered, result.collisions = simulation.ground_covered(), list(simulation.collisions)

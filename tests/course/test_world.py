@@ -1,5 +1,6 @@
 """The world measures, moves and stops as its documentation says; a drive in lockstep repeats itself."""
 
+import contextlib
 import json
 import math
 import os
@@ -7,6 +8,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -251,27 +253,57 @@ def test_a_lockstep_drive_repeats_itself_and_equals_the_pure_simulation(context,
             node.drive(0.1, find_within=0.2, answer_within=0.05)
 
 
-def test_drive_works_while_a_background_thread_spins_the_node(context, driver):
+@contextlib.contextmanager
+def spinning(node, context):
+    """A background thread spins `node` meanwhile."""
     from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 
-    node = world(context, fast=True)
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)
 
     def spin():
-        try:
+        with contextlib.suppress(ExternalShutdownException):
             executor.spin()
-        except ExternalShutdownException:
-            pass
 
     thread = threading.Thread(target=spin)
     thread.start()
     try:
-        result = node.drive(3.0)
+        yield
     finally:
         executor.shutdown()
         thread.join()
+        node.destroy_node()
+
+
+def test_drive_works_while_a_background_thread_spins_the_node(context, driver):
+    node = world(context, fast=True)
+    with spinning(node, context):
+        result = node.drive(3.0)
     assert (result.answered, result.missed) == (30, 0) and result.distance > 0.5
+
+
+def test_a_drive_ends_after_the_callback_that_sent_its_last_command(context, monkeypatch):
+    from rclpy.parameter import Parameter
+
+    from course.nodes.ai_robot_controller import AIRobotController
+
+    node, told, asked = world(context, fast=True), [], []
+    controller = AIRobotController(context=context, parameter_overrides=[Parameter("use_sim_time", value=True)])
+
+    def observe(decision):
+        time.sleep(0.02)  # after the command has been sent
+        told.append(decision)
+
+    def cross(timeout, crossed=node._barrier.cross):
+        asked.append(node._received)
+        return crossed(timeout)
+
+    monkeypatch.setattr(node._barrier, "cross", cross)
+    controller.observers.append(observe)
+    with spinning(node, context), spinning(controller, context):
+        result = node.drive(1.0)
+        assert (result.answered, len(told)) == (10, 10)
+    assert asked[-1] == 10, "the driver was not asked again after its last command"
 
 
 def test_without_commands_the_robot_stands_and_a_drive_ends_in_time(context):
