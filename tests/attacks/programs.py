@@ -8,8 +8,8 @@ tests/autograder/test_bad_input.py.
 from pathlib import Path
 
 import autograder
-from tests.autograder.answers import changed
-from tests.autograder.answers.calculator import CLIENT, SERVER, SOLUTION, SRV, reference
+from tests.autograder.answers import SOLUTIONS, changed
+from tests.autograder.answers.calculator import CLIENT, REFERENCE, SERVER, SRV
 
 REPOSITORY = Path(autograder.__file__).resolve().parents[1]
 
@@ -30,7 +30,7 @@ def tries(name):
 
 @tries('path')
 def _():
-    return [path for path in ({str(REPOSITORY / "autograder" / "hidden")!r}, {str(SOLUTION)!r}, '/root', '/run', '/var',
+    return [path for path in ({str(REPOSITORY / "autograder" / "hidden")!r}, {str(SOLUTIONS)!r}, '/root', '/run', '/var',
                               '/etc/shadow', '/sys/fs', '/home/instructor') if os.path.exists(path)]
 
 @tries('imports')
@@ -185,7 +185,7 @@ def write():
                 os.write(descriptor, VERDICTS.encode())
         except OSError:
             pass
-    for folder in ('.', '..', '/tmp', '/', '/work', '/opt', '/dev/shm'):
+    for folder in ('.', '..', '/tmp', '/', '/srv', '/opt', '/dev/shm'):
         for name in ('junit.xml', 'results.jsonl', 'report.json', 'conftest.py', 'pytest.ini', 'sitecustomize.py'):
             try:
                 with open(os.path.join(folder, name), 'w') as file:
@@ -228,16 +228,14 @@ MAIN = "def main(args=None):\n"
 
 def handed_in(server: str | None = None, client: str | None = QUIET_CLIENT, srv: str | None = None) -> dict[str, bytes]:
     """The reference with other files in its place; None leaves the reference's."""
-    files = reference()
-    for name, text in ((SERVER, server), (CLIENT, client), (SRV, srv)):
-        if text is not None:
-            files[name] = text.encode(errors="surrogateescape")
-    return files
+    others = {name: text.encode(errors="surrogateescape")
+              for name, text in ((SERVER, server), (CLIENT, client), (SRV, srv)) if text is not None}
+    return REFERENCE | others
 
 
 def text(name: str, *pairs: tuple[str, str]) -> str:
     """A file of the reference with changes."""
-    return changed(reference(), name, *pairs)[name].decode()
+    return changed(REFERENCE, name, *pairs)[name].decode()
 
 
 def _forger() -> str:

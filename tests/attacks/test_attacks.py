@@ -6,10 +6,10 @@ import pytest
 
 from autograder import feedback
 from autograder.records import GRADED
-from tests.autograder.answers.calculator import reference
+from tests.autograder.answers.calculator import REFERENCE
 from tests.autograder.conftest import no_program_is_left
 
-from .programs import ATTACKS, DAEMONS, IDLE_SERVER, LARGE, handed_in
+from .programs import ATTACKS, DAEMONS, IDLE_SERVER, LARGE, REPOSITORY, handed_in
 
 
 @pytest.fixture(scope="module")
@@ -18,7 +18,7 @@ def reports(request, grade):
     asked = {item.callspec.params["name"] for item in request.session.items
              if item.path == request.path and "name" in getattr(getattr(item, "callspec", None), "params", {})}
     begun = {name: grade(files, seed=20261) for name, (files, _) in ATTACKS.items() if name in asked}
-    return begun | {"honest": grade(reference())}
+    return begun | {"honest": grade(REFERENCE)}
 
 
 @pytest.mark.parametrize("name", ATTACKS)
@@ -29,7 +29,8 @@ def test_earns_no_more_than_its_honest_part(reports, name):
     # What is honest in it is not lost either, but where the attack itself kills it.
     if ATTACKS[name][1] in (0, 2, 3, 5, 20):
         assert report.score == ATTACKS[name][1], [(test.id, test.outcome, test.message) for test in report.tests]
-    assert not re.search(r"suite\.py|conversation\.py|/work/|/tmp/autograder|hidden/", str(report.public()))
+    inside = rf"suite\.py|conversation\.py|{re.escape(str(REPOSITORY))}|/tmp/autograder|hidden/"
+    assert not re.search(inside, str(report.public()))
     if "looks" in name:
         assert all("SPY held" in log for log in report.logs.values()) and len(report.logs) == 2, report.logs
 

@@ -1,15 +1,13 @@
 """The same attacks through each file of the other exercises: what confines one program confines them all."""
 
-from pathlib import Path
-
 import pytest
 
 from autograder import exercises
 from autograder.records import GRADED
+from tests.autograder.answers import solution
 
 from .programs import SPY
 
-SOLUTIONS = Path(__file__).parents[2] / "solutions"
 OTHERS = [name for name in exercises.names() if name != "calculator"]
 FILES = [(name, file) for name in OTHERS for file in exercises.load(name).files]
 
@@ -24,10 +22,6 @@ for descriptor in range(1, 64):
         pass
 os._exit(0)
 """
-
-
-def solution(name: str) -> dict[str, bytes]:
-    return {file: (SOLUTIONS / name / file).read_bytes() for file in exercises.load(name).files}
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from autograder import cleaning, grading
 from autograder.records import Submission
-from tests.autograder.answers.calculator import CLIENT, SERVER, SRV, reference
+from tests.autograder.answers.calculator import CLIENT, REFERENCE, SERVER, SRV
 
 from .programs import RETURN, handed_in, text
 
@@ -58,7 +58,7 @@ def test_a_class_of_names_and_notebooks(box, tmp_path):
              "escape": notebook("%%exercise ../../../x.py\nraise SystemExit\n").encode()}
     for name, bomb in bombs.items():
         lay(submitted / name / "calculator", {"calculator.ipynb": bomb})
-    lay(submitted / "sparse" / "calculator", {SRV: reference()[SRV]})
+    lay(submitted / "sparse" / "calculator", {SRV: REFERENCE[SRV]})
     with open(submitted / "sparse" / "calculator" / "calculator.ipynb", "wb") as file:
         file.truncate(20 << 30)
     for name, target in ((SERVER, "../../<b>x/calculator/" + SERVER), (CLIENT, "/dev/zero"), (SRV, "..")):
@@ -100,7 +100,7 @@ def test_a_class_of_names_and_notebooks(box, tmp_path):
 def test_excerpt():
     source = "limit = 42\nprint('limit', limit)\n"
     output = ("\x1b[31mred\x1b[0m limit 42 a=17.25 secret \u202ereversed\u202c\n[INFO] [1700000000.123456] [node]: x=-3.5e7\n"
-              'File "/work/x/hidden/calculator_server.py", line 17, in f\n')
+              'File "/srv/x/hidden/calculator_server.py", line 17, in f\n')
     told = cleaning.excerpt(output, source, {"secret", 42.5})
     assert told == 'red limit 42 a=… … reversed\n[INFO] [node]: x=…\nFile "calculator_server.py", line 17, in f'
     assert len(cleaning.excerpt("x" * 50_000_000, "", set())) < 3000

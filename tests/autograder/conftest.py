@@ -3,8 +3,8 @@
 import contextlib
 import os
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
+import psutil
 import pytest
 
 from autograder import exercises, grading, sandbox
@@ -40,24 +40,28 @@ def _confined() -> list[int]:
 
     Those below a worker of somebody else's are left out: another batch may run on this machine.
     """
-    programs = {file.encode() for name in exercises.names() for file in exercises.load(name).files}
+    programs = {file for name in exercises.names() for file in exercises.load(name).files}
     found = []
-    for entry in Path("/proc").glob("[0-9]*"):
-        with contextlib.suppress(OSError):
-            called = (entry / "cmdline").read_bytes().split(b"\0")[1:2]
-            outside = os.readlink(entry / "ns" / "pid") == os.readlink("/proc/self/ns/pid")
-            if outside or not programs.intersection(called):
+    for process in processes():
+        with contextlib.suppress(OSError, psutil.Error):
+            outside = os.readlink(f"/proc/{process.pid}/ns/pid") == os.readlink("/proc/self/ns/pid")
+            if outside or not programs.intersection(process.info["cmdline"][1:2]):
                 continue
-            parents = above(int(entry.name))
-            graded = any(b"autograder.worker" in Path(f"/proc/{pid}/cmdline").read_bytes() for pid in parents)
-            if not graded or os.getpid() in parents:
-                found.append(int(entry.name))
+            parents = process.parents()
+            graded = any("autograder.worker" in parent.cmdline() for parent in parents)
+            if not graded or os.getpid() in [parent.pid for parent in parents]:
+                found.append(process.pid)
     return found
 
 
-def above(pid: int) -> list[int]:
-    """The processes that `pid` descends from."""
-    above = [pid]
-    while above[-1]:
-        above.append(int(Path(f"/proc/{above[-1]}/stat").read_text().rpartition(")")[2].split()[1]))
-    return above[1:-1]
+def runs(process: psutil.Process) -> bool:
+    """Whether it has not ended; what waits to be reaped has."""
+    try:
+        return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False
+
+
+def processes() -> list[psutil.Process]:
+    """The processes that can be seen, their command line in `info`."""
+    return [process for process in psutil.process_iter(["cmdline"]) if process.info["cmdline"]]

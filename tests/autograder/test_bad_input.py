@@ -11,7 +11,7 @@ import pytest
 from autograder import submission
 from autograder.records import CRASHED, GRADED, INVALID_SUBMISSION, NOT_RUN, PASSED, TIMED_OUT
 
-from .answers.calculator import CLIENT, SERVER, SRV, reference
+from .answers.calculator import CLIENT, REFERENCE, SERVER, SRV
 from .conftest import no_program_is_left
 
 AUTOGRADER = [str(Path(sys.executable).with_name("autograder"))]
@@ -47,7 +47,7 @@ def write(folder: Path, files: dict[str, bytes]) -> Path:
 
 @pytest.fixture
 def handed_in(tmp_path) -> Path:
-    return write(tmp_path / "student" / "calculator", reference())
+    return write(tmp_path / "student" / "calculator", REFERENCE)
 
 
 def problems(folder: Path) -> str:
@@ -59,7 +59,7 @@ def problems(folder: Path) -> str:
 def test_reads_only_what_is_wanted(handed_in):
     (handed_in / "conftest.py").write_text("raise SystemExit")
     read = submission.read(handed_in, "student", "calculator", FILES)
-    assert read.problems == [] and read.files == reference()
+    assert read.problems == [] and read.files == REFERENCE
 
 
 def test_missing_file(handed_in):
@@ -119,17 +119,17 @@ def broken(request, grade):
     """The gradings of the broken servers that are asked about, all begun at once."""
     chosen = {item.callspec.params["name"] for item in request.session.items
               if item.path == request.path and "name" in getattr(getattr(item, "callspec", None), "params", {})}
-    return {name: grade(reference() | {SERVER: text.encode()}, patience=float(QUICK) if outcome == TIMED_OUT else 1.0)
+    return {name: grade(REFERENCE | {SERVER: text.encode()}, patience=float(QUICK) if outcome == TIMED_OUT else 1.0)
             for name, (text, outcome, _) in SERVERS.items() if name in chosen}
 
 
 def test_a_class_with_bad_submissions(box, tmp_path):
     """As a command: the good submission after the bad ones is graded as ever, and no process is left."""
-    silent = reference() | {SERVER: reference()[SERVER].replace(b"        return response", b"        while True: pass")}
+    silent = REFERENCE | {SERVER: REFERENCE[SERVER].replace(b"        return response", b"        while True: pass")}
     write(tmp_path / "in" / "a_empty" / "calculator", {})
-    write(tmp_path / "in" / "b_<i>forks" / "calculator", reference() | {SERVER: SERVERS["forks"][0].encode()})
+    write(tmp_path / "in" / "b_<i>forks" / "calculator", REFERENCE | {SERVER: SERVERS["forks"][0].encode()})
     write(tmp_path / "in" / "c_silent" / "calculator", silent)
-    write(tmp_path / "in" / "d_good" / "calculator", reference())
+    write(tmp_path / "in" / "d_good" / "calculator", REFERENCE)
     write(tmp_path / "in" / "d_good" / "unknown", {})
     (tmp_path / "in" / "e_link").mkdir()
     (tmp_path / "in" / "e_link" / "calculator").symlink_to("../d_good/calculator")

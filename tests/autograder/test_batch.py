@@ -9,15 +9,16 @@ import subprocess
 import sys
 from pathlib import Path
 
+import psutil
 import pytest
 from nbgrader.api import Gradebook
 
 from autograder import exercises
 from autograder.ros import wait_until
 
-from .conftest import above
+from .answers import SOLUTIONS
+from .conftest import processes, runs
 
-SOLUTIONS = Path(__file__).parents[2] / "solutions"
 BIN = Path(sys.executable).parent
 STUDENTS = ["ada", "bob", "cyd", "dan"]
 SLOW = 60.0  # s that a machine in use may take for what follows at once
@@ -65,10 +66,11 @@ def test_sigkill_of_the_coordinator_loses_nothing(box, submitted, tmp_path, mome
     process = begin(submitted, out, "--jobs", "2")
     lines = {"at once": 0, "first result": 1, "third result": 3}[moment]
     assert wait_until(lambda: (out / ".lock").exists() and len(results(out)) >= lines, 2 * SLOW)
+    workers = psutil.Process(process.pid).children(recursive=True)
+    assert workers or moment == "at once"
     process.kill()
-    below = [pid for pid in processes() if process.pid in above(pid)]
     assert end(process)[0] == -signal.SIGKILL
-    assert wait_until(lambda: not any(Path(f"/proc/{pid}").exists() for pid in below), SLOW)
+    assert wait_until(lambda: not any(map(runs, workers)), SLOW)
     before = {line["student"]: line for line in results(out)}
     assert end(begin(submitted, out, "--resume"))[::2] == (0, "")
     assert scores(out) == ALL
@@ -76,10 +78,6 @@ def test_sigkill_of_the_coordinator_loses_nothing(box, submitted, tmp_path, mome
     assert {path.parent.name for path in out.glob("feedback/*/services.html")} == set(STUDENTS)
     with Gradebook(f"sqlite:///{out / 'gradebook.db'}") as book:
         assert {s.student_id: s.score for s in book.assignment_submissions("services")} == ALL
-
-
-def processes() -> list[int]:
-    return [int(entry.name) for entry in Path("/proc").glob("[0-9]*")]
 
 
 def test_a_second_coordinator_on_the_same_folder_refuses(box, submitted, tmp_path):
@@ -185,26 +183,18 @@ def dask_cluster(tmp_path):
     cluster.close()
 
 
-def program(name: str) -> int | None:
-    """A running handed-in program of that name."""
-    for pid in processes():
-        with contextlib.suppress(OSError):
-            if name.encode() in Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")[1:2]:
-                return pid
-    return None
-
-
 def grading_worker(name: str, workers: list[subprocess.Popen]) -> subprocess.Popen:
     """Which worker grades the program of that name, as soon as one does."""
+    def graders() -> list[subprocess.Popen]:
+        above = set()
+        for process in processes():
+            with contextlib.suppress(psutil.Error):
+                if name in process.info["cmdline"][1:2]:
+                    above |= {parent.pid for parent in process.parents()}
+        return [worker for worker in workers if worker.pid in above]
+
     found = []
-
-    def look() -> bool:
-        pid = program(name)
-        with contextlib.suppress(OSError):
-            found[:] = [worker for worker in workers if pid and worker.pid in above(pid)]
-        return bool(found)
-
-    assert wait_until(look, 2 * SLOW)
+    assert wait_until(lambda: found.extend(graders()) or bool(found), 2 * SLOW)
     return found[0]
 
 

@@ -15,7 +15,7 @@ from nbgrader.server_extensions.formgrader import handlers
 from autograder import exercises, nbgrader_plugin, notebook, release, submission
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 
-from .answers.calculator import CLIENT, SERVER, SRV, reference, server
+from .answers.calculator import CLIENT, REFERENCE, SERVER, SRV, server
 
 pytestmark = pytest.mark.filterwarnings("ignore:Object of type")  # nbgrader's own, about its sessions
 SEED = 20
@@ -87,10 +87,10 @@ def hand_in(course: Path, student: str, files: dict[str, bytes], text: str | Non
 @pytest.fixture(scope="module")
 def graded(course, blank, box) -> tuple[Path, dict, dict]:
     """A class graded by nbgrader, with its answer, and at the same time by `autograder grade`, with its results."""
-    hand_in(course, "hostile", reference() | {"page.html": b"<script>"}, json.dumps(hostile(blank)))
+    hand_in(course, "hostile", REFERENCE | {"page.html": b"<script>"}, json.dumps(hostile(blank)))
     hand_in(course, "no_json", WRONG, "{" * 10_000)
-    hand_in(course, "no_client", {SRV: reference()[SRV], SERVER: reference()[SERVER]}, json.dumps({"cells": []}))
-    hand_in(course, "only_notebook", {}, json.dumps(completed(blank, reference())))
+    hand_in(course, "no_client", {SRV: REFERENCE[SRV], SERVER: REFERENCE[SERVER]}, json.dumps({"cells": []}))
+    hand_in(course, "only_notebook", {}, json.dumps(completed(blank, REFERENCE)))
     secret = course / "secret.txt"
     secret.write_text("another student's work")
     (course / "submitted" / "hostile" / "calculator" / "linked.txt").symlink_to(secret)
@@ -218,9 +218,9 @@ def test_a_failure_of_the_grader_is_no_score_and_stops_no_one_else(graded, monke
 
 
 def test_a_file_of_the_folder_goes_before_the_notebooks_cell(tmp_path, blank):
-    hand_in(tmp_path, "student", {SERVER: WRONG[SERVER]}, json.dumps(completed(blank, reference())))
+    hand_in(tmp_path, "student", {SERVER: WRONG[SERVER]}, json.dumps(completed(blank, REFERENCE)))
     folder = tmp_path / "submitted" / "student" / "calculator"
-    assert submission.read(folder, "student", "calculator", FILES).files == reference() | {SERVER: WRONG[SERVER]}
+    assert submission.read(folder, "student", "calculator", FILES).files == REFERENCE | {SERVER: WRONG[SERVER]}
 
 
 def test_a_cell_is_the_file_that_running_it_would_write():

@@ -17,6 +17,11 @@ def names() -> list[str]:
     return sorted(module.name for module in pkgutil.iter_modules(__path__))
 
 
+def solution(exercise: str) -> dict[str, bytes]:
+    """The files of the reference solution."""
+    return {path.name: path.read_bytes() for path in (SOLUTIONS / exercise).iterdir() if path.is_file()}
+
+
 def load(exercise: str):
     """The module of that exercise."""
     return importlib.import_module(f"{__name__}.{exercise}")

@@ -1,9 +1,9 @@
 """Answers to the exercise on an agent that drives."""
 
-from . import SOLUTIONS, changed
+from . import changed, solution
 
 NODE = "obstacle_avoider.py"
-REFERENCE = {NODE: (SOLUTIONS / "ai_integration" / NODE).read_bytes()}
+REFERENCE = solution("ai_integration")
 
 
 def node(*pairs: tuple[str, str]) -> dict[str, bytes]:

@@ -1,9 +1,9 @@
 """Answers to the exercise on parameters."""
 
-from . import SOLUTIONS, changed
+from . import changed, solution
 
 NODE = "pid_node.py"
-REFERENCE = {NODE: (SOLUTIONS / "parameters" / NODE).read_bytes()}
+REFERENCE = solution("parameters")
 
 
 def node(*pairs: tuple[str, str]) -> dict[str, bytes]:

@@ -1,9 +1,9 @@
 """Answers to the exercise on services."""
 
-from . import SOLUTIONS, changed
+from . import changed, solution
 
 MOTORS, RELAY = "motor_service.py", "relay.py"
-REFERENCE = {name: (SOLUTIONS / "services" / name).read_bytes() for name in (MOTORS, RELAY)}
+REFERENCE = solution("services")
 
 
 def motors(*pairs: tuple[str, str]) -> dict[str, bytes]:

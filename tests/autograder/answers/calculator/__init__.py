@@ -1,31 +1,26 @@
 """Answers to the calculator exercise."""
 
-from .. import SOLUTIONS, changed
+from .. import changed, solution
 from . import programs
 
-SOLUTION = SOLUTIONS / "calculator"
 SRV, SERVER, CLIENT = "Calculate.srv", "calculator_server.py", "calculator_client.py"
-
-
-def reference() -> dict[str, bytes]:
-    """The reference answer, with a client that gives up sooner, so that the tests take less time."""
-    files = {name: (SOLUTION / name).read_bytes() for name in (SRV, SERVER, CLIENT)}
-    return changed(files, CLIENT, ("timeout_sec=5.0", "timeout_sec=1.5")) if b"timeout_sec=5.0" in files[CLIENT] else files
+# With a client that gives up sooner, so that the tests take less time.
+REFERENCE = changed(solution("calculator"), CLIENT, ("timeout_sec=5.0", "timeout_sec=1.5"))
 
 
 def server(*pairs: tuple[str, str]) -> dict[str, bytes]:
     """The reference with a changed server."""
-    return changed(reference(), SERVER, *pairs)
+    return changed(REFERENCE, SERVER, *pairs)
 
 
 def client(*pairs: tuple[str, str]) -> dict[str, bytes]:
     """The reference with a changed client."""
-    return changed(reference(), CLIENT, *pairs)
+    return changed(REFERENCE, CLIENT, *pairs)
 
 
 def written(server: str, client: str, encoding: str = "utf-8", **more: bytes) -> dict[str, bytes]:
     """The reference's definition with these programs."""
-    return reference() | {SERVER: server.encode(encoding), CLIENT: client.encode()}
+    return REFERENCE | {SERVER: server.encode(encoding), CLIENT: client.encode()}
 
 
 def windows(files: dict[str, bytes]) -> dict[str, bytes]:
@@ -35,18 +30,18 @@ def windows(files: dict[str, bytes]) -> dict[str, bytes]:
 
 
 RIGHT = {
-    "reference": reference(),
+    "reference": REFERENCE,
     "functions and a table; argparse": written(programs.FUNCTIONS, programs.ARGPARSE_CLIENT),
-    "threads, async, own context, slow start": reference() | {SERVER: programs.THREADS.encode()},
+    "threads, async, own context, slow start": REFERENCE | {SERVER: programs.THREADS.encode()},
     "comments and blanks in the definition": changed(
-        reference(), SRV, ("float64 b\n", "\n# the second\nfloat64   b\n\n")),
+        REFERENCE, SRV, ("float64 b\n", "\n# the second\nfloat64   b\n\n")),
     "a node in a plain object, %-logging; an executor": written(programs.COMPOSED, programs.EXECUTOR_CLIENT),
     "all at level debug; a callback": written(programs.VERBOSE, programs.CALLBACK_CLIENT),
     "comma-separated log by print; a thread": written(programs.COMMA_SEPARATED, programs.THREAD_CLIENT),
     "more than asked, messages with times; async": written(programs.MORE_THAN_ASKED, programs.ASYNC_CLIENT),
-    "Decimal, JSON log, 20 ms an answer": reference() | {SERVER: programs.DECIMAL.encode()},
+    "Decimal, JSON log, 20 ms an answer": REFERENCE | {SERVER: programs.DECIMAL.encode()},
     "Latin-1 with a decorator": written(programs.LATIN_1, programs.EXECUTOR_CLIENT, "latin-1"),
-    "line ends of Windows": windows(reference()),
+    "line ends of Windows": windows(REFERENCE),
     "one expression, a log without words": server(
         ("f'Request: a={request.a} b={request.b} operation={request.operation}'",
          "f'{request.a}{request.operation}{request.b}'"),
@@ -117,7 +112,7 @@ WRONG = {
                 "        request = self.request\n        response.success = True\n")),
                FOUR_THREADS), {"two_clients"}),
     "another name": (server(("'/calculator'", "'/calc'")), SERVER_TESTS),
-    "another definition": (changed(reference(), SRV, ("bool success\nstring message", "string message\nbool success")),
+    "another definition": (changed(REFERENCE, SRV, ("bool success\nstring message", "string message\nbool success")),
                            {"interface"}),
     "client computes": (client(("{response.result}", "{a + b}")), {"client_shows_result"}),
     "client mixes up": (client(("Request(a=a, b=b", "Request(a=b, b=a")), {"client_shows_result"}),
@@ -237,13 +232,13 @@ WRONG = {
     "a service in a namespace": (server(("'/calculator'", "'calculator'"), ("super().__init__('calculator_server')",
                                          "super().__init__('calculator_server', namespace='math')")), SERVER_TESTS),
     # The definition
-    "float32 in the definition": (changed(reference(), SRV, ("float64 result", "float32 result")), {"interface"}),
-    "a field too many": (changed(reference(), SRV, ("string message", "string message\nint32 code")), {"interface"}),
-    "request and response in one": (changed(reference(), SRV, ("---\n", "")), {"interface"}),
-    "a default value": (changed(reference(), SRV, ("float64 b", "float64 b 1.0")), {"interface"}),
-    "definition in C": (changed(reference(), SRV, ("float64", "double")), {"interface"}),
-    "definition in UTF-16": (reference() | {SRV: reference()[SRV].decode().encode("utf-16")}, {"interface"}),
-    "definition with a byte order mark": (reference() | {SRV: b"\xef\xbb\xbf" + reference()[SRV]}, {"interface"}),
+    "float32 in the definition": (changed(REFERENCE, SRV, ("float64 result", "float32 result")), {"interface"}),
+    "a field too many": (changed(REFERENCE, SRV, ("string message", "string message\nint32 code")), {"interface"}),
+    "request and response in one": (changed(REFERENCE, SRV, ("---\n", "")), {"interface"}),
+    "a default value": (changed(REFERENCE, SRV, ("float64 b", "float64 b 1.0")), {"interface"}),
+    "definition in C": (changed(REFERENCE, SRV, ("float64", "double")), {"interface"}),
+    "definition in UTF-16": (REFERENCE | {SRV: REFERENCE[SRV].decode().encode("utf-16")}, {"interface"}),
+    "definition with a byte order mark": (REFERENCE | {SRV: b"\xef\xbb\xbf" + REFERENCE[SRV]}, {"interface"}),
     # The client
     "client ignores success": (
         client(("    if not response.success:\n", "    if False:\n")),
