@@ -19,7 +19,6 @@ Files are UTF-8 without a byte order mark: Moodle's import takes it off (lib/csv
 
 import csv
 import io
-import os
 import re
 import unicodedata
 from collections import Counter
@@ -32,7 +31,7 @@ from nbgrader.api import Assignment, Gradebook, Student, SubmittedAssignment
 from nbgrader.plugins import ExportPlugin
 from traitlets import Bool, Dict, Enum, Unicode
 
-from . import late
+from . import late, storage
 from .progress import printable
 
 DONE, WAITING, MISSING = "graded", "waiting for marks", "not handed in"
@@ -83,10 +82,9 @@ class _Exporter(ExportPlugin):
             rows = self.rows(self._grades(gradebook))
         except CannotExport as error:
             raise SystemExit(f"autograder: {error}") from None
-        draft = target.with_name(f".{target.name}.part")
-        with open(draft, "w", encoding="utf-8", newline="") as file:
-            csv.writer(file).writerows(rows)
-        os.replace(draft, target)
+        text = io.StringIO(newline="")
+        csv.writer(text).writerows(rows)
+        storage.replace(target, text.getvalue().encode())
         self.log.info("Exported to %s", target)
 
     def rows(self, grades: dict[str, dict[str, Grade]]) -> list[list[str]]:

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from . import batch, exercises, grading, output, progress, sandbox, submission
+from . import batch, exercises, grading, output, progress, sandbox, storage, submission
 from .progress import line, printable
 from .records import GRADED, INFRASTRUCTURE_ERROR, PASSED, Report
 
@@ -39,7 +39,7 @@ def check(folder: Annotated[Path, typer.Argument(help="The folder with the files
     if not folder.is_dir():
         raise output.UsageError(f"there is no folder {folder}")
     handed_in = submission.read(folder, folder.resolve().name, assignment, exercise.files)
-    report = grading.grade(handed_in, _box(unsafe), seed, patience)
+    report = grading.grade(handed_in, sandbox.choose(unsafe), seed, patience)
     print(json.dumps(report.public(), indent=2) if as_json else printable(_describe(report)))
     raise typer.Exit(INFRASTRUCTURE if report.status == INFRASTRUCTURE_ERROR else 0)
 
@@ -62,7 +62,7 @@ def grade(submitted: Annotated[Path, typer.Argument(help="The folder with STUDEN
                 scores.write(report)
         seeds = batch.draw(results.left(found), seed)
         with _workers(jobs, scheduler, unsafe, len(seeds)) as client, progress.shown(len(seeds)) as show_progress:
-            for report, origin in batch.grade(client, submitted, seeds, patience, unsafe) if client else ():
+            for report, origin in batch.grade(client, submitted, seeds, patience, unsafe):
                 results.write(report, origin)
                 if scores:
                     scores.write(report)
@@ -88,10 +88,10 @@ def regrade_command(
     if not output.read_results(out):
         raise output.UsageError(f"no results in {out}")
     from . import regrade
-    with output.Output(out, resume=True) as results, regrade.opened(results, assignment, student or [], everything) as again:
+    with output.Output(out, resume=True) as results, regrade.Regrading(results, assignment, student or [], everything) as again:
         count = len(again.waiting)
         with _workers(jobs, scheduler, unsafe, count) as client, progress.shown(count) as show_progress:
-            for report in again.grade(client, patience, unsafe) if client else ():
+            for report in again.grade(client, patience, unsafe):
                 show_progress(report)
         moves = again.moves()
         for move in moves:
@@ -120,7 +120,7 @@ def report_command(
     if not reports:
         raise output.UsageError(f"no results in {out}")
     target = html or out / "report.html"
-    target.write_bytes(page(list(reports.values())).encode(errors="replace"))
+    storage.replace(target, page(list(reports.values())).encode(errors="replace"), storage.PRIVATE)
     print(target)
 
 
@@ -204,10 +204,6 @@ def _fail(message: str, code: int = USAGE) -> None:
     raise SystemExit(code)
 
 
-def _box(unsafe: bool) -> str:
-    return sandbox.choose(unsafe)
-
-
 def _one_of(jobs: int | None, scheduler: str | None) -> None:
     if jobs and scheduler:
         raise output.UsageError("give --jobs, for this machine, or --scheduler, for a cluster; not both")
@@ -224,7 +220,7 @@ def _workers(jobs: int | None, scheduler: str | None, unsafe: bool, count: int):
         yield None
         return
     if not scheduler:
-        _box(unsafe)  # says what is missing before the workers do
+        sandbox.choose(unsafe)  # says what is missing before the workers do
     from . import cluster  # takes a second to load
     try:
         with cluster.remote(scheduler) if scheduler else cluster.local(min(count, jobs or _cores())) as client:

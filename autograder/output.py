@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
-from . import feedback
+from . import feedback, storage
 from .records import INFRASTRUCTURE_ERROR, Report
 
 RESULTS = "results.jsonl"
@@ -54,7 +54,7 @@ class Output:
             raise UsageError(f"{folder} holds results already: give --resume to go on, or another folder")
         self._retire()
         self._results = _appending(folder / RESULTS)
-        self._details = _appending(folder / DETAILS, 0o600)
+        self._details = _appending(folder / DETAILS, storage.PRIVATE)
         for report in self.done.values():
             if not self._feedback(report).exists():
                 self._write_feedback(report)
@@ -96,12 +96,7 @@ class Output:
             _write_all(history, lines[number])
         os.fsync(history)
         os.close(history)
-        draft = path.with_suffix(".part")
-        with open(draft, "wb") as file:
-            file.writelines(lines[number] for number in kept)
-            file.flush()
-            os.fsync(file.fileno())
-        draft.replace(path)
+        storage.replace(path, (lines[number] for number in kept))
 
     def _feedback(self, report: Report) -> Path:
         return self.folder / "feedback" / report.student / f"{report.assignment}.html"
@@ -109,9 +104,7 @@ class Output:
     def _write_feedback(self, report: Report) -> None:
         target = self._feedback(report)
         target.parent.mkdir(parents=True, exist_ok=True)
-        draft = target.with_suffix(".part")
-        draft.write_bytes(feedback.page(report).encode(errors="replace"))
-        draft.replace(target)
+        storage.replace(target, feedback.page(report).encode(errors="replace"))
 
 
 def read_results(folder: Path) -> dict[tuple[str, str], Report]:

@@ -4,7 +4,6 @@ The new results are first kept in `OUTPUT/regrade`, so that looking and writing 
 killed goes on.
 """
 
-import contextlib
 import os
 import shutil
 from collections.abc import Iterator
@@ -33,7 +32,10 @@ class Move:
 
 
 class Regrading:
-    """What is to be graded again in an output folder that is open, and the new results so far."""
+    """What is to be graded again in an output folder that is open, and the new results so far.
+
+    A context: the new results that are not applied are kept for the next regrading.
+    """
 
     def __init__(self, results: Output, assignment: str | None, students: list[str], everything: bool):
         """With `everything`, results by the suite as it is are graded again too.
@@ -62,6 +64,12 @@ class Regrading:
         self.waiting = {key for key in self.origins if not (
             key in self.pending.done and self.pending.done[key].status != INFRASTRUCTURE_ERROR
             and self._fresh[key] == Origin(self.origins[key].submitted, digests[key[1]], self._now(key)))}
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exception):
+        self.pending.__exit__(*exception)
 
     def _now(self, key: tuple[str, str]) -> str:
         return batch.digest(batch.read(Path(self.origins[key].submitted), *key))
@@ -101,11 +109,3 @@ class Regrading:
             elif (was.outcome, was.points) != (test.outcome, test.points):
                 why.append(f"{test.title}: {was.outcome}, {was.points:g} -> {test.outcome}, {test.points:g}{said}")
         return why + [f"gone: {test.title}: {test.outcome}, {test.points:g}" for test in before.values()]
-
-
-@contextlib.contextmanager
-def opened(results: Output, assignment: str | None, students: list[str], everything: bool) -> Iterator[Regrading]:
-    """A Regrading; its pending results are kept for the next one."""
-    regrading = Regrading(results, assignment, students, everything)
-    with regrading.pending:
-        yield regrading

@@ -18,7 +18,6 @@ import io
 import json
 import keyword
 import math
-import os
 import re
 import statistics
 import tokenize
@@ -31,7 +30,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import batch, exercises, output, submission
+from . import batch, exercises, output, storage, submission
 from .feedback import template
 from .release import NOTEBOOKS, REGION, ROOT
 
@@ -344,11 +343,7 @@ def page(findings: Iterable[Finding]) -> str:
 
 def write(findings: Iterable[Finding], target: Path) -> None:
     """Write the page, for the instructor alone."""
-    draft = target.with_name(f".{target.name}.part")
-    draft.unlink(missing_ok=True)
-    with open(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600), "wb") as file:
-        file.write(page(findings).encode(errors="replace"))
-    os.replace(draft, target)
+    storage.replace(target, page(findings).encode(errors="replace"), storage.PRIVATE)
 
 
 def _clean(text: str) -> str:

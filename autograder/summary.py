@@ -21,6 +21,7 @@ from .records import (
     PASSED,
     TIMED_OUT,
     Report,
+    Result,
 )
 
 ODD = -0.2  # a correlation below it is hardly chance
@@ -143,20 +144,20 @@ def page(reports: list[Report]) -> str:
 
 def _class(name: str, reports: list[Report]) -> Class:
     graded = [report for report in reports if report.status == GRADED]
-    tests: dict[str, list[tuple[Report, int]]] = {}
+    tests: dict[str, list[tuple[Report, Result]]] = {}
     for report in graded:
-        for number, test in enumerate(report.tests):
-            tests.setdefault(test.id, []).append((report, number))
+        for result in report.tests:
+            tests.setdefault(result.id, []).append((report, result))
     return Class(name, Counter(report.status for report in reports), reports[0].max_score,
                  [report.score for report in graded], [report.duration_s for report in graded],
                  [_item(found) for found in tests.values()])
 
 
-def _item(found: list[tuple[Report, int]]) -> Item:
-    results = [report.tests[number] for report, number in found]
-    counts = Counter(result.outcome for result in results)
-    passed = [float(result.outcome == PASSED) for result in results]
-    rest = [report.score - result.points for (report, _), result in zip(found, results, strict=True)]
+def _item(found: list[tuple[Report, Result]]) -> Item:
+    counts = Counter(result.outcome for _, result in found)
+    passed = [float(result.outcome == PASSED) for _, result in found]
+    rest = [report.score - result.points for report, result in found]
     varied = len({*passed}) > 1 and len({*rest}) > 1
-    return Item(results[0].id, results[0].title, {outcome: counts[outcome] for outcome in OUTCOMES},
+    _, first = found[0]
+    return Item(first.id, first.title, {outcome: counts[outcome] for outcome in OUTCOMES},
                 statistics.correlation(passed, rest) if varied else None)

@@ -12,7 +12,7 @@ from autograder import batch, cluster, exercises, output, regrade, summary
 from autograder.gradebook import Scores
 from autograder.records import FAILED, PASSED, Report
 
-from .test_batch import SOLUTIONS
+from .answers import SOLUTIONS
 
 
 @pytest.fixture
@@ -41,7 +41,7 @@ def client(box):
 def run(client, out, assignment=None, students=(), everything=False, apply=False) -> tuple[int, list[regrade.Move]]:
     """How many were graded, and the moves."""
     with (output.Output(out, resume=True) as results, Scores(f"sqlite:///{out / 'gradebook.db'}") as scores,
-          regrade.opened(results, assignment, list(students), everything) as again):
+          regrade.Regrading(results, assignment, list(students), everything) as again):
         graded = len([*again.grade(client, 1.0, False)])
         moves = again.moves()
         if apply:

@@ -20,13 +20,17 @@ BIN = Path(sys.executable).parent
 sys.path.insert(0, str(ROOT))
 
 
-def hand_in(folder: Path, exercise: str, count: int) -> None:
-    """`count` submissions in nbgrader's layout: right answers in turn, each with the notebook that writes its files."""
-    import nbformat
-
+def right_answers(exercise: str) -> list[dict[str, bytes]]:
+    """In several styles."""
     from tests.autograder import answers
 
-    styles = [files for name, files in answers.load(exercise).RIGHT.items() if name != "slow start" and in_a_cell(files)]
+    return [files for files in answers.load(exercise).RIGHT.values() if in_a_cell(files)]
+
+
+def hand_in(folder: Path, exercise: str, count: int, styles: list[dict[str, bytes]]) -> None:
+    """`count` submissions in nbgrader's layout: `styles` in turn, each with the notebook that writes its files."""
+    import nbformat
+
     source = nbformat.read(ROOT / "notebooks" / exercise / f"{exercise}.ipynb", 4)
     for number in range(count):
         target = folder / f"student{number:04}" / exercise
@@ -65,7 +69,7 @@ def by_nbgrader(folder: Path, count: int) -> float:
     (folder / "nbgrader_config.py").write_text(
         "c = get_config()\nc.ClearSolutions.code_stub = {'python': '# YOUR CODE HERE'}\n")
     run(BIN / "nbgrader", "generate_assignment", "calculator", cwd=folder)
-    hand_in(folder / "submitted", "calculator", count)
+    hand_in(folder / "submitted", "calculator", count, right_answers("calculator"))
     seconds = run(BIN / "nbgrader", "autograde", "calculator", cwd=folder)
     assert len(list((folder / "autograded").glob("*/calculator"))) == count
     return seconds
@@ -83,7 +87,7 @@ def by_this_grader(folder: Path, exercise: str, *options: str) -> float:
 
 def many(folder: Path, count: int) -> None:
     """What a submission costs in a large class, a tenth of it after the other."""
-    hand_in(folder / "submitted", "services", count)
+    hand_in(folder / "submitted", "services", count, right_answers("services")[:1])
     out = folder / "out"
     process = subprocess.Popen([BIN / "autograder", "grade", folder / "submitted", "--output", out],
                                stdout=subprocess.PIPE, text=True)

@@ -1,0 +1,18 @@
+"""Files that are whole: whoever reads one, now or after a power cut, finds the content of before or the new one."""
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+PRIVATE = 0o600  # what is for the instructor alone
+
+
+def replace(path: Path, content: bytes | Iterable[bytes], mode: int = 0o666) -> None:
+    """Write a file, in the place of the one that is there; `mode` as for open(2).  Raises OSError, with nothing changed."""
+    draft = path.with_name(f".{path.name}.part")
+    draft.unlink(missing_ok=True)  # left by a writer that was killed, perhaps with another mode
+    with open(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, mode), "wb") as file:
+        file.writelines([content] if isinstance(content, bytes) else content)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(draft, path)
