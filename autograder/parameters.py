@@ -4,10 +4,11 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import ParameterDescriptor, ParameterValue, SetParametersResult
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters, SetParametersAtomically
 from rclpy.parameter import Parameter, parameter_value_to_python
 
+from .faults import Wrong
 from .talk import Live
 
 OFFER = "its parameters"
@@ -33,7 +34,7 @@ class Parameters:
         """The values of some parameters; those that are not declared are left out."""
         values = self._call("get_parameters", GetParameters.Request(names=names)).values
         if len(values) == len(names):
-            return {name: parameter_value_to_python(value) for name, value in zip(names, values, strict=True)}
+            return {name: _value(name, value) for name, value in zip(names, values, strict=True)}
         if len(names) == 1:
             return {}
         return {name: value for one in names for name, value in self.get(one).items()}  # one unknown name voids all
@@ -81,6 +82,14 @@ class Parameters:
             return self._service in dict(node.get_service_names_and_types_by_node(name, namespace))
         topics = node.get_subscriber_names_and_types_by_node(name, namespace)
         return not self._topic or any(topic.rpartition("/")[2] == self._topic for topic, _ in topics)
+
+
+def _value(name: str, value: ParameterValue) -> Any:
+    try:
+        return parameter_value_to_python(value)
+    except RuntimeError:
+        raise Wrong(f"The parameter {name} has a type that there is not in rcl_interfaces/msg/ParameterType.",
+                    value) from None
 
 
 def _messages(values: Mapping[str, Any]) -> list:

@@ -24,6 +24,19 @@ os._exit(0)
 """
 
 
+# Answers for its parameters with values that cannot be read.
+UNREADABLE = b"""
+from rcl_interfaces.msg import ParameterValue
+from rclpy.parameter_service import ParameterService
+
+def get_parameters(self, request, response):
+    response.values = [ParameterValue(type=99) for _ in request.names]
+    return response
+
+ParameterService._get_parameters_callback = get_parameters
+"""
+
+
 @pytest.fixture(scope="module")
 def forged(request, grade):
     """The gradings with one file forged, all begun at once."""
@@ -52,3 +65,10 @@ def test_whoever_looks_around_finds_nothing_and_loses_nothing(grade, name):
     assert (report.status, report.score) == (GRADED, 20), [(test.id, test.message) for test in report.tests]
     assert all("SPY held" in log for log in report.logs.values()), report.logs
     assert len(report.logs) == len(exercises.load(name).files)
+
+
+def test_whoever_answers_what_cannot_be_read_is_graded(grade):
+    """It is no fault of the grader's, which would never come to a score."""
+    report = grade({file: UNREADABLE + content for file, content in solution("parameters").items()}, "parameters").result()
+    lost = {test.id for test in report.tests if "has a type that there is not" in test.message}
+    assert report.status == GRADED and {"test_defaults", "test_joint_name_is_read_only"} <= lost, report

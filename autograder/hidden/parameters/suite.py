@@ -128,7 +128,8 @@ def test_ki_starts_the_integral_again(pid, rng):
     pid.arrange(ki=ki + 1.5)
     answer = pid.send(error)
     # Whether the time since the message before still counts is left open.
-    if answer.effort > (ki + 1.5) * max(last.effort / ki / 2, error * (answer.came - last.sent)) or answer.effort < 0.0:
+    most = (ki + 1.5) * max(last.effort / ki / 2, error * (answer.came - last.sent))
+    if not 0.0 <= answer.effort <= most:
         raise Wrong("After ki was set to another value, the integral must have started again from zero.",
                     f"{last} then {answer}")
 
@@ -152,18 +153,22 @@ def begin_integral(pid, error, **gains):
 
 
 def fill_integral(pid, error, **gains):
-    """The last of several answers to an error, while the integral grows."""
-    begin_integral(pid, error, **gains)
+    """The last of several answers to a positive error, while the integral grows; raises Wrong when it does not."""
+    first = begin_integral(pid, error, **gains)
     for _ in range(5):
         time.sleep(0.05)
         pid.send(error)
-    return pid.send(error)
+    last = pid.send(error)
+    if not last.effort > first.effort:
+        raise Wrong("With a ki above 0 and the same positive error again and again, the effort must grow: without an "
+                    "integral part nothing can be said of when it starts again.", f"ki {gains['ki']}: {first} then {last}")
+    return last
 
 
 def expect_no_less(pid, error, last, about):
     """To the same positive error again it answers with no less effort than it did last: nothing has been taken away."""
     answer = pid.send(error)
-    if answer.effort < last.effort - 1e-9:
+    if not answer.effort >= last.effort - 1e-9:
         raise Wrong(f"{about}.", f"{last} then {answer}")
 
 

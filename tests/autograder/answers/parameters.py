@@ -265,6 +265,9 @@ WRONG = {
                          {"first_message", "integral", "derivative"}),
     "time steps in milliseconds": (node(("else now - self.last_time", "else 1000 * (now - self.last_time)")),
                                    {"integral", "derivative"}),
+    "no integral part": (node(("        self.integral += error * step\n", "")),
+                         {"integral", "ki_starts_the_integral_again", "nothing_else_starts_it_again", "all_or_nothing"}),
+    "efforts that are no numbers": (node((CLAMP, "float('nan')")), ALL_EFFORTS),
     "integral without time": (node(("error * step", "error")), {"first_message", "integral"}),
     "derivative without time": (
         node(("(error - self.last_error) / step if step > 0.0 else 0.0", "error - self.last_error")),
@@ -279,7 +282,7 @@ WRONG = {
              ("self.value('kp')", "self.gains['kp']"), ("self.value('ki')", "self.gains['ki']"),
              ("self.value('kd')", "self.gains['kd']")),
         {"first_message", "proportional", "new_gain", "clamped", "integral", "derivative",
-         "ki_starts_the_integral_again"}),
+         "ki_starts_the_integral_again", "nothing_else_starts_it_again", "all_or_nothing"}),
     "a new gain counts one message late": (
         node(("        error, now = msg", ("        gain, self.gain = getattr(self, 'gain', 1.0), self.value('kp')\n"
               "        error, now = msg")), ("self.value('kp') * error", "gain * error")),
