@@ -128,6 +128,7 @@ def test_both_commands_take_off_the_same(course):
     pages = {student: (course / "feedback" / student / "calculator" / "calculator.html").read_text()
              for student in ("two_days", "early")}
     assert "Handed in late: -2 points" in pages["two_days"] and "Handed in late" not in pages["early"]
+    assert "18 of 25 points so far" in pages["two_days"] and "20 of 25 points so far" in pages["early"]
     for _ in range(2):  # writing again changes nothing
         with Scores(by_grade, course / "submitted") as scores:
             for student, assignment in batch.find(course / "submitted", None, []):

@@ -185,6 +185,16 @@ def test_nbgraders_feedback_is_the_students_page(graded, feedback):
     assert "Missing: calculator_client.py" in (feedback / "no_client" / "calculator" / "calculator.html").read_text()
 
 
+def test_the_page_and_the_gradebook_add_up_to_the_same(graded, feedback):
+    """Tests and marks together; "so far" while an answer waits for its mark."""
+    with Gradebook(f"sqlite:///{graded[0] / 'gradebook.db'}") as book:
+        found = {s.student.id: (s.score, s.max_score, s.needs_manual_grade) for s in book.assignment_submissions("calculator")}
+    assert len({waiting for *_, waiting in found.values()}) == 2
+    for student, (score, most, waiting) in found.items():
+        page = (feedback / student / "calculator" / "calculator.html").read_text()
+        assert f'>{score:g} of {most:g} points{" so far" if waiting else ""}</p>' in page
+
+
 def test_feedback_holds_nothing_but_the_page_and_what_was_handed_in(graded, feedback):
     course, *_ = graded
     kept = release.secrets("calculator", release.NOTEBOOKS / "calculator" / "calculator.ipynb")
