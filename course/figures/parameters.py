@@ -2,11 +2,14 @@
 
 import math
 
+from matplotlib.lines import Line2D
+
 from ..records import ParameterRecorder
 from .palette import BLACK, BLUE, GREEN, GREY, VERMILLION, plain, style
 from .picture import Picture
 
 LISTED = 4  # reasons, the newest
+FAR = 1e6  # s, beyond every edge
 
 
 @plain
@@ -25,8 +28,10 @@ def changes(record: ParameterRecorder, name: str, title: str = "A rejected set l
     axes = style(picture.figure.add_subplot(), title, "time since the recorder started (s)", name)
     limits = record.range(name) if isinstance(record, ParameterRecorder) else ()
     if accepted:
-        times, values = zip(*accepted, (table["time"][-1], accepted[-1][1]), strict=True)
-        axes.step(times, values, where="post", color=BLUE, label="value")
+        axes.step(*zip(*accepted, strict=True), where="post", color=BLUE, label="value")
+        # It holds until it is set again: to the right edge, however far what else is drawn here moves that.
+        (last, value), line = accepted[-1], axes.lines[-1]
+        axes.add_artist(Line2D([last, last + FAR], [value, value], color=BLUE, linewidth=line.get_linewidth(), zorder=line.zorder))
         axes.plot(*zip(*accepted, strict=True), "o", color=GREEN, markersize=8, label="accepted")
     for limit in limits:
         axes.axhline(limit, color=GREY, linestyle="--", zorder=1, label="range" if limit == limits[0] else None)
@@ -38,7 +43,7 @@ def changes(record: ParameterRecorder, name: str, title: str = "A rejected set l
         shown = min(max(value, low), high) if drawable else low
         marker = "X" if not drawable or shown == value else "v" if value < low else "^"
         axes.plot(time, shown, marker, color=VERMILLION, markersize=9, clip_on=False, zorder=3)
-        axes.annotate(str(number), (time, shown), xytext=(7, 2), textcoords="offset points", color=BLACK, fontsize=9)
+        axes.annotate(str(number), (time, shown), xytext=(7, -9 if marker == "^" else 2), textcoords="offset points", color=BLACK, fontsize=9)
     if rejected:
         axes.plot([], [], "X", color=VERMILLION, markersize=9, label="rejected")
     if rows:

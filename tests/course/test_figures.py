@@ -77,7 +77,7 @@ def test_axes_have_a_title_and_labels_with_units(name):
 def test_rejected_sets_are_not_on_the_line_of_values():
     axes = DRAWN["changes"]().figure.axes[0]
     lines = {line.get_label(): list(line.get_ydata()) for line in axes.get_lines()}
-    assert lines["value"] == [1.0, 1.0] and lines["accepted"] == [1.0]
+    assert lines["value"] == [1.0] and lines["accepted"] == [1.0]
 
 
 def test_a_rejected_value_beyond_the_axis_is_an_arrow_at_its_edge_and_its_reason_is_told():
@@ -87,13 +87,21 @@ def test_a_rejected_value_beyond_the_axis_is_an_arrow_at_its_edge_and_its_reason
     figure = figures.changes(record, "speed").figure
     axes = figure.axes[0]
     value = next(line for line in axes.get_lines() if line.get_label() == "value")
-    assert list(value.get_ydata()) == [1.0, 3.0, 3.0] and value.get_xdata()[-1] == record.table()["time"][-1]
+    assert list(value.get_ydata()) == [1.0, 3.0]
     low, high = axes.get_ylim()
     assert 0 < low < 1 and 3 < high < 4
     marks = [(line.get_marker(), line.get_ydata()[0]) for line in axes.get_lines() if len(line.get_ydata()) == 1]
     assert marks[-3:] == [("X", 2.0), ("^", high), ("X", low)]
     assert figure.get_supxlabel() == ("1  2.0 rejected: not now\n2  500.0 rejected: too fast\n"
                                       "3  nan rejected: no number")
+
+
+def test_the_last_value_holds_to_the_edge_of_the_axis():
+    rows = [("speed", 1.0, True, ""), ("speed", 3.0, True, "")]
+    axes = figures.changes(Recorded("name", "value", "accepted", "reason", rows=rows), "speed").figure.axes[0]
+    axes.plot([0.0, 7.0], [0.0, 3.0])  # what a notebook draws over it
+    held = next(line for line in axes.get_lines() if list(line.get_ydata()) == [3.0, 3.0])
+    assert 7.0 < axes.get_xlim()[1] < 8.0 < held.get_xdata()[-1]
 
 
 def test_the_share_of_late_decisions_is_told():
