@@ -271,6 +271,7 @@ def test_stopping_a_node_amid_its_callbacks_is_silent_and_takes_no_longer_than_i
             self.go_on.wait(20)
             return response
 
+    before = {*threading.enumerate()}
     busy = session.start(Busy, threads=3)
     node = busy.node
     session._ready(session._client("relay", AddTwoInts), 5.0)
@@ -281,7 +282,8 @@ def test_stopping_a_node_amid_its_callbacks_is_silent_and_takes_no_longer_than_i
     began = time.monotonic()
     busy.stop()
     assert time.monotonic() - began < 5.0 and session.nodes() == []
-    threads = [thread for thread in threading.enumerate() if thread.name.startswith("ThreadPoolExecutor")]
+    threads = [thread for thread in threading.enumerate() if thread.name.startswith("ThreadPoolExecutor") and thread not in before]
+    assert threads
     node.go_on.set()  # and what it does now, without its node, is nobody's concern
     for thread in threads:
         thread.join(5)
