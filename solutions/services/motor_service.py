@@ -18,7 +18,7 @@ class MotorService(Node):
         return 'enabled' if self.enabled else 'disabled'
 
     def enable(self, request, response):
-        """Switch on (data is True) or off; what is so already is no error."""
+        """Switch on (data is True) or off; asking for the state it is in is no error."""
         self.enabled = request.data
         self.get_logger().info(f'Motors {self.state()}')
         response.success = True
