@@ -161,7 +161,7 @@ class Encounter:
     def begin(self) -> None:
         """Draw new numbers, and run the client."""
         rng = self._rng
-        self.order = rng.randrange(50, 5000)
+        self.order = rng.randrange(12, LAST + 1)
         self.feedback = [[rng.randrange(10**4, 10**9) for _ in range(length)] for length in (2, 3, 4, 5)]
         self.result = [rng.randrange(10**4, 10**9) for _ in range(6)]
         self.orders: list[int] = []

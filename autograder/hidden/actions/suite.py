@@ -11,6 +11,7 @@ from autograder.judge import points
 from autograder.talk import finish, numbers, twice
 
 INT32 = 2**31 - 1
+AT_ONCE = 0.05  # s between two messages with no step between them
 
 
 @points(2, cell="fibonacci-server")
@@ -145,9 +146,14 @@ def test_step_period(quick, cancelled):
             raise Wrong("A step must take step_period seconds, as set on the command line "
                         "(--ros-args -p step_period:=...).", f"took {took} s, expected {right} s")
     with cancelled.sample() as goal:
-        times = [heard.time for heard in goal.feedback]
-        if len(times) > 1 and not 0.6 * STEP < times[1] - times[0] < 3 * STEP:
-            raise Wrong(f"Without the parameter, a step must take {STEP:.0f} s.", f"{times}")
+        heard = [(heard.time, len(heard.message.partial_sequence)) for heard in goal.feedback]
+        steps = [time for time, length in heard if length > 2]
+        if len(steps) < 2 and len(heard) > 1:
+            steps = [time for time, _ in heard]
+            if steps[1] - steps[0] < AT_ONCE:  # [0, 1] and the first step, whose time comes after it
+                return
+        if len(steps) > 1 and not 0.6 * STEP < steps[1] - steps[0] < 3 * STEP:
+            raise Wrong(f"Without the parameter, a step must take {STEP:.0f} s.", f"{heard}")
 
 
 @points(1, cell="fibonacci-client")

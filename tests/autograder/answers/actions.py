@@ -280,6 +280,8 @@ RIGHT = {
     "sleeps after the report, as the chapter does": server((SLEEP, ""), (PUBLISH, PUBLISH + SLEEP)),
     "reports what is there before the first step": server(
         ("        while len", PUBLISH[4:] + "        while len")),
+    "reports before the first step, sleeps after each": server(
+        (SLEEP, ""), (PUBLISH, PUBLISH + SLEEP), ("        while len", PUBLISH[4:] + "        while len")),
     "as many threads as processors, period read at each step": server(
         ("num_threads=8", ""), (PERIOD, ""), ("sleep(period)", "sleep(self.get_parameter('step_period').value)")),
     "looks for a cancel ten times a step": server(
