@@ -174,11 +174,17 @@ def release_command(
         assignment: Annotated[list[str] | None, typer.Argument(help="The notebooks to release; default: all.")] = None,
         course: Annotated[Path, typer.Option(help="nbgrader's course folder; made if there is none.")] = Path("."),
         notebooks: Annotated[Path | None, typer.Option(help="Where the notebooks are; default: this course's.")] = None,
+        students: Annotated[Path | None, typer.Option(
+            help="Lay out here what students get: the released notebooks with all that they need to run.")] = None,
 ) -> None:
     """Make the student version of notebooks, and refuse what would show a solution or a hidden test."""
-    from .release import NOTEBOOKS, release
-    for folder in release(course, assignment or [], notebooks or NOTEBOOKS):
+    from .release import NOTEBOOKS, hand_out, release
+    released = release(course, assignment or [], notebooks or NOTEBOOKS)
+    for folder in released:
         print(f"{folder}: released, and searched for solutions, marking schemes and hidden tests")
+    if students:
+        hand_out(students, released)
+        print(f"{students}: what students need, without the answers")
 
 
 def main() -> None:

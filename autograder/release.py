@@ -58,6 +58,26 @@ def release(course: Path, chosen: Iterable[str] = (), notebooks: Path = NOTEBOOK
     return [_release(nbgrader, course, name, notebooks / name / f"{name}.ipynb") for name in chosen or known]
 
 
+def hand_out(folder: Path, released: Iterable[Path]) -> None:
+    """Lay out in `folder` what students need to work: released notebooks, `course` and its set-up, and no answers.
+
+    What is there already is brought up to date; nothing is removed.
+    """
+    ignored = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(ROOT / "course", folder / "course", ignore=ignored, dirs_exist_ok=True)
+    shutil.copytree(ROOT / "environment", folder / "environment", dirs_exist_ok=True,
+                    ignore=shutil.ignore_patterns("test", "lock"))
+    for notebooks in released:
+        shutil.copytree(notebooks, folder / "notebooks" / notebooks.name, dirs_exist_ok=True)
+    shutil.copy(ROOT / "LICENSE", folder)
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8").replace(', "autograder*"', "")
+    (folder / "pyproject.toml").write_text(re.sub(r"^autograder = .*\n", "", project, flags=re.MULTILINE), encoding="utf-8")
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    title, day = readme.partition("\n")[0], re.search(r"^## The student's day\n+(.*?)^## ", readme, re.MULTILINE | re.DOTALL)[1]
+    (folder / "README.md").write_text(f"{title}\n\n`environment/start student` sets up what is missing, and opens JupyterLab.\n\n{day}",
+                                      encoding="utf-8")
+
+
 def api(course: Path):
     """nbgrader with a course's configuration, as its Formgrader page uses it (an `nbgrader.apps.NbGraderAPI`).
 

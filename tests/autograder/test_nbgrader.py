@@ -5,6 +5,7 @@ import json
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -262,6 +263,28 @@ def test_a_release_is_the_notebooks_alone_and_shows_no_answer(course):
     for name in names:
         kept = release.secrets(name, release.NOTEBOOKS / name / f"{name}.ipynb")
         assert len(kept) > 10 and list(release.leaks(course / "release" / name, kept)) == []
+
+
+def test_what_students_get_can_be_set_up_and_holds_no_answer(course, tmp_path):
+    """All of `course`, the set-up, the notebooks and a README; of the answers and the grader not even the names."""
+    released = [course / "release" / name for name in release.names()]
+    for _ in range(2):  # again, to bring it up to date
+        release.hand_out(tmp_path, released)
+    files = {str(path.relative_to(tmp_path)): path for path in tmp_path.rglob("*") if path.is_file()}
+    here = {str(path.relative_to(release.ROOT)) for path in (release.ROOT / "course").rglob("*")
+            if path.is_file() and "__pycache__" not in path.parts}
+    assert files.keys() - here == {
+        "LICENSE", "README.md", "pyproject.toml", "environment/install", "environment/start", "environment/requirements.lock",
+        "environment/Dockerfile", *(f"notebooks/{name}/{name}.ipynb" for name in release.names())}
+    assert all(files[f"environment/{name}"].stat().st_mode & 0o100 for name in ("install", "start"))
+    kept = [text for name in release.names() for text, what in release.secrets(
+        name, release.NOTEBOOKS / name / f"{name}.ipynb").items() if what.startswith("all of the solution")]
+    for name, path in files.items():
+        shown = " ".join(path.read_text().split())
+        assert "autograder" not in shown and not [text for text in kept if text in shown], name
+    project = tomllib.loads(files["pyproject.toml"].read_text())
+    assert project["tool"]["setuptools"]["packages"]["find"]["include"] == ["course*"]
+    assert files["README.md"].read_text().startswith("# ROS 2") and "%%exercise" in files["README.md"].read_text()
 
 
 LEAKS = {

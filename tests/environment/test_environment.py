@@ -43,7 +43,7 @@ def test_install_does_nothing_when_all_is_there():
 
 
 def test_start_passes_its_arguments_to_jupyter_lab():
-    done = run("environment/start", "--no-browser", "--version")
+    done = run("environment/start", "developer", "--no-browser", "--version")
     assert done.returncode == 0 and re.fullmatch(r"4\.\d+\.\d+.*", done.stdout.strip())
 
 
