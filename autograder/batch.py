@@ -7,8 +7,10 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from . import exercises, submission
-from .output import Origin, UsageError
+from .output import Origin, Output, UsageError, origins
 from .records import Report, Submission
+
+JUNK = {"__MACOSX", "@eaDir"}  # what archives and file servers leave
 
 
 def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> list[tuple[str, str]]:
@@ -17,7 +19,7 @@ def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> li
         raise UsageError(f"there is no folder {submitted}")
     known = exercises.names() if assignment is None else [exercises.load(assignment).name]
     present = sorted(entry.name for entry in os.scandir(submitted)
-                     if not entry.name.startswith(".") and entry.is_dir())
+                     if not entry.name.startswith(".") and entry.name not in JUNK and entry.is_dir())
     chosen = list(students) or present
     if missing := sorted(set(chosen) - set(present)):
         raise UsageError(f"no folder in {submitted} for student {missing[0]!r}")
@@ -25,8 +27,27 @@ def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> li
     found = [(student, name) for student in chosen for name in known if os.path.lexists(submitted / student / name)]
     if not found:
         what = f"{assignment} of " if assignment else ""
-        raise UsageError(f"nothing to grade: {submitted} holds no submission {what}in the form STUDENT/ASSIGNMENT/FILES")
+        hints = [hint for hint in overlooked(submitted) if not students or hint.partition("/")[0].partition(":")[0] in chosen]
+        nothing = f"nothing to grade: {submitted} holds no submission {what}in the form STUDENT/ASSIGNMENT/FILES"
+        raise UsageError("; ".join([nothing, *hints]))
     return found
+
+
+def overlooked(submitted: Path) -> list[str]:
+    """What somebody may have handed in, and `find` does not see: a line each, for the instructor."""
+    hints = []
+    for entry in sorted(os.scandir(submitted), key=lambda entry: entry.name):
+        if entry.name.startswith(".") or entry.name in JUNK:
+            continue
+        if not entry.is_dir():
+            hints.append(f"{entry.name}: not a student's folder")
+            continue
+        inside = sorted(os.listdir(entry))
+        near = {name: known for name in inside for known in exercises.names() if name != known and name.lower() == known}
+        hints += [f"{entry.name}/{name}: is that {known}?" for name, known in near.items() if known not in inside]
+        if not near and any(name.endswith((".py", ".ipynb", ".srv", ".zip")) for name in inside):
+            hints.append(f"{entry.name}: files, but no folder of an exercise around them")
+    return hints
 
 
 def read(submitted: Path, student: str, assignment: str) -> Submission:
@@ -56,6 +77,19 @@ def grade(client, submitted: Path, seeds: dict[tuple[str, str], int], patience: 
 
     for report in cluster.grade(client, handed_in(), patience, unsafe):
         yield report, origins.pop((report.student, report.assignment))
+
+
+def outdated(results: Output, found: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Those of `found` whose result is by another suite or of other files than there are now."""
+    known = origins(results.folder)
+    suites = {name: exercises.pack(name).digest for name in {name for _, name in found}}
+    return [key for key in found if key in known and (
+        known[key].suite != suites[key[1]] or changed(known[key], key))]
+
+
+def changed(origin: Origin, key: tuple[str, str]) -> bool:
+    """Whether other files are handed in now than the result is from; what is gone was not handed in again."""
+    return os.path.lexists(Path(origin.submitted, *key)) and origin.files != digest(read(Path(origin.submitted), *key))
 
 
 def digest(handed_in: Submission) -> str:

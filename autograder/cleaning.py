@@ -45,4 +45,7 @@ def excerpt(output: str, source: str, hidden: Collection) -> str:
     if len(lines) > LINES:
         lines = [*lines[:LINES // 4], "…", *lines[-3 * LINES // 4:]]
     text = "\n".join(lines)
-    return text if len(text) <= HEAD + TAIL else f"{text[:HEAD]}\n…\n{text[-TAIL:]}"
+    if len(text) <= HEAD + TAIL:
+        return text
+    head, tail = text[:HEAD].rpartition("\n")[0] or text[:HEAD], text[-TAIL:].partition("\n")[2] or text[-TAIL:]
+    return f"{head}\n…\n{tail}"

@@ -8,9 +8,11 @@ as bytes.
 
 import ast
 import hashlib
+import json
 import re
 import tempfile
 import tomllib
+from collections import Counter
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -20,6 +22,10 @@ HIDDEN = Path(__file__).parent / "hidden"
 
 class UnknownExercise(LookupError):
     """There is no hidden suite of that name."""
+
+
+class BrokenExercise(LookupError):
+    """The exercise is there, but cannot be read; the message says where."""
 
 
 @dataclass(frozen=True)
@@ -64,14 +70,32 @@ def names() -> list[str]:
 
 @cache
 def load(name: str, hidden: Path | None = None) -> Exercise:
-    """Read the exercise `name` in the folder `hidden`, by default HIDDEN; raises UnknownExercise when there is none."""
+    """Read the exercise `name` in the folder `hidden`, by default HIDDEN; raises UnknownExercise and BrokenExercise."""
     folder = (hidden or HIDDEN) / name
     if not (folder / "exercise.toml").exists() or folder.parent != (hidden or HIDDEN):
         raise UnknownExercise(f"there is no exercise '{name}'; there are: {', '.join(names())}")
-    description = tomllib.loads((folder / "exercise.toml").read_text(encoding="utf-8"))
-    return Exercise(name=name, folder=folder, title=description["title"], files=tuple(description["files"]),
-                    package=description.get("package", ""), time_limit=float(description["time_limit"]),
-                    early=description.get("early", {}), tests=tuple(_tests(folder / "suite.py")))
+    try:
+        description = tomllib.loads((folder / "exercise.toml").read_text(encoding="utf-8"))
+        return Exercise(name=name, folder=folder, title=description["title"], files=tuple(description["files"]),
+                        package=description.get("package", ""), time_limit=float(description["time_limit"]),
+                        early=description.get("early", {}), tests=tuple(_tests(folder / "suite.py")))
+    except KeyError as error:
+        raise BrokenExercise(f"{folder / 'exercise.toml'} has no {error}") from None
+    except SyntaxError as error:
+        raise BrokenExercise(f"{folder / 'suite.py'}, line {error.lineno}: {error.msg}") from None
+    except (ValueError, TypeError, OSError) as error:  # TOML's are ValueErrors
+        raise BrokenExercise(f"the exercise {name} cannot be read: {error}") from None
+
+
+def difference(name: str, notebook: Path) -> str:
+    """How the points of the notebook's grade cells differ from those of the suite; empty when they do not."""
+    hidden: Counter[str] = Counter()
+    for test in load(name).tests:
+        hidden[test.cell] += test.points
+    cells = [cell["metadata"].get("nbgrader", {}) for cell in json.loads(notebook.read_text(encoding="utf-8"))["cells"]]
+    shown = {cell["grade_id"]: cell["points"] for cell in cells if cell.get("grade") and not cell.get("solution")}
+    return "; ".join(f"cell {cell} has {shown.get(cell, 'no')} points in the notebook, {hidden.get(cell, 'no')} in the suite"
+                     for cell in sorted({*hidden, *shown}) if hidden.get(cell) != shown.get(cell))
 
 
 @dataclass(frozen=True)

@@ -84,7 +84,7 @@ class _Exporter(ExportPlugin):
             raise SystemExit(f"autograder: {error}") from None
         text = io.StringIO(newline="")
         csv.writer(text).writerows(rows)
-        storage.replace(target, text.getvalue().encode())
+        storage.replace(target, text.getvalue().encode(), storage.PRIVATE)
         self.log.info("Exported to %s", target)
 
     def rows(self, grades: dict[str, dict[str, Grade]]) -> list[list[str]]:

@@ -1,6 +1,7 @@
 """The scores in nbgrader's gradebook: the points of hidden tests, added up by the notebook's grade cells."""
 
 import warnings
+from collections import Counter
 from pathlib import Path
 
 from nbgrader.api import Grade, Gradebook, MissingEntry
@@ -46,13 +47,13 @@ class Scores:
             return
         name, student = report.assignment, report.student
         if name not in self._known:
-            self._add_assignment(report)
+            self._add_assignment(name)
         self._book.update_or_create_student(student)
         handed_in = late.timestamp(self._submitted / student / name) if self._submitted else None
         with warnings.catch_warnings(action="ignore", category=SAWarning):  # nbgrader's own, about autoflush
             self._book.update_or_create_submission(name, student, **{"timestamp": handed_in} if handed_in else {})
         notebook = self._book.find_submission_notebook(name, name, student)
-        for cell, (points, _) in _by_cell(report).items():
+        for cell, points in _by_cell(report).items():
             try:
                 grade = self._book.find_grade(cell, name, name, student)
             except MissingEntry:  # the submission is older than the cell
@@ -64,12 +65,14 @@ class Scores:
         if self._config and late.concerned(self._book.find_submission(name, student)):
             late.assign(self._config, self._url, name, name, student)
 
-    def _add_assignment(self, report: Report) -> None:
-        name = report.assignment
+    def _add_assignment(self, name: str) -> None:
         self._book.update_or_create_assignment(name)
         self._book.update_or_create_notebook(name, name)
-        for cell, (_, max_points) in _by_cell(report).items():
-            self._book.update_or_create_grade_cell(cell, name, name, max_score=max_points, cell_type="code")
+        most: Counter[str] = Counter()
+        for test in load(name).tests:  # not those of the report, which may be by an older suite
+            most[test.cell] += test.points
+        for cell, points in most.items():
+            self._book.update_or_create_grade_cell(cell, name, name, max_score=points, cell_type="code")
         self._known.add(name)
 
 
@@ -91,11 +94,11 @@ def by_hand(url: str, assignment: str, student: str) -> list[Mark]:
     return [*marks.values(), *rest]
 
 
-def _by_cell(report: Report) -> dict[str, tuple[float, float]]:
-    """The points of each of the notebook's grade cells: earned, and to be had."""
+def _by_cell(report: Report) -> dict[str, float]:
+    """The points earned in each of the notebook's grade cells."""
     cells = {test.id: test.cell for test in load(report.assignment).tests}
-    points = {cell: (0.0, 0.0) for cell in cells.values()}
+    points = dict.fromkeys(cells.values(), 0.0)
     for test in report.tests:
-        earned, most = points[cells[test.id]]
-        points[cells[test.id]] = (earned + test.points, most + test.max_points)
+        if test.id in cells:  # or else the suite has it no longer
+            points[cells[test.id]] += test.points
     return points

@@ -126,9 +126,13 @@ def course_config(submitted: Path) -> Config | None:
     if not (folder / "nbgrader_config.py").exists():
         return None
     try:
-        return PyFileConfigLoader("nbgrader_config.py", path=str(folder)).load_config()
+        config = PyFileConfigLoader("nbgrader_config.py", path=str(folder)).load_config()
+        LatePolicy(config=config)  # before there is anything to lose
+    except TraitError as error:
+        raise UsageError(f"{folder / 'nbgrader_config.py'}: {error}") from None
     except Exception as error:  # it is a program
         raise UsageError(f"{folder / 'nbgrader_config.py'} cannot be loaded: {error!r}") from error
+    return config
 
 
 def concerned(handed_in: SubmittedAssignment) -> bool:

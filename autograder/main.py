@@ -38,7 +38,9 @@ def check(folder: Annotated[Path, typer.Argument(help="The folder with the files
     exercise = exercises.load(assignment)
     if not folder.is_dir():
         raise output.UsageError(f"there is no folder {folder}")
-    handed_in = submission.read(folder, folder.resolve().name, assignment, exercise.files)
+    place = folder.resolve()
+    student = (place.parent if place.name == assignment else place).name
+    handed_in = submission.read(folder, student, assignment, exercise.files)
     report = grading.grade(handed_in, sandbox.choose(unsafe), seed, patience)
     print(json.dumps(report.public(), indent=2) if as_json else printable(_describe(report)))
     raise typer.Exit(INFRASTRUCTURE if report.status == INFRASTRUCTURE_ERROR else 0)
@@ -68,8 +70,14 @@ def grade(submitted: Annotated[Path, typer.Argument(help="The folder with STUDEN
                     scores.write(report)
                 show_progress(report)
         reports = [results.done[key] for key in found]
+        changed = batch.outdated(results, found)
     from .summary import show
     show(reports)
+    if hints := batch.overlooked(submitted):
+        print(printable("\n".join(["Not graded, for want of the form STUDENT/ASSIGNMENT/FILES:", *hints])))
+    if changed:
+        print(printable(f"Handed in again, or graded by an older suite: {', '.join(map('/'.join, changed))}.\n"
+                        f"`autograder regrade {out}` grades these again."))
     print(f"Results: {out / output.RESULTS}")
     raise typer.Exit(INFRASTRUCTURE if any(report.status == INFRASTRUCTURE_ERROR for report in reports) else 0)
 
@@ -83,7 +91,7 @@ def regrade_command(
         apply: Annotated[bool, typer.Option("--apply", help="Write the new results, feedback and gradebook.")] = False,
         jobs: Jobs = None, scheduler: Scheduler = None, no_gradebook: NoGradebook = False, gradebook: GradebookUrl = None,
         unsafe: Unsafe = False, patience: Patience = 1.0) -> None:
-    """Grade again what a changed suite touches, with the seeds of before, and show who moves and why."""
+    """Grade again what a changed suite or a new hand-in touches, with the seeds of before, and show who moves and why."""
     _one_of(jobs, scheduler)
     if not output.read_results(out):
         raise output.UsageError(f"no results in {out}")
@@ -194,7 +202,7 @@ def main() -> None:
         code = app(standalone_mode=False)
     except UsageProblem as error:
         _fail(error.format_message())
-    except (output.UsageError, exercises.UnknownExercise) as error:
+    except (output.UsageError, exercises.UnknownExercise, exercises.BrokenExercise) as error:
         _fail(str(error.args[0]))
     except sandbox.SandboxUnavailable as error:
         _fail(f"{error}; --unsafe grades without a sandbox")
@@ -216,7 +224,7 @@ def _one_of(jobs: int | None, scheduler: str | None) -> None:
 
 
 def _score(report: Report) -> str:
-    return report.status if report.score is None else f"{report.score:g}"
+    return report.status if report.score is None else f"{report.score:g} of {report.max_score:g}"
 
 
 @contextlib.contextmanager

@@ -41,7 +41,7 @@ class Output:
         """Raises UsageError when there are results already and `resume` is not set, or when it is in use."""
         self.folder = folder
         try:
-            folder.mkdir(parents=True, exist_ok=True)
+            folder.mkdir(storage.PRIVATE_FOLDER, parents=True, exist_ok=True)
             self._lock = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
         except OSError as error:
             raise UsageError(f"cannot write to {folder}: {error.strerror}") from None
@@ -54,7 +54,7 @@ class Output:
             raise UsageError(f"{folder} holds results already: give --resume to go on, or another folder")
         self._retire()
         self._results = _appending(folder / RESULTS)
-        self._details = _appending(folder / DETAILS, storage.PRIVATE)
+        self._details = _appending(folder / DETAILS)
         for report in self.done.values():
             if not self._feedback(report).exists():
                 self._write_feedback(report)
@@ -96,7 +96,7 @@ class Output:
             _write_all(history, lines[number])
         os.fsync(history)
         os.close(history)
-        storage.replace(path, (lines[number] for number in kept))
+        storage.replace(path, (lines[number] for number in kept), storage.PRIVATE)
 
     def _feedback(self, report: Report) -> Path:
         return self.folder / "feedback" / report.student / f"{report.assignment}.html"
@@ -134,9 +134,9 @@ def read_details(folder: Path) -> Iterator[dict]:
             yield from (json.loads(line) for line in file if line.endswith(b"\n"))
 
 
-def _appending(path: Path, mode: int = 0o666) -> int:
-    """The file opened to append to, after its last whole line."""
-    descriptor = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC, mode)
+def _appending(path: Path) -> int:
+    """The file opened to append to, after its last whole line; nobody else may read it."""
+    descriptor = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC, storage.PRIVATE)
     os.ftruncate(descriptor, path.read_bytes().rfind(b"\n") + 1)
     return descriptor
 

@@ -1,4 +1,4 @@
-"""Grading again what a change to a hidden suite touches: who moves is shown before a result is replaced.
+"""Grading again what a change to a hidden suite, or a new hand-in, touches: who moves is shown before a result is replaced.
 
 The new results are first kept in `OUTPUT/regrade`, so that looking and writing cost one grading, and a regrading that was
 killed goes on.
@@ -28,7 +28,8 @@ class Move:
     @property
     def moved(self) -> bool:
         """Whether the score is another one."""
-        return (self.old.status, self.old.score) != (self.new.status, self.new.score)
+        old, new = self.old, self.new
+        return (old.status, old.score, old.max_score) != (new.status, new.score, new.max_score)
 
 
 class Regrading:
@@ -38,7 +39,7 @@ class Regrading:
     """
 
     def __init__(self, results: Output, assignment: str | None, students: list[str], everything: bool):
-        """With `everything`, results by the suite as it is are graded again too.
+        """With `everything`, results by the suite and of the files as they are, are graded again too.
 
         Raises UsageError when it is not known where the results are from, or a submission is no longer there, and
         UnknownExercise.
@@ -55,7 +56,7 @@ class Regrading:
         digests = {name: exercises.pack(name).digest for name in {name for _, name in results.done}}
         self.origins = {key: origin for key, origin in known.items()
                         if key in results.done and name in (None, key[1]) and (not students or key[0] in students)
-                        and (everything or origin.suite != digests[key[1]])}
+                        and (everything or origin.suite != digests[key[1]] or batch.changed(origin, key))}
         for student, name in self.origins:
             if not os.path.lexists(Path(self.origins[student, name].submitted, student, name)):
                 raise UsageError(f"{student}/{name} is no longer in {self.origins[student, name].submitted}: "

@@ -5,7 +5,9 @@ schemes, of the reference files and of the hidden suites: one forgotten mark in 
 the class.
 """
 
+import hashlib
 import json
+import logging
 import re
 import shutil
 from collections.abc import Iterable, Iterator
@@ -17,8 +19,11 @@ from traitlets.log import get_logger
 from course.environment import prepare
 from course.exercise_file import MARKERS
 
+from . import exercises, storage
 from .exercises import HIDDEN
 from .output import UsageError
+
+log = logging.getLogger(__name__)
 
 ROOT = Path(__file__).parents[1]
 NOTEBOOKS = ROOT / "notebooks"
@@ -51,7 +56,7 @@ def release(course: Path, chosen: Iterable[str] = (), notebooks: Path = NOTEBOOK
     if unknown := set(chosen) - set(known):
         raise UsageError(f"there is no notebook '{unknown.pop()}'; there are: {', '.join(known)}")
     config = course / "nbgrader_config.py"
-    course.mkdir(parents=True, exist_ok=True)
+    course.mkdir(storage.PRIVATE_FOLDER, parents=True, exist_ok=True)
     if not config.exists():
         config.write_text(f"c = get_config()\nload_subconfig({str(CONFIG)!r})\n", encoding="utf-8")
     nbgrader = api(course)
@@ -93,8 +98,10 @@ def api(course: Path):
 
 def _release(nbgrader, course: Path, name: str, notebook: Path) -> Path:
     source, released = course / "source" / name, course / "release" / name
+    if difference := exercises.difference(name, notebook) if name in exercises.names() else "":
+        raise UsageError(f"{name} is not released: {difference}")
     source.mkdir(parents=True, exist_ok=True)
-    shutil.copyfile(notebook, source / notebook.name)
+    _stage(notebook, source / notebook.name, course / "replaced")
     done = nbgrader.generate_assignment(name)
     if not done["success"]:
         log = done.get("error") or done.get("log") or ""
@@ -104,6 +111,16 @@ def _release(nbgrader, course: Path, name: str, notebook: Path) -> Path:
         shutil.rmtree(released)
         raise Leak(f"{name} is not released: {found}")
     return released
+
+
+def _stage(notebook: Path, staged: Path, kept: Path) -> None:
+    """Copy the notebook to where nbgrader looks for it; another one that is there is kept, for it may have been edited."""
+    if staged.exists() and (before := staged.read_bytes()) != notebook.read_bytes():
+        kept.mkdir(parents=True, exist_ok=True)
+        backup = kept / f"{staged.stem}-{hashlib.sha256(before).hexdigest()[:8]}.ipynb"
+        backup.write_bytes(before)
+        log.warning("%s was another one: kept as %s", staged, backup)
+    shutil.copyfile(notebook, staged)
 
 
 def secrets(name: str, notebook: Path) -> dict[str, str]:

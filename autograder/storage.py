@@ -4,7 +4,7 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
-PRIVATE = 0o600  # what is for the instructor alone
+PRIVATE, PRIVATE_FOLDER = 0o600, 0o700  # what is for the instructor alone
 
 
 def replace(path: Path, content: bytes | Iterable[bytes], mode: int = 0o666) -> None:

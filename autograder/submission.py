@@ -26,6 +26,8 @@ def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> 
     files, problems, missing = {}, [], []
     try:
         present = sorted(os.listdir(inside))
+        with os.scandir(inside) as entries:
+            folders = sorted(e.name for e in entries if e.is_dir(follow_symlinks=False) and e.name[0] not in "._")
         for name in wanted:
             try:
                 files[name] = _read_file(name, inside)
@@ -42,7 +44,8 @@ def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> 
     finally:
         os.close(inside)
     if missing:
-        problems.append(f"Missing: {', '.join(missing)}. Save each file and hand it in under exactly this name.")
+        nested = f" What is in the folder {folders[0]} does not count: hand in files, not folders." if folders else ""
+        problems.append(f"Missing: {', '.join(missing)}. Save each file and hand it in under exactly this name.{nested}")
     return Submission(student, assignment, {} if problems else files, problems)
 
 

@@ -97,7 +97,8 @@ def needs_a_look(reports: Iterable[Report]) -> list[tuple[Report, str]]:
         crashed = sum(test.outcome == CRASHED for test in report.tests)
         reasons = {
             "the grader failed; --resume grades it again": report.status == INFRASTRUCTURE_ERROR,
-            "refused, nothing was run": report.status == INVALID_SUBMISSION,
+            "refused, nothing was run" + "".join(f": {test.message}" for test in report.tests[:1]):
+                report.status == INVALID_SUBMISSION,
             f"crashed in {crashed} of {len(report.tests)} tests": crashed,
             ", ".join(flag.replace("_", " ") for flag in report.flags): report.flags,
         }
@@ -112,7 +113,8 @@ def show(reports: list[Report], console: Console | None = None) -> None:
     console = Console(width=max(100, console.width)) if not console.is_terminal else console
     for one in classes(reports):
         statuses = ", ".join(f"{count} {status.replace('_', ' ')}" for status, count in one.statuses.items())
-        console.print(f"\n[bold]{one.assignment}[/bold]: {statuses}", highlight=False)
+        refused = " (these have 0 points, and are not in what follows)" if INVALID_SUBMISSION in one.statuses else ""
+        console.print(f"\n[bold]{one.assignment}[/bold]: {statuses}{refused}", highlight=False)
         if not one.scores:
             continue
         low, middle, high = one.quartiles
@@ -148,7 +150,7 @@ def _class(name: str, reports: list[Report]) -> Class:
     for report in graded:
         for result in report.tests:
             tests.setdefault(result.id, []).append((report, result))
-    return Class(name, Counter(report.status for report in reports), reports[0].max_score,
+    return Class(name, Counter(report.status for report in reports), max(report.max_score for report in reports),
                  [report.score for report in graded], [report.duration_s for report in graded],
                  [_item(found) for found in tests.values()])
 

@@ -69,6 +69,14 @@ def test_missing_file(handed_in):
     assert "calculator_client.py" in problems(handed_in)
 
 
+def test_files_in_a_folder_inside(handed_in):
+    """As many a zip has them."""
+    (handed_in / "calculator").mkdir()
+    for name in (SRV, SERVER, CLIENT):
+        (handed_in / name).rename(handed_in / "calculator" / name)
+    assert "What is in the folder calculator does not count" in problems(handed_in)
+
+
 def test_folder_for_a_file(handed_in):
     (handed_in / SERVER).unlink()
     (handed_in / SERVER).mkdir()

@@ -13,7 +13,7 @@ import psutil
 import pytest
 from nbgrader.api import Gradebook
 
-from autograder import exercises
+from autograder import batch, exercises, output
 from autograder.ros import wait_until
 
 from .answers import SOLUTIONS
@@ -136,6 +136,27 @@ def test_a_read_only_folder_is_refused(submitted, tmp_path):
         assert code == 2 and errors == f"autograder: cannot write to {out}: Read-only file system\n"
     finally:
         subprocess.run(["umount", "-l", out], check=True)
+
+
+def test_what_is_no_submission_is_named(tmp_path):
+    """What may have been handed in, and lies in another form, is not left out without a word."""
+    for path in ("ada/services/relay.py", "jim/Services/relay.py", "mia/relay.py", "__MACOSX/services/._relay.py",
+                 "@eaDir/services/x", ".git/services/x", "leo.zip", "zoe/essay/text.md"):
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).touch()
+    assert batch.find(tmp_path, None, []) == [("ada", "services")]
+    assert batch.overlooked(tmp_path) == [
+        "jim/Services: is that services?", "leo.zip: not a student's folder",
+        "mia: files, but no folder of an exercise around them"]
+    with pytest.raises(output.UsageError, match="; jim/Services: is that services[?]$"):
+        batch.find(tmp_path, None, ["jim"])
+
+
+def test_results_are_for_the_instructor_alone(tmp_path):
+    with output.Output(tmp_path / "out", resume=False):
+        pass
+    assert (tmp_path / "out").stat().st_mode & 0o777 == 0o700
+    assert {path.stat().st_mode & 0o777 for path in (tmp_path / "out").iterdir()} == {0o600}
 
 
 def test_jobs_and_scheduler_exclude_each_other(submitted, tmp_path):

@@ -1,7 +1,7 @@
 """The hidden suites as the coordinator knows them, and what the notebook and the solution say of the same."""
 
 import json
-from collections import Counter
+import shutil
 from pathlib import Path
 
 import pytest
@@ -18,13 +18,32 @@ def test_fits_notebook_and_solution(name):
     assert all((solution / file).is_file() for file in exercise.files)
     for definition in exercise.interfaces:
         assert definition.read_text() == (solution / definition.name).read_text()
-    points = Counter()
-    for test in exercise.tests:
-        points[test.cell] += test.points
-    cells = [cell["metadata"].get("nbgrader", {}) for cell in
-             json.loads((ROOT / "notebooks" / name / f"{name}.ipynb").read_text())["cells"]]
-    graded = {cell["grade_id"]: cell["points"] for cell in cells if cell.get("grade") and not cell.get("solution")}
-    assert points == graded
+    assert exercises.difference(name, ROOT / "notebooks" / name / f"{name}.ipynb") == ""
+
+
+@pytest.mark.parametrize(("file", "text", "message"), [
+    ("exercise.toml", "title = 'Greets'\nfils = []\n", r"exercise\.toml has no 'files'"),
+    ("exercise.toml", "title =\n", "cannot be read: .*line 1"),
+    ("suite.py", "def test_a():\n    pass)\n", r"suite\.py, line 2: unmatched '\)'"),
+    ("suite.py", "def test_a():\n    pass\n", "test_a needs one @points"),
+])
+def test_a_mistake_in_an_exercise_is_told_in_a_line(tmp_path, file, text, message):
+    shutil.copytree(exercises.HIDDEN / "services", tmp_path / "services")
+    (tmp_path / "services" / file).write_text(text)
+    with pytest.raises(exercises.BrokenExercise, match=message) as told:
+        exercises.load("services", tmp_path)
+    assert "\n" not in str(told.value)
+
+
+def test_a_difference_between_notebook_and_suite_is_told(tmp_path):
+    book = ROOT / "notebooks" / "services" / "services.ipynb"
+    assert exercises.difference("services", book) == ""
+    changed = json.loads(book.read_text())
+    cell = next(cell for cell in changed["cells"] if cell["metadata"].get("nbgrader", {}).get("grade_id") == "relay")
+    points, cell["metadata"]["nbgrader"]["points"] = cell["metadata"]["nbgrader"]["points"], 3
+    (tmp_path / "services.ipynb").write_text(json.dumps(changed))
+    assert exercises.difference("services", tmp_path / "services.ipynb") == (
+        f"cell relay has 3 points in the notebook, {points} in the suite")
 
 
 def test_unknown():

@@ -13,6 +13,7 @@ from traitlets.config import Config
 
 from autograder import batch, exercises, late, nbgrader_plugin, release
 from autograder.gradebook import Scores
+from autograder.output import UsageError
 from autograder.records import GRADED, PASSED, Report, Result
 
 pytestmark = pytest.mark.filterwarnings("ignore:Object of type")  # nbgrader's own, about its sessions
@@ -146,6 +147,14 @@ def test_there_is_no_penalty_unless_the_course_sets_one(course):
     assert penalties(url) == {"weeks": 0}
     with Gradebook(url) as book:
         assert book.find_submission("calculator", "weeks").total_seconds_late == 999 * 3600
+
+
+@pytest.mark.parametrize("line", ["percent_per_day = 'ten'", "extensions = {'ada': 'soon'}"])
+def test_a_mistake_in_the_policy_is_told_before_anything_is_graded(course, line):
+    with (course / "nbgrader_config.py").open("a") as config:
+        config.write(f"c.LatePolicy.{line}\n")
+    with pytest.raises(UsageError, match=f"nbgrader_config.py: .*{line.split()[0]}"):
+        Scores(f"sqlite:///{course / 'gradebook.db'}", course / "submitted")
 
 
 def test_nbgraders_own_method_still_works(course):

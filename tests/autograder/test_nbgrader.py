@@ -287,6 +287,17 @@ def test_what_students_get_can_be_set_up_and_holds_no_answer(course, tmp_path):
     assert files["README.md"].read_text().startswith("# ROS 2") and "%%exercise" in files["README.md"].read_text()
 
 
+def test_a_notebook_that_was_edited_in_the_course_is_kept(tmp_path, caplog):
+    staged = tmp_path / "source" / "calculator" / "calculator.ipynb"
+    for edit in ("", " ", "  "):
+        staged.parent.mkdir(parents=True, exist_ok=True)
+        staged.write_text(staged.read_text() + edit if edit else "first")
+        text = staged.read_text()
+        release._stage(release.NOTEBOOKS / "calculator" / "calculator.ipynb", staged, tmp_path / "replaced")
+        assert text in [path.read_text() for path in (tmp_path / "replaced").iterdir()]
+    assert len([*(tmp_path / "replaced").iterdir()]) == 3 and caplog.text.count("kept as") == 3
+
+
 LEAKS = {
     "a marking scheme": ("marking scheme", lambda text: text + "\n**Marking scheme**: 1 point for each"),
     "a hidden test": ("hidden", lambda text: text + "\n" + suite_line()),

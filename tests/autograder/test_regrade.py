@@ -104,6 +104,7 @@ def test_files_handed_in_since_are_named(client, suite, tmp_path):
         for report, origin in batch.grade(client, submitted, {("ada", "services"): 7}, 1.0, False):
             results.write(report, origin)
     shutil.copytree(SOLUTIONS / "services", submitted / "ada" / "services", dirs_exist_ok=True)
+    assert run(client, out, students=["ada"])[0] == 1, "what was handed in since is graded again without being asked for"
     _, (move,) = run(client, out, everything=True)
     assert (move.old.status, move.new.status, move.new.score) == ("invalid_submission", "graded", 20)
     assert move.why[0] == "other files were handed in since" and move.moved
