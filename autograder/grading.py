@@ -34,6 +34,7 @@ from .records import (
 )
 from .sandbox import BOXES, ros_variables
 
+FAULT = "fault"  # the key of the details that tells how the grader itself failed
 TRIES = 3
 GRACE = 30.0  # s that a worker may take beyond what its tests may
 WORDS = 5000  # bytes of a worker's own log that are shown when it fails
@@ -59,6 +60,7 @@ def grade(submission: Submission, box: str, seed: int | None = None, patience: f
     start = time.monotonic()
     verdicts: dict[str, Verdict] = {}
     logs: dict[str, str] = {}
+    details: dict[str, str] = {}
     if submission.problems:
         status = INVALID_SUBMISSION
         why = " ".join(submission.problems)
@@ -71,19 +73,22 @@ def grade(submission: Submission, box: str, seed: int | None = None, patience: f
                 status = GRADED
                 break
             except InfrastructureError as error:
+                details = {FAULT: str(error)[-DETAIL:]}
                 log.warning("%s/%s, try %d of %d: the grader failed: %s", submission.student, submission.assignment,
-                            attempt, TRIES, error)
-    return _report(submission, exercise, status, seed, verdicts, [UNSAFE] if box == UNSAFE else [], logs,
+                            attempt, TRIES, (str(error).strip().splitlines() or ["?"])[-1])
+    if status != INFRASTRUCTURE_ERROR:
+        details = {verdict.id: verdict.detail[:DETAIL] for verdict in verdicts.values() if verdict.detail}
+    return _report(submission, exercise, status, seed, verdicts, [UNSAFE] if box == UNSAFE else [], logs, details,
                    time.monotonic() - start)
 
 
 def given_up(submission: Submission, exercise: Exercise, seed: int, flag: str) -> Report:
     """The report on a submission that could not be graded for a reason that `flag` names."""
-    return _report(submission, exercise, INFRASTRUCTURE_ERROR, seed, {}, [flag], {}, 0.0)
+    return _report(submission, exercise, INFRASTRUCTURE_ERROR, seed, {}, [flag], {}, {}, 0.0)
 
 
 def _report(submission: Submission, exercise: Exercise, status: str, seed: int, verdicts: dict[str, Verdict],
-            flags: list[str], logs: dict[str, str], duration: float) -> Report:
+            flags: list[str], logs: dict[str, str], details: dict[str, str], duration: float) -> Report:
     nothing = Verdict("", NOT_RUN, "The grader itself failed; this is no fault of yours, and will be graded again.")
     results = []
     for test in exercise.tests:
@@ -92,8 +97,7 @@ def _report(submission: Submission, exercise: Exercise, status: str, seed: int, 
                               test.points, verdict.message))
     score = None if status == INFRASTRUCTURE_ERROR else sum(result.points for result in results)
     return Report(submission.student, submission.assignment, status, score, exercise.max_score, seed,
-                  round(duration, 3), flags, results, logs,
-                  {verdict.id: verdict.detail[:DETAIL] for verdict in verdicts.values() if verdict.detail})
+                  round(duration, 3), flags, results, logs, details)
 
 
 def judge(exercise: Exercise, files: dict[str, bytes], box: str, seed: int, patience: float) -> tuple[dict, dict]:

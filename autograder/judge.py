@@ -38,6 +38,11 @@ class Judge:
         config.stash[GRADING] = self.grading
         config.addinivalue_line("markers", "points(number, cell): what a test is worth, and where")
 
+    def pytest_collectreport(self, report):
+        """A suite that cannot be loaded has no tests."""
+        if report.failed:
+            self.fault = self.fault or str(report.longrepr)
+
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_setup(self, item):
         """Start no test when the time is used up."""

@@ -268,6 +268,8 @@ def _describe(report: Report, details: dict[str, str] | None = None) -> str:
                 lines.append(f"         > {detail}")
     else:
         lines.append(f" {report.tests[0].message}")
+        if fault := (details or {}).get(grading.FAULT):
+            lines += [f"         > {said}" for said in fault.splitlines()]
     flags = f", {', '.join(report.flags)}" if report.flags else ""
     lines.append(f"{line(report)} (seed {report.seed}{flags})")
     return "\n".join(lines)
