@@ -9,7 +9,7 @@ from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalRespons
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.qos import QoSProfile
 
-from .ros import Ros, wait_until
+from .ros import Ros, sensible, wait_until
 from .topics import Heard
 
 DEPTH = 200  # feedback messages that may wait to be read
@@ -60,7 +60,7 @@ class Goal:
 
     def _on_feedback(self, message) -> None:
         with self._news:
-            self.feedback.append(Heard(time.monotonic(), message.feedback))
+            self.feedback.append(Heard(time.monotonic(), sensible(message.feedback)))
             self._news.notify_all()
 
     def _on_cancel(self, future) -> None:
@@ -71,7 +71,7 @@ class Goal:
     def _on_end(self, future) -> None:
         with self._news:
             self.status = STATUS.get(future.result().status, "UNKNOWN")
-            self.result, self.ended = future.result().result, time.monotonic()
+            self.result, self.ended = sensible(future.result().result), time.monotonic()
             self._news.notify_all()
 
 

@@ -4,6 +4,7 @@ A test ends well, or raises a `Fault`: the student's program did wrong, died or 
 raises is the grader's own failure, and no verdict.
 """
 
+import signal
 import traceback
 from collections.abc import Callable
 
@@ -32,6 +33,30 @@ class Judge:
         self.report = report
         self.fault = ""  # the grader's own, as a traceback
         self._ends: dict[str, BaseException | None] = {}
+        self._in_test = False
+
+    def interrupt(self, *_) -> None:
+        """End the test that goes on after the time is used up; a handler of SIGALRM."""
+        if self._in_test:
+            raise TimedOut("Your programs were so slow in this test that the time for all tests was used up.")
+        signal.setitimer(signal.ITIMER_REAL, 1.0)  # not in the middle of pytest
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_call(self, item):
+        """A test runs."""
+        return (yield from self._interruptible())
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_fixture_setup(self, fixturedef, request):
+        """What a test needs is made."""
+        return (yield from self._interruptible())
+
+    def _interruptible(self):
+        before, self._in_test = self._in_test, True
+        try:
+            return (yield)
+        finally:
+            self._in_test = before
 
     def pytest_configure(self, config):
         """Hand the grading to the suites, and know their one marker."""

@@ -9,6 +9,7 @@ from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters,
 from rclpy.parameter import Parameter, parameter_value_to_python
 
 from .faults import Wrong
+from .ros import graph
 from .talk import Live
 
 OFFER = "its parameters"
@@ -67,7 +68,7 @@ class Parameters:
         node = self._live.ros.node
         for name, namespace in sorted(self._live.ros.others(), key=lambda other: not self._wanted(*other)):
             prefix = f"{namespace.rstrip('/')}/{name}"
-            services = dict(node.get_service_names_and_types_by_node(name, namespace))
+            services = dict(graph(node.get_service_names_and_types_by_node, name, namespace))
             if any(f"{prefix}/{service}" not in services for service in KINDS):
                 continue
             self._first = self._first or time.monotonic()
@@ -79,8 +80,8 @@ class Parameters:
     def _wanted(self, name: str, namespace: str) -> bool:
         node = self._live.ros.node
         if self._service:
-            return self._service in dict(node.get_service_names_and_types_by_node(name, namespace))
-        topics = node.get_subscriber_names_and_types_by_node(name, namespace)
+            return self._service in dict(graph(node.get_service_names_and_types_by_node, name, namespace))
+        topics = graph(node.get_subscriber_names_and_types_by_node, name, namespace)
         return not self._topic or any(topic.rpartition("/")[2] == self._topic for topic, _ in topics)
 
 

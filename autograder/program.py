@@ -107,9 +107,8 @@ class Program:
             where = f" ({self.name}, line {lines[-1]})" if lines else ""
             return without_hidden(without_paths(errors[-1]), self.hidden)[:300] + where
         status = self.exit_status
-        if status is not None and 128 < status < 128 + signal.NSIG:
-            return f"signal {signal.Signals(status - 128).name}"
-        return f"exit status {status}"
+        name = {signal_.value + 128: signal_.name for signal_ in signal.Signals}.get(status)
+        return f"signal {name}" if name else f"exit status {status}"
 
     def _read(self) -> None:
         pipe = self._process.stdout.fileno()

@@ -9,7 +9,9 @@ from typing import ClassVar
 
 import rclpy
 from rcl_interfaces.msg import Log
+from rclpy._rclpy_pybind11 import NodeNameNonExistentError, RCLError
 from rclpy.context import Context
+from rclpy.exceptions import NameValidationException
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
@@ -19,6 +21,7 @@ GLANCE = 0.01  # s between two looks at the graph
 AGAIN = 3.0  # s without an answer until a request is sent again
 ALIVE = 0.1  # s between two looks whether a silent program is alive
 HEARD = 1000  # log messages that are kept
+LONG = 100_000  # characters or elements of a field: nothing that is asked for comes near
 ARGUMENTS = ["--ros-args", "--disable-stdout-logs", "--disable-rosout-logs", "--disable-external-lib-logs"]
 
 
@@ -61,7 +64,7 @@ class Ros:
             done.wait(ALIVE)
         for future in futures:
             client.remove_pending_request(future)
-        return next((future.result() for future in futures if future.done()), None)
+        return next((sensible(future.result()) for future in futures if future.done()), None)
 
     @property
     def rosout(self) -> str:
@@ -70,13 +73,30 @@ class Ros:
 
     def others(self) -> list[tuple[str, str]]:
         """The nodes in the domain that are not the grader's, by name and namespace."""
-        return [node for node in self.node.get_node_names_and_namespaces() if node[0] not in self.names]
+        return [node for node in graph(self.node.get_node_names_and_namespaces) if node[0] not in self.names]
 
     def offered(self) -> list[str]:
         """The services of these nodes with their types, without those that every node has."""
         return sorted(f"{service} ({types[0]})" for node in self.others()
-                      for service, types in self.node.get_service_names_and_types_by_node(*node)
+                      for service, types in graph(self.node.get_service_names_and_types_by_node, *node)
                       if not types[0].startswith(("rcl_interfaces/", "type_description_interfaces/")))
+
+
+def graph(query: Callable, *names: str) -> list:
+    """What `query` tells of the graph; nothing when a node has gone meanwhile, or has a name that there cannot be.
+
+    A program has any name in the graph that it likes, by rmw.  Whoever asks, asks again.
+    """
+    try:
+        return query(*names)
+    except (NodeNameNonExistentError, RCLError, UnicodeDecodeError, NameValidationException):
+        return []
+
+
+def sensible(message):
+    """A message as it came; an empty one in the place of one that is longer than any right answer."""
+    fields = (getattr(message, name) for name in message.get_fields_and_field_types())
+    return message if all(len(field) <= LONG for field in fields if hasattr(field, "__len__")) else type(message)()
 
 
 def wait_until(condition: Callable[[], bool], timeout: float) -> bool:

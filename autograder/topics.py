@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from .ros import Ros
+from .ros import Ros, graph, sensible
 
 DEPTH = 50
 ALIVE = 0.1  # s between two looks whether a silent program is alive
@@ -38,7 +38,7 @@ class Listener:
     @property
     def ready(self) -> bool:
         """Whether somebody publishes on the topic, and is heard."""
-        publishers = self._ros.node.get_publishers_info_by_topic(self._topic)
+        publishers = graph(self._ros.node.get_publishers_info_by_topic, self._topic)
         offered = {publisher.qos_profile.reliability for publisher in publishers}
         if offered == {ReliabilityPolicy.BEST_EFFORT} and self._reliability == ReliabilityPolicy.RELIABLE:
             self._ros.node.destroy_subscription(self._subscription)
@@ -63,5 +63,5 @@ class Listener:
 
     def _hear(self, message) -> None:
         with self._news:
-            self.heard.append(Heard(time.monotonic(), message))
+            self.heard.append(Heard(time.monotonic(), sensible(message)))
             self._news.notify_all()

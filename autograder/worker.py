@@ -30,6 +30,7 @@ from .sandbox import Sandbox
 from .session import Grading
 
 PR_SET_PDEATHSIG = 1
+OVERTIME = 10.0  # s that a test may go on when the time is used up
 
 
 def main() -> None:
@@ -76,6 +77,8 @@ def grade(job: Job, results: int) -> None:
     grading = Grading(job.files, Sandbox(job.box, job.files, interfaces), clock, job.seed)
     judge = Judge(grading, lambda verdict: tell(asdict(verdict)))
     logs: dict[str, str] = {}
+    signal.signal(signal.SIGALRM, judge.interrupt)
+    signal.setitimer(signal.ITIMER_REAL, clock.left + OVERTIME)
     try:
         grading.begin(exercise.early)
         status = pytest.main(

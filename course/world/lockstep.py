@@ -1,13 +1,15 @@
 """What keeps the world and the node that drives in step, when the world runs as fast as it computes."""
 
+import re
 from dataclasses import dataclass, field
 
 import numpy as np
 from rcl_interfaces.srv import GetParameters
+from rclpy._rclpy_pybind11 import RCLError
 
 from course.world.simulation import Collision
 
-UNKNOWN = "_UNKNOWN_"  # in the name of a node that rmw has not heard of yet
+NAME = re.compile(r"(?!.*_UNKNOWN_)(?:/[A-Za-z_]\w*)+", re.ASCII)  # not of a node that rmw has not heard of yet
 
 
 @dataclass
@@ -50,9 +52,12 @@ class Barrier:
 
     def _found(self):
         # Who owns a publisher may become known a little later than the publisher.
-        publishers = self._node.get_publishers_info_by_topic(self._topic)
+        try:
+            publishers = self._node.get_publishers_info_by_topic(self._topic)
+        except (RCLError, UnicodeDecodeError):  # a name that there cannot be
+            return False
         names = {f"{p.node_namespace.rstrip('/')}/{p.node_name}/get_parameters" for p in publishers}
-        known = {name for name in names if UNKNOWN not in name}
+        known = {name for name in names if NAME.fullmatch(name)}
         for name in set(self._clients) - known:
             self._node.destroy_client(self._clients.pop(name))
         for name in known - set(self._clients):

@@ -11,6 +11,7 @@ from autograder.judge import points
 from autograder.talk import finish, numbers, twice
 
 INT32 = 2**31 - 1
+OUTCOMES = ("succe", "cancel", "abort", "reject")
 AT_ONCE = 0.05  # s between two messages with no step between them
 
 
@@ -80,7 +81,9 @@ def test_rejects_too_large(quick, rng):
 
 
 def expect_rejection(quick, order, about):
-    """The answer to the goal must be no."""
+    """The answer to the goal must be no, of a server that can say yes."""
+    if not quick.send(2).accepted:
+        raise Wrong(f"Every goal with an order from 0 to {LAST} must be accepted.")
     if quick.send(order).accepted:
         raise Wrong(f"{about} must be rejected by a goal_callback; it was accepted.", f"order {order}")
 
@@ -110,7 +113,7 @@ def test_cancelled_result(cancelled):
         sequence = list(goal.result.sequence)
         if len(sequence) > cancelled.ORDER:
             raise Wrong("The goal was not cancelled before its end, so that there is no partial sequence.")
-        if sequence != elements(cancelled.ORDER)[:len(sequence)] or len(sequence) < max(cancelled.had, 1):
+        if sequence != elements(cancelled.ORDER)[:len(sequence)] or len(sequence) < max(cancelled.had, 3):
             raise Wrong("The result of a cancelled goal must be the elements computed so far.",
                         f"{cancelled.had} elements were reported, got {sequence}")
 
@@ -119,7 +122,7 @@ def test_cancelled_result(cancelled):
 @twice
 def test_two_goals(quick):
     """Two goals run at the same time, each with its own sequence."""
-    long, short = 40, 8
+    long, short, together = 40, 8, False
     for _ in range(3):
         first = quick.send(long)
         first.wait(lambda goal: goal.feedback, 10 * quick.period)
@@ -129,11 +132,15 @@ def test_two_goals(quick):
         first, second = quick.run(long, first), quick.run(short, second)
         expect_elements(first, long, "Two goals at the same time")
         expect_elements(second, short, "Two goals at the same time")
+        together = together or second.sent < first.ended
         if second.ended < first.ended:
             break
         if first.ended - second.sent > 2 * short * quick.period:  # or else the grader was late with the second
             raise Wrong("A short goal, sent while a long one runs, must be over before the long one is: two goals must run "
                         "at the same time.")
+    if not together and first.ended - first.sent < 0.6 * long * quick.period:  # or else the grader was late
+        raise Wrong("A goal of many steps is over at once, so that no second one can run beside it: each step takes "
+                    "step_period seconds.")
 
 
 @points(1, cell="fibonacci-server")
@@ -219,6 +226,8 @@ def expect_shown(program, sequence, part, word):
     """What the client has printed must have the result and the outcome."""
     if any(number not in numbers(program.output) for number in sequence):
         raise Wrong("The client must print the sequence of the result.", f"sent {sequence}, shown: {program.output}")
+    if all(re.search(outcome, program.output, re.IGNORECASE) for outcome in OUTCOMES):
+        raise Wrong("The client must print the outcome; it prints all that there are.", program.output)
     if not re.search(part, program.output, re.IGNORECASE):
         raise Wrong(f"The client must print the outcome, here the word {word}.", program.output)
 

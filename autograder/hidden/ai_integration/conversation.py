@@ -31,12 +31,14 @@ SIMULATED = ("--ros-args", "-p", "use_sim_time:=true")
 PERIOD = 0.1  # s between two commands
 OWN_TIME = 0.5  # s that a node which keeps its own time may take for a command
 LATE = 0.02  # s, the same for one that does not
+CROSSED = 1.0  # s for an answer about its parameters
 FIND = 2.0  # s until a node's services are found
 DECISION = 0.2  # s of real time for a command of a drive, until the robot moves on by the one before
 DRIVE = 60.0  # s of real time for a drive
 IDLE = 20  # ticks of a drive without a command after which it ends
 TRIES = 6  # ticks until a node must have done what a scan asks for
-MORE_TRIES = 30  # the same for one that cannot be asked, and may have ticks of before to work off
+STAYS = 4  # commands that must then be the same
+MORE_TRIES, MORE_STAYS = 30, 11  # the same for one that cannot be asked, and may have ticks of before to work off
 
 FORWARD, LEFT, RIGHT, STOP = (0.3, 0.0), (0.0, 0.5), (0.0, -0.5), (0.0, 0.0)
 WORDS = {FORWARD: "drive forward (linear.x 0.3, angular.z 0)", LEFT: "turn left (linear.x 0, angular.z 0.5)",
@@ -101,9 +103,9 @@ class Avoider(Live):
             scan.header.stamp = stamp
             self.fresh = False
             self.laser.publish(scan)
-            self._barrier.cross(1.0)
+            self._barrier.cross(self.grading.clock.allow(CROSSED))
         self._clock.publish(Clock(clock=stamp))
-        crossed = [self._barrier.cross(1.0) for _ in range(2)]
+        crossed = [self._barrier.cross(self.grading.clock.allow(CROSSED)) for _ in range(2)]
         self._asked = all(crossed)
         if len(self.commands.heard) > before:
             self._in_step += 1
@@ -121,13 +123,17 @@ class Avoider(Live):
                 if tries >= TRIES and self._asked:
                     break
                 got += [speeds(command) for command in self.tick(scan)][-1:]
-                if got[-2:] == [right, right] or not alive() or time.monotonic() > end:
+                stays = [right] * (STAYS if self._asked else MORE_STAYS)
+                if got[-len(stays):] == stays or not alive() or time.monotonic() > end:
                     break
             return got if got and alive() else None
         got = self.converse(show)
         if got[-2:] != [right, right]:
             raise Wrong(f"{about}, it must {WORDS[right]}; it was told to {describe(got[-1])}.",
                         f"commands {got}, scan {scan}")
+        if other := {*got[-STAYS:]} - {right}:
+            raise Wrong(f"{about}, it must {WORDS[right]}, and stay with it while the scan stays the same; it was also told "
+                        f"to {describe(other.pop())}.", f"commands {got}, scan {scan}")
 
     def rate(self, scan: LaserScan, hertz: float) -> tuple[float, list[tuple[float, float]]]:
         """Commands a second in real time while scans come at `hertz`, and the commands.

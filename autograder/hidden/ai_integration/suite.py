@@ -207,6 +207,8 @@ def simulate(avoider, seconds, step, scans):
 
     def play(limit, alive):
         for tick in ticks:
+            if not alive() or avoider.grading.clock.left <= 0:
+                return None
             avoider.tick(scans(tick), step, wait=False)
         return [speeds(command) for command in avoider.commands.heard[end:]] if alive() else None
     return avoider.converse(play)

@@ -103,6 +103,8 @@ class Calculator(Server):
         answers = {question: response for question, response in answers.items() if is_answer(question, response)}
         if not answers:
             raise Wrong("The server answers no ordinary request with success True.")
+        if len(answers) > 1 and len({response.result for response in answers.values()}) == 1:
+            raise Wrong("The server answers requests with different numbers and operations by the same result.")
         return answers
 
     def ask_from_two(self, questions: list[tuple[float, str, float]]) -> list[tuple]:

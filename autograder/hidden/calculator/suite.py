@@ -188,9 +188,9 @@ def test_client_shows_result(runs):
     right = Calculate.Request(a=float(sent[0]), b=float(sent[1]), operation=sent[2])
     if not requests:
         raise Wrong("The client did not call /calculator.", output)
-    if right not in requests:
+    if other := [request for request in requests if request != right]:
         raise Wrong("The request that the client sends must hold a, b and the operation of its command line.",
-                    f"sent {requests[0]}, not {right}")
+                    f"sent {other[0]}, not {right}")
     shown = [number for number in numbers(output) if 10_000 <= number <= 90_000]  # as the results are
     if len(shown) > CHATTER or not any(abs(number - result) < 0.06 for number in shown):
         raise Wrong("The client must show the result that the server answers.", f"answered {result}, shown: {output}")

@@ -181,7 +181,7 @@ def steps(last, answer):
 @twice
 def test_out_of_range(pid, rng):
     """A gain out of its range is refused with a reason, and changes nothing."""
-    pid.arrange()
+    pid.arrange(**{name: (low + high) / 4 for name, (low, high) in RANGES.items()})
     for name, (low, high) in RANGES.items():
         for value in (high + rng.randrange(1, 80) / 8, low - rng.randrange(1, 80) / 8):
             pid.grading.hide(value)
@@ -194,6 +194,8 @@ def test_limits_in_order(pid, rng):
     """An output_min that is not below output_max is refused with a reason, alone or in a set of several."""
     low, high = -rng.randrange(5, 30) / 4, rng.randrange(5, 30) / 4
     pid.arrange(kp=1.0, output_min=low, output_max=high)
+    if (got := pid.get()).get("output_min") != low or got.get("output_max") != high:
+        raise Wrong("It must be possible to set output_min and output_max in order.", f"{low}, {high}: {got}")
     pid.expect_refusal("An output_min above output_max", output_min=high + 1.5)
     pid.expect_refusal("An output_max below output_min", output_max=low - 1.5)
     pid.expect_refusal("An output_min equal to output_max", output_min=high)

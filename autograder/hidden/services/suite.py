@@ -8,7 +8,10 @@ import time
 from autograder.faults import Wrong
 from autograder.hidden.services.conversation import CALLERS, STATUS, WORDS, draw, says, told
 from autograder.judge import points
+from autograder.ros import wait_until
 from autograder.talk import SETTLED, twice
+
+QUIET = 0.3  # s in which nobody calls
 
 
 @points(1, cell="motor-service")
@@ -34,6 +37,8 @@ def test_disable(motors):
 def judge_switch(motors, on):
     """Switching succeeds, and the other service knows of it."""
     motors.bring(not on)
+    if says(motors.status().message) is on:
+        raise Wrong(f"The motors cannot be switched to '{WORDS[not on]}', so it cannot be seen whether data {on} works.")
     response = motors.enable(on)
     motors.expect(on, f"After /motors/enable with data {on}")
     if not response.success:
@@ -88,6 +93,8 @@ def test_last_command_counts(motors, rng):
         motors.bring(not on)
         motors.enable(on)
         expected[on] = told(motors.status())
+    if expected[True] == expected[False]:
+        raise Wrong(f"{STATUS} tells the same after the motors were enabled as after they were disabled.", f"{expected}")
     for number, on in enumerate([True, True, False, *rng.choices([True, False], k=15)]):
         motors.enable(on, second=number % 2)
         if told(motors.status(second=rng.random() < 0.5)) != expected[on]:
@@ -116,6 +123,10 @@ def test_relay_asks_each_time(relay):
     relay.relay()
     for _ in range(3):
         relay.asked()
+    before = len(relay.adder.requests)
+    if wait_until(lambda: len(relay.adder.requests) > before + 1, QUIET):
+        raise Wrong("The relay must ask /add_two_ints when it is called, and not by itself.",
+                    f"{len(relay.adder.requests) - before} requests within {QUIET} s without a call")
 
 
 @points(1, cell="relay")
@@ -133,7 +144,11 @@ def test_relay_sends_parameters(relay):
 def test_several_callers(relay):
     """Several callers at once get each their own answer."""
     alone = relay.relay()
+    before = len(relay.adder.requests)
     responses = relay.together()
+    if len(relay.adder.requests) < before + CALLERS:
+        raise Wrong(f"With {CALLERS} callers of /relay at once, it must ask /add_two_ints for each of them.",
+                    f"{len(relay.adder.requests) - before} requests")
     if any(response.success != alone.success for response in responses):
         raise Wrong(f"With {CALLERS} callers of /relay at once, some get another success than one alone.", f"{responses}")
     sums = [relay.sum_in(response.message) for response in responses]
