@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import autograder
-from autograder import sandbox
+from autograder import sandbox, seccomp
 from autograder.ros import wait_until
 from autograder.sandbox import BOXES
 
@@ -44,6 +44,7 @@ print(json.dumps(dict(
     tmp=tried(lambda: open('/tmp/x', 'w')), mine=tried(lambda: os.listdir('/tmp')),
     large=tried(lambda: open('/tmp/large', 'w').truncate(1 << 30)),
     out=tried(lambda: socket.create_connection(('192.0.2.1', 80), 1)), parent=tried(lambda: os.kill(1, 9)),
+    memory=tried(lambda: os.memfd_create('x')),
     links=[name for _, name in socket.if_nameindex()], nproc=resource.getrlimit(resource.RLIMIT_NPROC)[1],
 )))
 """
@@ -65,6 +66,7 @@ def test_what_a_program_sees(box):
     assert "Error" in seen["usr"] and "Error" in seen["root"] and "Error" in seen["dev"] and "Error" in seen["own"]
     assert (seen["beside"], seen["tmp"], seen["mine"]) == (True, True, True)
     assert "Error" in seen["large"] and seen["out"] == "OSError"
+    assert seen["memory"] == ("PermissionError" if seccomp.available() else True)
     assert seen["links"] == ["lo"] and seen["nproc"] == 64
 
 

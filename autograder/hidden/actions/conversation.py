@@ -38,6 +38,7 @@ class Server(Live):
 
     def __init__(self, grading, period: float | None = None):
         self.period = period
+        self.accepts = False  # it has accepted a goal
         super().__init__(grading, "fibonacci_server.py",
                          *([] if period is None else ["--ros-args", "-p", f"step_period:={period}"]))
 
@@ -52,7 +53,9 @@ class Server(Live):
             goal = self.caller.send(Fibonacci.Goal(order=order), alive)
             return goal if goal.wait(lambda g: g.accepted is not None, limit) else None
 
-        return self.converse(question, "a goal")
+        goal = self.converse(question, "a goal")
+        self.accepts = self.accepts or goal.accepted
+        return goal
 
     def run(self, order: int, goal: Goal | None = None) -> Goal:
         """A goal (by default a new one), once it is over; raises Wrong when it is not accepted."""
@@ -67,6 +70,7 @@ class Server(Live):
         goal = self.converse(question, "a goal")
         if not goal.accepted:
             raise Wrong(f"Every goal with an order from 0 to {LAST} must be accepted.", f"order {order}")
+        self.accepts = True
         return goal
 
     def over(self, goal: Goal, order: int, limit: float) -> bool:

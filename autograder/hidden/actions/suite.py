@@ -82,7 +82,7 @@ def test_rejects_too_large(quick, rng):
 
 def expect_rejection(quick, order, about):
     """The answer to the goal must be no, of a server that can say yes."""
-    if not quick.send(2).accepted:
+    if not quick.accepts and not quick.send(2).accepted:
         raise Wrong(f"Every goal with an order from 0 to {LAST} must be accepted.")
     if quick.send(order).accepted:
         raise Wrong(f"{about} must be rejected by a goal_callback; it was accepted.", f"order {order}")
@@ -113,7 +113,7 @@ def test_cancelled_result(cancelled):
         sequence = list(goal.result.sequence)
         if len(sequence) > cancelled.ORDER:
             raise Wrong("The goal was not cancelled before its end, so that there is no partial sequence.")
-        if sequence != elements(cancelled.ORDER)[:len(sequence)] or len(sequence) < max(cancelled.had, 3):
+        if sequence != elements(cancelled.ORDER)[:len(sequence)] or len(sequence) < max(cancelled.had, 1):
             raise Wrong("The result of a cancelled goal must be the elements computed so far.",
                         f"{cancelled.had} elements were reported, got {sequence}")
 
