@@ -2,7 +2,7 @@
 
 from course.ros2 import completion, grammar, service
 from course.ros2.grammar import Verb
-from course.ros2.graph import COMMAND_PREFIX, Graph
+from course.ros2.graph import COMMAND_PREFIX, Graph, uninterrupted
 
 CANCEL_TIMEOUT = 5.0  # s that a Ctrl-C waits for the server to take the cancellation
 
@@ -153,11 +153,12 @@ def _follow(graph, client, goal, stamps, args) -> int | None:
         print("Goal was rejected.")
         return None
     try:
-        print(f"Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n")
-        waiting, early = early, None
-        for feedback in waiting:
-            show(feedback)
-        finished = handle.get_result_async()
+        with uninterrupted():
+            print(f"Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n")
+            waiting, early = early, None
+            for feedback in waiting:
+                show(feedback)
+            finished = handle.get_result_async()
         in_time = graph.spin(finished.done, args.timeout)
     except KeyboardInterrupt:
         _cancel(graph, handle)

@@ -7,6 +7,8 @@ Here there is no daemon.  What must be there is known: every participant on this
 
 import contextlib
 import os
+import signal
+import threading
 import time
 from pathlib import Path
 from typing import NamedTuple
@@ -90,6 +92,25 @@ def choose_transport(talks: bool) -> None:
         if not talks:
             os.environ.setdefault("RMW_FASTRTPS_USE_QOS_FROM_XML", "1")
     os.environ.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
+
+
+@contextlib.contextmanager
+def uninterrupted():
+    """Put a Ctrl-C off to the end; gives a list that is not empty when it has been pressed.
+
+    Raised amid a call into rclpy, KeyboardInterrupt can come out as an error of another kind.
+    """
+    pressed = []
+    if threading.current_thread() is not threading.main_thread():
+        yield pressed  # signals are for the main thread
+        return
+    before = signal.signal(signal.SIGINT, lambda *_: pressed.append(True))
+    try:
+        yield pressed
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if pressed:
+        raise KeyboardInterrupt
 
 
 class Graph:
@@ -216,11 +237,12 @@ class Graph:
             self._executor = SingleThreadedExecutor(context=self.context)
             self._executor.add_node(self.node)
         end = None if timeout is None else time.monotonic() + timeout
-        while until is None or not until():
-            left = SPIN if end is None else min(SPIN, end - time.monotonic())
-            if left <= 0:
-                return False
-            self._executor.spin_once(timeout_sec=left)
+        with uninterrupted() as pressed:
+            while not pressed and (until is None or not until()):
+                left = SPIN if end is None else min(SPIN, end - time.monotonic())
+                if left <= 0:
+                    return False
+                self._executor.spin_once(timeout_sec=left)
         return True
 
     # --- looking ---
