@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from . import exercises, submission
-from .output import Origin, Output, UsageError, origins
+from .output import Origin, UsageError
 from .records import Report, Submission
 
 JUNK = {"__MACOSX", "@eaDir"}  # what archives and file servers leave
@@ -18,8 +18,7 @@ def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> li
     if not submitted.is_dir():
         raise UsageError(f"there is no folder {submitted}")
     known = exercises.names() if assignment is None else [exercises.load(assignment).name]
-    present = sorted(entry.name for entry in os.scandir(submitted)
-                     if not entry.name.startswith(".") and entry.name not in JUNK and entry.is_dir())
+    present = [entry.name for entry in _entries(submitted) if entry.is_dir()]
     chosen = list(students) or present
     if missing := sorted(set(chosen) - set(present)):
         raise UsageError(f"no folder in {submitted} for student {missing[0]!r}")
@@ -33,12 +32,16 @@ def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> li
     return found
 
 
+def _entries(submitted: Path) -> list[os.DirEntry]:
+    """What was handed in, by name."""
+    return sorted((entry for entry in os.scandir(submitted) if not entry.name.startswith(".") and entry.name not in JUNK),
+                  key=lambda entry: entry.name)
+
+
 def overlooked(submitted: Path) -> list[str]:
     """What somebody may have handed in, and `find` does not see: a line each, for the instructor."""
     hints = []
-    for entry in sorted(os.scandir(submitted), key=lambda entry: entry.name):
-        if entry.name.startswith(".") or entry.name in JUNK:
-            continue
+    for entry in _entries(submitted):
         if not entry.is_dir():
             hints.append(f"{entry.name}: not a student's folder")
             continue
@@ -66,30 +69,27 @@ def grade(client, submitted: Path, seeds: dict[tuple[str, str], int], patience: 
     if not seeds:
         return
     from . import cluster  # takes a second to load
-    digests = {name: exercises.pack(name).digest for name in {assignment for _, assignment in seeds}}
     origins = {}
 
     def handed_in() -> Iterator[tuple[Submission, int]]:
         for key, seed in seeds.items():
             found = read(submitted, *key)
-            origins[key] = Origin(str(submitted.resolve()), digests[key[1]], digest(found))
+            origins[key] = Origin(str(submitted.resolve()), exercises.pack(key[1]).digest, digest(found))
             yield found, seed
 
     for report in cluster.grade(client, handed_in(), patience, unsafe):
         yield report, origins.pop((report.student, report.assignment))
 
 
-def outdated(results: Output, found: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Those of `found` whose result is by another suite or of other files than there are now."""
-    known = origins(results.folder)
-    suites = {name: exercises.pack(name).digest for name in {name for _, name in found}}
-    return [key for key in found if key in known and (
-        known[key].suite != suites[key[1]] or changed(known[key], key))]
+def outdated(origin: Origin, key: tuple[str, str]) -> bool:
+    """Whether a result is by another suite or of other files than there are now; what is gone was not handed in again."""
+    now = current(origin, key)
+    return origin.suite != now.suite or origin.files != now.files and os.path.lexists(Path(origin.submitted, *key))
 
 
-def changed(origin: Origin, key: tuple[str, str]) -> bool:
-    """Whether other files are handed in now than the result is from; what is gone was not handed in again."""
-    return os.path.lexists(Path(origin.submitted, *key)) and origin.files != digest(read(Path(origin.submitted), *key))
+def current(origin: Origin, key: tuple[str, str]) -> Origin:
+    """What a result would be made from now."""
+    return Origin(origin.submitted, exercises.pack(key[1]).digest, digest(read(Path(origin.submitted), *key)))
 
 
 def digest(handed_in: Submission) -> str:

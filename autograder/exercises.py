@@ -14,7 +14,7 @@ import tempfile
 import tomllib
 from collections import Counter
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 
 HIDDEN = Path(__file__).parent / "hidden"
@@ -58,6 +58,14 @@ class Exercise:
         return sorted(p for p in self.folder.iterdir() if p.suffix in (".msg", ".srv", ".action"))
 
     @property
+    def cells(self) -> dict[str, float]:
+        """The notebook's grade cells, with the points of the tests that belong to each."""
+        points: Counter[str] = Counter()
+        for test in self.tests:
+            points[test.cell] += test.points
+        return dict(points)
+
+    @property
     def max_score(self) -> float:
         """The points of all tests together."""
         return sum(test.points for test in self.tests)
@@ -89,9 +97,7 @@ def load(name: str, hidden: Path | None = None) -> Exercise:
 
 def difference(name: str, notebook: Path) -> str:
     """How the points of the notebook's grade cells differ from those of the suite; empty when they do not."""
-    hidden: Counter[str] = Counter()
-    for test in load(name).tests:
-        hidden[test.cell] += test.points
+    hidden = load(name).cells
     cells = [cell["metadata"].get("nbgrader", {}) for cell in json.loads(notebook.read_text(encoding="utf-8"))["cells"]]
     shown = {cell["grade_id"]: cell["points"] for cell in cells if cell.get("grade") and not cell.get("solution")}
     return "; ".join(f"cell {cell} has {shown.get(cell, 'no')} points in the notebook, {hidden.get(cell, 'no')} in the suite"
@@ -105,7 +111,7 @@ class Packed:
     name: str
     files: dict[str, bytes]
 
-    @property
+    @cached_property
     def digest(self) -> str:
         """Tells one content from another."""
         parts = (part for path, content in sorted(self.files.items()) for part in (path.encode(), content))

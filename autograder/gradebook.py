@@ -1,7 +1,6 @@
 """The scores in nbgrader's gradebook: the points of hidden tests, added up by the notebook's grade cells."""
 
 import warnings
-from collections import Counter
 from pathlib import Path
 
 from nbgrader.api import Grade, Gradebook, MissingEntry
@@ -68,10 +67,7 @@ class Scores:
     def _add_assignment(self, name: str) -> None:
         self._book.update_or_create_assignment(name)
         self._book.update_or_create_notebook(name, name)
-        most: Counter[str] = Counter()
-        for test in load(name).tests:  # not those of the report, which may be by an older suite
-            most[test.cell] += test.points
-        for cell, points in most.items():
+        for cell, points in load(name).cells.items():  # not the report's, which may be by an older suite
             self._book.update_or_create_grade_cell(cell, name, name, max_score=points, cell_type="code")
         self._known.add(name)
 

@@ -70,7 +70,8 @@ def grade(submitted: Annotated[Path, typer.Argument(help="The folder with STUDEN
                     scores.write(report)
                 show_progress(report)
         reports = [results.done[key] for key in found]
-        changed = batch.outdated(results, found)
+        known = output.origins(out, lost=True)
+        changed = [key for key in found if key not in seeds and key in known and batch.outdated(known[key], key)]
     from .summary import show
     show(reports)
     if hints := batch.overlooked(submitted):

@@ -117,12 +117,12 @@ def read_results(folder: Path) -> dict[tuple[str, str], Report]:
     return {(report.student, report.assignment): report for report in reports}
 
 
-def origins(folder: Path) -> dict[tuple[str, str], Origin]:
-    """Where each result of an output folder is from; raises UsageError when a folder of submissions is gone."""
+def origins(folder: Path, lost: bool = False) -> dict[tuple[str, str], Origin]:
+    """Where each result of an output folder is from; raises UsageError when a folder of submissions is gone, unless `lost`."""
     known = {field.name for field in fields(Origin)}
     found = {(entry["student"], entry["assignment"]): Origin(**{name: entry[name] for name in known})
              for entry in read_details(folder) if known <= entry.keys()}
-    if gone := sorted(place for place in {origin.submitted for origin in found.values()} if not Path(place).is_dir()):
+    if not lost and (gone := sorted(place for place in {origin.submitted for origin in found.values()} if not Path(place).is_dir())):
         raise UsageError(f"the submissions of {folder} are no longer in {gone[0]}")
     return found
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from . import batch, exercises
-from .output import Origin, Output, UsageError, origins
+from .output import Output, UsageError, origins
 from .records import INFRASTRUCTURE_ERROR, Report
 
 PENDING = "regrade"
@@ -53,27 +53,22 @@ class Regrading:
         self.results = results
         self.pending = Output(results.folder / PENDING, resume=True)
         self._fresh = origins(self.pending.folder)
-        digests = {name: exercises.pack(name).digest for name in {name for _, name in results.done}}
         self.origins = {key: origin for key, origin in known.items()
                         if key in results.done and name in (None, key[1]) and (not students or key[0] in students)
-                        and (everything or origin.suite != digests[key[1]] or batch.changed(origin, key))}
-        for student, name in self.origins:
-            if not os.path.lexists(Path(self.origins[student, name].submitted, student, name)):
-                raise UsageError(f"{student}/{name} is no longer in {self.origins[student, name].submitted}: "
-                                 "its result would be lost")
+                        and (everything or batch.outdated(origin, key))}
+        for key, origin in self.origins.items():
+            if not os.path.lexists(Path(origin.submitted, *key)):
+                raise UsageError(f"{'/'.join(key)} is no longer in {origin.submitted}: its result would be lost")
         # A pending result counts as long as neither the suite nor what was handed in has changed again.
         self.waiting = {key for key in self.origins if not (
             key in self.pending.done and self.pending.done[key].status != INFRASTRUCTURE_ERROR
-            and self._fresh[key] == Origin(self.origins[key].submitted, digests[key[1]], self._now(key)))}
+            and self._fresh[key] == batch.current(self.origins[key], key))}
 
     def __enter__(self):
         return self
 
     def __exit__(self, *exception):
         self.pending.__exit__(*exception)
-
-    def _now(self, key: tuple[str, str]) -> str:
-        return batch.digest(batch.read(Path(self.origins[key].submitted), *key))
 
     def grade(self, client, patience: float, unsafe: bool) -> Iterator[Report]:
         """Grade what waits, with the seed that it had; the reports as they come."""

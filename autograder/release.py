@@ -20,7 +20,6 @@ from course.environment import prepare
 from course.exercise_file import MARKERS
 
 from . import exercises, storage
-from .exercises import HIDDEN
 from .output import UsageError
 
 log = logging.getLogger(__name__)
@@ -104,8 +103,8 @@ def _release(nbgrader, course: Path, name: str, notebook: Path) -> Path:
     _stage(notebook, source / notebook.name, course / "replaced")
     done = nbgrader.generate_assignment(name)
     if not done["success"]:
-        log = done.get("error") or done.get("log") or ""
-        raise UsageError(f"nbgrader could not release {name}: {log.strip().splitlines()[-1:]}")
+        said = done.get("error") or done.get("log") or ""
+        raise UsageError(f"nbgrader could not release {name}: {said.strip().splitlines()[-1:]}")
     found = next(leaks(released, secrets(name, notebook)), None)
     if found:
         shutil.rmtree(released)
@@ -136,7 +135,7 @@ def secrets(name: str, notebook: Path) -> dict[str, str]:
     for file in sorted((ROOT / "solutions" / name).glob("*")):
         if file.is_file():
             kept[_squeeze(MARKERS.sub("", file.read_text(encoding="utf-8")))] = f"all of the solution {file.name}"
-    for file in sorted((HIDDEN / name).glob("*.py")):
+    for file in sorted((exercises.HIDDEN / name).glob("*.py")):
         # A line that says what is asked or expected; `except ValueError:` is in many a program.
         lines = _lines(file.read_text(encoding="utf-8"), "a hidden test", unless="")
         kept.update({line: what for line, what in lines.items() if re.search(r"[\d\"']|test_", line)})

@@ -25,9 +25,9 @@ def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> 
             f"'{assignment}' is not a folder: hand in a folder of that name with the files in it."])
     files, problems, missing = {}, [], []
     try:
-        present = sorted(os.listdir(inside))
         with os.scandir(inside) as entries:
-            folders = sorted(e.name for e in entries if e.is_dir(follow_symlinks=False) and e.name[0] not in "._")
+            present = {entry.name: entry.is_dir(follow_symlinks=False) for entry in sorted(entries, key=lambda e: e.name)}
+        folders = [name for name, is_folder in present.items() if is_folder and name[0] not in "._"]
         for name in wanted:
             try:
                 files[name] = _read_file(name, inside)
@@ -96,6 +96,6 @@ def _read_file(name: str, inside: int, limit: int = MAX_BYTES) -> bytes:
     return content
 
 
-def _missing(name: str, present: list[str]) -> str:
+def _missing(name: str, present: Iterable[str]) -> str:
     near = next((other for other in present if other != name and other.lower() == name.lower()), None)
     return f"{name} (there is {near}: capital and small letters count)" if near else name

@@ -37,11 +37,16 @@ ParameterService._get_parameters_callback = get_parameters
 """
 
 
+def wanted(request, parameter: str) -> set[str]:
+    """The ids of this file's chosen tests that have the parameter."""
+    return {item.callspec.id for item in request.session.items
+            if item.path == request.path and parameter in getattr(getattr(item, "callspec", None), "params", {})}
+
+
 @pytest.fixture(scope="module")
 def forged(request, grade):
     """The gradings with one file forged, all begun at once."""
-    asked = {item.callspec.id for item in request.session.items
-             if item.path == request.path and "file" in getattr(getattr(item, "callspec", None), "params", {})}
+    asked = wanted(request, "file")
     ids = {name: [test.id for test in exercises.load(name).tests] for name in OTHERS}
     return {(name, file): grade(solution(name) | {file: FORGER.format(ids=ids[name]).encode()}, name)
             for name, file in FILES if f"{name}-{file}" in asked}
@@ -196,8 +201,7 @@ def polling() -> str:
 @pytest.fixture(scope="module")
 def little(request, grade):
     """The gradings, all begun at once."""
-    asked = {item.callspec.id for item in request.session.items if item.path == request.path
-             and "kind" in getattr(getattr(item, "callspec", None), "params", {})}
+    asked = wanted(request, "kind")
     return {kind: grade(solution(name) | {file: (text or polling()).encode() for file, text in files.items()}, name,
                         patience=0.5) for kind, (name, files, _) in LITTLE.items() if kind in asked}
 

@@ -97,12 +97,18 @@ def outcome(out, student: str, test: str) -> str:
     return next(result.outcome for result in read(out)[student, "services"].tests if result.id == test)
 
 
-def test_files_handed_in_since_are_named(client, suite, tmp_path):
-    submitted, out = tmp_path / "submitted", tmp_path / "out"
+def nothing_handed_in(client, folder: Path) -> tuple[Path, Path]:
+    """Submissions and results: Ada's folder is empty, and graded."""
+    submitted, out = folder / "submitted", folder / "out"
     (submitted / "ada" / "services").mkdir(parents=True)
     with output.Output(out, resume=False) as results:
         for report, origin in batch.grade(client, submitted, {("ada", "services"): 7}, 1.0, False):
             results.write(report, origin)
+    return submitted, out
+
+
+def test_files_handed_in_since_are_named(client, suite, tmp_path):
+    submitted, out = nothing_handed_in(client, tmp_path)
     shutil.copytree(SOLUTIONS / "services", submitted / "ada" / "services", dirs_exist_ok=True)
     assert run(client, out, students=["ada"])[0] == 1, "what was handed in since is graded again without being asked for"
     _, (move,) = run(client, out, everything=True)
@@ -116,11 +122,7 @@ def test_files_handed_in_since_are_named(client, suite, tmp_path):
 
 def test_a_submission_that_is_gone_loses_no_score(client, suite, tmp_path):
     """Neither its folder nor the whole class's may be taken for nothing handed in."""
-    submitted, out = tmp_path / "submitted", tmp_path / "out"
-    (submitted / "ada" / "services").mkdir(parents=True)
-    with output.Output(out, resume=False) as results:
-        for report, origin in batch.grade(client, submitted, {("ada", "services"): 7}, 1.0, False):
-            results.write(report, origin)
+    submitted, out = nothing_handed_in(client, tmp_path)
     before = (out / "results.jsonl").read_bytes()
     (submitted / "ada").rename(submitted / "eve")
     with pytest.raises(output.UsageError, match="ada/services is no longer in"):
