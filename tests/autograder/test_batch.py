@@ -80,6 +80,16 @@ def test_sigkill_of_the_coordinator_loses_nothing(box, submitted, tmp_path, mome
         assert {s.student_id: s.score for s in book.assignment_submissions("services")} == ALL
 
 
+def test_submissions_that_were_moved_can_be_resumed(box, submitted, tmp_path):
+    """Nothing is asked of the place where they were."""
+    for student in STUDENTS[:-1]:
+        shutil.rmtree(submitted / student)
+    assert end(begin(submitted, tmp_path / "out", "--no-gradebook"))[::2] == (0, "")
+    moved = submitted.rename(tmp_path / "moved")
+    assert end(begin(moved, tmp_path / "out", "--no-gradebook", "--resume"))[::2] == (0, "")
+    assert scores(tmp_path / "out") == {"dan": 0}
+
+
 def test_a_second_coordinator_on_the_same_folder_refuses(box, submitted, tmp_path):
     first = begin(submitted, tmp_path / "out")
     assert wait_until((tmp_path / "out" / "results.jsonl").exists, SLOW)
