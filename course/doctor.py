@@ -35,7 +35,7 @@ def interpreter() -> str:
 def client_library() -> str:
     import rclpy
 
-    from . import environment
+    from course import environment
     return f"rclpy in {Path(rclpy.__file__).parent}" + (" (a sourced ROS 2)" if environment.sourced() else "")
 
 
@@ -53,7 +53,7 @@ def interfaces() -> str:
 
 
 def build() -> str:
-    from .interfaces import build as build_interface
+    from course.interfaces import build as build_interface
     with tempfile.TemporaryDirectory() as cache:
         build_interface("doctor_interfaces", {"Ping.srv": "int32 a\n---\nint32 b\n"}, cache=Path(cache), use=False)
     return "a .srv was compiled"
@@ -63,7 +63,7 @@ def round_trip() -> str:
     from example_interfaces.srv import AddTwoInts
     from rclpy.node import Node
 
-    from .session import Session
+    from course.live.session import Session
 
     class Adder(Node):
         def __init__(self):

@@ -4,11 +4,11 @@ One palette, colour-blind safe (Okabe and Ito, 2008), on an opaque light ground 
 themes alike.
 """
 
-from .actions import feedback, timeline
-from .parameters import changes
-from .picture import Live, Picture, live
-from .room import drive
-from .scan import sectors
-from .timing import latencies, round_trips
+from course.figures.actions import feedback, timeline
+from course.figures.parameters import changes
+from course.figures.picture import Live, Picture, live
+from course.figures.room import drive
+from course.figures.scan import sectors
+from course.figures.timing import latencies, round_trips
 
 __all__ = ["Live", "Picture", "changes", "drive", "feedback", "latencies", "live", "round_trips", "sectors", "timeline"]

@@ -1,8 +1,8 @@
 """Figures of section 3.2: an action's feedback as it comes, and goals over time."""
 
-from ..records import GoalRecorder
-from .palette import BLACK, BLUE, EVENTS, GREY, plain, style
-from .picture import Picture
+from course.figures.palette import BLACK, BLUE, EVENTS, GREY, plain, style
+from course.figures.picture import Picture
+from course.recorders import GoalRecorder
 
 # Request and answer lie side by side within a millisecond: bars of different height show both.
 MARKERS = {"goal": (600, "|"), "accepted": (200, "|"), "feedback": (28, "o"), "cancel": (600, "|"),

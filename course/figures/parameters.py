@@ -4,9 +4,9 @@ import math
 
 from matplotlib.lines import Line2D
 
-from ..records import ParameterRecorder
-from .palette import BLACK, BLUE, GREEN, GREY, VERMILLION, plain, style
-from .picture import Picture
+from course.figures.palette import BLACK, BLUE, GREEN, GREY, VERMILLION, plain, style
+from course.figures.picture import Picture
+from course.recorders import ParameterRecorder
 
 LISTED = 4  # reasons, the newest
 FAR = 1e6  # s, beyond every edge

@@ -10,8 +10,8 @@ from IPython.display import display
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from ..records import Recorder
-from .palette import GROUND, plain
+from course.figures.palette import GROUND, plain
+from course.recorders import Recorder
 
 WIDTH = 8.0  # inches: the width of a notebook
 

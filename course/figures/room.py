@@ -4,8 +4,8 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Circle
 
-from .palette import BLACK, GREY, STATES, VERMILLION, plain, style
-from .picture import Picture
+from course.figures.palette import BLACK, GREY, STATES, VERMILLION, plain, style
+from course.figures.picture import Picture
 
 
 @plain

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from .. import sectors as course_sectors
-from .palette import BLACK, SECTORS, VERMILLION, plain, style
-from .picture import Picture
+from course.figures.palette import BLACK, SECTORS, VERMILLION, plain, style
+from course.figures.picture import Picture
+from course.robot import sectors as course_sectors
 
 
 @plain

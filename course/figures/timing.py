@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from .palette import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, plain, style
-from .picture import Picture
+from course.figures.palette import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, plain, style
+from course.figures.picture import Picture
 
 LIMIT = 0.1  # s, one decision of a 10 Hz loop
 

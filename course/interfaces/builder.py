@@ -19,7 +19,8 @@ from pathlib import Path
 
 from filelock import FileLock
 
-from .definition import Definition, InterfaceError, parse
+from course.errors import InterfaceError
+from course.interfaces.definition import Definition, parse
 
 # What the generated code of a service or an action uses beside the packages named in its fields.
 IMPLIED = {

@@ -6,11 +6,9 @@ import io
 import re
 from dataclasses import dataclass
 
+from course.errors import InterfaceError
+
 SECTIONS = {"msg": ("message",), "srv": ("request", "response"), "action": ("goal", "result", "feedback")}
-
-
-class InterfaceError(ValueError):
-    """A definition that ROS 2 cannot build; the message names the file and the line and says what to write."""
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from sensor_msgs.msg import LaserScan
 
-from course.agent import ObstacleAvoidanceAI
-from course.sectors import from_scan
+from course.robot.agent import ObstacleAvoidanceAI
+from course.robot.sectors import from_scan
 
 PERIOD = 0.1  # s, one decision
 

@@ -6,6 +6,7 @@ Here there is no daemon.  What must be there is known: every participant on this
 """
 
 import contextlib
+import math
 import os
 import signal
 import threading
@@ -14,6 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from course.environment import DISCOVERY_PROFILE
+from course.waiting import wait_until
 
 PROFILES = Path(__file__).parent
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
@@ -124,8 +126,9 @@ class Graph:
         self.least = REMOTE if reaches_other_hosts() else 0.0
         choose_transport(talks)
         import rclpy
-        from rclpy.impl.implementation_singleton import rclpy_implementation
         from rclpy.signals import SignalHandlerOptions
+
+        from course.rclpy_internals import rclpy_implementation
 
         self.rclpy = rclpy_implementation
         self.context = rclpy.Context()
@@ -222,12 +225,7 @@ class Graph:
 
     def wait_until(self, ready, timeout: float | None = None) -> bool:
         """Wait for `ready()`, which no event announces; return whether it came true within `timeout` (s)."""
-        end = None if timeout is None else time.monotonic() + timeout
-        while not ready():
-            if end is not None and time.monotonic() >= end:
-                return False
-            time.sleep(POLL)
-        return True
+        return bool(wait_until(ready, math.inf if timeout is None else timeout))
 
     def spin(self, until=None, timeout: float | None = None) -> bool:
         """Run callbacks until `until()` (or for ever); return False if `timeout` (s) ends first."""

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from rcl_interfaces.srv import GetParameters
-from rclpy._rclpy_pybind11 import RCLError
 
+from course.rclpy_internals import RCLError
 from course.world.simulation import Collision
 
 NAME = re.compile(r"(?!.*_UNKNOWN_)(?:/[A-Za-z_]\w*)+", re.ASCII)  # not of a node that rmw has not heard of yet

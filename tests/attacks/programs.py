@@ -75,7 +75,7 @@ def _():
                     texts.append(open(os.path.join(entry, name), 'rb').read())
                 except OSError:
                     pass
-    return [word for word in (b'pytest', b'suite.py', b'autograder.worker', b'root:') if any(word in text for text in texts)]
+    return [word for word in (b'pytest', b'suite.py', b'autograder.grading.worker', b'root:') if any(word in text for text in texts)]
 
 @tries('descriptors')
 def _():

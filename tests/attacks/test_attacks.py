@@ -4,8 +4,8 @@ import re
 
 import pytest
 
-from autograder import feedback
 from autograder.records import GRADED
+from autograder.results import feedback
 from tests.autograder.answers.calculator import REFERENCE
 from tests.autograder.conftest import no_program_is_left
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from autograder import exercises
 from autograder.records import GRADED
+from autograder.submissions import exercises
 from tests.autograder.answers import solution
 
 from .programs import SPY

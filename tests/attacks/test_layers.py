@@ -8,7 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from autograder import doctor, sandbox, seccomp
+from autograder.errors import SandboxUnavailable
+from autograder.sandbox import box as sandbox
+from autograder.sandbox import doctor, seccomp
 
 AUTOGRADER = str(Path(sys.executable).with_name("autograder"))
 ALLOWED, DENIED = seccomp.ALLOW, seccomp._error(1)
@@ -71,5 +73,5 @@ def test_doctor_sees_what_does_not_hold(box, monkeypatch):
     assert not doctor.refused(list(layers.values()))
     monkeypatch.setattr(sandbox.Sandbox, "_view", lambda *_: ["--bind", "/", "/", "--proc", "/proc", "--dev", "/dev",
                                                               "--tmpfs", sandbox.HOME])
-    with pytest.raises(sandbox.SandboxUnavailable):  # the probe is not even there
+    with pytest.raises(SandboxUnavailable):  # the probe is not even there
         doctor.examine()

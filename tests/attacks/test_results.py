@@ -6,8 +6,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-from autograder import cleaning, grading
+from autograder.grading import single as grading
 from autograder.records import Submission
+from autograder.sandbox import cleaning
 from tests.autograder.answers.calculator import CLIENT, REFERENCE, SERVER, SRV
 
 from .programs import RETURN, handed_in, text

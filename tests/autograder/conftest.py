@@ -7,9 +7,13 @@ from concurrent.futures import ThreadPoolExecutor
 import psutil
 import pytest
 
-from autograder import exercises, grading, sandbox
+from autograder.errors import SandboxUnavailable
+from autograder.grading import single as grading
+from autograder.grading.single import WORKER
 from autograder.records import Submission
-from autograder.ros import wait_until
+from autograder.sandbox import box as sandbox
+from autograder.submissions import exercises
+from course.waiting import wait_until
 
 
 @pytest.fixture(scope="session")
@@ -17,7 +21,7 @@ def box() -> str:
     """How this machine confines programs."""
     try:
         return sandbox.choose()
-    except sandbox.SandboxUnavailable as error:
+    except SandboxUnavailable as error:
         pytest.skip(str(error))
 
 
@@ -48,7 +52,7 @@ def _confined() -> list[int]:
             if outside or not programs.intersection(process.info["cmdline"][1:2]):
                 continue
             parents = process.parents()
-            graded = any("autograder.worker" in parent.cmdline() for parent in parents)
+            graded = any(WORKER in parent.cmdline() for parent in parents)
             if not graded or os.getpid() in [parent.pid for parent in parents]:
                 found.append(process.pid)
     return found

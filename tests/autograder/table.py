@@ -11,8 +11,10 @@ import time
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 
-from autograder import exercises, grading, sandbox
+from autograder.grading import single as grading
 from autograder.records import GRADED, PASSED, Submission
+from autograder.sandbox import box as sandbox
+from autograder.submissions import exercises
 
 from . import answers
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from autograder import exercises
 from autograder.records import CRASHED, FAILED, GRADED, PASSED, TIMED_OUT
+from autograder.submissions import exercises
 
 from . import answers
 

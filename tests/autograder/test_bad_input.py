@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from autograder import submission
 from autograder.records import CRASHED, GRADED, INVALID_SUBMISSION, NOT_RUN, PASSED, TIMED_OUT
+from autograder.submissions import reading
 
 from .answers.calculator import CLIENT, REFERENCE, SERVER, SRV
 from .conftest import no_program_is_left
@@ -51,14 +51,14 @@ def handed_in(tmp_path) -> Path:
 
 
 def problems(folder: Path) -> str:
-    read = submission.read(folder, "student", "calculator", FILES)
+    read = reading.read(folder, "student", "calculator", FILES)
     assert read.problems and not read.files
     return " ".join(read.problems)
 
 
 def test_reads_only_what_is_wanted(handed_in):
     (handed_in / "conftest.py").write_text("raise SystemExit")
-    read = submission.read(handed_in, "student", "calculator", FILES)
+    read = reading.read(handed_in, "student", "calculator", FILES)
     assert read.problems == [] and read.files == REFERENCE
 
 

@@ -13,8 +13,10 @@ import psutil
 import pytest
 from nbgrader.api import Gradebook
 
-from autograder import batch, exercises, output
-from autograder.ros import wait_until
+from autograder.errors import UsageError
+from autograder.results import output
+from autograder.submissions import exercises, listing
+from course.waiting import wait_until
 
 from .answers import SOLUTIONS
 from .conftest import processes, runs
@@ -154,12 +156,12 @@ def test_what_is_no_submission_is_named(tmp_path):
                  "@eaDir/services/x", ".git/services/x", "leo.zip", "zoe/essay/text.md"):
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / path).touch()
-    assert batch.find(tmp_path, None, []) == [("ada", "services")]
-    assert batch.overlooked(tmp_path) == [
+    assert listing.find(tmp_path, None, []) == [("ada", "services")]
+    assert listing.overlooked(tmp_path) == [
         "jim/Services: is that services?", "leo.zip: not a student's folder",
         "mia: files, but no folder of an exercise around them"]
-    with pytest.raises(output.UsageError, match="; jim/Services: is that services[?]$"):
-        batch.find(tmp_path, None, ["jim"])
+    with pytest.raises(UsageError, match="; jim/Services: is that services[?]$"):
+        listing.find(tmp_path, None, ["jim"])
 
 
 def test_results_are_for_the_instructor_alone(tmp_path):

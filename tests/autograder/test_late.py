@@ -11,10 +11,11 @@ from nbgrader.api import Gradebook
 from traitlets import TraitError
 from traitlets.config import Config
 
-from autograder import batch, exercises, late, nbgrader_plugin, release
-from autograder.gradebook import Scores
-from autograder.output import UsageError
+from autograder.gradebook import late, plugins, release
+from autograder.gradebook.book import Scores
 from autograder.records import GRADED, PASSED, Report, Result
+from autograder.results.output import UsageError
+from autograder.submissions import exercises, listing
 
 pytestmark = pytest.mark.filterwarnings("ignore:Object of type")  # nbgrader's own, about its sessions
 DUE = datetime(2026, 5, 1, 12)
@@ -110,8 +111,8 @@ def course(released, tmp_path, monkeypatch) -> Path:
     for student, hours in {"early": -5, "on_time": 0, "in_grace": 24, "two_days": 26, "weeks": 999, "excused": 100,
                            "put_off": 97, "no_time": None}.items():
         hand_in(tmp_path / "submitted", student, hours)
-    monkeypatch.setattr(nbgrader_plugin.grading, "grade", lambda handed_in, *_: report(handed_in.student))
-    monkeypatch.setattr(nbgrader_plugin.sandbox, "choose", lambda *_: "none")
+    monkeypatch.setattr(plugins, "grade", lambda handed_in, *_: report(handed_in.student))
+    monkeypatch.setattr(plugins, "choose", lambda *_: "none")
     return tmp_path
 
 
@@ -132,7 +133,7 @@ def test_both_commands_take_off_the_same(course):
     assert "18 of 25 points so far" in pages["two_days"] and "20 of 25 points so far" in pages["early"]
     for _ in range(2):  # writing again changes nothing
         with Scores(by_grade, course / "submitted") as scores:
-            for student, assignment in batch.find(course / "submitted", None, []):
+            for student, assignment in listing.find(course / "submitted", None, []):
                 scores.write(report(student, assignment))
         assert penalties(by_grade) == penalties(by_nbgrader) == {
             "early": 0, "on_time": 0, "in_grace": 0, "two_days": 2, "weeks": 10, "excused": 0, "put_off": 2, "no_time": 0}
@@ -185,7 +186,7 @@ def test_what_is_no_time_is_told_and_loses_no_score(course, caplog):
 
 def test_a_configuration_that_does_not_load_is_one_line(course):
     (course / "nbgrader_config.py").write_text("c = get_config(")
-    with pytest.raises(batch.UsageError, match=r"nbgrader_config.py cannot be loaded: SyntaxError"):
+    with pytest.raises(UsageError, match=r"nbgrader_config.py cannot be loaded: SyntaxError"):
         Scores(f"sqlite:///{course / 'gradebook.db'}", course / "submitted")
 
 
@@ -206,11 +207,11 @@ def test_marks_by_hand_change_what_is_taken_off_when_assigned_again(course):
 
 def test_grade_on_the_command_line(course, monkeypatch, capsys):
     """The results keep the score of the tests; the gradebook knows the penalty."""
-    from autograder import main
+    from autograder import cli
     (course / "submitted" / "two_days" / "calculator" / "calculator_server.py").symlink_to("/etc/passwd")
     arguments = ["grade", str(course / "submitted"), "--output", str(course / "out"), "--student", "two_days"]
     try:
-        main.app(arguments, standalone_mode=False)
+        cli.app(arguments, standalone_mode=False)
     except SystemExit as done:
         assert not done.code
     assert json.loads((course / "out" / "results.jsonl").read_text())["student"] == "two_days"

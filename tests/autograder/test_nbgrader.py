@@ -13,8 +13,11 @@ from nbconvert.exporters import HTMLExporter
 from nbgrader.api import Gradebook
 from nbgrader.server_extensions.formgrader import handlers
 
-from autograder import exercises, nbgrader_plugin, notebook, release, submission
+from autograder.gradebook import plugins, release
+from autograder.paths import HIDDEN, repository
 from autograder.records import INFRASTRUCTURE_ERROR, Report
+from autograder.submissions import notebook, reading
+from course.errors import UnreadableNotebook
 
 from .answers.calculator import CLIENT, REFERENCE, SERVER, SRV, server
 
@@ -198,7 +201,7 @@ def test_the_page_and_the_gradebook_add_up_to_the_same(graded, feedback):
 
 def test_feedback_holds_nothing_but_the_page_and_what_was_handed_in(graded, feedback):
     course, *_ = graded
-    kept = release.secrets("calculator", release.NOTEBOOKS / "calculator" / "calculator.ipynb")
+    kept = release.secrets("calculator", repository() / "notebooks" / "calculator" / "calculator.ipynb")
     details = (course / "out" / "details.jsonl").read_text()
     inputs = {number for number in re.findall(r"-?\d+\.\d+", details) if len(number) >= 5}
     assert len(inputs) >= 2
@@ -220,7 +223,7 @@ def test_a_failure_of_the_grader_is_no_score_and_stops_no_one_else(graded, monke
     def grade(handed_in, *_):
         status = INFRASTRUCTURE_ERROR if handed_in.student == "x_fault" else "graded"
         return Report(handed_in.student, "calculator", status, None if status == INFRASTRUCTURE_ERROR else 0, 20, 0, 0.0)
-    monkeypatch.setattr(nbgrader_plugin.grading, "grade", grade)
+    monkeypatch.setattr(plugins, "grade", grade)
     answer = release.api(course).autograde("calculator", "[xy]_*", force=False)
     assert not answer["success"] and "x_fault/calculator was not graded" in answer["log"]
     assert not (course / "autograded" / "x_fault" / "calculator").exists()
@@ -231,13 +234,13 @@ def test_a_failure_of_the_grader_is_no_score_and_stops_no_one_else(graded, monke
 def test_a_file_of_the_folder_goes_before_the_notebooks_cell(tmp_path, blank):
     hand_in(tmp_path, "student", {SERVER: WRONG[SERVER]}, json.dumps(completed(blank, REFERENCE)))
     folder = tmp_path / "submitted" / "student" / "calculator"
-    assert submission.read(folder, "student", "calculator", FILES).files == REFERENCE | {SERVER: WRONG[SERVER]}
+    assert reading.read(folder, "student", "calculator", FILES).files == REFERENCE | {SERVER: WRONG[SERVER]}
 
 
 def test_a_cell_is_the_file_that_running_it_would_write():
-    for path in release.ROOT.glob("solutions/*/*.*"):
-        book = release.NOTEBOOKS / path.parent.name / f"{path.parent.name}.ipynb"
-        cells = submission.read_notebook(book)
+    for path in repository().glob("solutions/*/*.*"):
+        book = repository() / "notebooks" / path.parent.name / f"{path.parent.name}.ipynb"
+        cells = reading.read_notebook(book)
         if f"%%exercise {path.name}" in book.read_text():
             assert notebook.file(cells, path.name) == path.read_bytes()
         else:
@@ -249,7 +252,7 @@ def test_a_cell_is_the_file_that_running_it_would_write():
     b"[" * 1_000_000, b'{"cells": [' + b"9" * 5000 + b"]}", b" " * (notebook.MAX_BYTES + 1),
     b'{"cells": [{"cell_type": "code", "source": 1}]}', b'{"worksheets": []}'], ids=range(12))
 def test_what_is_no_notebook_is_refused(text):
-    with pytest.raises(notebook.Unreadable):
+    with pytest.raises(UnreadableNotebook):
         notebook.parse(text)
 
 
@@ -261,7 +264,7 @@ def test_a_release_is_the_notebooks_alone_and_shows_no_answer(course):
     names = release.names()
     assert {str(path) for path in released_files(course)} == {f"{name}/{name}.ipynb" for name in names}
     for name in names:
-        kept = release.secrets(name, release.NOTEBOOKS / name / f"{name}.ipynb")
+        kept = release.secrets(name, repository() / "notebooks" / name / f"{name}.ipynb")
         assert len(kept) > 10 and list(release.leaks(course / "release" / name, kept)) == []
 
 
@@ -271,14 +274,14 @@ def test_what_students_get_can_be_set_up_and_holds_no_answer(course, tmp_path):
     for _ in range(2):  # again, to bring it up to date
         release.hand_out(tmp_path, released)
     files = {str(path.relative_to(tmp_path)): path for path in tmp_path.rglob("*") if path.is_file()}
-    here = {str(path.relative_to(release.ROOT)) for path in (release.ROOT / "course").rglob("*")
+    here = {str(path.relative_to(repository())) for path in (repository() / "course").rglob("*")
             if path.is_file() and "__pycache__" not in path.parts}
     assert files.keys() - here == {
         "LICENSE", "README.md", "pyproject.toml", "environment/install", "environment/start", "environment/requirements.lock",
         "environment/Dockerfile", *(f"notebooks/{name}/{name}.ipynb" for name in release.names())}
     assert all(files[f"environment/{name}"].stat().st_mode & 0o100 for name in ("install", "start"))
     kept = [text for name in release.names() for text, what in release.secrets(
-        name, release.NOTEBOOKS / name / f"{name}.ipynb").items() if what.startswith("all of the solution")]
+        name, repository() / "notebooks" / name / f"{name}.ipynb").items() if what.startswith("all of the solution")]
     for name, path in files.items():
         shown = " ".join(path.read_text().split())
         assert "autograder" not in shown and not [text for text in kept if text in shown], name
@@ -293,7 +296,7 @@ def test_a_notebook_that_was_edited_in_the_course_is_kept(tmp_path, caplog):
         staged.parent.mkdir(parents=True, exist_ok=True)
         staged.write_text(staged.read_text() + edit if edit else "first")
         text = staged.read_text()
-        release._stage(release.NOTEBOOKS / "calculator" / "calculator.ipynb", staged, tmp_path / "replaced")
+        release._stage(repository() / "notebooks" / "calculator" / "calculator.ipynb", staged, tmp_path / "replaced")
         assert text in [path.read_text() for path in (tmp_path / "replaced").iterdir()]
     assert len([*(tmp_path / "replaced").iterdir()]) == 3 and caplog.text.count("kept as") == 3
 
@@ -309,13 +312,13 @@ self.get_logger().info('Calculator ready')"""),
 
 
 def suite_line() -> str:
-    text = (exercises.HIDDEN / "calculator" / "suite.py").read_text()
+    text = (HIDDEN / "calculator" / "suite.py").read_text()
     return next(line for line in text.splitlines() if '("' in line and len(line) > 50)
 
 
 @pytest.mark.parametrize("kind", LEAKS)
 def test_leaks_finds(kind, tmp_path):
-    source = release.NOTEBOOKS / "calculator" / "calculator.ipynb"
+    source = repository() / "notebooks" / "calculator" / "calculator.ipynb"
     what, change = LEAKS[kind]
     (tmp_path / "notes.md").write_text(change("Notes."))
     assert what in next(release.leaks(tmp_path, release.secrets("calculator", source)))
@@ -323,7 +326,7 @@ def test_leaks_finds(kind, tmp_path):
 
 def test_a_release_that_would_leak_is_refused_and_removed(tmp_path):
     """A marking scheme was written outside the marks."""
-    book = json.loads((release.NOTEBOOKS / "calculator" / "calculator.ipynb").read_text())
+    book = json.loads((repository() / "notebooks" / "calculator" / "calculator.ipynb").read_text())
     question = next(cell for cell in book["cells"] if cell["id"] == "question")
     question["source"] = [*question["source"], "\n\n**Marking scheme** (5 points): all or nothing."]
     folder = tmp_path / "notebooks" / "calculator"

@@ -8,9 +8,13 @@ from pathlib import Path
 import pytest
 from nbgrader.api import Gradebook
 
-from autograder import batch, cluster, exercises, output, regrade, summary
-from autograder.gradebook import Scores
+from autograder.errors import UnknownExercise, UsageError
+from autograder.gradebook.book import Scores
+from autograder.grading import batch, cluster, regrade
+from autograder.paths import HIDDEN
 from autograder.records import FAILED, PASSED, Report
+from autograder.results import output, summary
+from autograder.submissions import exercises, listing
 
 from .answers import SOLUTIONS
 
@@ -19,7 +23,7 @@ from .answers import SOLUTIONS
 def suite(tmp_path, monkeypatch) -> Path:
     """A copy of the hidden suites that may be changed; returns the motors' one."""
     hidden = tmp_path / "hidden"
-    shutil.copytree(exercises.HIDDEN, hidden, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(HIDDEN, hidden, ignore=shutil.ignore_patterns("__pycache__"))
     monkeypatch.setattr(exercises, "HIDDEN", hidden)
     changed()
     yield hidden / "services" / "suite.py"
@@ -56,7 +60,7 @@ def test_who_moves_is_told_first_and_written_when_asked(client, suite, tmp_path)
     program = submitted / "bob" / "services" / "motor_service.py"
     program.write_text(program.read_text().replace("self.enabled = request.data", "self.enabled = True"))
     with output.Output(out, resume=False) as results, Scores(f"sqlite:///{out / 'gradebook.db'}") as scores:
-        for report, origin in batch.grade(client, submitted, batch.draw(batch.find(submitted, None, []), 7), 1.0, False):
+        for report, origin in batch.grade(client, submitted, batch.draw(listing.find(submitted, None, []), 7), 1.0, False):
             results.write(report, origin)
             scores.write(report)
     before = (out / "results.jsonl").read_bytes()
@@ -114,9 +118,9 @@ def test_files_handed_in_since_are_named(client, suite, tmp_path):
     _, (move,) = run(client, out, everything=True)
     assert (move.old.status, move.new.status, move.new.score) == ("invalid_submission", "graded", 20)
     assert move.why[0] == "other files were handed in since" and move.moved
-    with pytest.raises(output.UsageError, match="no result of student 'bob'"):
+    with pytest.raises(UsageError, match="no result of student 'bob'"):
         run(client, out, students=["bob"])
-    with pytest.raises(exercises.UnknownExercise, match="there is no exercise 'nothing'"):
+    with pytest.raises(UnknownExercise, match="there is no exercise 'nothing'"):
         run(client, out, assignment="nothing")
 
 
@@ -125,10 +129,10 @@ def test_a_submission_that_is_gone_loses_no_score(client, suite, tmp_path):
     submitted, out = nothing_handed_in(client, tmp_path)
     before = (out / "results.jsonl").read_bytes()
     (submitted / "ada").rename(submitted / "eve")
-    with pytest.raises(output.UsageError, match="ada/services is no longer in"):
+    with pytest.raises(UsageError, match="ada/services is no longer in"):
         run(client, out, everything=True, apply=True)
     submitted.rename(tmp_path / "elsewhere")
-    with pytest.raises(output.UsageError, match="the submissions of .* are no longer in"):
+    with pytest.raises(UsageError, match="the submissions of .* are no longer in"):
         run(client, out, everything=True, apply=True)
     assert (out / "results.jsonl").read_bytes() == before
 

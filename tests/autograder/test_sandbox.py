@@ -11,9 +11,10 @@ from pathlib import Path
 import pytest
 
 import autograder
-from autograder import sandbox, seccomp
-from autograder.ros import wait_until
-from autograder.sandbox import BOXES
+from autograder.sandbox import box as sandbox
+from autograder.sandbox import seccomp
+from autograder.sandbox.box import BOXES
+from course.waiting import wait_until
 
 from .answers import SOLUTIONS
 from .answers.calculator import REFERENCE, SERVER

@@ -10,7 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from autograder import exercises, main, output, similar
+from autograder import cli
+from autograder.errors import UsageError
+from autograder.results import output
+from autograder.similarity import similar
+from autograder.submissions import exercises
 
 from . import answers
 
@@ -215,14 +219,14 @@ def test_on_the_command_line(submitted, tmp_path):
 def test_the_output_of_grade_tells_where_the_submissions_are(submitted, tmp_path, capsys):
     out = tmp_path / "out"
     exercise = exercises.load("calculator")
-    main.app(["grade", str(submitted), "--output", str(out), "--student", "dee", "--no-gradebook"], standalone_mode=False)
+    cli.app(["grade", str(submitted), "--output", str(out), "--student", "dee", "--no-gradebook"], standalone_mode=False)
     assert json.loads((out / output.RESULTS).read_text())["max_score"] == exercise.max_score
     capsys.readouterr()
-    main.app(["similar", str(out)], standalone_mode=False)
+    cli.app(["similar", str(out)], standalone_mode=False)
     assert capsys.readouterr().out.startswith("calculator: 0 submissions, 0 pairs\n")
     submitted.rename(tmp_path / "elsewhere")
-    with pytest.raises(output.UsageError, match="are no longer in .*submitted: give their folder instead"):
+    with pytest.raises(UsageError, match="are no longer in .*submitted: give their folder instead"):
         similar.find(out, None, 5)
     (out / output.DETAILS).unlink()
-    with pytest.raises(output.UsageError, match="does not tell where the submissions are"):
+    with pytest.raises(UsageError, match="does not tell where the submissions are"):
         similar.find(out, None, 5)

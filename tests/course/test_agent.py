@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from course.agent import ObstacleAvoidanceAI, RobotState
+from course.robot.agent import ObstacleAvoidanceAI, RobotState
 
 FORWARD = {"linear": 0.3, "angular": 0.0}
 LEFT = {"linear": 0.0, "angular": 0.5}
@@ -54,7 +54,7 @@ def test_stop_is_a_state_of_its_own():
     assert agent.state is RobotState.STOPPED
 
 
-@pytest.mark.parametrize("module", ["course.agent", "course.sectors", "course.world"])
+@pytest.mark.parametrize("module", ["course.robot.agent", "course.robot.sectors", "course.world"])
 def test_importing_it_loads_no_ros(module):
     program = (
         f"import sys, {module}\n"

@@ -37,7 +37,7 @@ def test_this_machine_is_fit():
 
 def test_an_interpreter_without_the_ros_libraries_is_red():
     """A child of another environment that inherits the wheels' marker cannot load them."""
-    done = subprocess.run([sys.executable, "-c", "import course.main; course.main.main()", "doctor"],
+    done = subprocess.run([sys.executable, "-c", "import course.cli; course.cli.main()", "doctor"],
                           env={"PATH": "/usr/bin:/bin", "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1", "COLUMNS": "150"},
                           capture_output=True, text=True, timeout=120)
     assert done.returncode == 1

@@ -12,7 +12,7 @@ from sensor_msgs.msg import LaserScan
 
 from course import figures
 from course.figures import palette
-from course.records import Recorder
+from course.recorders import Recorder
 from course.world import Simulation
 
 

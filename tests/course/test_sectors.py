@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from course import sectors as module
-from course.sectors import from_scan, members, sectors, wrap
+from course.robot import sectors as module
+from course.robot.sectors import from_scan, members, sectors, wrap
 
 INF = float("inf")
 DEGREE = math.radians(1.0)

@@ -18,9 +18,10 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
+from course.errors import CallTimeout, LiveError
+from course.live.session import DOMAINS, Session, _claim_domain
 from course.nodes.fibonacci_action_server import FibonacciActionServer
 from course.ros2.graph import participants_here
-from course.session import DOMAINS, CallTimeout, LiveError, Session, _claim_domain
 
 SERVER = """
 import sys
@@ -347,7 +348,7 @@ def test_a_domain_that_others_are_in_is_left_to_them(monkeypatch):
     """Whoever set ROS_DOMAIN_ID by hand has claimed nothing, but holds a participant's port (RTPS 2.5, 9.6.2.3)."""
     monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
     _, *others = domains = [domain for domain in DOMAINS if not participants_here(domain)][:3]
-    monkeypatch.setattr("course.session.DOMAINS", domains)
+    monkeypatch.setattr("course.live.session.DOMAINS", domains)
     monkeypatch.setattr(os, "getpid", lambda: 0)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
         participant.bind(("127.0.0.1", 7400 + 250 * domains[0] + 10))

@@ -13,9 +13,9 @@ import time
 import numpy as np
 import pytest
 
-from course.agent import ObstacleAvoidanceAI
 from course.environment import prepare
-from course.sectors import sectors
+from course.robot.agent import ObstacleAvoidanceAI
+from course.robot.sectors import sectors
 from course.world import ROOMS, Laser, Robot, Room, Simulation, find, load
 from course.world.geometry import RayCaster, box, circle, clearance, polyline
 from course.world.simulation import advance

@@ -4,7 +4,7 @@ import contextlib
 import subprocess
 import sys
 
-from course import session
+from course.live import session
 from course.ros2 import graph
 
 from .conftest import Command

@@ -3,39 +3,39 @@
 import pytest
 from course_interfaces.action import Fibonacci
 
-from autograder.actions import serve
 from autograder.hidden.actions.conversation import ACTION, CLIENT, Cancelled, Encounter, Quick
-from autograder.session import Run
+from autograder.suitekit.actions import serve
+from autograder.suitekit.bench import Run
 
 
 @pytest.fixture(scope="session")
-def quick(grading) -> Quick:
+def quick(bench) -> Quick:
     """The student's server with a short step period."""
-    return Quick(grading, grading.random("quick"))
+    return Quick(bench, bench.random("quick"))
 
 
 @pytest.fixture(scope="session")
-def cancelled(grading) -> Cancelled:
+def cancelled(bench) -> Cancelled:
     """The student's server with the default step period, and a goal that is cancelled."""
-    return Cancelled(grading)
+    return Cancelled(bench)
 
 
 @pytest.fixture(scope="session")
-def clients(grading) -> dict[str, Encounter]:
+def clients(bench) -> dict[str, Encounter]:
     """The client's runs with a server, by what the server does."""
-    after = grading.random("cancel").randrange(2, 5)
-    return {"succeed": Encounter(grading, "succeed"), "reject": Encounter(grading, "reject"),
-            "abort": Encounter(grading, "abort"), "cancel": Encounter(grading, "cancel", "--cancel-after", str(after))}
+    after = bench.random("cancel").randrange(2, 5)
+    return {"succeed": Encounter(bench, "succeed"), "reject": Encounter(bench, "reject"),
+            "abort": Encounter(bench, "abort"), "cancel": Encounter(bench, "cancel", "--cancel-after", str(after))}
 
 
 @pytest.fixture(scope="session")
-def misused(grading) -> dict[str, Run]:
+def misused(bench) -> dict[str, Run]:
     """The client's runs with a wrong command line, by what is wrong."""
     commands = {"without ORDER": [], "with a word in the place of ORDER": ["ten"],
                 "with --cancel-after but no number": ["5", "--cancel-after"]}
-    ros = grading.enter(grading.room(), threads=4)
+    ros = bench.enter(bench.new_domain(), threads=4)
     serve(ros, ACTION, Fibonacci, succeed)
-    return {about: Run(grading, CLIENT, *args, domain=ros.domain) for about, args in commands.items()}
+    return {about: Run(bench, CLIENT, *args, domain=ros.domain) for about, args in commands.items()}
 
 
 def succeed(handle):

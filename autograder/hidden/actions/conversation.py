@@ -6,11 +6,11 @@ from contextlib import contextmanager
 
 from course_interfaces.action import Fibonacci
 
-from autograder.actions import Caller, Goal, serve
-from autograder.faults import Wrong
-from autograder.ros import wait_until
-from autograder.session import Run
-from autograder.talk import START, Live, finish
+from autograder.errors import Wrong
+from autograder.suitekit.actions import Caller, Goal, serve
+from autograder.suitekit.bench import Run
+from autograder.suitekit.live import START, Live, finish
+from course.waiting import wait_until
 
 ACTION = "/fibonacci"
 LAST = 46
@@ -36,10 +36,10 @@ class Server(Live):
 
     advice = "each goal must be answered at once, and end with a result"
 
-    def __init__(self, grading, period: float | None = None):
+    def __init__(self, bench, period: float | None = None):
         self.period = period
         self.accepts = False  # it has accepted a goal
-        super().__init__(grading, "fibonacci_server.py",
+        super().__init__(bench, "fibonacci_server.py",
                          *([] if period is None else ["--ros-args", "-p", f"step_period:={period}"]))
 
     def connect(self):
@@ -75,7 +75,7 @@ class Server(Live):
 
     def over(self, goal: Goal, order: int, limit: float) -> bool:
         """Wait for the end of an accepted goal, and for the feedback that is still on its way."""
-        ended = goal.wait(lambda g: g.status, self.grading.clock.allow(limit + order * SLOWEST))
+        ended = goal.wait(lambda g: g.status, self.bench.clock.allow(limit + order * SLOWEST))
         if ended:
             goal.wait(lambda g: any(len(heard.message.partial_sequence) > order for heard in g.feedback),
                       LATE if goal.feedback and goal.status == "SUCCEEDED" else 0)
@@ -85,8 +85,8 @@ class Server(Live):
 class Quick(Server):
     """The student's server with a short step period."""
 
-    def __init__(self, grading, rng):
-        super().__init__(grading, rng.choice([0.02, 0.025, 0.03]))
+    def __init__(self, bench, rng):
+        super().__init__(bench, rng.choice([0.02, 0.025, 0.03]))
         self._order, self._sample = rng.randrange(9, 14), None
 
     @contextmanager
@@ -105,8 +105,8 @@ class Cancelled(Server):
 
     ORDER = 8
 
-    def __init__(self, grading):
-        super().__init__(grading)
+    def __init__(self, bench):
+        super().__init__(bench)
         self.had = 0  # elements in the last feedback before the cancel was sent
         self._sample: Goal | None = None
         self._spare = True  # it takes its time
@@ -155,11 +155,11 @@ class Cancelled(Server):
 class Encounter:
     """A run of the student's client with an action server of the grader's, which cannot be foreseen."""
 
-    def __init__(self, grading, script: str, *args: str):
+    def __init__(self, bench, script: str, *args: str):
         """`script` says what the server does: "succeed", "abort", "reject" or "cancel"; `args` follow the order."""
-        self._grading, self._script, self._args = grading, script, args
+        self._bench, self._script, self._args = bench, script, args
         self.cancel_after = int(args[-1]) if args else 0
-        self._rng = grading.random(f"client {script}")
+        self._rng = bench.random(f"client {script}")
         self.begin()
 
     def begin(self) -> None:
@@ -170,10 +170,10 @@ class Encounter:
         self.result = [rng.randrange(10**4, 10**9) for _ in range(6)]
         self.orders: list[int] = []
         self.before_cancel: int | None = None  # feedback messages sent when the cancel came
-        self._grading.hide(self.order)
-        ros = self._grading.enter(self._grading.room(), threads=4)
+        self._bench.hide(self.order)
+        ros = self._bench.enter(self._bench.new_domain(), threads=4)
         self._server = serve(ros, ACTION, Fibonacci, self._execute, self._accept)
-        self._run = Run(self._grading, CLIENT, str(self.order), *self._args, domain=ros.domain)
+        self._run = Run(self._bench, CLIENT, str(self.order), *self._args, domain=ros.domain)
 
     @contextmanager
     def judged(self, doing: str):

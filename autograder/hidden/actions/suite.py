@@ -5,10 +5,10 @@ Points add up to 20.  The message of a failure speaks of the task; the numbers t
 
 import re
 
-from autograder.faults import Wrong
+from autograder.errors import Wrong
 from autograder.hidden.actions.conversation import ACTION, LAST, STEP, elements
-from autograder.judge import points
-from autograder.talk import finish, numbers, twice
+from autograder.suitekit.judge import points
+from autograder.suitekit.live import finish, numbers, twice
 
 INT32 = 2**31 - 1
 OUTCOMES = ("succe", "cancel", "abort", "reject")
@@ -239,9 +239,9 @@ def expect_failure(program, how):
 
 
 @points(1, cell="fibonacci-client")
-def test_client_without_server(grading):
+def test_client_without_server(bench):
     """Without a server the client gives up within 10 s, and says so."""
-    program = finish(grading.early["absent"], "without a server")
+    program = finish(bench.early["absent"], "without a server")
     if program.exit_status == 0:
         raise Wrong("When there is no server, the client must end with an exit status other than 0: sys.exit(1).")
     if not program.output.strip():

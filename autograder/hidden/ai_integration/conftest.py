@@ -7,21 +7,21 @@ from autograder.hidden.ai_integration.rooms import KINDS
 
 
 @pytest.fixture(scope="session")
-def avoider(grading) -> Avoider:
+def avoider(bench) -> Avoider:
     """The node that is shown scans."""
-    return Avoider(grading, *SIMULATED)
+    return Avoider(bench, *SIMULATED)
 
 
 @pytest.fixture(scope="session")
-def drivers(grading) -> dict[str, Avoider]:
+def drivers(bench) -> dict[str, Avoider]:
     """The node that drives, for each kind of room."""
-    return {kind: Avoider(grading, *SIMULATED) for kind in KINDS}
+    return {kind: Avoider(bench, *SIMULATED) for kind in KINDS}
 
 
 @pytest.fixture(scope="session")
-def by_the_wall(grading) -> Avoider:
+def by_the_wall(bench) -> Avoider:
     """The node in real time; started only when it turns out to keep time by itself."""
-    return Avoider(grading)
+    return Avoider(bench)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -18,9 +18,9 @@ from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 
-from autograder.faults import Wrong
-from autograder.talk import Live
-from autograder.topics import Heard, Listener, speaker
+from autograder.errors import Wrong
+from autograder.suitekit.live import Live
+from autograder.suitekit.topics import Heard, Listener, speaker
 from course.world import Laser, Room, Simulation
 from course.world.lockstep import Barrier
 from course.world.node import World
@@ -59,8 +59,8 @@ class Avoider(Live):
 
     advice = "a timer of 10 Hz must publish on cmd_vel, and no callback may wait"
 
-    def __init__(self, grading, *args: str):
-        super().__init__(grading, "obstacle_avoider.py", *args)
+    def __init__(self, bench, *args: str):
+        super().__init__(bench, "obstacle_avoider.py", *args)
 
     def connect(self):
         """The laser, the clock, and a subscription of the commands."""
@@ -103,9 +103,9 @@ class Avoider(Live):
             scan.header.stamp = stamp
             self.fresh = False
             self.laser.publish(scan)
-            self._barrier.cross(self.grading.clock.allow(CROSSED))
+            self._barrier.cross(self.bench.clock.allow(CROSSED))
         self._clock.publish(Clock(clock=stamp))
-        crossed = [self._barrier.cross(self.grading.clock.allow(CROSSED)) for _ in range(2)]
+        crossed = [self._barrier.cross(self.bench.clock.allow(CROSSED)) for _ in range(2)]
         self._asked = all(crossed)
         if len(self.commands.heard) > before:
             self._in_step += 1
@@ -182,7 +182,7 @@ class Avoider(Live):
             try:
                 with contextlib.suppress(TimeoutError, StandstillError):
                     world.drive(seconds, on_step=look, answer_within=DECISION,
-                                wall_limit=self.grading.clock.allow(DRIVE))
+                                wall_limit=self.bench.clock.allow(DRIVE))
             finally:
                 world.destroy_node()
             return world.simulation if alive() and heard else None

@@ -3,8 +3,8 @@
 import math
 import random
 
-from course.agent import ObstacleAvoidanceAI
-from course.sectors import sectors
+from course.robot.agent import ObstacleAvoidanceAI
+from course.robot.sectors import sectors
 from course.world import Laser, Room, Simulation
 
 SECONDS = 30.0  # of simulated time

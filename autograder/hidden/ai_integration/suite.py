@@ -7,12 +7,12 @@ Points add up to 20.
 
 import math
 
-from autograder.faults import Wrong
+from autograder.errors import Wrong
 from autograder.hidden.ai_integration.conversation import FORWARD, LEFT, RIGHT, STOP, speeds
 from autograder.hidden.ai_integration.rooms import GROUND, LASERS, SECONDS, can_be_driven, draw, passed
 from autograder.hidden.ai_integration.scanner import INF, MAX, MIN, NAN, PLAIN, Scanner
-from autograder.judge import points
-from autograder.talk import twice
+from autograder.suitekit.judge import points
+from autograder.suitekit.live import twice
 
 CLEAR = {"front": 3.0, "left": 2.0, "right": 2.5}
 EDGES = {"front": [-28.0, 28.0], "left": [32.0, 88.0], "right": [-88.0, -32.0]}  # degrees, just inside
@@ -207,7 +207,7 @@ def simulate(avoider, seconds, step, scans):
 
     def play(limit, alive):
         for tick in ticks:
-            if not alive() or avoider.grading.clock.left <= 0:
+            if not alive() or avoider.bench.clock.left <= 0:
                 return None
             avoider.tick(scans(tick), step, wait=False)
         return [speeds(command) for command in avoider.commands.heard[end:]] if alive() else None

@@ -6,25 +6,25 @@ from autograder.hidden.calculator.conversation import Calculator, Counterpart
 
 
 @pytest.fixture(scope="session")
-def calculator(grading) -> Calculator:
+def calculator(bench) -> Calculator:
     """The student's server, running."""
-    calculator = Calculator(grading)
+    calculator = Calculator(bench)
     calculator.begin()
     return calculator
 
 
 @pytest.fixture(scope="session")
-def runs(grading) -> dict:
+def runs(bench) -> dict:
     """The client's runs, by what each is about."""
-    rng = grading.random("client")
+    rng = bench.random("client")
     a, b = (rng.choice([-1, 1]) * (rng.randrange(10, 900) + rng.choice([0.25, 0.5, 0.75])) for _ in "ab")
     sent = (str(a), str(b), rng.choice(["subtract", "multiply", "divide"]))
     result = rng.randrange(10_000, 90_000) + 0.5
     reason = " ".join("".join(rng.choices("bdfgklmnprstvz", k=7)) for _ in range(2))
     word = "".join(rng.choices("bdfgklmnprstvz", k=6))
-    grading.hide(word)
-    answering = Counterpart(grading, result=result, success=True, message="")
-    refusing = Counterpart(grading, result=0.0, success=False, message=reason)
+    bench.hide(word)
+    answering = Counterpart(bench, result=result, success=True, message="")
+    refusing = Counterpart(bench, result=0.0, success=False, message=reason)
     return {
         "answered": (answering.run(*sent), sent, answering.requests, result),
         "refused": (refusing.run("6", "7", sent[2]), reason),

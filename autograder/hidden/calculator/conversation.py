@@ -7,10 +7,11 @@ from concurrent.futures import ThreadPoolExecutor
 
 from calculator_interfaces.srv import Calculate
 
-from autograder.faults import Crashed, Fault, TimedOut, Wrong
-from autograder.ros import Ros, wait_until
-from autograder.session import Run
-from autograder.talk import ANSWER, Server, numbers
+from autograder.errors import Crashed, Fault, TimedOut, Wrong
+from autograder.suitekit.bench import Run
+from autograder.suitekit.live import ANSWER, Server, numbers
+from autograder.suitekit.ros import Ros
+from course.waiting import wait_until
 
 ANSWERS = {
     "add": lambda a, b: a + b,
@@ -26,13 +27,13 @@ CHATTER = 300  # numbers like the wanted one that a program may show beside it: 
 class Calculator(Server):
     """The student's server."""
 
-    def __init__(self, grading):
-        super().__init__(grading, "calculator_server.py", {"/calculator": Calculate})
+    def __init__(self, bench):
+        super().__init__(bench, "calculator_server.py", {"/calculator": Calculate})
         self._first: dict = {}  # by operation, a question of the beginning with its response
 
     def ask(self, a: float, operation: str, b: float):
         """Its response."""
-        self.grading.hide(a, operation if operation not in ANSWERS else "", b)
+        self.bench.hide(a, operation if operation not in ANSWERS else "", b)
         return self.call(Calculate.Request(a=a, b=b, operation=operation))
 
     def expect(self, a: float, operation: str, b: float, about: str, tolerance: float, success: bool = True) -> None:
@@ -110,9 +111,9 @@ class Calculator(Server):
     def ask_from_two(self, questions: list[tuple[float, str, float]]) -> list[tuple]:
         """Each question with its response, from two clients that ask at the same time in different order."""
         self.up()
-        second = self.grading.enter(self.ros.domain)
+        second = self.bench.enter(self.ros.domain)
         client = second.node.create_client(Calculate, "/calculator")
-        wait_until(client.service_is_ready, self.grading.clock.allow(ANSWER))
+        wait_until(client.service_is_ready, self.bench.clock.allow(ANSWER))
 
         def ask_all(ros, client, questions):
             return [(question, self.ask_with(ros, client, *question)) for question in questions]
@@ -124,7 +125,7 @@ class Calculator(Server):
 
     def ask_with(self, ros: Ros, client, a: float, operation: str, b: float):
         """The response to another client; the program is not started again."""
-        limit = self.grading.clock.allow(ANSWER)
+        limit = self.bench.clock.allow(ANSWER)
         response = ros.call(client, Calculate.Request(a=a, b=b, operation=operation), limit, lambda: self.program.alive)
         if response is not None:
             return response
@@ -152,17 +153,17 @@ def same(response, other) -> bool:
 class Counterpart:
     """The grader's own /calculator for the student's client.  What it answers cannot be computed from the request."""
 
-    def __init__(self, grading, **response):
-        self._grading = grading
-        self._domain = grading.room()
+    def __init__(self, bench, **response):
+        self._bench = bench
+        self._domain = bench.new_domain()
         self._response = Calculate.Response(**response)
-        grading.hide(response["result"], *response["message"].split())
+        bench.hide(response["result"], *response["message"].split())
         self.requests: list = []
-        grading.enter(self._domain).node.create_service(Calculate, "/calculator", self._answer)
+        bench.enter(self._domain).node.create_service(Calculate, "/calculator", self._answer)
 
     def run(self, *args: str) -> Run:
         """A run of the student's client that can call this."""
-        return Run(self._grading, CLIENT, *args, domain=self._domain)
+        return Run(self._bench, CLIENT, *args, domain=self._domain)
 
     def _answer(self, request, _):
         self.requests.append(request)

@@ -7,10 +7,10 @@ import math
 
 from calculator_interfaces.srv import Calculate
 
-from autograder.faults import Wrong
+from autograder.errors import Wrong
 from autograder.hidden.calculator.conversation import ANSWERS, CHATTER, is_answer, same
-from autograder.judge import points
-from autograder.talk import finish, numbers
+from autograder.suitekit.judge import points
+from autograder.suitekit.live import finish, numbers
 from course.interfaces import InterfaceError, parse
 
 SECTIONS = {
@@ -154,7 +154,7 @@ def test_two_clients(calculator, rng):
 def test_logs_requests(calculator, rng):
     """The server logs each request."""
     a, b = rng.sample(range(1009, 4999), 2)
-    wait = calculator.grading.clock.allow(WRITTEN)
+    wait = calculator.bench.clock.allow(WRITTEN)
     if not calculator.logs_of(float(a), "add", float(b), {a, b}.issubset, (1000, 5000), wait):
         raise Wrong("After a request, its numbers a and b must be in what the server logs (or prints).")
 
@@ -175,7 +175,7 @@ def test_logs_responses(calculator, rng):
         return any(abs(number - size) <= ROUNDING + 1e-5 * size for number in logged)
 
     # Asked again, because what is right to log is known only now.
-    wait = calculator.grading.clock.allow(WRITTEN)
+    wait = calculator.bench.clock.allow(WRITTEN)
     if not calculator.logs_of(float(a), operation, float(b), shows_result, (size / 2, size * 2 + 1), wait):
         raise Wrong("After a response, its result must be in what the server logs (or prints).")
 
@@ -207,9 +207,9 @@ def test_client_shows_message(runs):
 
 
 @points(1, cell="calculator-client")
-def test_client_without_server(grading):
+def test_client_without_server(bench):
     """Without a server the client gives up within 10 s, and says so."""
-    program = finish(grading.early["absent"], "without a server")
+    program = finish(bench.early["absent"], "without a server")
     if program.exit_status == 0:
         raise Wrong("When there is no server, the client must end with an exit status other than 0: sys.exit(1).")
     if not program.output.strip():

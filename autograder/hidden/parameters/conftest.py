@@ -6,9 +6,9 @@ from autograder.hidden.parameters.conversation import PidNode, overrides
 
 
 @pytest.fixture(scope="session")
-def pid(grading) -> PidNode:
+def pid(bench) -> PidNode:
     """The node as it starts by itself."""
-    return PidNode(grading)
+    return PidNode(bench)
 
 
 @pytest.fixture(scope="session")
@@ -18,19 +18,19 @@ def by_start(pid) -> dict:
 
 
 @pytest.fixture(scope="session")
-def by_command_line(grading) -> tuple[PidNode, dict]:
+def by_command_line(bench) -> tuple[PidNode, dict]:
     """The node with overrides on its command line, and these."""
-    values = overrides(grading, "command line")
+    values = overrides(bench, "command line")
     arguments = [word for name, value in values.items() for word in ("-p", f"{name}:={value}")]
-    return PidNode(grading, "--ros-args", *arguments), values
+    return PidNode(bench, "--ros-args", *arguments), values
 
 
 @pytest.fixture(scope="session")
-def by_file(grading) -> tuple[PidNode, dict]:
+def by_file(bench) -> tuple[PidNode, dict]:
     """The node with a parameter file, and what stands in that."""
-    values = overrides(grading, "file")
+    values = overrides(bench, "file")
     lines = ["/**:", "  ros__parameters:", *(f"    {name}: {value}" for name, value in values.items()), ""]
-    node = PidNode(grading, "--ros-args", "--params-file", "robot.yaml")
+    node = PidNode(bench, "--ros-args", "--params-file", "robot.yaml")
     node.files = {"robot.yaml": "\n".join(lines).encode()}
     return node, values
 

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 from std_msgs.msg import Float64
 
-from autograder.faults import Wrong
-from autograder.parameters import OFFER, Parameters
-from autograder.talk import Live
-from autograder.topics import Listener, speaker
+from autograder.errors import Wrong
+from autograder.suitekit.live import Live
+from autograder.suitekit.parameters import OFFER, Parameters
+from autograder.suitekit.topics import Listener, speaker
 
 ERROR = "a subscription to the topic error (std_msgs/Float64)"
 EFFORT = "a publisher of the topic effort (std_msgs/Float64)"
@@ -31,8 +31,8 @@ class PidNode(Live):
 
     advice = "every message on error must be answered with one on effort, and no callback may wait"
 
-    def __init__(self, grading, *args: str):
-        super().__init__(grading, "pid_node.py", *args)
+    def __init__(self, bench, *args: str):
+        super().__init__(bench, "pid_node.py", *args)
         self.parameters = Parameters(self, topic="error")
 
     def connect(self):
@@ -45,7 +45,7 @@ class PidNode(Live):
 
     def send(self, error: float) -> Answer:
         """The answer to an error; raises Crashed or TimedOut when there is none."""
-        self.grading.hide(error)
+        self.bench.hide(error)
 
         def ask(limit, alive):
             self.fresh = False
@@ -61,7 +61,7 @@ class PidNode(Live):
 
     def arrange(self, **values: float) -> None:
         """Set gains and limits, by default no gain and no limit, for a test of something else."""
-        self.grading.hide(*values.values())
+        self.bench.hide(*values.values())
         everything = {"kp": 0.0, "ki": 0.0, "kd": 0.0} | WIDE | values
         if not self.parameters.set_together(everything).successful:
             for _ in (1, 2):  # the first round may have to make room for a limit
@@ -121,11 +121,11 @@ def between(got: float, ends: tuple[float, float], tolerance: float = 0.02) -> b
     return low - room <= got <= high + room
 
 
-def overrides(grading, purpose: str) -> dict:
+def overrides(bench, purpose: str) -> dict:
     """Values for all parameters that are none of the defaults."""
-    rng = grading.random(purpose)
+    rng = bench.random(purpose)
     values = {"kp": rng.randrange(9, 160) / 4, "ki": rng.randrange(5, 40) / 8, "kd": rng.randrange(5, 40) / 16,
               "output_min": -rng.randrange(5, 39) / 4, "output_max": rng.randrange(5, 39) / 4,
               "joint_name": rng.choice(JOINTS)}
-    grading.hide(*values.values())
+    bench.hide(*values.values())
     return values

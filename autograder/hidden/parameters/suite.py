@@ -7,11 +7,11 @@ Points add up to 20.
 
 import time
 
-from autograder.faults import Wrong
+from autograder.errors import Wrong
 from autograder.hidden.parameters.conversation import DEFAULTS, RANGES, between
-from autograder.judge import points
-from autograder.ros import wait_until
-from autograder.talk import twice
+from autograder.suitekit.judge import points
+from autograder.suitekit.live import twice
+from course.waiting import wait_until
 
 EXTRA = 0.2  # s in which a second answer to one error would come
 
@@ -184,7 +184,7 @@ def test_out_of_range(pid, rng):
     pid.arrange(**{name: (low + high) / 4 for name, (low, high) in RANGES.items()})
     for name, (low, high) in RANGES.items():
         for value in (high + rng.randrange(1, 80) / 8, low - rng.randrange(1, 80) / 8):
-            pid.grading.hide(value)
+            pid.bench.hide(value)
             pid.expect_refusal(f"A {name} {'above' if value > high else 'below'} its range", **{name: value})
 
 

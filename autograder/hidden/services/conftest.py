@@ -6,21 +6,21 @@ from autograder.hidden.services.conversation import Motors, Relay
 
 
 @pytest.fixture(scope="session")
-def motors(grading) -> Motors:
+def motors(bench) -> Motors:
     """The student's motor service, running."""
-    return Motors(grading)
+    return Motors(bench)
 
 
 @pytest.fixture(scope="session")
-def relay(grading) -> Relay:
+def relay(bench) -> Relay:
     """The student's relay, running where the grader serves /add_two_ints."""
-    return Relay(grading, grading.random("relay"), served=True)
+    return Relay(bench, bench.random("relay"), served=True)
 
 
 @pytest.fixture(scope="session")
-def lonely(grading) -> Relay:
+def lonely(bench) -> Relay:
     """The student's relay, running where nobody serves /add_two_ints."""
-    return Relay(grading, grading.random("lonely"), served=False)
+    return Relay(bench, bench.random("lonely"), served=False)
 
 
 @pytest.fixture(scope="session", autouse=True)

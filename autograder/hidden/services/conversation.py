@@ -10,10 +10,11 @@ from example_interfaces.srv import AddTwoInts
 from rclpy.callback_groups import ReentrantCallbackGroup
 from std_srvs.srv import SetBool, Trigger
 
-from autograder.faults import Crashed, TimedOut, Wrong
-from autograder.parameters import Parameters
-from autograder.ros import Ros, wait_until
-from autograder.talk import ANSWER, SETTLED, Server, numbers
+from autograder.errors import Crashed, TimedOut, Wrong
+from autograder.suitekit.live import ANSWER, SETTLED, Server, numbers
+from autograder.suitekit.parameters import Parameters
+from autograder.suitekit.ros import Ros
+from course.waiting import wait_until
 
 ENABLE, STATUS = "/motors/enable", "/motors/status"
 WORDS = {True: "enabled", False: "disabled"}
@@ -26,12 +27,12 @@ SENT = 2.0  # s until a request has arrived, when its answer was not waited for
 class Motors(Server):
     """The student's motor_service.py, with two clients for each of its services."""
 
-    def __init__(self, grading):
-        super().__init__(grading, "motor_service.py", {ENABLE: SetBool, STATUS: Trigger})
+    def __init__(self, bench):
+        super().__init__(bench, "motor_service.py", {ENABLE: SetBool, STATUS: Trigger})
 
     def connect(self):
         """The clients, of this node and of a second."""
-        self.second = self.grading.enter(self.ros.domain)
+        self.second = self.bench.enter(self.ros.domain)
         self.second_clients = {name: self.second.node.create_client(kind, name) for name, kind in self.services.items()}
         return super().connect()
 
@@ -99,11 +100,11 @@ class Relay(Server):
 
     advice = "a callback that waits for an answer must not keep the answer from being taken in"
 
-    def __init__(self, grading, rng: random.Random, served: bool):
+    def __init__(self, bench, rng: random.Random, served: bool):
         self.rng, self.served = rng, served
         self.numbers = a, b = draw(rng)
-        grading.hide(a, b)
-        super().__init__(grading, "relay.py", {"/relay": Trigger}, "--ros-args", "-p", f"a:={a}", "-p", f"b:={b}")
+        bench.hide(a, b)
+        super().__init__(bench, "relay.py", {"/relay": Trigger}, "--ros-args", "-p", f"a:={a}", "-p", f"b:={b}")
         self.parameters = Parameters(self, service="/relay")
         self.failed = 0  # which of its starts has answered with success False
         self._settled = 0
@@ -117,13 +118,13 @@ class Relay(Server):
 
     def serve(self) -> None:
         """Offer /add_two_ints, if that is not done yet."""
-        self.adder = self.adder or Adder(self.grading.enter(self.ros.domain, threads=CALLERS + 2), self.rng)
+        self.adder = self.adder or Adder(self.bench.enter(self.ros.domain, threads=CALLERS + 2), self.rng)
 
     def relay(self):
         """Its response, once it has had time to find /add_two_ints."""
         response = self._relay()
         if self.served and self._settled != self.starts:
-            end = time.monotonic() + self.grading.clock.allow(SETTLED)
+            end = time.monotonic() + self.bench.clock.allow(SETTLED)
             while not response.success and time.monotonic() < end:
                 time.sleep(0.1)
                 response = self._relay()
@@ -142,13 +143,13 @@ class Relay(Server):
         self.relay()  # whatever was set before is in effect now
         before = len(self.adder.requests)
         self.relay()
-        if not wait_until(lambda: len(self.adder.requests) > before, self.grading.clock.allow(SENT)):
+        if not wait_until(lambda: len(self.adder.requests) > before, self.bench.clock.allow(SENT)):
             raise Wrong("For each call of /relay, the relay must call /add_two_ints; it did not.")
         return self.adder.requests[-1]
 
     def change(self, numbers: tuple[int, int]) -> None:
         """Set its parameters while it runs."""
-        self.grading.hide(*numbers)
+        self.bench.hide(*numbers)
         if not all(result.successful for result in self.parameters.set(dict(zip("ab", numbers, strict=True)))):
             raise Wrong("The parameters a and b must be declared, and accept every whole number while the relay runs.")
 
@@ -161,8 +162,8 @@ class Relay(Server):
         self.up()
         self.adder.delay = SLOW
         clients = [self.ros.node.create_client(Trigger, "/relay") for _ in range(CALLERS)]
-        wait_until(lambda: all(client.service_is_ready() for client in clients), self.grading.clock.allow(ANSWER))
-        limit = self.grading.clock.allow(ANSWER)
+        wait_until(lambda: all(client.service_is_ready() for client in clients), self.bench.clock.allow(ANSWER))
+        limit = self.bench.clock.allow(ANSWER)
         with ThreadPoolExecutor(CALLERS) as pool:
             responses = [*pool.map(lambda client: self.ros.call(client, Trigger.Request(), limit,
                                                                 lambda: self.program.alive), clients)]

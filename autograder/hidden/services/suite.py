@@ -5,11 +5,11 @@ Points add up to 20.  The message of a failure speaks of the task; the numbers t
 
 import time
 
-from autograder.faults import Wrong
+from autograder.errors import Wrong
 from autograder.hidden.services.conversation import CALLERS, STATUS, WORDS, draw, says, told
-from autograder.judge import points
-from autograder.ros import wait_until
-from autograder.talk import SETTLED, twice
+from autograder.suitekit.judge import points
+from autograder.suitekit.live import SETTLED, twice
+from course.waiting import wait_until
 
 QUIET = 0.3  # s in which nobody calls
 
@@ -188,7 +188,7 @@ def test_goes_on_afterwards(lonely):
         lonely.relay()
     starts = lonely.starts
     lonely.serve()
-    end = time.monotonic() + lonely.grading.clock.allow(SETTLED)
+    end = time.monotonic() + lonely.bench.clock.allow(SETTLED)
     while not (response := lonely.relay()).success:
         if time.monotonic() > end:
             raise Wrong("Once /add_two_ints is there, a call of /relay must succeed, also after others have failed.",

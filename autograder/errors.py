@@ -1,0 +1,86 @@
+"""Every error that this package raises on purpose, in one tree.
+
+    AutograderError
+        UsageError              the command cannot be carried out as given: one line for the person, exit status 2
+            UnknownExercise     no exercise has that name
+            BrokenExercise      the exercise is there, but cannot be read
+            Leak                the student version would show an answer or a hidden test
+            CannotExport        the grades cannot be exported as asked
+        SandboxUnavailable      this machine cannot confine a program: one line with what to do, exit status 2
+        InfrastructureError     the grader itself failed: nothing is known of the submission, exit status 3
+            SandboxError        a program could not be started in the sandbox
+            ClusterError        the workers cannot be reached, or are lost
+        Fault                   the student's program is at fault: a hidden test's verdict
+            Wrong, Crashed, TimedOut
+"""
+
+from typing import ClassVar
+
+from autograder.records import CRASHED, FAILED, TIMED_OUT
+
+
+class AutograderError(Exception):
+    """What this package raises on purpose."""
+
+
+class UsageError(AutograderError):
+    """The command cannot be carried out as given; the message is one line for the person who gave it."""
+
+
+class UnknownExercise(UsageError):
+    """There is no hidden suite of that name."""
+
+
+class BrokenExercise(UsageError):
+    """The exercise is there, but cannot be read; the message says where."""
+
+
+class Leak(UsageError):
+    """The student version would show what it must not."""
+
+
+class CannotExport(UsageError):
+    """The export cannot be made as asked."""
+
+
+class SandboxUnavailable(AutograderError):
+    """This machine cannot confine a program; the message says why and what to do."""
+
+
+class InfrastructureError(AutograderError):
+    """The grader failed: nothing is known of the submission."""
+
+
+class SandboxError(InfrastructureError):
+    """The sandbox itself failed: no fault of the student's program."""
+
+
+class ClusterError(InfrastructureError):
+    """The cluster cannot be used, or is lost; the message says what to do."""
+
+
+class Fault(AutograderError):
+    """The student's program is at fault; `message` is for the student, `detail` for the instructor."""
+
+    outcome: ClassVar[str] = FAILED
+
+    def __init__(self, message: str, detail: object = ""):
+        super().__init__(message)
+        self.message = message
+        self.detail = str(detail)
+
+
+class Wrong(Fault):
+    """It did something other than what the task says."""
+
+
+class Crashed(Fault):
+    """It died."""
+
+    outcome = CRASHED
+
+
+class TimedOut(Fault):
+    """It did not answer in time."""
+
+    outcome = TIMED_OUT

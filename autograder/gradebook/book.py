@@ -1,0 +1,99 @@
+"""The scores in nbgrader's gradebook: the points of hidden tests, added up by the notebook's grade cells."""
+
+import warnings
+from pathlib import Path
+
+from nbgrader.api import Grade, Gradebook, MissingEntry
+from sqlalchemy.exc import SAWarning
+
+from autograder.gradebook import late
+from autograder.records import INFRASTRUCTURE_ERROR, Mark, Report
+from autograder.submissions.exercises import load
+from course.environment import prepare
+
+
+def default_url(submitted: Path, out: Path) -> str:
+    """The gradebook of the nbgrader course that the submissions lie in, or else one in `out`."""
+    course = submitted.resolve().parent
+    inside = any((course / name).exists() for name in ("nbgrader_config.py", "gradebook.db"))
+    return f"sqlite:///{(course if inside else out.resolve()) / 'gradebook.db'}"
+
+
+class Scores:
+    """An open gradebook; writing the same report again changes nothing.
+
+    With the folder of the submissions, it also enters when they were handed in, and what their being late costs in the
+    course that the folder lies in; without, nbgrader does that.
+    """
+
+    def __init__(self, url: str, submitted: Path | None = None):
+        prepare()  # nbgrader runs `alembic`, which is beside this interpreter
+        self._url, self._submitted = url, submitted
+        self._config = late.course_config(submitted) if submitted else None
+        self._book = Gradebook(url)
+        self._known: set[str] = set()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exception):
+        self._book.close()
+
+    def write(self, report: Report) -> None:
+        """Write a report's points; an infrastructure error is no score, and leaves the gradebook as it is."""
+        if report.status == INFRASTRUCTURE_ERROR:
+            return
+        name, student = report.assignment, report.student
+        if name not in self._known:
+            self._add_assignment(name)
+        self._book.update_or_create_student(student)
+        handed_in = late.timestamp(self._submitted / student / name) if self._submitted else None
+        with warnings.catch_warnings(action="ignore", category=SAWarning):  # nbgrader's own, about autoflush
+            self._book.update_or_create_submission(name, student, **{"timestamp": handed_in} if handed_in else {})
+        notebook = self._book.find_submission_notebook(name, name, student)
+        for cell, points in _by_cell(report).items():
+            try:
+                grade = self._book.find_grade(cell, name, name, student)
+            except MissingEntry:  # the submission is older than the cell
+                grade = Grade(cell_id=self._book.find_grade_cell(cell, name, name).id, notebook=notebook)
+                self._book.db.add(grade)
+            grade.auto_score = points
+            grade.needs_manual_grade = grade.manual_score is not None  # what was changed by hand is to be looked at again
+        self._book.db.commit()
+        if self._config and late.concerned(self._book.find_submission(name, student)):
+            late.assign(self._config, self._url, name, name, student)
+
+    def _add_assignment(self, name: str) -> None:
+        self._book.update_or_create_assignment(name)
+        self._book.update_or_create_notebook(name, name)
+        for cell, points in load(name).cells.items():  # not the report's, which may be by an older suite
+            self._book.update_or_create_grade_cell(cell, name, name, max_score=points, cell_type="code")
+        self._known.add(name)
+
+
+def by_hand(url: str, assignment: str, student: str) -> list[Mark]:
+    """What is marked, changed, commented on or still to be marked by hand in a submission, and what being late cost."""
+    tested = {test.cell for test in load(assignment).tests}
+    with Gradebook(url) as book:
+        notebook = book.find_submission_notebook(assignment, assignment, student)
+        comments = {comment.name: comment.comment for comment in notebook.comments if comment.comment}
+        marks = {}
+        for grade in notebook.grades:
+            changed = grade.manual_score is not None or bool(grade.extra_credit)
+            if grade.name not in tested or changed:
+                marks[grade.name] = Mark(grade.name, grade.score, grade.max_score, comments.get(grade.name, ""),
+                                         waiting=not changed and bool(grade.needs_manual_grade))
+        penalty = notebook.late_submission_penalty
+    rest = [Mark(name, None, 0.0, comment) for name, comment in comments.items() if name not in marks]
+    rest += [Mark("Handed in late", -penalty, 0.0)] if penalty else []
+    return [*marks.values(), *rest]
+
+
+def _by_cell(report: Report) -> dict[str, float]:
+    """The points earned in each of the notebook's grade cells."""
+    cells = {test.id: test.cell for test in load(report.assignment).tests}
+    points = dict.fromkeys(cells.values(), 0.0)
+    for test in report.tests:
+        if test.id in cells:  # or else the suite has it no longer
+            points[cells[test.id]] += test.points
+    return points

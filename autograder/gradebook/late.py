@@ -1,0 +1,147 @@
+"""Late penalties: nbgrader's late-submission plug-in with a policy that a course sets in its `nbgrader_config.py`.
+
+    c.LatePolicy.percent_per_day = 10                  # of the score, for each day begun after the due date
+    c.LatePolicy.grace_days = 1                        # the first day of each assignment costs nothing
+    c.LatePolicy.extensions = {"ada": 3, "bob": {"calculator": "2026-05-08 23:59 UTC"}}
+
+With none of these there is no penalty.  nbgrader takes the due date from the gradebook (Formgrader sets it) and the time
+of handing in from `timestamp.txt` in the submission's folder, and calls the plug-in in its step AssignLatePenalties
+(nbgrader, user guide, "Configuring late submission plugin").  `autograder grade` runs that same step, so both ways give
+the same penalty.  nbgrader does not run it again after marking by hand; the exporters do.
+"""
+
+import logging
+import math
+from datetime import datetime, timedelta
+from pathlib import Path
+
+from nbformat.v4 import new_notebook
+from nbgrader.api import SubmittedAssignment
+from nbgrader.plugins import LateSubmissionPlugin
+from nbgrader.preprocessors import AssignLatePenalties
+from nbgrader.utils import parse_utc
+from traitlets import Dict, Enum, Float, Integer, TraitError, validate
+from traitlets.config import Config, PyFileConfigLoader
+
+from autograder.errors import UsageError
+from autograder.submissions import reading
+
+DAY = 86_400  # s
+TIMESTAMP, MAX_BYTES = "timestamp.txt", 200
+log = logging.getLogger(__name__)
+quiet = logging.getLogger(f"{__name__}.nbgrader")  # nbgrader warns of every late submission, three times
+quiet.setLevel(logging.ERROR)
+
+
+class LatePolicy(LateSubmissionPlugin):
+    """How many points a late submission loses.
+
+    A day is counted when it has begun (`count = "started"`) or is over ("whole"), from the due date, put off by the
+    student's extension and by `grace_days`.  Counted days are first paid from the student's `grace_budget`, assignment
+    by assignment in the order of their due dates; each one left costs `percent_per_day`, all together at most `cap`
+    percent, and never more than the score.  nbgrader's own `penalty_method = "zero"` takes everything instead.
+    """
+
+    percent_per_day = Float(0, min=0, max=100, help="What each day costs, in percent.").tag(config=True)
+    percent_of = Enum(("score", "max_score"), "score", help="What the percentages are of.").tag(config=True)
+    cap = Float(100, min=0, max=100, help="The most that is lost, in percent.").tag(config=True)
+    count = Enum(("started", "whole"), "started", help="Which days count.").tag(config=True)
+    grace_days = Float(0, min=0, help="Days after the due date that cost nothing, for each assignment.").tag(config=True)
+    grace_budget = Integer(0, min=0, help="Days that cost nothing, for all of a student's assignments together."
+                           ).tag(config=True)
+    extensions = Dict(help="For each student the days, or the time, by which the due date is put off; or these for "
+                           "each assignment.").tag(config=True)
+
+    @validate("extensions")
+    def _check_extensions(self, proposal):
+        for student, given in proposal["value"].items():
+            for extension in given.values() if isinstance(given, dict) else [given]:
+                try:
+                    _put_off(datetime(2000, 1, 1), extension)
+                except (ValueError, TypeError, OverflowError, AttributeError):
+                    raise TraitError(f"LatePolicy.extensions: {student!r} has {extension!r}, which is neither a number "
+                                     "of days nor a time such as '2026-05-08 23:59 UTC'") from None
+        return proposal["value"]
+
+    def late_submission_penalty(self, student_id: str, score: float, total_seconds_late: float) -> float | None:
+        """The points that a notebook loses, None for none; called by nbgrader's AssignLatePenalties, its parent."""
+        step = self.parent
+        late = step.gradebook.find_submission(step.assignment_id, student_id)
+        notebook = step.gradebook.find_submission_notebook(step.notebook_id, step.assignment_id, student_id)
+        days = self.charged_days(late)
+        if days and self.penalty_method == "zero":
+            return score
+        return self.points(days, score, notebook.max_score) or None
+
+    def points(self, days: int, score: float, max_score: float) -> float:
+        """What so many days cost: at least 0, at most the score; to a hundredth, as gradebooks show it."""
+        percent = min(self.cap, days * self.percent_per_day)
+        lost = percent / 100 * (score if self.percent_of == "score" else max_score)
+        return max(0.0, min(round(lost, 2), score))
+
+    def charged_days(self, late: SubmittedAssignment) -> int:
+        """The days that are to be paid for, after the budget was spent on what was due before."""
+        left = self.grace_budget
+        dated = [other for other in late.student.submissions if other.timestamp and other.assignment.duedate]
+        for other in sorted(dated, key=lambda other: (other.assignment.duedate, other.name)):
+            days = self.days(other)
+            paid = min(left, days)
+            left -= paid
+            if other is late:
+                return days - paid
+        return 0
+
+    def days(self, late: SubmittedAssignment) -> int:
+        """The days by which a submission is late, after extension and grace."""
+        given = self.extensions.get(late.student.id, 0)
+        extension = given.get(late.name, 0) if isinstance(given, dict) else given
+        due = _put_off(late.duedate, extension)  # nbgrader's own extension, from the gradebook, is in duedate
+        seconds = max(0.0, (late.timestamp - due).total_seconds() - self.grace_days * DAY)
+        return math.ceil(seconds / DAY) if self.count == "started" else int(seconds // DAY)
+
+
+def _put_off(due: datetime, extension: float | str | datetime) -> datetime:
+    """The due date moved by days or to a time, never to an earlier one."""
+    if isinstance(extension, (str, datetime)):
+        return max(due, parse_utc(extension))
+    return due + max(timedelta(0), timedelta(days=extension))
+
+
+def timestamp(folder: Path) -> datetime | None:
+    """When a submission was handed in (UTC), from the file that nbgrader puts into its folder; None when it is not told."""
+    try:
+        text = reading.read_file(folder / TIMESTAMP, MAX_BYTES).decode().strip()
+        return parse_utc(text) if text else None
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except (OSError, ValueError, OverflowError, TypeError) as error:  # dateutil raises all of these
+        log.warning("%s/%s: %s cannot be read, so it is not known when this was handed in (%r)",
+                    folder.parent.name, folder.name, TIMESTAMP, error)
+        return None
+
+
+def course_config(submitted: Path) -> Config | None:
+    """The configuration of the nbgrader course that a folder of submissions lies in, if it lies in one."""
+    folder = submitted.resolve().parent
+    if not (folder / "nbgrader_config.py").exists():
+        return None
+    try:
+        config = PyFileConfigLoader("nbgrader_config.py", path=str(folder)).load_config()
+        LatePolicy(config=config)  # before there is anything to lose
+    except TraitError as error:
+        raise UsageError(f"{folder / 'nbgrader_config.py'}: {error}") from None
+    except Exception as error:  # it is a program
+        raise UsageError(f"{folder / 'nbgrader_config.py'} cannot be loaded: {error!r}") from error
+    return config
+
+
+def concerned(handed_in: SubmittedAssignment) -> bool:
+    """Whether there is a penalty to assign, or one to take back."""
+    return bool(handed_in.total_seconds_late or handed_in.late_submission_penalty)
+
+
+def assign(config: Config, url: str, assignment: str, notebook: str, student: str) -> None:
+    """Write the late penalty of a submission's notebook, as nbgrader's autograde does."""
+    step = AssignLatePenalties(config=config, log=quiet)
+    step.preprocess(new_notebook(), {"nbgrader": {"assignment": assignment, "notebook": notebook, "student": student,
+                                                  "db_url": url}})

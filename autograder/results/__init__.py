@@ -1,0 +1,1 @@
+"""What grading leaves: the output folder, the students' pages, and what an instructor reads of a class."""

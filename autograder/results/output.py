@@ -1,0 +1,154 @@
+"""An output folder that never loses what it holds: results.jsonl, the students' pages, and what is the instructor's alone.
+
+One coordinator writes at a time.  A result counts when its line in results.jsonl is on the disk; feedback and gradebook
+follow from it and can be made again, so a batch that was killed resumes where it stood.  A submission that is graded
+again has two lines until the folder is closed or opened again; then the older one is in history.jsonl.
+"""
+
+import contextlib
+import fcntl
+import json
+import os
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+
+from autograder.errors import UsageError
+from autograder.records import INFRASTRUCTURE_ERROR, Report
+from autograder.results import feedback, storage
+
+RESULTS = "results.jsonl"
+HISTORY = "history.jsonl"  # results that newer ones have taken the place of
+DETAILS = "details.jsonl"  # for instructors alone
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What a result was made from: it tells whether grading again could say anything new."""
+
+    submitted: str  # the folder with STUDENT/ASSIGNMENT/FILES
+    suite: str  # the digest of the exercise
+    files: str  # the digest of what was handed in
+
+
+class Output:
+    """The folder that results are written to; open in one process at a time."""
+
+    def __init__(self, folder: Path, resume: bool):
+        """Raises UsageError when there are results already and `resume` is not set, or when it is in use."""
+        self.folder = folder
+        try:
+            folder.mkdir(storage.PRIVATE_FOLDER, parents=True, exist_ok=True)
+            self._lock = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        except OSError as error:
+            raise UsageError(f"cannot write to {folder}: {error.strerror}") from None
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise UsageError(f"another grading is writing to {folder}") from None
+        self.done = read_results(folder)
+        if self.done and not resume:
+            raise UsageError(f"{folder} holds results already: give --resume to go on, or another folder")
+        self._retire()
+        self._results = _appending(folder / RESULTS)
+        self._details = _appending(folder / DETAILS)
+        for report in self.done.values():
+            if not self._feedback(report).exists():
+                self._write_feedback(report)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exception):
+        os.close(self._results)
+        os.close(self._details)
+        with contextlib.suppress(OSError):  # the next to open the folder does it
+            self._retire()
+        os.close(self._lock)
+
+    def left(self, found: list[tuple[str, str]]) -> list[tuple[str, str]]:
+        """Of the submissions found, those that have no lasting result."""
+        return [key for key in found if key not in self.done or self.done[key].status == INFRASTRUCTURE_ERROR]
+
+    def write(self, report: Report, origin: Origin) -> None:
+        """Append a result, for good, the instructor's details before it, and write the student's page."""
+        _append(self._details, {"student": report.student, "assignment": report.assignment, "seed": report.seed,
+                                "details": report.details, **asdict(origin)})
+        _append(self._results, report.public())
+        self.done[report.student, report.assignment] = report
+        self._write_feedback(report)
+
+    def _retire(self) -> None:
+        """Move the results that newer ones have taken the place of to the history, and cut off half a line."""
+        path = self.folder / RESULTS
+        if not path.exists():
+            return
+        lines = [line for line in path.read_bytes().splitlines(keepends=True) if line.endswith(b"\n")]
+        latest = {(result["student"], result["assignment"]): number for number, result in enumerate(map(json.loads, lines))}
+        kept = sorted(latest.values())
+        if kept == list(range(len(lines))) and sum(map(len, lines)) == path.stat().st_size:
+            return
+        history = _appending(self.folder / HISTORY)
+        for number in sorted({*range(len(lines))} - {*kept}):
+            _write_all(history, lines[number])
+        os.fsync(history)
+        os.close(history)
+        storage.replace(path, (lines[number] for number in kept), storage.PRIVATE)
+
+    def _feedback(self, report: Report) -> Path:
+        return self.folder / "feedback" / report.student / f"{report.assignment}.html"
+
+    def _write_feedback(self, report: Report) -> None:
+        target = self._feedback(report)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        storage.replace(target, feedback.page(report).encode(errors="replace"))
+
+
+def read_results(folder: Path) -> dict[tuple[str, str], Report]:
+    """The last report of each submission, in the order first written; a line cut off by a kill is left out."""
+    try:
+        lines = (folder / RESULTS).read_bytes().splitlines(keepends=True)
+    except FileNotFoundError:
+        return {}
+    reports = (Report.from_fields(json.loads(line)) for line in lines if line.endswith(b"\n"))
+    return {(report.student, report.assignment): report for report in reports}
+
+
+def origins(folder: Path, lost: bool = False) -> dict[tuple[str, str], Origin]:
+    """Where each result of an output folder is from; raises UsageError when a folder of submissions is gone, unless `lost`."""
+    known = {field.name for field in fields(Origin)}
+    found = {(entry["student"], entry["assignment"]): Origin(**{name: entry[name] for name in known})
+             for entry in read_details(folder) if known <= entry.keys()}
+    if not lost and (gone := sorted(place for place in {origin.submitted for origin in found.values()} if not Path(place).is_dir())):
+        raise UsageError(f"the submissions of {folder} are no longer in {gone[0]}")
+    return found
+
+
+def read_details(folder: Path) -> Iterator[dict]:
+    """What is for the instructor alone, in the order written."""
+    if (folder / DETAILS).exists():
+        with open(folder / DETAILS, "rb") as file:
+            yield from (json.loads(line) for line in file if line.endswith(b"\n"))
+
+
+def _appending(path: Path) -> int:
+    """The file opened to append to, after its last whole line; nobody else may read it."""
+    descriptor = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC, storage.PRIVATE)
+    os.ftruncate(descriptor, path.read_bytes().rfind(b"\n") + 1)
+    return descriptor
+
+
+def _append(descriptor: int, record: dict) -> None:
+    """Write a line, for good or not at all."""
+    size = os.fstat(descriptor).st_size
+    try:
+        _write_all(descriptor, json.dumps(record).encode() + b"\n")
+        os.fsync(descriptor)
+    except OSError:
+        os.ftruncate(descriptor, size)
+        raise
+
+
+def _write_all(descriptor: int, content: bytes) -> None:
+    while content:
+        content = content[os.write(descriptor, content):]

@@ -1,0 +1,165 @@
+"""What the results of a batch say about a class: scores, each hidden test, and what an instructor should look at."""
+
+import statistics
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from autograder.records import (
+    CRASHED,
+    FAILED,
+    GRADED,
+    INFRASTRUCTURE_ERROR,
+    INVALID_SUBMISSION,
+    OUTCOMES,
+    PASSED,
+    TIMED_OUT,
+    Report,
+    Result,
+)
+from autograder.results.feedback import template
+from autograder.results.progress import printable
+
+ODD = -0.2  # a correlation below it is hardly chance
+BARS = 10  # classes of the score distribution
+
+
+@dataclass(frozen=True)
+class Item:
+    """One hidden test over all graded submissions of its exercise."""
+
+    id: str
+    title: str
+    outcomes: dict[str, int]  # submissions by outcome
+    discrimination: float | None  # correlation of passing it with the rest of the score; None when all did the same
+
+    @property
+    def tried(self) -> int:
+        """How many submissions it judged."""
+        return sum(self.outcomes.values())
+
+    @property
+    def passed(self) -> float:
+        """The share that passed, 0 to 1."""
+        return self.outcomes[PASSED] / self.tried
+
+    @property
+    def remark(self) -> str:
+        """What is odd about it."""
+        if self.passed in (0, 1):
+            return "everybody passed" if self.passed else "nobody passed: is the task clear, is the test right?"
+        if self.discrimination is not None and self.discrimination < ODD:
+            return "passed by the weaker: is the test right?"
+        return ""
+
+
+@dataclass(frozen=True)
+class Class:
+    """The results of one exercise.  Scores and items are of the graded submissions alone."""
+
+    assignment: str
+    statuses: dict[str, int]
+    max_score: float
+    scores: list[float]
+    seconds: list[float]
+    items: list[Item]
+
+    @property
+    def histogram(self) -> list[int]:
+        """Submissions by score, in `BARS` classes of equal width from 0 to the maximum; full marks are in the last."""
+        bars = [0] * BARS
+        for score in self.scores:
+            bars[min(BARS - 1, int(BARS * score / self.max_score))] += 1
+        return bars
+
+    @property
+    def quartiles(self) -> list[float]:
+        """The three of the scores; the score itself when there is only one."""
+        return statistics.quantiles(self.scores, method="inclusive") if len(self.scores) > 1 else self.scores * 3
+
+
+def classes(reports: Iterable[Report]) -> list[Class]:
+    """The results by exercise, in order of name."""
+    by_name: dict[str, list[Report]] = {}
+    for report in reports:
+        by_name.setdefault(report.assignment, []).append(report)
+    return [_class(name, group) for name, group in sorted(by_name.items())]
+
+
+def needs_a_look(reports: Iterable[Report]) -> list[tuple[Report, str]]:
+    """The submissions that an instructor should look at, with why: faults of ours, refused ones, crashes, flags."""
+    found = []
+    for report in reports:
+        crashed = sum(test.outcome == CRASHED for test in report.tests)
+        reasons = {
+            "the grader failed; --resume grades it again": report.status == INFRASTRUCTURE_ERROR,
+            "refused, nothing was run" + "".join(f": {test.message}" for test in report.tests[:1]):
+                report.status == INVALID_SUBMISSION,
+            f"crashed in {crashed} of {len(report.tests)} tests": crashed,
+            ", ".join(flag.replace("_", " ") for flag in report.flags): report.flags,
+        }
+        if why := "; ".join(reason for reason, holds in reasons.items() if holds):
+            found.append((report, why))
+    return found
+
+
+def show(reports: list[Report], console: Console | None = None) -> None:
+    """Print the summary of a batch."""
+    console = console or Console()
+    console = Console(width=max(100, console.width)) if not console.is_terminal else console
+    for one in classes(reports):
+        statuses = ", ".join(f"{count} {status.replace('_', ' ')}" for status, count in one.statuses.items())
+        refused = " (these have 0 points, and are not in what follows)" if INVALID_SUBMISSION in one.statuses else ""
+        console.print(f"\n[bold]{one.assignment}[/bold]: {statuses}{refused}", highlight=False)
+        if not one.scores:
+            continue
+        low, middle, high = one.quartiles
+        console.print(f"score of {one.max_score:g}: median {middle:g}, quartiles {low:g} and {high:g}, "
+                      f"mean {statistics.fmean(one.scores):.1f}; {statistics.median(one.seconds):.1f} s a grading",
+                      highlight=False)
+        table = Table(box=None, pad_edge=False, show_header=False)
+        step = one.max_score / BARS
+        for number, count in enumerate(one.histogram):
+            table.add_row(f"{number * step:g} to {(number + 1) * step:g}", str(count),
+                          "\u2588" * round(40 * count / max(one.histogram)))
+        console.print(table)
+        table = Table("hidden test", "passed", "failed", "crashed", "timed out", "", box=None, pad_edge=False)
+        for item in one.items:
+            table.add_row(item.title, f"{item.passed:.0%}", *(str(item.outcomes[outcome] or "")
+                                                              for outcome in (FAILED, CRASHED, TIMED_OUT)), item.remark)
+        console.print(table)
+    if found := needs_a_look(reports):
+        console.print("\n[bold]Needs a look[/bold]")
+        for report, why in found:
+            console.print(f" {escape(printable(f'{report.student}/{report.assignment}'))}: {why}", highlight=False)
+
+
+def page(reports: list[Report]) -> str:
+    """The summary as an HTML page with plots; everything in it is escaped."""
+    return template("report.html").render(classes=classes(reports), looks=needs_a_look(reports), bars=BARS,
+                                          fmean=statistics.fmean, median=statistics.median)
+
+
+def _class(name: str, reports: list[Report]) -> Class:
+    graded = [report for report in reports if report.status == GRADED]
+    tests: dict[str, list[tuple[Report, Result]]] = {}
+    for report in graded:
+        for result in report.tests:
+            tests.setdefault(result.id, []).append((report, result))
+    return Class(name, Counter(report.status for report in reports), max(report.max_score for report in reports),
+                 [report.score for report in graded], [report.duration_s for report in graded],
+                 [_item(found) for found in tests.values()])
+
+
+def _item(found: list[tuple[Report, Result]]) -> Item:
+    counts = Counter(result.outcome for _, result in found)
+    passed = [float(result.outcome == PASSED) for _, result in found]
+    rest = [report.score - result.points for report, result in found]
+    varied = len({*passed}) > 1 and len({*rest}) > 1
+    _, first = found[0]
+    return Item(first.id, first.title, {outcome: counts[outcome] for outcome in OUTCOMES},
+                statistics.correlation(passed, rest) if varied else None)

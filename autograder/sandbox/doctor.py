@@ -1,0 +1,109 @@
+"""Which layers of the sandbox hold on this machine: each is tried by a program in it, none is taken on trust."""
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+
+from autograder.sandbox.box import BOXES, INSIDE_UID, LIMITS, SPARE_UIDS, Sandbox, choose, ros_prefixes
+from autograder.errors import SandboxUnavailable
+from autograder.paths import HIDDEN
+from autograder.sandbox import seccomp
+
+PROBE = """
+import ctypes, json, os, resource, socket
+
+def error(action):
+    try:
+        action()
+    except OSError as error:
+        return type(error).__name__
+    return ''
+
+def call(number, *arguments):
+    ctypes.set_errno(0)
+    return ctypes.get_errno() if libc.syscall(number, *arguments) == -1 else 0
+
+libc = ctypes.CDLL(None, use_errno=True)
+status = dict(line.split(':', 1) for line in open('/proc/self/status').read().splitlines())
+print(json.dumps(dict(
+    namespaces={name: os.readlink(f'/proc/self/ns/{name}') for name in ('net', 'user', 'pid', 'ipc', 'uts')},
+    links=[name for _, name in socket.if_nameindex()],
+    out=error(lambda: socket.create_connection(('192.0.2.1', 80), 1)),
+    processes=sum(name.isdigit() for name in os.listdir('/proc')), host=socket.gethostname(), uid=os.getuid(),
+    capabilities=[status[name].strip().strip('0') for name in ('CapInh', 'CapPrm', 'CapEff', 'CapBnd', 'CapAmb')],
+    privileges=status['NoNewPrivs'].strip(), filter=status['Seccomp'].strip(),
+    written=[path for path in PLACES if not error(lambda: open(os.path.join(path, 'probe'), 'w'))],
+    own=error(lambda: open('probe.py', 'a')), scratch=error(lambda: open('/tmp/large', 'w').write('x' * (100 << 20))),
+    limits={name: resource.getrlimit(getattr(resource, 'RLIMIT_' + name.upper()))[1] for name in LIMITS},
+    calls={name: call(number, 0, 0, 0, 0, 0) for name, number in CALLS.items()},
+    grader=[path for path in HIDDEN if os.path.exists(path)], variables=sorted(os.environ),
+)))
+"""
+TRIED = ("ptrace", "process_vm_readv", "unshare", "keyctl", "bpf", "io_uring_setup", "personality")
+
+
+@dataclass(frozen=True)
+class Layer:
+    """One layer, and what was seen of it."""
+
+    name: str
+    holds: bool
+    seen: str
+    required: bool = True  # grading relies on it; the others come on top
+
+
+def examine() -> list[Layer]:
+    """Try each layer; raises SandboxUnavailable when programs cannot be confined at all."""
+    box = choose()
+    places = ["/", "/usr", "/etc", "/dev", "/proc", "/opt", sys.prefix, *map(str, ros_prefixes())]
+    known = {"PLACES": places, "LIMITS": list(LIMITS), "HIDDEN": [str(HIDDEN), "/root"],
+             "CALLS": _calls()}
+    probe = "".join(f"{name} = {value!r}\n" for name, value in known.items()) + PROBE
+    with Sandbox(box, {"probe.py": probe.encode()}) as confined:
+        command = [*BOXES[box], *confined.command(["probe.py"], domain=0)]
+        done = subprocess.run(command, capture_output=True, text=True, pass_fds=confined.descriptors, timeout=60,
+                              env=os.environ | {"SECRET_OF_THE_GRADER": "1"})
+    if done.returncode:
+        raise SandboxUnavailable(f"the probe ended with status {done.returncode}: {done.stderr.strip()[-300:]}")
+    return list(_layers(json.loads(done.stdout), box))
+
+
+def _calls() -> dict[str, int]:
+    """Numbers of system calls that the filter denies, as far as there is a filter for this machine."""
+    if not seccomp.available():
+        return {}
+    column = seccomp.MACHINES[os.uname().machine][1]
+    return {name: seccomp.DENIED[name][column] for name in TRIED}
+
+
+def _layers(seen: dict, box: str):
+    def apart(name: str) -> bool:
+        return seen["namespaces"][name] != os.readlink(f"/proc/self/ns/{name}")
+
+    yield Layer("network namespace", apart("net") and seen["links"] == ["lo"] and bool(seen["out"]),
+                f"interfaces: {', '.join(seen['links'])}; connecting out: {seen['out'] or 'possible'}")
+    yield Layer("process namespace", apart("pid") and seen["processes"] <= 3, f"sees {seen['processes']} processes")
+    yield Layer("IPC namespace", apart("ipc"), "shared memory of its own" if apart("ipc") else "the host's")
+    yield Layer("host name namespace", apart("uts"), f"host name {seen['host']}")
+    if box == "root":
+        yield Layer("user of its own", seen["uid"] in SPARE_UIDS, f"host user {seen['uid']}, no user namespace")
+    else:
+        yield Layer("user namespace", apart("user") and seen["uid"] == INSIDE_UID, f"user {seen['uid']} inside")
+    yield Layer("no capabilities", not any(seen["capabilities"]) and seen["privileges"] == "1",
+                "none, and none to be had" if not any(seen["capabilities"]) else str(seen["capabilities"]))
+    yield Layer("read-only system", not seen["written"] and bool(seen["own"]),
+                f"could write to {', '.join(seen['written'])}" if seen["written"] else "nothing outside home and /tmp")
+    yield Layer("grader out of sight", not seen["grader"] and "SECRET_OF_THE_GRADER" not in seen["variables"],
+                f"sees {', '.join(seen['grader'])}" if seen["grader"] else "no hidden suite, no environment")
+    yield Layer("limits", seen["limits"] == LIMITS and bool(seen["scratch"]),
+                ", ".join(f"{name} {value}" for name, value in seen["limits"].items()))
+    denied = [name for name, errno in seen["calls"].items() if errno == 1]
+    yield Layer("system call filter", seen["filter"] == "2" and bool(denied) and len(denied) == len(seen["calls"]),
+                f"denied: {', '.join(denied) or 'none'}", required=False)
+
+
+def refused(layers: list[Layer]) -> bool:
+    """Whether grading must not be trusted to this machine."""
+    return not all(layer.holds for layer in layers if layer.required)

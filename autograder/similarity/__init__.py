@@ -1,0 +1,1 @@
+"""Submissions that are more alike than their exercise makes them."""

@@ -1,0 +1,64 @@
+"""A folder of submissions, laid out as `<student>/<assignment>/<files>`: who handed in, and what."""
+
+import hashlib
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+from autograder.errors import UsageError
+from autograder.records import Submission
+from autograder.submissions import exercises, reading
+
+JUNK = {"__MACOSX", "@eaDir"}  # what archives and file servers leave
+
+
+def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> list[tuple[str, str]]:
+    """The (student, assignment) pairs in a folder laid out as `<student>/<assignment>/<files>`, in order."""
+    if not submitted.is_dir():
+        raise UsageError(f"there is no folder {submitted}")
+    known = exercises.names() if assignment is None else [exercises.load(assignment).name]
+    present = [entry.name for entry in _entries(submitted) if entry.is_dir()]
+    chosen = list(students) or present
+    if missing := sorted(set(chosen) - set(present)):
+        raise UsageError(f"no folder in {submitted} for student {missing[0]!r}")
+    # lexists: what is a link or a file in the place of the folder was handed in, and is refused when it is read.
+    found = [(student, name) for student in chosen for name in known if os.path.lexists(submitted / student / name)]
+    if not found:
+        what = f"{assignment} of " if assignment else ""
+        hints = [hint for hint in overlooked(submitted) if not students or hint.partition("/")[0].partition(":")[0] in chosen]
+        nothing = f"nothing to grade: {submitted} holds no submission {what}in the form STUDENT/ASSIGNMENT/FILES"
+        raise UsageError("; ".join([nothing, *hints]))
+    return found
+
+
+def _entries(submitted: Path) -> list[os.DirEntry]:
+    """What was handed in, by name."""
+    return sorted((entry for entry in os.scandir(submitted) if not entry.name.startswith(".") and entry.name not in JUNK),
+                  key=lambda entry: entry.name)
+
+
+def overlooked(submitted: Path) -> list[str]:
+    """What somebody may have handed in, and `find` does not see: a line each, for the instructor."""
+    hints = []
+    for entry in _entries(submitted):
+        if not entry.is_dir():
+            hints.append(f"{entry.name}: not a student's folder")
+            continue
+        inside = sorted(os.listdir(entry))
+        near = {name: known for name in inside for known in exercises.names() if name != known and name.lower() == known}
+        hints += [f"{entry.name}/{name}: is that {known}?" for name, known in near.items() if known not in inside]
+        if not near and any(name.endswith((".py", ".ipynb", ".srv", ".zip")) for name in inside):
+            hints.append(f"{entry.name}: files, but no folder of an exercise around them")
+    return hints
+
+
+def read(submitted: Path, student: str, assignment: str) -> Submission:
+    """One submission of the folder."""
+    if (submitted / student).is_symlink():
+        return Submission(student, assignment, problems=[f"{student} is a link: hand in the folder itself."])
+    return reading.read(submitted / student / assignment, student, assignment, exercises.load(assignment).files)
+
+
+def digest(handed_in: Submission) -> str:
+    """Tells one content of a submission from another."""
+    return hashlib.sha256(repr((sorted(handed_in.files.items()), handed_in.problems)).encode()).hexdigest()

@@ -1,0 +1,86 @@
+"""A notebook as handed in, read without running or trusting it: the files in its cells, and a copy that is safe to show.
+
+Whatever a student writes into a notebook file, what comes out here is built anew from parts of a known kind: text,
+pictures, and HTML without scripts, attributes or styles.
+"""
+
+import re
+
+from course.errors import UnreadableNotebook
+from course.notebook import cells
+from course.notebook.cells import Cell, text_of
+
+MAX_BYTES = 10_000_000  # a notebook; those of this course have up to 1,000,000
+MAX_TEXT = 100_000  # characters of a cell or an output that are shown
+JOINER = "\N{WORD JOINER}"  # invisible; breaks up what would be markup
+
+
+def parse(text: bytes) -> list[Cell]:
+    """The cells of a notebook that was handed in; raises UnreadableNotebook."""
+    if len(text) > MAX_BYTES:
+        raise UnreadableNotebook(f"it is larger than {MAX_BYTES / 1e6:.0f} MB")
+    return cells.parse(text)
+
+
+def safe(handed_in: list[Cell]):
+    """The notebook (nbformat's) that shows these cells and can do nothing else."""
+    from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_raw_cell
+    shown = []
+    for number, cell in enumerate(handed_in):
+        more = {"metadata": {"nbgrader": {"grade_id": cell.name}} if cell.name else {}, "id": f"cell-{number}"}
+        if cell.kind == "code":
+            outputs = [output for output in map(_output, cell.outputs) if output]
+            shown.append(new_code_cell(_cut(cell.source), execution_count=cell.count, outputs=outputs, **more))
+        else:
+            new = new_markdown_cell if cell.kind == "markdown" else new_raw_cell
+            shown.append(new(plain(_cut(cell.source)), **more))
+    return new_notebook(cells=shown, metadata={
+        "kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"},
+        "language_info": {"name": "python"}})
+
+
+def plain(markdown: str) -> str:
+    """Markdown that looks as before, but whose tags and `javascript:` links are only text."""
+    markdown = re.sub(r"<(?=[a-z/!?])", "<" + JOINER, markdown, flags=re.IGNORECASE)
+    markdown = re.sub(r"&(?=#|colon;|tab;|newline;)", "&" + JOINER, markdown, flags=re.IGNORECASE)
+    return re.sub(r"script(?=\s*[:%\\&])", "script" + JOINER, markdown, flags=re.IGNORECASE)
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= MAX_TEXT else text[:MAX_TEXT] + "\n... cut off here: too long to be shown"
+
+
+def _output(raw: dict) -> dict | None:
+    """An output that only shows something, or None."""
+    from nbformat.v4 import new_output
+    try:
+        match raw.get("output_type"):
+            case "stream":
+                name = "stderr" if raw.get("name") == "stderr" else "stdout"
+                return new_output("stream", name=name, text=_cut(text_of(raw["text"])))
+            case "error":
+                name, value, lines = text_of(raw["ename"]), text_of(raw["evalue"]), raw["traceback"][:100]
+                return new_output("error", ename=_cut(name), evalue=_cut(value),
+                                  traceback=[_cut(text_of(line)) for line in lines])
+            case "display_data" | "execute_result":
+                return new_output("display_data", data=_bundle(raw["data"]))
+    except (KeyError, TypeError, AttributeError):
+        pass
+    return None
+
+
+def _bundle(data: dict) -> dict[str, str]:
+    """Of the forms of one output those that are safe."""
+    import bleach
+    shown = {}
+    for kind in ("image/png", "image/jpeg"):
+        if kind in data and re.fullmatch(r"[A-Za-z0-9+/=\s]*", picture := text_of(data[kind])):
+            shown[kind] = picture
+    if "text/html" in data and len(html := text_of(data["text/html"])) <= MAX_TEXT:
+        shown["text/html"] = bleach.clean(html, tags=TAGS, attributes={}, strip=True)
+    shown["text/plain"] = _cut(text_of(data.get("text/plain", f"(output of the kinds {', '.join(map(str, data))[:200]})")))
+    return shown
+
+
+TAGS = {"b", "br", "code", "details", "div", "em", "h1", "h2", "h3", "h4", "hr", "i", "li", "ol", "p", "pre", "span",
+        "strong", "sub", "summary", "sup", "table", "tbody", "td", "th", "thead", "tr", "ul"}

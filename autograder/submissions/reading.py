@@ -1,0 +1,103 @@
+"""Reading a submission's folder without trusting it: regular files of the wanted names and of a sane size, nothing else.
+
+Files are read once, through descriptors that never follow a link, into bytes; nothing later looks at the folder again.
+A file that is missing is taken from the `%%exercise` cell of the notebook that was handed in, as text: nothing is run.
+"""
+
+import os
+import stat
+from collections.abc import Iterable
+from pathlib import Path
+
+from autograder.records import Submission
+from autograder.submissions import notebook
+from course.errors import UnreadableNotebook
+from course.notebook.cells import Cell, exercise_file
+
+MAX_BYTES = 1_000_000  # a file; a program of this course has some 5,000
+
+
+def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> Submission:
+    """Read the `wanted` files of `folder`; what is missing or refused is told in `problems`."""
+    flags = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC
+    try:
+        inside = os.open(folder, flags)
+    except OSError:
+        return Submission(student, assignment, problems=[
+            f"'{assignment}' is not a folder: hand in a folder of that name with the files in it."])
+    files, problems, missing = {}, [], []
+    try:
+        with os.scandir(inside) as entries:
+            present = {entry.name: entry.is_dir(follow_symlinks=False) for entry in sorted(entries, key=lambda e: e.name)}
+        folders = [name for name, is_folder in present.items() if is_folder and name[0] not in "._"]
+        for name in wanted:
+            try:
+                files[name] = _read_file(name, inside)
+            except FileNotFoundError:
+                content = exercise_file(_cells(f"{assignment}.ipynb", inside), name)
+                if content is None or len(content) > MAX_BYTES:
+                    missing.append(_missing(name, present))
+                else:
+                    files[name] = content
+            except ValueError as error:
+                problems.append(str(error))
+            except OSError as error:
+                problems.append(f"{name} cannot be read ({error.strerror}): hand it in again.")
+    finally:
+        os.close(inside)
+    if missing:
+        nested = f" What is in the folder {folders[0]} does not count: hand in files, not folders." if folders else ""
+        problems.append(f"Missing: {', '.join(missing)}. Save each file and hand it in under exactly this name.{nested}")
+    return Submission(student, assignment, {} if problems else files, problems)
+
+
+def read_file(path: Path, limit: int = MAX_BYTES) -> bytes:
+    """The bytes of one regular file in a folder that was handed in; raises OSError, or ValueError when it is none."""
+    inside = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC)
+    try:
+        return _read_file(path.name, inside, limit)
+    finally:
+        os.close(inside)
+
+
+def read_notebook(path: Path) -> list[Cell]:
+    """The cells of a notebook that was handed in; raises UnreadableNotebook."""
+    try:
+        return notebook.parse(read_file(path, notebook.MAX_BYTES))
+    except UnreadableNotebook:
+        raise
+    except (OSError, ValueError) as error:
+        raise UnreadableNotebook(str(error)) from None
+
+
+def _cells(name: str, inside: int) -> list[Cell]:
+    """The cells of the notebook `name`; none when there is no readable one."""
+    try:
+        return notebook.parse(_read_file(name, inside, notebook.MAX_BYTES))
+    except (OSError, ValueError):
+        return []
+
+
+def _read_file(name: str, inside: int, limit: int = MAX_BYTES) -> bytes:
+    """The bytes of the regular file `name`; raises ValueError, in words for the student, when it is anything else."""
+    kind = os.stat(name, dir_fd=inside, follow_symlinks=False).st_mode
+    if stat.S_ISLNK(kind):
+        raise ValueError(f"{name} is a link: hand in the file itself.")
+    if stat.S_ISDIR(kind):
+        raise ValueError(f"{name} is a folder: hand in a file of that name.")
+    if not stat.S_ISREG(kind):
+        raise ValueError(f"{name} is not an ordinary file: hand in the file itself.")
+    # O_NONBLOCK: should the file be swapped for a FIFO now, opening it must not wait for a writer.
+    descriptor = os.open(name, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, dir_fd=inside)
+    with open(descriptor, "rb") as file:
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            raise ValueError(f"{name} is not an ordinary file: hand in the file itself.")
+        content = file.read(limit + 1)
+    if len(content) > limit:
+        raise ValueError(f"{name} is larger than {limit / 1e6:.0f} MB: hand in only the program's text.")
+    return content
+
+
+def _missing(name: str, present: Iterable[str]) -> str:
+    near = next((other for other in present if other != name and other.lower() == name.lower()), None)
+    return f"{name} (there is {near}: capital and small letters count)" if near else name

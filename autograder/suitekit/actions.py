@@ -1,0 +1,97 @@
+"""The grader's ends of an action: a client that keeps what it hears, and a server that follows a script."""
+
+import threading
+import time
+from collections.abc import Callable
+
+from action_msgs.msg import GoalStatus
+from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.qos import QoSProfile
+
+from autograder.suitekit.ros import Ros, sensible
+from autograder.suitekit.topics import Heard
+from course.waiting import wait_until
+
+DEPTH = 200  # feedback messages that may wait to be read
+LISTENED = 5.0  # s until a client's subscription of the feedback must be seen
+MATCHED = 0.2  # s more until it is heard there
+STATUS = {GoalStatus.STATUS_SUCCEEDED: "SUCCEEDED", GoalStatus.STATUS_CANCELED: "CANCELED",
+          GoalStatus.STATUS_ABORTED: "ABORTED"}
+
+
+class Goal:
+    """A goal that was sent, and what came of it so far."""
+
+    def __init__(self, alive: Callable[[], bool]):
+        self.sent = time.monotonic()
+        self.accepted: bool | None = None  # None: no answer yet
+        self.feedback: list[Heard] = []
+        self.cancel_sent = 0.0  # time.monotonic()
+        self.cancel_accepted: bool | None = None
+        self.status = ""  # how it ended, a word of STATUS
+        self.result = None
+        self.ended = 0.0  # time.monotonic()
+        self._alive, self._news, self._handle = alive, threading.Condition(), None
+
+    def wait(self, condition: Callable[["Goal"], object], timeout: float) -> bool:
+        """Wait until `condition(goal)`; False after `timeout` s, or when the program is no longer alive."""
+        return bool(wait_until(lambda: condition(self), timeout, news=self._news, unless=lambda: not self._alive()))
+
+    def cancel(self) -> None:
+        """Ask for its end; does not wait for the answer."""
+        self.cancel_sent = time.monotonic()
+        self._handle.cancel_goal_async().add_done_callback(self._on_cancel)
+
+    def _on_answer(self, future) -> None:
+        handle = future.result()
+        with self._news:
+            self._handle, self.accepted = handle, handle.accepted
+            self._news.notify_all()
+        if handle.accepted:
+            handle.get_result_async().add_done_callback(self._on_end)
+
+    def _on_feedback(self, message) -> None:
+        with self._news:
+            self.feedback.append(Heard(time.monotonic(), sensible(message.feedback)))
+            self._news.notify_all()
+
+    def _on_cancel(self, future) -> None:
+        with self._news:
+            self.cancel_accepted = bool(future.result().goals_canceling)
+            self._news.notify_all()
+
+    def _on_end(self, future) -> None:
+        with self._news:
+            self.status = STATUS.get(future.result().status, "UNKNOWN")
+            self.result, self.ended = sensible(future.result().result), time.monotonic()
+            self._news.notify_all()
+
+
+class Caller:
+    """A client of an action."""
+
+    def __init__(self, ros: Ros, action: str, kind: type):
+        self._client = ActionClient(ros.node, kind, action, feedback_sub_qos_profile=QoSProfile(depth=DEPTH))
+
+    def ready(self) -> bool:
+        """Whether the action is offered."""
+        return self._client.server_is_ready()
+
+    def send(self, goal, alive: Callable[[], bool]) -> Goal:
+        """Send a goal; does not wait for the answer."""
+        sent = Goal(alive)
+        self._client.send_goal_async(goal, feedback_callback=sent._on_feedback).add_done_callback(sent._on_answer)
+        return sent
+
+
+def serve(ros: Ros, action: str, kind: type, execute: Callable, accept: Callable[[object], bool] = lambda goal: True):
+    """Offer an action: `accept` decides on a goal, `execute` is its execute callback.  `ros` needs several threads."""
+    def heard(handle):
+        wait_until(lambda: ros.node.count_subscribers(f"{action}/_action/feedback"), LISTENED)
+        time.sleep(MATCHED)
+        return execute(handle)
+
+    return ActionServer(ros.node, kind, action, heard, callback_group=ReentrantCallbackGroup(),
+                        goal_callback=lambda goal: GoalResponse.ACCEPT if accept(goal) else GoalResponse.REJECT,
+                        cancel_callback=lambda handle: CancelResponse.ACCEPT)

@@ -1,0 +1,37 @@
+"""Every error that the course raises on purpose, in one tree.
+
+    CourseError                 something that the reader can put right; a notebook shows its message alone
+        LiveError               the live session cannot do what it was asked to do
+            CallTimeout         a service, a future or a node did not answer in time
+            ExerciseError       an exercise's cell could not become the file it names
+        InterfaceError          a .msg, .srv or .action file that ROS 2 cannot build
+        UnreadableNotebook      a file that is no notebook
+"""
+
+
+class CourseError(RuntimeError):
+    """Something that the reader can put right; a notebook shows its message, without a traceback."""
+
+    def _render_traceback_(self) -> list[str]:
+        """What IPython shows of it."""
+        return [f"{type(self).__name__}: {self}"]
+
+
+class LiveError(CourseError):
+    """The live session cannot do what it was asked to do."""
+
+
+class CallTimeout(LiveError, TimeoutError):
+    """A service, a future or a node did not answer within its time limit."""
+
+
+class ExerciseError(LiveError):
+    """The cell could not become the file it names."""
+
+
+class InterfaceError(CourseError, ValueError):
+    """A definition that ROS 2 cannot build; the message names the file and the line and says what to write."""
+
+
+class UnreadableNotebook(CourseError, ValueError):
+    """It is no notebook; the message says why."""

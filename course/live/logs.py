@@ -1,0 +1,79 @@
+"""What nodes log, collected from /rosout and shown in a notebook as a table that folds away."""
+
+import html
+import math
+import threading
+from collections import deque
+from dataclasses import dataclass
+
+from rcl_interfaces.msg import Log
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.serialization import deserialize_message
+
+from course.waiting import wait_until
+
+LEVELS = {10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
+KEPT = 5000
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One line of a log (rcl_interfaces/msg/Log)."""
+
+    level: str
+    node: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"[{self.level}] [{self.node}]: {self.text}"
+
+
+class Logs(list[Entry]):
+    """Entries in the order in which they came; a notebook shows them folded."""
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self))
+
+    __repr__ = __str__
+
+    def _repr_html_(self) -> str:
+        rows = "\n".join(html.escape(str(entry)) for entry in self)
+        return f"<details><summary>{len(self)} log lines</summary><pre>{rows}</pre></details>"
+
+
+class LogBook:
+    """Collects /rosout on the given node: as bytes, because reading each line at once would slow every call down."""
+
+    def __init__(self, node: Node):
+        self._messages: deque[bytes] = deque(maxlen=KEPT)
+        self._changed = threading.Condition(threading.RLock())
+        node.create_subscription(Log, "/rosout", self._on_log,
+                                 QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL), raw=True)
+
+    def _on_log(self, message: bytes) -> None:
+        with self._changed:
+            self._messages.append(message)
+            self._changed.notify_all()
+
+    def read(self, node: str | None = None) -> Logs:
+        """The entries of `node`, or all."""
+        with self._changed:
+            messages = list(self._messages)
+        logs = (deserialize_message(message, Log) for message in messages)
+        return Logs(Entry(LEVELS.get(log.level, str(log.level)), log.name, log.msg) for log in logs
+                    if node is None or log.name == node.lstrip("/"))
+
+    def forget(self, node: str, before: float = math.inf) -> None:
+        """Drop the entries of `node`: those stamped before a time (s, as `time.time()` gives it), or all."""
+        def stays(log: Log) -> bool:
+            return log.name != node or log.stamp.sec + 1e-9 * log.stamp.nanosec >= before
+
+        with self._changed:
+            kept = [m for m in self._messages if stays(deserialize_message(m, Log))]
+            self._messages.clear()
+            self._messages.extend(kept)
+
+    def wait_for(self, text: str, node: str | None = None, timeout: float = 5.0) -> bool:
+        """Wait until a line (of `node`) that contains `text` is there; False after `timeout` s."""
+        return wait_until(lambda: any(text in entry.text for entry in self.read(node)), timeout, news=self._changed)

@@ -1,0 +1,68 @@
+"""An executor in a background thread, spinning one node: how every node of a live session, and of the grader, runs."""
+
+import threading
+import time
+
+from rclpy.executors import (
+    ExternalShutdownException,
+    MultiThreadedExecutor,
+    ShutdownException,
+    SingleThreadedExecutor,
+)
+from rclpy.node import Node
+
+from course.rclpy_internals import cancel_pending_requests, end_thread_pool
+
+
+class Spinner:
+    """An executor in a background thread, spinning one node."""
+
+    def __init__(self, node: Node, threads: int = 1):
+        context = node.context
+        self.node = node
+        self.errors: list[BaseException] = []
+        self._stopping = False
+        self.executor = (SingleThreadedExecutor(context=context) if threads == 1
+                         else MultiThreadedExecutor(num_threads=threads, context=context))
+        self.executor.add_node(node)
+        self.thread = threading.Thread(target=self._spin, name=f"spin {node.get_name()}", daemon=True)
+        self.thread.start()
+
+    def _spin(self) -> None:
+        while True:
+            try:
+                self.executor.spin()
+                return
+            except (ExternalShutdownException, ShutdownException):
+                return
+            except Exception as error:  # a callback raised: keep it for the reader, and go on
+                if self._stopping:
+                    return
+                self.errors.append(error)
+                self.node.get_logger().error(f"{type(error).__name__} in a callback: {error}")
+
+    def stop(self, timeout: float = 2.0, *, destroy: bool = True) -> bool:
+        """End the thread and destroy the node; False when a callback is still running after `timeout` s."""
+        self._stopping = True
+        self.executor.shutdown(timeout_sec=0.0)
+        for client in self.node.clients:  # a callback that waits for an answer would wait for ever
+            cancel_pending_requests(client)
+        deadline = time.monotonic() + timeout
+        self.thread.join(timeout)
+        threads = [self.thread]
+        if isinstance(self.executor, MultiThreadedExecutor):
+            threads += end_thread_pool(self.executor)
+        for thread in threads:
+            thread.join(max(0.0, deadline - time.monotonic()))
+        if any(thread.is_alive() for thread in threads):
+            return False
+        if destroy:
+            destroy_node(self.node)
+        return True
+
+
+def destroy_node(node: Node) -> None:
+    """Destroy a node with its action servers and clients, which would keep it in the graph."""
+    for waitable in list(node.waitables):
+        waitable.destroy()
+    node.destroy_node()

@@ -1,0 +1,88 @@
+"""The one reader of notebook files: their cells, nbgrader's marks on them, and the files that `%%exercise` cells write.
+
+It reads text and runs nothing, and takes any file: a notebook that a student hands in is read here as well.
+"""
+
+import json
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from course.errors import UnreadableNotebook
+
+# nbgrader's marks around what is taken out of the released notebook: they are not part of the file.
+MARKERS = re.compile(r"^[ \t]*### (?:BEGIN|END) SOLUTION[ \t]*\n", re.MULTILINE)
+SOLUTION = re.compile(r"^[ \t]*### BEGIN SOLUTION[ \t]*\n(.*?)^[ \t]*### END SOLUTION", re.MULTILINE | re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What is used of a cell."""
+
+    kind: str  # code, markdown or raw
+    source: str
+    mark: dict[str, Any] = field(default_factory=dict)  # nbgrader's metadata
+    count: int | None = None  # which execution of the kernel it was
+    outputs: list[dict] = field(default_factory=list)
+
+    @property
+    def name(self) -> str:
+        """nbgrader's name of the cell, or ''."""
+        name = self.mark.get("grade_id")
+        return name if isinstance(name, str) else ""
+
+    @property
+    def solution(self) -> bool:
+        """Whether the student writes it."""
+        return bool(self.mark.get("solution"))
+
+    @property
+    def public_check(self) -> bool:
+        """Whether it is a check that students see and cannot change."""
+        return self.kind == "code" and bool(self.mark.get("grade")) and bool(self.mark.get("locked"))
+
+
+def parse(text: bytes | str) -> list[Cell]:
+    """The cells of a notebook file of format 4; raises UnreadableNotebook."""
+    try:
+        return [_cell(cell) for cell in json.loads(text)["cells"]]
+    except (ValueError, RecursionError):
+        raise UnreadableNotebook("it is not a notebook file: not JSON") from None
+    except (TypeError, KeyError, AttributeError):
+        raise UnreadableNotebook("it is not a notebook file of format 4") from None
+
+
+def read(path: Path) -> list[Cell]:
+    """The cells of the notebook at `path`; raises UnreadableNotebook and OSError."""
+    return parse(path.read_bytes())
+
+
+def text_of(value: object) -> str:
+    """The text that a notebook file holds as a string or as a list of lines."""
+    text = value if isinstance(value, str) else "".join(line for line in value if isinstance(line, str))
+    return text.encode(errors="replace").decode()  # half a surrogate pair cannot be written
+
+
+def content(body: str) -> str:
+    """What the cell's lines below `%%exercise FILE` are as a file: the same whether the cell is run or not."""
+    return MARKERS.sub("", body)
+
+
+def exercise_file(cells: list[Cell], name: str) -> bytes | None:
+    """What the last `%%exercise NAME` cell would write if it were run; None when there is no such cell."""
+    for cell in reversed(cells):
+        first, _, body = cell.source.lstrip("\n").partition("\n")
+        if cell.kind == "code" and first.split()[:2] == ["%%exercise", name]:
+            return content(body.removesuffix("\n") + "\n").encode(errors="replace")
+    return None
+
+
+def _cell(raw: dict) -> Cell:
+    kind = raw["cell_type"] if raw["cell_type"] in ("code", "markdown") else "raw"
+    mark = raw.get("metadata", {}).get("nbgrader")
+    count = raw.get("execution_count")
+    outputs = raw.get("outputs", []) if kind == "code" else []
+    return Cell(kind, text_of(raw["source"]), mark if isinstance(mark, dict) else {},
+                count if type(count) is int and abs(count) < 1e9 else None,
+                [output for output in outputs if isinstance(output, dict)])

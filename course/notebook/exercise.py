@@ -1,0 +1,64 @@
+"""`%%exercise FILE`: the cell is the file that is handed in, and runs as a live node beside the notebook."""
+
+import shlex
+from pathlib import Path
+
+from IPython import get_ipython
+from IPython.core.error import UsageError
+from IPython.core.magic_arguments import argument, magic_arguments, parse_argstring
+
+from course.errors import ExerciseError
+from course.interfaces import InterfaceError, build
+from course.interfaces.definition import SECTIONS
+from course.live.session import live
+from course.notebook.cells import content
+
+
+@magic_arguments()
+@argument("file", help="the file to write, beside the notebook")
+@argument("--no-start", action="store_true", help="only write a .py file")
+@argument("--package", default="my_package", help="the ROS package that a .srv, .msg or .action belongs to")
+@argument("arguments", nargs="*", help="the program's own arguments, after --")
+def exercise(line: str, cell: str) -> None:
+    """Write the cell to FILE.  A .py file is (re)started as a node in its own process; an interface is built."""
+    cell = content(cell)
+    line, separator, rest = line.partition(" -- ")
+    options = parse_argstring(exercise, line)
+    path = Path(options.file)
+    if path.name != options.file or path.suffix not in (".py", *(f".{kind}" for kind in SECTIONS)):
+        raise UsageError("%%exercise takes the name of a .py, .srv, .msg or .action file beside the notebook")
+    if path.suffix != ".py":
+        _interface(path, cell, options.package)
+        return
+    try:
+        compile(cell, path.name, "exec")
+    except SyntaxError as error:
+        raise ExerciseError(f"{path.name}, line {error.lineno}: {error.msg}: {(error.text or '').strip()}") from None
+    path.write_text(cell, encoding="utf-8")
+    if options.no_start:
+        print(f"{path.name}: written")
+        return
+    process = live().start(path, *(shlex.split(rest) if separator else []))
+    print(f"{path.name}: written, running as {', '.join(process.nodes)}")
+
+
+def _interface(path: Path, cell: str, package: str) -> None:
+    # The other definitions of the package that were written here are built with it: one may use another.
+    texts = {p.name: p.read_text(encoding="utf-8") for p in _written.get(package, ()) if p.exists()}
+    try:
+        build(package, {**texts, path.name: cell})
+    except InterfaceError as error:
+        raise ExerciseError(str(error)) from None
+    path.write_text(cell, encoding="utf-8")
+    _written.setdefault(package, set()).add(path.absolute())
+    print(f"{path.name}: written, built as {package}/{path.suffix[1:]}/{path.stem}")
+
+
+_written: dict[str, set[Path]] = {}
+
+
+def register() -> None:
+    """Add the magic to the running IPython, if there is one."""
+    shell = get_ipython()
+    if shell is not None:
+        shell.register_magic_function(exercise, magic_kind="cell", magic_name="exercise")

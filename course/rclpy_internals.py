@@ -1,0 +1,102 @@
+"""All that this repository patches in rclpy, and every use of what rclpy does not offer in public.
+
+Each entry names the version it was seen in.  tests/course/test_rclpy_internals.py fails when a patch is no longer
+needed, and when something used here has gone.  `patch` is called where a live session, or the grader, starts.
+"""
+
+import functools
+import threading
+from collections.abc import Callable, Iterable
+
+from rcl_interfaces.msg import SetParametersResult
+from rclpy._rclpy_pybind11 import NodeNameNonExistentError, RCLError
+from rclpy.action import ActionClient
+from rclpy.client import Client
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.task import Future
+
+__all__ = ["NodeNameNonExistentError", "RCLError", "rclpy_implementation"]
+
+SEEN_IN = "7.1.6"  # the version of the wheel ros-jazzy-rclpy; the package calls itself 7.1.5
+UNLOCKED = ("send_goal_async", "_cancel_goal_async", "_get_result_async", "take_data")
+_patched = threading.Lock()
+
+
+def patch() -> None:
+    """Patch rclpy in this process; calling it again changes nothing."""
+    with _patched:
+        if not hasattr(ActionClient.send_goal_async, "__wrapped__"):
+            _lock_action_clients()
+
+
+def _lock_action_clients() -> None:
+    """Have a spinning thread take no answer before the thread that asks has noted its question.
+
+    Seen in 7.1.6: rclpy locks a Client so but not an ActionClient, which then ignores an answer that comes at once, and
+    the goal's future never ends.
+    """
+    lock = threading.RLock()
+
+    def locked(method: Callable) -> Callable:
+        @functools.wraps(method)
+        def call(*args, **kwargs):
+            with lock:
+                return method(*args, **kwargs)
+        return call
+
+    for name in UNLOCKED:
+        setattr(ActionClient, name, locked(getattr(ActionClient, name)))
+
+
+def is_initialized(node: Node) -> bool:
+    """Whether `Node.__init__` has made the node behind a Node object.  Seen in 7.1.6: nothing public tells."""
+    return hasattr(node, "_Node__node")
+
+
+def cancel_pending_requests(client: Client) -> None:
+    """Cancel the requests that wait for an answer, so that no callback waits for ever.
+
+    Seen in 7.1.6: rclpy leaves them pending when the executor is shut down.
+    """
+    for future in list(client._pending_requests.values()):
+        future.cancel()
+
+
+def end_thread_pool(executor: MultiThreadedExecutor) -> Iterable[threading.Thread]:
+    """Give no more work to the executor's threads, and return them.
+
+    Seen in 7.1.6: `shutdown` leaves the thread pool alone, and prints on stderr how tasks ended that nobody asks about.
+    """
+    executor._executor.shutdown(wait=False, cancel_futures=True)
+    for task in executor._futures:
+        task._set_executor(None)
+        task.add_done_callback(Future.exception)
+    return executor._executor._threads
+
+
+def action_type(waitable: object) -> type | None:
+    """The type of an action client's or server's action; None for any other waitable.  Seen in 7.1.6: not public."""
+    return getattr(waitable, "_action_type", None)
+
+
+def watch_parameters(node: Node, watcher: Callable[[list[Parameter], SetParametersResult], None]) -> Callable[[], None]:
+    """Have `watcher` told of every attempt to set parameters of `node`, and how it ended; returns what ends that.
+
+    Seen in 7.1.6: services, the command line and `set_parameters` all come through one method that is not public, and
+    the public callbacks are not told of what another of them refuses.
+    """
+    original = node._set_parameters_atomically
+
+    def watched(parameters: list[Parameter]) -> SetParametersResult:
+        result = original(parameters)
+        watcher(parameters, result)
+        return result
+
+    def end() -> None:
+        del node._set_parameters_atomically
+
+    node._set_parameters_atomically = watched
+    return end

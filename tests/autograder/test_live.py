@@ -1,0 +1,20 @@
+"""What the hidden suites read out of a program's words."""
+
+import pytest
+
+from autograder.suitekit.live import numbers
+
+
+@pytest.mark.parametrize(("text", "found"), [
+    ("1,234.5 and 12_345", [1234.5, 12345]),
+    ("1,234,567", [1234567]),
+    ("1234.0,4321.0,add", [1234, 4321]),  # values with commas between them
+    ("1234,4321", [1234, 4321]),
+    ("15.5,432.0", [15.5, 432]),
+    ("1234.0add-4321.0=-3087.0", [1234, -4321, -3087]),
+    ("1.234e+03", [1234]),
+    ("[INFO] [1700000000.123456789] [server]: a=5", [5]),
+    ("\x1b[32m7.5\x1b[0m", [32, 7.5, 0]),
+])
+def test_numbers(text, found):
+    assert numbers(text) == found

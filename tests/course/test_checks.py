@@ -1,0 +1,40 @@
+"""The notebook's `check()`."""
+
+import json
+from types import SimpleNamespace
+
+import pytest
+
+import course
+from course.notebook import checks
+
+
+def cell(name: str, source: str, **mark) -> dict:
+    mark = {"grade": True, "locked": True, "grade_id": name} | mark
+    return {"cell_type": "code", "metadata": {"nbgrader": mark}, "source": source}
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A notebook's folder and kernel."""
+    (tmp_path / "section.ipynb").write_text(json.dumps({"cells": [
+        cell("adds", ["# Public checks.\n", "assert total == 3, f'1 + 2 gave {total}'\n", "print('as asked')"]),
+        cell("other", "missing"),
+        cell("answer", "raise SystemExit", locked=False),
+        {"cell_type": "code", "metadata": {}, "source": "raise SystemExit"}]}))
+    monkeypatch.chdir(tmp_path)
+    shell = SimpleNamespace(user_ns={"total": 3}, transform_cell=lambda source: source)
+    monkeypatch.setattr(checks, "get_ipython", lambda: shell)
+    return shell.user_ns
+
+
+def test_check_says_in_a_line_how_each_ended(here, capsys):
+    course.check()
+    assert capsys.readouterr().out == "adds: passed\nother: not yet: NameError: name 'missing' is not defined\n"
+
+
+def test_check_shows_the_message_of_the_one_asked_for(here, capsys):
+    here["total"] = 4
+    course.check("adds")
+    course.check("no such")
+    assert capsys.readouterr().out == "adds: not yet: 1 + 2 gave 4\nthere are no checks 'no such' here\n"

@@ -1,0 +1,128 @@
+"""`%%exercise` in a real kernel: files written, programs restarted, mistakes told in one line."""
+
+import subprocess
+from pathlib import Path
+
+import nbformat
+import pytest
+from jupyter_client.manager import start_new_kernel
+
+SERVER = '''%%exercise server.py
+import rclpy
+from my_package.srv import Ask
+from rclpy.node import Node
+rclpy.init()
+node = Node('asked')
+def answer(request, response):
+    response.b = request.a {sign} 1
+    return response
+node.create_service(Ask, 'ask', answer)
+try:
+    rclpy.spin(node)
+except BaseException:
+    pass
+'''
+
+
+class Kernel:
+    """A kernel in a folder of its own; `run` gives what a cell printed, or the lines of its error."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self.manager, self.client = start_new_kernel(kernel_name="python3", cwd=str(folder), stderr=subprocess.DEVNULL)
+
+    def run(self, cell: str) -> str:
+        out = []
+
+        def collect(message):
+            content = message["content"]
+            out.append(content.get("text") or content.get("data", {}).get("text/plain")
+                       or "\n".join(content.get("traceback", ())))
+
+        self.client.execute_interactive(cell, timeout=60, output_hook=collect)
+        return "".join(text for text in out if text).strip()
+
+    def stop(self) -> None:
+        self.client.stop_channels()
+        self.manager.shutdown_kernel(now=True)
+
+
+@pytest.fixture(scope="module")
+def kernel(tmp_path_factory):
+    kernel = Kernel(tmp_path_factory.mktemp("notebook"))
+    kernel.run("import course\nros = course.live()")
+    yield kernel
+    kernel.stop()
+
+
+def test_an_interface_is_written_built_and_importable(kernel):
+    assert kernel.run("%%exercise Ask.srv\nint32 a\n---\nint32 b\n") == "Ask.srv: written, built as my_package/srv/Ask"
+    assert (kernel.folder / "Ask.srv").read_text() == "int32 a\n---\nint32 b\n"
+    assert kernel.run("from my_package.srv import Ask\nprint(Ask.Request())") == "my_package.srv.Ask_Request(a=0)"
+
+
+def test_a_server_is_replaced_when_its_cell_runs_again(kernel):
+    kernel.run("%%exercise Ask.srv\nint32 a\n---\nint32 b\n")
+    for sign, expected in (("+", "6"), ("-", "4"), ("-", "4")):
+        assert kernel.run(SERVER.format(sign=sign)) == "server.py: written, running as /asked"
+        assert kernel.run("from my_package.srv import Ask\nprint(ros.call('ask', Ask, a=5).b)") == expected
+    assert kernel.run("print(ros.nodes())") == "['/asked']"
+
+
+def test_a_client_is_only_written_and_runs_in_the_kernels_domain(kernel):
+    kernel.run("%%exercise Ask.srv\nint32 a\n---\nint32 b\n")
+    kernel.run(SERVER.format(sign="+"))
+    out = kernel.run("""%%exercise client.py --no-start
+import rclpy
+from my_package.srv import Ask
+rclpy.init()
+node = rclpy.create_node('client')
+client = node.create_client(Ask, 'ask')
+client.wait_for_service(5)
+future = client.call_async(Ask.Request(a=1))
+rclpy.spin_until_future_complete(node, future, timeout_sec=5)
+print(future.result().b)
+""")
+    assert out == "client.py: written"
+    assert kernel.run("from course.notebook.terminal import terminal\nterminal('python client.py')") == "$ python client.py\n2"
+
+
+def test_solution_marks_are_not_part_of_the_file(kernel):
+    kernel.run("%%exercise marked.py --no-start\nif True:\n    ### BEGIN SOLUTION\n    a = 1\n    ### END SOLUTION\n")
+    assert (kernel.folder / "marked.py").read_text() == "if True:\n    a = 1\n"
+
+
+@pytest.mark.parametrize(("cell", "says"), [
+    ("%%exercise broken.py\ndef f(:\n    pass\n", "ExerciseError: broken.py, line 1: invalid syntax: def f(:"),
+    ("%%exercise Wrong.srv\nfloat a\n---\n", "ExerciseError: Wrong.srv, line 1: there is no type 'float'"),
+    ("%%exercise ends.py\nraise SystemExit(4)\n", "LiveError: ends.py ended with exit status 4"),
+    ("%%exercise ../up.py\npass\n", "takes the name of a .py, .srv, .msg or .action file beside the notebook"),
+    ("%%exercise notes.txt\nhello\n", "takes the name of a .py, .srv, .msg or .action file beside the notebook"),
+])
+def test_a_mistake_is_told_without_a_traceback(kernel, cell, says):
+    out = kernel.run(cell)
+    assert says in out and "Traceback" not in out
+
+
+def test_a_wrong_definition_does_not_overwrite_the_good_one(kernel):
+    kernel.run("%%exercise Kept.srv\nint32 a\n---\n")
+    kernel.run("%%exercise Kept.srv\nfloat a\n---\n")
+    assert (kernel.folder / "Kept.srv").read_text() == "int32 a\n---\n"
+
+
+def test_an_edited_interface_does_not_end_the_kernel(kernel):
+    kernel.run("%%exercise Ask.srv\nint32 a\n---\nint32 b\n")
+    kernel.run(SERVER.format(sign="+"))
+    assert kernel.run("from my_package.srv import Ask\nprint(ros.call('ask', Ask, a=5).b)") == "6"
+    kernel.run("%%exercise Ask.srv\nint32 a\nstring why\n---\nstring reason\nint32 b\n")
+    assert kernel.run(SERVER.format(sign="-")) == "server.py: written, running as /asked"
+    assert kernel.run("from my_package.srv import Ask\nprint(ros.call('ask', Ask, a=5, why='?').b)") == "4"
+
+
+def test_stop_leaves_no_node(kernel):
+    assert kernel.run("ros.stop()\nprint(ros.nodes())") == "[]"
+
+
+def test_a_saved_notebook_has_the_schema_that_nbformat_knows():
+    for path in sorted(Path(__file__).parents[2].glob("notebooks/*/*.ipynb")):
+        nbformat.validate(nbformat.read(path, 4))

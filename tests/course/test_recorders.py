@@ -1,0 +1,121 @@
+"""Records: what happened comes out as a plain table, whichever thread saw it."""
+
+import threading
+
+import pytest
+from course_interfaces.action import Fibonacci
+from geometry_msgs.msg import Twist
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from rcl_interfaces.srv import SetParametersAtomically
+from rclpy.action import ActionClient
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from course.live.session import Session
+from course.nodes.dynamic_parameter_node import DynamicParameterNode
+from course.nodes.fibonacci_action_server import FibonacciActionServer
+from course.recorders import GoalRecorder, ParameterRecorder, Recorder, TopicRecorder
+
+
+@pytest.fixture(scope="module")
+def session():
+    session = Session()
+    yield session
+    session.close()
+
+
+@pytest.fixture(scope="module")
+def fibonacci(session):
+    session.start(FibonacciActionServer, threads=4, parameters={"step_period": 0.02})
+    client = ActionClient(session.node, Fibonacci, "fibonacci")
+    assert client.wait_for_server(10)
+    return client
+
+
+def test_a_table_has_a_list_for_each_column_and_times_that_grow():
+    record = Recorder("value", "note")
+    record.add(value=1)
+    record.add(value=2, note="second")
+    table = record.table()
+    assert table["value"] == [1, 2] and table["note"] == [None, "second"]
+    assert 0 <= table["time"][0] <= table["time"][1]
+
+
+def test_a_column_that_there_is_not_is_refused():
+    with pytest.raises(TypeError, match="no column speed: the columns are time, value"):
+        Recorder("value").add(speed=1)
+
+
+def test_rows_of_several_threads_are_all_kept():
+    record = Recorder("value")
+    threads = [threading.Thread(target=lambda: [record.add(value=n) for n in range(200)]) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    assert record.wait_for(800)
+    assert sorted(record.table()["value"]) == sorted(list(range(200)) * 4)
+
+
+def test_waiting_ends_with_the_row_or_with_the_time_limit():
+    record = Recorder("value")
+    threading.Timer(0.05, lambda: record.add(value=7)).start()
+    assert record.wait_for(lambda table: 7 in table["value"], timeout=10)
+    assert not record.wait_for(2, timeout=0.05)
+
+
+def test_a_topic_is_recorded_by_the_paths_of_its_fields(session):
+    record = TopicRecorder(session.node, Twist, "cmd", {"speed": "linear.x", "turn": lambda twist: twist.angular.z})
+    publisher = session.node.create_publisher(Twist, "cmd", 10)
+    assert session.until(lambda: publisher.get_subscription_count() == 1)
+    message = Twist()
+    message.linear.x, message.angular.z = 0.3, -0.5
+    publisher.publish(message)
+    assert record.wait_for(1)
+    assert (record.table()["speed"], record.table()["turn"]) == ([0.3], [-0.5])
+    record.close()
+    assert session.until(lambda: publisher.get_subscription_count() == 0)
+
+
+def test_a_goal_is_recorded_from_the_request_to_the_result(fibonacci):
+    goal = GoalRecorder(fibonacci).send(Fibonacci.Goal(order=5))
+    assert goal.wait_end() == "succeeded"
+    assert goal.wait_feedback(5)
+    events = goal.table()["event"]
+    assert events[0] == "goal" and events.count("accepted") == events.count("succeeded") == 1
+    assert goal.result == [0, 1, 1, 2, 3, 5]
+
+
+def test_a_cancelled_and_a_rejected_goal_end_as_such(fibonacci):
+    goal = GoalRecorder(fibonacci).send(Fibonacci.Goal(order=40))
+    assert goal.wait_feedback(3)
+    goal.cancel()
+    assert goal.wait_end() == "canceled" and goal.count("cancel") == 1
+    assert 4 <= len(goal.result) < 41
+    assert GoalRecorder(fibonacci).send(Fibonacci.Goal(order=-1)).wait_end() == "rejected"
+
+
+def test_every_attempt_to_set_a_parameter_is_recorded_whoever_makes_it(session):
+    node = session.start(DynamicParameterNode).node
+    record = ParameterRecorder(node)
+    node.set_parameters([Parameter("threshold", value=60.0)])
+    session.call("/dynamic_parameter_node/set_parameters_atomically", SetParametersAtomically,
+                 parameters=[Parameter("threshold", value=120.0).to_parameter_msg()])
+    table = record.table()
+    assert table["name"] == ["threshold"] * 3
+    assert table["value"] == [50.0, 60.0, 120.0]
+    assert table["accepted"] == [True, True, False]
+    assert "0 to 100" in table["reason"][2]
+    record.close()
+    node.set_parameters([Parameter("threshold", value=70.0)])
+    assert len(record) == 3
+
+
+def test_the_range_of_a_parameter_is_its_descriptors(session):
+    class Ranged(Node):
+        def __init__(self):
+            super().__init__("ranged")
+            limits = [FloatingPointRange(from_value=0.0, to_value=5.0)]
+            self.declare_parameter("speed", 1.0, ParameterDescriptor(floating_point_range=limits))
+            self.declare_parameter("free", 1.0)
+
+    record = ParameterRecorder(session.start(Ranged).node)
+    assert record.range("speed") == (0.0, 5.0) and record.range("free") == ()
