@@ -23,23 +23,37 @@ from autograder.submissions import exercises, listing, reading
 USAGE, INFRASTRUCTURE, INTERRUPTED = 2, 3, 130  # exit codes
 UsageProblem = typer.BadParameter.__base__  # typer carries a click of its own, and gives this class no name
 
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False,
-                  help="Grade ROS 2 programs with hidden tests, in a sandbox.")
-Unsafe = Annotated[bool, typer.Option("--unsafe", help="Run students' programs without a sandbox, and flag the results.")]
+app = typer.Typer(
+    add_completion=False, pretty_exceptions_enable=False, help="Grade ROS 2 programs with hidden tests, in a sandbox."
+)
+Unsafe = Annotated[
+    bool, typer.Option("--unsafe", help="Run students' programs without a sandbox, and flag the results.")
+]
 Seed = Annotated[int | None, typer.Option(help="Draw the hidden inputs from this seed instead of a new one.")]
 Jobs = Annotated[int | None, typer.Option(min=1, help="Gradings at a time; default: one for each core.")]
-Scheduler = Annotated[str | None, typer.Option(help="Grade on the Dask cluster at tcp://HOST:PORT instead of this machine.")]
+Scheduler = Annotated[
+    str | None, typer.Option(help="Grade on the Dask cluster at tcp://HOST:PORT instead of this machine.")
+]
 NoGradebook = Annotated[bool, typer.Option("--no-gradebook", help="Leave nbgrader's gradebook alone.")]
-GradebookUrl = Annotated[str | None, typer.Option(
-    "--gradebook", help="The gradebook's database URL; default: the course's that SUBMITTED lies in, or one in OUTPUT.")]
+GradebookUrl = Annotated[
+    str | None,
+    typer.Option(
+        "--gradebook",
+        help="The gradebook's database URL; default: the course's that SUBMITTED lies in, or one in OUTPUT.",
+    ),
+]
 Patience = Annotated[float, typer.Option(min=0.1, help="Stretch every wait by this factor, for a slow machine.")]
 
 
 @app.command()
-def check(folder: Annotated[Path, typer.Argument(help="The folder with the files handed in.")],
-          assignment: Annotated[str, typer.Option(help="The exercise, for example calculator.")],
-          as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
-          unsafe: Unsafe = False, seed: Seed = None, patience: Patience = 1.0) -> None:
+def check(
+    folder: Annotated[Path, typer.Argument(help="The folder with the files handed in.")],
+    assignment: Annotated[str, typer.Option(help="The exercise, for example calculator.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+    unsafe: Unsafe = False,
+    seed: Seed = None,
+    patience: Patience = 1.0,
+) -> None:
     """Grade one submission and print the report."""
     exercise = exercises.load(assignment)
     if not folder.is_dir():
@@ -53,14 +67,20 @@ def check(folder: Annotated[Path, typer.Argument(help="The folder with the files
 
 
 @app.command()
-def grade(submitted: Annotated[Path, typer.Argument(help="The folder with STUDENT/ASSIGNMENT/FILES.")],
-          out: Annotated[Path, typer.Option("--output", help="Where results.jsonl and the feedback go.")],
-          assignment: Annotated[str | None, typer.Option(help="Only this exercise.")] = None,
-          student: Annotated[list[str] | None, typer.Option(help="Only this student; may be given again.")] = None,
-          jobs: Jobs = None, scheduler: Scheduler = None,
-          resume: Annotated[bool, typer.Option("--resume", help="Go on with what OUTPUT does not have yet.")] = False,
-          no_gradebook: NoGradebook = False, gradebook: GradebookUrl = None,
-          unsafe: Unsafe = False, seed: Seed = None, patience: Patience = 1.0) -> None:
+def grade(
+    submitted: Annotated[Path, typer.Argument(help="The folder with STUDENT/ASSIGNMENT/FILES.")],
+    out: Annotated[Path, typer.Option("--output", help="Where results.jsonl and the feedback go.")],
+    assignment: Annotated[str | None, typer.Option(help="Only this exercise.")] = None,
+    student: Annotated[list[str] | None, typer.Option(help="Only this student; may be given again.")] = None,
+    jobs: Jobs = None,
+    scheduler: Scheduler = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with what OUTPUT does not have yet.")] = False,
+    no_gradebook: NoGradebook = False,
+    gradebook: GradebookUrl = None,
+    unsafe: Unsafe = False,
+    seed: Seed = None,
+    patience: Patience = 1.0,
+) -> None:
     """Grade a folder of submissions, write results, feedback and gradebook."""
     _one_of(jobs, scheduler)
     found = listing.find(submitted, assignment, student or [])
@@ -79,31 +99,45 @@ def grade(submitted: Annotated[Path, typer.Argument(help="The folder with STUDEN
         known = output.origins(out, lost=True)
         changed = [key for key in found if key not in seeds and key in known and batch.outdated(known[key], key)]
     from autograder.results.summary import show
+
     show(reports)
     if hints := listing.overlooked(submitted):
         print(printable("\n".join(["Not graded, for want of the form STUDENT/ASSIGNMENT/FILES:", *hints])))
     if changed:
-        print(printable(f"Handed in again, or graded by an older suite: {', '.join(map('/'.join, changed))}.\n"
-                        f"`autograder regrade {out}` grades these again."))
+        print(
+            printable(
+                f"Handed in again, or graded by an older suite: {', '.join(map('/'.join, changed))}.\n"
+                f"`autograder regrade {out}` grades these again."
+            )
+        )
     print(f"Results: {out / output.RESULTS}")
     raise typer.Exit(INFRASTRUCTURE if any(report.status == INFRASTRUCTURE_ERROR for report in reports) else 0)
 
 
 @app.command("regrade")
 def regrade_command(
-        out: Annotated[Path, typer.Argument(metavar="OUTPUT", help="The output folder of `autograder grade`.")],
-        assignment: Annotated[str | None, typer.Option(help="Only this exercise.")] = None,
-        student: Annotated[list[str] | None, typer.Option(help="Only this student; may be given again.")] = None,
-        everything: Annotated[bool, typer.Option("--all", help="Also what the suite as it is has graded.")] = False,
-        apply: Annotated[bool, typer.Option("--apply", help="Write the new results, feedback and gradebook.")] = False,
-        jobs: Jobs = None, scheduler: Scheduler = None, no_gradebook: NoGradebook = False, gradebook: GradebookUrl = None,
-        unsafe: Unsafe = False, patience: Patience = 1.0) -> None:
+    out: Annotated[Path, typer.Argument(metavar="OUTPUT", help="The output folder of `autograder grade`.")],
+    assignment: Annotated[str | None, typer.Option(help="Only this exercise.")] = None,
+    student: Annotated[list[str] | None, typer.Option(help="Only this student; may be given again.")] = None,
+    everything: Annotated[bool, typer.Option("--all", help="Also what the suite as it is has graded.")] = False,
+    apply: Annotated[bool, typer.Option("--apply", help="Write the new results, feedback and gradebook.")] = False,
+    jobs: Jobs = None,
+    scheduler: Scheduler = None,
+    no_gradebook: NoGradebook = False,
+    gradebook: GradebookUrl = None,
+    unsafe: Unsafe = False,
+    patience: Patience = 1.0,
+) -> None:
     """Grade again what a changed suite or a new hand-in touches, with the seeds of before, and show who moves and why."""
     _one_of(jobs, scheduler)
     if not output.read_results(out):
         raise UsageError(f"no results in {out}")
     from autograder.grading import regrade
-    with output.Output(out, resume=True) as results, regrade.Regrading(results, assignment, student or [], everything) as again:
+
+    with (
+        output.Output(out, resume=True) as results,
+        regrade.Regrading(results, assignment, student or [], everything) as again,
+    ):
         count = len(again.waiting)
         with _workers(jobs, scheduler, unsafe, count) as client, progress.shown(count) as show_progress:
             for report in again.grade(client, patience, unsafe):
@@ -127,10 +161,12 @@ def regrade_command(
 
 @app.command("report")
 def report_command(
-        out: Annotated[Path, typer.Argument(metavar="OUTPUT", help="The output folder of `autograder grade`.")],
-        html: Annotated[Path | None, typer.Option(help="The page; default: report.html in OUTPUT.")] = None) -> None:
+    out: Annotated[Path, typer.Argument(metavar="OUTPUT", help="The output folder of `autograder grade`.")],
+    html: Annotated[Path | None, typer.Option(help="The page; default: report.html in OUTPUT.")] = None,
+) -> None:
     """Write one HTML page on the class: scores, each hidden test, time, and what needs a look."""
     from autograder.results.summary import page
+
     reports = output.read_results(out)
     if not reports:
         raise UsageError(f"no results in {out}")
@@ -140,11 +176,14 @@ def report_command(
 
 
 @app.command()
-def show(folder: Annotated[Path, typer.Argument(help="The output folder of `autograder grade`.")],
-         student: Annotated[str | None, typer.Option(help="Only this student.")] = None,
-         assignment: Annotated[str | None, typer.Option(help="Only this exercise.")] = None) -> None:
+def show(
+    folder: Annotated[Path, typer.Argument(help="The output folder of `autograder grade`.")],
+    student: Annotated[str | None, typer.Option(help="Only this student.")] = None,
+    assignment: Annotated[str | None, typer.Option(help="Only this exercise.")] = None,
+) -> None:
     """Show results to an instructor: with the hidden inputs, what was expected and got, and the seed."""
     from autograder.results.show import reports
+
     for report, details in reports(folder, student, assignment):
         print(printable(_describe(report, details)))
         for name, log in report.logs.items() if student else ():
@@ -152,12 +191,15 @@ def show(folder: Annotated[Path, typer.Argument(help="The output folder of `auto
 
 
 @app.command()
-def similar(folder: Annotated[Path, typer.Argument(help="The output folder of `autograder grade`, or the submissions.")],
-            assignment: Annotated[str | None, typer.Option(help="Only this exercise.")] = None,
-            html: Annotated[Path | None, typer.Option(help="Write a page with the texts of each pair side by side.")] = None,
-            top: Annotated[int, typer.Option(min=1, help="How many pairs of each exercise.")] = 20) -> None:
+def similar(
+    folder: Annotated[Path, typer.Argument(help="The output folder of `autograder grade`, or the submissions.")],
+    assignment: Annotated[str | None, typer.Option(help="Only this exercise.")] = None,
+    html: Annotated[Path | None, typer.Option(help="Write a page with the texts of each pair side by side.")] = None,
+    top: Annotated[int, typer.Option(min=1, help="How many pairs of each exercise.")] = 20,
+) -> None:
     """List the pairs of submissions that are most alike: a reason to look at them, not a verdict."""
     from autograder.similarity.similar import describe, find, write
+
     findings = find(folder, assignment, top)
     if html:
         write(findings, html)
@@ -172,6 +214,7 @@ def doctor() -> None:
     from rich.table import Table
 
     from autograder.sandbox import doctor
+
     try:
         layers = doctor.examine()
     except SandboxUnavailable as error:
@@ -186,14 +229,17 @@ def doctor() -> None:
 
 @app.command("release")
 def release_command(
-        assignment: Annotated[list[str] | None, typer.Argument(help="The notebooks to release; default: all.")] = None,
-        course: Annotated[Path, typer.Option(help="nbgrader's course folder; made if there is none.")] = Path("."),
-        notebooks: Annotated[Path | None, typer.Option(help="Where the notebooks are; default: this course's.")] = None,
-        students: Annotated[Path | None, typer.Option(
-            help="Lay out here what students get: the released notebooks with all that they need to run.")] = None,
+    assignment: Annotated[list[str] | None, typer.Argument(help="The notebooks to release; default: all.")] = None,
+    course: Annotated[Path, typer.Option(help="nbgrader's course folder; made if there is none.")] = Path("."),
+    notebooks: Annotated[Path | None, typer.Option(help="Where the notebooks are; default: this course's.")] = None,
+    students: Annotated[
+        Path | None,
+        typer.Option(help="Lay out here what students get: the released notebooks with all that they need to run."),
+    ] = None,
 ) -> None:
     """Make the student version of notebooks, and refuse what would show a solution or a hidden test."""
     from autograder.gradebook.release import hand_out, release
+
     released = release(course, assignment or [], notebooks)
     for folder in released:
         print(f"{folder}: released, and searched for solutions, marking schemes and hidden tests")
@@ -243,6 +289,7 @@ def _workers(jobs: int | None, scheduler: str | None, unsafe: bool, count: int):
     if not scheduler:
         choose(unsafe)  # says what is missing before the workers do
     from autograder.grading import cluster  # takes a second to load
+
     try:
         with cluster.remote(scheduler) if scheduler else cluster.local(min(count, jobs or _cores())) as client:
             yield client
@@ -259,6 +306,7 @@ def _scores(no_gradebook: bool, url: str | None, submitted: Path, output: Path):
     if no_gradebook:
         return contextlib.nullcontext()
     from autograder.gradebook.book import Scores, default_url  # nbgrader takes a second to load
+
     return Scores(url or default_url(submitted, output), submitted)
 
 

@@ -1,17 +1,17 @@
 """Every error that this package raises on purpose, in one tree.
 
-    AutograderError
-        UsageError              the command cannot be carried out as given: one line for the person, exit status 2
-            UnknownExercise     no exercise has that name
-            BrokenExercise      the exercise is there, but cannot be read
-            Leak                the student version would show an answer or a hidden test
-            CannotExport        the grades cannot be exported as asked
-        SandboxUnavailable      this machine cannot confine a program: one line with what to do, exit status 2
-        InfrastructureError     the grader itself failed: nothing is known of the submission, exit status 3
-            SandboxError        a program could not be started in the sandbox
-            ClusterError        the workers cannot be reached, or are lost
-        Fault                   the student's program is at fault: a hidden test's verdict
-            Wrong, Crashed, TimedOut
+AutograderError
+    UsageError              the command cannot be carried out as given: one line for the person, exit status 2
+        UnknownExercise     no exercise has that name
+        BrokenExercise      the exercise is there, but cannot be read
+        Leak                the student version would show an answer or a hidden test
+        CannotExport        the grades cannot be exported as asked
+    SandboxUnavailable      this machine cannot confine a program: one line with what to do, exit status 2
+    InfrastructureError     the grader itself failed: nothing is known of the submission, exit status 3
+        SandboxError        a program could not be started in the sandbox
+        ClusterError        the workers cannot be reached, or are lost
+    Fault                   the student's program is at fault: a hidden test's verdict
+        Wrong, Crashed, TimedOut
 """
 
 from typing import ClassVar

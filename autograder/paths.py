@@ -17,5 +17,7 @@ def repository() -> Path:
     """
     root = PACKAGE.parent
     if not (root / "notebooks").is_dir() or not (root / "solutions").is_dir():
-        raise UsageError(f"{PACKAGE} was installed without the course's notebooks and solutions: run this from a checkout")
+        raise UsageError(
+            f"{PACKAGE} was installed without the course's notebooks and solutions: run this from a checkout"
+        )
     return root

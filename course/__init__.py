@@ -21,4 +21,5 @@ def live():
 def check(name=""):
     """Run the notebook's public checks again: those called `name`, or all (`course.notebook.checks.check`)."""
     from course.notebook.checks import check as run
+
     run(name)

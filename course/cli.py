@@ -14,6 +14,7 @@ def main_options() -> None:
 def doctor() -> None:
     """Check that this machine can run the course, and say what to do where it cannot."""
     from course.doctor import report
+
     raise typer.Exit(report())
 
 

@@ -36,17 +36,20 @@ def client_library() -> str:
     import rclpy
 
     from course import environment
+
     return f"rclpy in {Path(rclpy.__file__).parent}" + (" (a sourced ROS 2)" if environment.sourced() else "")
 
 
 def middleware() -> str:
     from rclpy.utilities import get_rmw_implementation_identifier
+
     return get_rmw_implementation_identifier()
 
 
 def interfaces() -> str:
     from course_interfaces.action import Fibonacci
     from example_interfaces.srv import AddTwoInts
+
     if Fibonacci.Feedback().get_fields_and_field_types() != {"partial_sequence": "sequence<int32>"}:
         raise RuntimeError("course_interfaces/action/Fibonacci is not the chapter's")
     return f"{AddTwoInts.__module__.split('.')[0]}, {Fibonacci.__module__.split('.')[0]}"
@@ -54,6 +57,7 @@ def interfaces() -> str:
 
 def build() -> str:
     from course.interfaces import build as build_interface
+
     with tempfile.TemporaryDirectory() as cache:
         build_interface("doctor_interfaces", {"Ping.srv": "int32 a\n---\nint32 b\n"}, cache=Path(cache), use=False)
     return "a .srv was compiled"
@@ -87,6 +91,7 @@ def round_trip() -> str:
 
 def kernel() -> str:
     from jupyter_client.manager import start_new_kernel
+
     manager, client = start_new_kernel(kernel_name="python3", startup_timeout=30, stderr=subprocess.DEVNULL)
     try:
         reply = client.execute_interactive("import course; course.live()", timeout=30, output_hook=lambda _: None)
@@ -107,8 +112,10 @@ def bubblewrap() -> str:
 
 def namespaces() -> str:
     command = ["unshare", "-n"] if os.getuid() == 0 else ["unshare", "-Urn"]
-    inner = ("ip link set lo up && bwrap --ro-bind / / --dev /dev --proc /proc --unshare-user --unshare-pid "
-             "--unshare-ipc --unshare-uts true")
+    inner = (
+        "ip link set lo up && bwrap --ro-bind / / --dev /dev --proc /proc --unshare-user --unshare-pid "
+        "--unshare-ipc --unshare-uts true"
+    )
     done = subprocess.run([*command, "sh", "-c", inner], capture_output=True, text=True, timeout=20)
     if done.returncode:
         raise RuntimeError(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else "refused")
@@ -121,12 +128,18 @@ CHECKS = (
     Check("middleware", middleware, INSTALL),
     Check("interface packages", interfaces, INSTALL + "; it builds them with g++"),
     Check("building a .srv", build, "install g++ and python3-dev, then " + INSTALL),
-    Check("service round trip", round_trip, "allow UDP on the loopback interface; unset ROS_DOMAIN_ID and RMW_* settings"),
+    Check(
+        "service round trip", round_trip, "allow UDP on the loopback interface; unset ROS_DOMAIN_ID and RMW_* settings"
+    ),
     Check("notebook kernel", kernel, INSTALL + "; remove a 'python3' kernel of your own: jupyter kernelspec list"),
     Check("bubblewrap", bubblewrap, "install bubblewrap (for grading only)", student=False),
-    Check("namespaces", namespaces,
-          "allow user namespaces: sysctl kernel.unprivileged_userns_clone=1, "
-          "or kernel.apparmor_restrict_unprivileged_userns=0 on Ubuntu (for grading only)", student=False),
+    Check(
+        "namespaces",
+        namespaces,
+        "allow user namespaces: sysctl kernel.unprivileged_userns_clone=1, "
+        "or kernel.apparmor_restrict_unprivileged_userns=0 on Ubuntu (for grading only)",
+        student=False,
+    ),
 )
 
 

@@ -1,11 +1,11 @@
 """Every error that the course raises on purpose, in one tree.
 
-    CourseError                 something that the reader can put right; a notebook shows its message alone
-        LiveError               the live session cannot do what it was asked to do
-            CallTimeout         a service, a future or a node did not answer in time
-            ExerciseError       an exercise's cell could not become the file it names
-        InterfaceError          a .msg, .srv or .action file that ROS 2 cannot build
-        UnreadableNotebook      a file that is no notebook
+CourseError                 something that the reader can put right; a notebook shows its message alone
+    LiveError               the live session cannot do what it was asked to do
+        CallTimeout         a service, a future or a node did not answer in time
+        ExerciseError       an exercise's cell could not become the file it names
+    InterfaceError          a .msg, .srv or .action file that ROS 2 cannot build
+    UnreadableNotebook      a file that is no notebook
 """
 
 

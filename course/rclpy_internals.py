@@ -45,6 +45,7 @@ def _lock_action_clients() -> None:
         def call(*args, **kwargs):
             with lock:
                 return method(*args, **kwargs)
+
         return call
 
     for name in UNLOCKED:

@@ -18,8 +18,11 @@ from rclpy.parameter import Parameter
 from course.rclpy_internals import watch_parameters
 from course.waiting import wait_until
 
-STATUS = {GoalStatus.STATUS_SUCCEEDED: "succeeded", GoalStatus.STATUS_CANCELED: "canceled",
-          GoalStatus.STATUS_ABORTED: "aborted"}
+STATUS = {
+    GoalStatus.STATUS_SUCCEEDED: "succeeded",
+    GoalStatus.STATUS_CANCELED: "canceled",
+    GoalStatus.STATUS_ABORTED: "aborted",
+}
 
 
 class Recorder:
@@ -124,8 +127,10 @@ class GoalRecorder(Recorder):
     def result(self) -> list | None:
         """The sequence in the result; None before the end, and for a rejected goal.  Late feedback may come after it."""
         table = self.table()
-        return next((sequence for event, sequence in zip(table["event"], table["sequence"], strict=True)
-                     if event in self.END), None)
+        return next(
+            (sequence for event, sequence in zip(table["event"], table["sequence"], strict=True) if event in self.END),
+            None,
+        )
 
     def wait_end(self, timeout: float = 10.0) -> str | None:
         """Wait for the end, and return it (see the class); None after `timeout` s."""

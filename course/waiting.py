@@ -11,8 +11,13 @@ POLL = 0.01  # s between two looks at what no event announces: the ROS graph, an
 WOKEN = 0.1  # s between two looks when an event announces the change
 
 
-def wait_until(condition: Callable[[], Found], timeout: float, *, news: threading.Condition | None = None,
-               unless: Callable[[], object] = lambda: False) -> Found:
+def wait_until(
+    condition: Callable[[], Found],
+    timeout: float,
+    *,
+    news: threading.Condition | None = None,
+    unless: Callable[[], object] = lambda: False,
+) -> Found:
     """Wait until `condition()` is true, and return its last value: a false one after `timeout` s.
 
     The wait also ends, early, when `unless()` becomes true: the program that was to answer has died.  With `news` the

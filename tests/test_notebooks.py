@@ -25,9 +25,12 @@ def test_every_code_cell_was_run_before_it_was_stored(path):
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_no_cell_is_stored_with_an_error_that_is_not_meant(path):
-    failed = [cell.source for cell in code_cells(path)
-              if any(output.output_type == "error" for output in cell.outputs)
-              and "raises-exception" not in cell.metadata.get("tags", [])]
+    failed = [
+        cell.source
+        for cell in code_cells(path)
+        if any(output.output_type == "error" for output in cell.outputs)
+        and "raises-exception" not in cell.metadata.get("tags", [])
+    ]
     assert failed == []
 
 
@@ -75,7 +78,10 @@ def test_the_released_notebook_has_stubs_for_solutions(released):
 
 def test_the_released_notebook_has_no_marking_scheme(released):
     for path in NOTEBOOKS:
-        manual = [cell for cell in nbformat.read(path, 4).cells if cell.cell_type == "markdown"
-                  and cell.metadata.get("nbgrader", {}).get("grade")]
+        manual = [
+            cell
+            for cell in nbformat.read(path, 4).cells
+            if cell.cell_type == "markdown" and cell.metadata.get("nbgrader", {}).get("grade")
+        ]
         assert all("arking scheme" in cell.source for cell in manual)
         assert "Marking scheme" not in (released / path.parent.name / path.name).read_text()

@@ -58,7 +58,9 @@ class Scores:
                 grade = Grade(cell_id=self._book.find_grade_cell(cell, name, name).id, notebook=notebook)
                 self._book.db.add(grade)
             grade.auto_score = points
-            grade.needs_manual_grade = grade.manual_score is not None  # what was changed by hand is to be looked at again
+            grade.needs_manual_grade = (
+                grade.manual_score is not None
+            )  # what was changed by hand is to be looked at again
         self._book.db.commit()
         if self._config and late.concerned(self._book.find_submission(name, student)):
             late.assign(self._config, self._url, name, name, student)
@@ -81,8 +83,13 @@ def by_hand(url: str, assignment: str, student: str) -> list[Mark]:
         for grade in notebook.grades:
             changed = grade.manual_score is not None or bool(grade.extra_credit)
             if grade.name not in tested or changed:
-                marks[grade.name] = Mark(grade.name, grade.score, grade.max_score, comments.get(grade.name, ""),
-                                         waiting=not changed and bool(grade.needs_manual_grade))
+                marks[grade.name] = Mark(
+                    grade.name,
+                    grade.score,
+                    grade.max_score,
+                    comments.get(grade.name, ""),
+                    waiting=not changed and bool(grade.needs_manual_grade),
+                )
         penalty = notebook.late_submission_penalty
     rest = [Mark(name, None, 0.0, comment) for name, comment in comments.items() if name not in marks]
     rest += [Mark("Handed in late", -penalty, 0.0)] if penalty else []

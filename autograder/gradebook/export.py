@@ -53,8 +53,9 @@ class Grade:
         if self.handed_in is None:
             return MISSING
         grades = [grade for notebook in self.handed_in.notebooks for grade in notebook.grades]
-        left = any(grade.needs_manual_grade or (grade.auto_score is None and grade.manual_score is None)
-                   for grade in grades)
+        left = any(
+            grade.needs_manual_grade or (grade.auto_score is None and grade.manual_score is None) for grade in grades
+        )
         return WAITING if left or not grades else DONE
 
     @property
@@ -130,8 +131,22 @@ class CsvExporter(_Exporter):
     handed in; and does not tell what is still to be marked.
     """
 
-    columns = ("assignment", "duedate", "timestamp", "student_id", "last_name", "first_name", "email", "state",
-               "raw_score", "late_submission_penalty", "score", "max_score", "days_late", "needs_manual_grade")
+    columns = (
+        "assignment",
+        "duedate",
+        "timestamp",
+        "student_id",
+        "last_name",
+        "first_name",
+        "email",
+        "state",
+        "raw_score",
+        "late_submission_penalty",
+        "score",
+        "max_score",
+        "days_late",
+        "needs_manual_grade",
+    )
 
     def rows(self, grades: dict[str, dict[str, Grade]]) -> list[list[str]]:
         """Sorted by assignment, then by student."""
@@ -141,12 +156,26 @@ class CsvExporter(_Exporter):
     def _line(self, grade: Grade) -> list[str]:
         student, assignment, handed_in = grade.student, grade.assignment, grade.handed_in
         names = [harmless(text or "") for text in (student.id, student.last_name, student.first_name, student.email)]
-        line = [harmless(assignment.name), str(assignment.duedate or ""), "", *names, grade.state, "", "", grade.points,
-                _number(assignment.max_score), "", ""]
+        line = [
+            harmless(assignment.name),
+            str(assignment.duedate or ""),
+            "",
+            *names,
+            grade.state,
+            "",
+            "",
+            grade.points,
+            _number(assignment.max_score),
+            "",
+            "",
+        ]
         if handed_in:
             line[2] = str(handed_in.timestamp or "")
-            if any(part.auto_score is not None or part.manual_score is not None
-                   for notebook in handed_in.notebooks for part in notebook.grades):
+            if any(
+                part.auto_score is not None or part.manual_score is not None
+                for notebook in handed_in.notebooks
+                for part in notebook.grades
+            ):
                 line[8] = _number(handed_in.score)  # also while parts wait: what there is so far
             line[9] = _number(grade.penalty)
             line[12] = _number(handed_in.total_seconds_late / late.DAY)
@@ -166,11 +195,22 @@ class CanvasExporter(_Exporter):
 
     default_name = "canvas.csv"
     roster = Unicode(help="The gradebook as exported from Canvas.").tag(config=True)
-    columns = Dict(help="The Canvas assignment of each assignment that is called differently there, as in the header, "
-                        "for example {'calculator': 'Exercise 5 (1234)'}.").tag(config=True)
+    columns = Dict(
+        help="The Canvas assignment of each assignment that is called differently there, as in the header, "
+        "for example {'calculator': 'Exercise 5 (1234)'}."
+    ).tag(config=True)
     ids = ("SIS User ID", "SIS Login ID", "ID")
-    about = ("Student", "LastName", "FirstName", "ID", "SIS User ID", "SIS Login ID", "Integration ID", "Root Account",
-             "Section")
+    about = (
+        "Student",
+        "LastName",
+        "FirstName",
+        "ID",
+        "SIS User ID",
+        "SIS Login ID",
+        "Integration ID",
+        "Root Account",
+        "Section",
+    )
 
     def rows(self, grades: dict[str, dict[str, Grade]]) -> list[list[str]]:
         """The students and columns of the roster that there is something to tell about."""
@@ -189,20 +229,29 @@ class CanvasExporter(_Exporter):
             here = _number(assignments[name].max_score)
             there = possible[place].strip() if place is not None else here
             if place is None:
-                self.log.warning("%s is not in %s: Canvas will ask whether to make a new assignment",
-                                 printable(name), self.roster)
+                self.log.warning(
+                    "%s is not in %s: Canvas will ask whether to make a new assignment", printable(name), self.roster
+                )
             elif _value(there) != _value(here):
-                self.log.warning("%s: Canvas has %s points possible, the gradebook %s; points are exported as they are",
-                                 printable(name), there or "no", here)
+                self.log.warning(
+                    "%s: Canvas has %s points possible, the gradebook %s; points are exported as they are",
+                    printable(name),
+                    there or "no",
+                    here,
+                )
             titles.append(header[place] if place is not None else name)
             most.append(there)
         by_line = self._match(grades, header, lines)
-        rows = [[*(header[i] for i in known), *titles],
-                [*("    Points Possible" if header[i] in ("Student", "LastName") else "" for i in known), *most]]
+        rows = [
+            [*(header[i] for i in known), *titles],
+            [*("    Points Possible" if header[i] in ("Student", "LastName") else "" for i in known), *most],
+        ]
         for number, line in enumerate(lines):
             mine = grades.get(by_line.get(number), {})
-            cells = [(mine[name].points if name in mine else "") or (line[place] if place is not None else "")
-                     for name, place in places.items()]
+            cells = [
+                (mine[name].points if name in mine else "") or (line[place] if place is not None else "")
+                for name, place in places.items()
+            ]
             rows.append([*(harmless(line[i]) for i in known), *cells])
         return rows
 
@@ -217,10 +266,12 @@ class CanvasExporter(_Exporter):
         lines = list(csv.reader(io.StringIO(text, newline=""), delimiter=separator))
         header = [title.strip() for title in lines[0]] if lines else []
         if not {"ID", "Section"} <= set(header) or not {"Student", "LastName"} & set(header):
-            raise CannotExport(f"{self.roster} is no gradebook exported from Canvas: it has no columns Student, ID, Section")
+            raise CannotExport(
+                f"{self.roster} is no gradebook exported from Canvas: it has no columns Student, ID, Section"
+            )
         possible, students = [""] * len(header), []
         for number, line in enumerate(lines[1:], 2):
-            line = (line + [""] * len(header))[:len(header)]
+            line = (line + [""] * len(header))[: len(header)]
             if "Points Possible" in line[0]:
                 possible = line
             elif line[header.index("ID")].strip().isdecimal():
@@ -235,10 +286,15 @@ class CanvasExporter(_Exporter):
             if self.columns[name] not in header:
                 raise CannotExport(f"{self.roster} has no column {self.columns[name]!r}")
             return header.index(self.columns[name])
-        found = [place for place, title in enumerate(header)
-                 if re.sub(r" \(\d+\)$", "", title).strip().casefold() == name.casefold() and title not in self.about]
+        found = [
+            place
+            for place, title in enumerate(header)
+            if re.sub(r" \(\d+\)$", "", title).strip().casefold() == name.casefold() and title not in self.about
+        ]
         if len(found) > 1:
-            raise CannotExport(f"{self.roster} has {len(found)} columns for {name}: choose one with CanvasExporter.columns")
+            raise CannotExport(
+                f"{self.roster} has {len(found)} columns for {name}: choose one with CanvasExporter.columns"
+            )
         return found[0] if found else None
 
     def _match(self, grades: dict[str, dict[str, Grade]], header: list[str], lines: list[list[str]]) -> dict[int, str]:
@@ -247,17 +303,36 @@ class CanvasExporter(_Exporter):
         found: dict[str, set[int]] = {}
         for student, mine in grades.items():
             person = next(iter(mine.values())).student if mine else None
-            keys = {key.strip().casefold() for key in (student, person and person.email, person and person.lms_user_id) if key}
-            found[student] = {number for number, line in enumerate(lines)
-                              if any(line[place].strip().casefold() in keys for place in places)}
+            keys = {
+                key.strip().casefold()
+                for key in (student, person and person.email, person and person.lms_user_id)
+                if key
+            }
+            found[student] = {
+                number
+                for number, line in enumerate(lines)
+                if any(line[place].strip().casefold() in keys for place in places)
+            }
         claims = Counter(number for numbers in found.values() for number in numbers)
-        clear = {student: next(iter(numbers)) for student, numbers in found.items()
-                 if len(numbers) == 1 and claims[next(iter(numbers))] == 1}
-        self._tell([student for student, numbers in found.items() if not numbers], f"because {self.roster} does not have them")
-        self._tell([student for student, numbers in found.items() if numbers and student not in clear],
-                   f"because they fit several lines of {self.roster}, or a line fits several of them")
+        clear = {
+            student: next(iter(numbers))
+            for student, numbers in found.items()
+            if len(numbers) == 1 and claims[next(iter(numbers))] == 1
+        }
+        self._tell(
+            [student for student, numbers in found.items() if not numbers], f"because {self.roster} does not have them"
+        )
+        self._tell(
+            [student for student, numbers in found.items() if numbers and student not in clear],
+            f"because they fit several lines of {self.roster}, or a line fits several of them",
+        )
         if rest := len(lines) - len(clear):
-            self.log.info("%d of the %d students in %s have no grade here, and keep what Canvas has", rest, len(lines), self.roster)
+            self.log.info(
+                "%d of the %d students in %s have no grade here, and keep what Canvas has",
+                rest,
+                len(lines),
+                self.roster,
+            )
         return {number: student for student, number in clear.items()}
 
 
@@ -272,10 +347,17 @@ class MoodleExporter(_Exporter):
     """
 
     default_name = "moodle.csv"
-    user = Enum(("username", "email", "idnumber"), "username", help="What Moodle finds students by: username is the "
-                "gradebook's student id; idnumber its LMS id, or the student id where there is none.").tag(config=True)
-    feedback = Bool(False, help="Add a column of feedback for each assignment: lateness, and what was written by hand. "
-                                "Moodle shows it instead of the feedback that it has.").tag(config=True)
+    user = Enum(
+        ("username", "email", "idnumber"),
+        "username",
+        help="What Moodle finds students by: username is the "
+        "gradebook's student id; idnumber its LMS id, or the student id where there is none.",
+    ).tag(config=True)
+    feedback = Bool(
+        False,
+        help="Add a column of feedback for each assignment: lateness, and what was written by hand. "
+        "Moodle shows it instead of the feedback that it has.",
+    ).tag(config=True)
 
     def rows(self, grades: dict[str, dict[str, Grade]]) -> list[list[str]]:
         """One line for each student who has a grade."""
@@ -300,8 +382,10 @@ class MoodleExporter(_Exporter):
                 for name in names:
                     row += [mine[name].points, self._feedback(mine[name])] if self.feedback else [mine[name].points]
                 rows.append(row)
-        self._tell([student for student, mine in grades.items() if not any(grade.points for grade in mine.values())],
-                   "because there is no grade to tell")
+        self._tell(
+            [student for student, mine in grades.items() if not any(grade.points for grade in mine.values())],
+            "because there is no grade to tell",
+        )
         self._tell(without, f"because the gradebook does not have their {self.user}")
         self._tell(unsafe, f"because a spreadsheet would run their {self.user} as a formula")
         return rows
@@ -314,7 +398,12 @@ class MoodleExporter(_Exporter):
         if grade.state != DONE:
             return ""
         said = [f"Handed in late: {_number(grade.penalty)} points off."] if grade.penalty else []
-        said += [comment.comment for notebook in grade.handed_in.notebooks for comment in notebook.comments if comment.comment]
+        said += [
+            comment.comment
+            for notebook in grade.handed_in.notebooks
+            for comment in notebook.comments
+            if comment.comment
+        ]
         return harmless(" ".join(said).replace("&", "&amp;").replace("<", "&lt;"))  # Moodle shows it as HTML
 
 
@@ -332,8 +421,10 @@ def _chosen(things: list, key: str, names: list, what: str) -> list:
     wanted = {str(name) for name in names}
     if missing := wanted - {getattr(thing, key) for thing in things}:
         raise CannotExport(f"the gradebook has no {what} {min(missing)!r}")
-    return sorted((thing for thing in things if not wanted or getattr(thing, key) in wanted),
-                  key=lambda thing: getattr(thing, key))
+    return sorted(
+        (thing for thing in things if not wanted or getattr(thing, key) in wanted),
+        key=lambda thing: getattr(thing, key),
+    )
 
 
 def _number(value: float) -> str:

@@ -46,11 +46,15 @@ class LatePolicy(LateSubmissionPlugin):
     percent_of = Enum(("score", "max_score"), "score", help="What the percentages are of.").tag(config=True)
     cap = Float(100, min=0, max=100, help="The most that is lost, in percent.").tag(config=True)
     count = Enum(("started", "whole"), "started", help="Which days count.").tag(config=True)
-    grace_days = Float(0, min=0, help="Days after the due date that cost nothing, for each assignment.").tag(config=True)
-    grace_budget = Integer(0, min=0, help="Days that cost nothing, for all of a student's assignments together."
-                           ).tag(config=True)
-    extensions = Dict(help="For each student the days, or the time, by which the due date is put off; or these for "
-                           "each assignment.").tag(config=True)
+    grace_days = Float(0, min=0, help="Days after the due date that cost nothing, for each assignment.").tag(
+        config=True
+    )
+    grace_budget = Integer(0, min=0, help="Days that cost nothing, for all of a student's assignments together.").tag(
+        config=True
+    )
+    extensions = Dict(
+        help="For each student the days, or the time, by which the due date is put off; or these for each assignment."
+    ).tag(config=True)
 
     @validate("extensions")
     def _check_extensions(self, proposal):
@@ -59,8 +63,10 @@ class LatePolicy(LateSubmissionPlugin):
                 try:
                     _put_off(datetime(2000, 1, 1), extension)
                 except (ValueError, TypeError, OverflowError, AttributeError):
-                    raise TraitError(f"LatePolicy.extensions: {student!r} has {extension!r}, which is neither a number "
-                                     "of days nor a time such as '2026-05-08 23:59 UTC'") from None
+                    raise TraitError(
+                        f"LatePolicy.extensions: {student!r} has {extension!r}, which is neither a number "
+                        "of days nor a time such as '2026-05-08 23:59 UTC'"
+                    ) from None
         return proposal["value"]
 
     def late_submission_penalty(self, student_id: str, score: float, total_seconds_late: float) -> float | None:
@@ -115,8 +121,13 @@ def timestamp(folder: Path) -> datetime | None:
     except (FileNotFoundError, NotADirectoryError):
         return None
     except (OSError, ValueError, OverflowError, TypeError) as error:  # dateutil raises all of these
-        log.warning("%s/%s: %s cannot be read, so it is not known when this was handed in (%r)",
-                    folder.parent.name, folder.name, TIMESTAMP, error)
+        log.warning(
+            "%s/%s: %s cannot be read, so it is not known when this was handed in (%r)",
+            folder.parent.name,
+            folder.name,
+            TIMESTAMP,
+            error,
+        )
         return None
 
 
@@ -143,5 +154,7 @@ def concerned(handed_in: SubmittedAssignment) -> bool:
 def assign(config: Config, url: str, assignment: str, notebook: str, student: str) -> None:
     """Write the late penalty of a submission's notebook, as nbgrader's autograde does."""
     step = AssignLatePenalties(config=config, log=quiet)
-    step.preprocess(new_notebook(), {"nbgrader": {"assignment": assignment, "notebook": notebook, "student": student,
-                                                  "db_url": url}})
+    step.preprocess(
+        new_notebook(),
+        {"nbgrader": {"assignment": assignment, "notebook": notebook, "student": student, "db_url": url}},
+    )

@@ -35,8 +35,15 @@ class HandedIn(NotebookExporter):
         try:
             shown = notebook.safe(read_handed_in(Path(filename)))
         except UnreadableNotebook as error:
-            shown = new_notebook(cells=[new_markdown_cell(notebook.plain(
-                f"**The notebook that was handed in cannot be shown: {error}.** Its files were graded."))])
+            shown = new_notebook(
+                cells=[
+                    new_markdown_cell(
+                        notebook.plain(
+                            f"**The notebook that was handed in cannot be shown: {error}.** Its files were graded."
+                        )
+                    )
+                ]
+            )
         return self.from_notebook_node(shown, resources, **kw)
 
 
@@ -57,7 +64,9 @@ class NameCells(NbGraderPreprocessor):
                 cell.metadata["nbgrader"] = known.pop(name)[0]
         for metadata, kind in known.values():
             new = new_code_cell if kind == "code" else new_markdown_cell
-            nb.cells.append(new("# This cell is not in the notebook that was handed in.", metadata={"nbgrader": metadata}))
+            nb.cells.append(
+                new("# This cell is not in the notebook that was handed in.", metadata={"nbgrader": metadata})
+            )
         return nb, resources
 
 
@@ -75,15 +84,21 @@ class GradeInSandbox(NbGraderPreprocessor):
         if names["notebook"] != assignment:
             return nb, resources  # one beside the exercise's
         converter = self.parent.parent
-        report = grade(listing.read(_folder(converter, "submitted"), student, assignment),
-                               choose(self.unsafe), self.seed, self.patience)
+        report = grade(
+            listing.read(_folder(converter, "submitted"), student, assignment),
+            choose(self.unsafe),
+            self.seed,
+            self.patience,
+        )
         if report.status == INFRASTRUCTURE_ERROR:
             raise InfrastructureError(f"{student}/{assignment} was not graded, and no score was written")
         with Scores(names["db_url"]) as scores:
             scores.write(report)
         nb.metadata["autograder"] = report.public()
-        _remove_unwanted(_folder(converter, "submitted") / student / assignment,
-                         _folder(converter, "autograded") / student / assignment)
+        _remove_unwanted(
+            _folder(converter, "submitted") / student / assignment,
+            _folder(converter, "autograded") / student / assignment,
+        )
         return nb, resources
 
 
@@ -99,7 +114,9 @@ class FeedbackPage(Exporter):
         names = resources["nbgrader"]
         if fields is None:
             raise ValueError(f"{filename} was not graded by this grader: run nbgrader autograde again")
-        page = feedback.page(Report.from_fields(fields), by_hand(names["db_url"], names["assignment"], names["student"]))
+        page = feedback.page(
+            Report.from_fields(fields), by_hand(names["db_url"], names["assignment"], names["student"])
+        )
         return page, resources | {"output_extension": ".html"}
 
 
@@ -119,9 +136,18 @@ def _known_cells(known) -> dict[str, tuple[dict, str]]:
     for name in dict.fromkeys([*sources, *graded, *solutions]):
         source = sources.get(name)
         kind = source.cell_type if source else "code"
-        cells[name] = {"grade_id": name, "grade": name in graded and name not in tasks, "solution": name in solutions,
-                       "task": name in tasks, "locked": bool(source and source.locked), "cell_type": kind,
-                       "schema_version": 3}, kind
+        cells[name] = (
+            {
+                "grade_id": name,
+                "grade": name in graded and name not in tasks,
+                "solution": name in solutions,
+                "task": name in tasks,
+                "locked": bool(source and source.locked),
+                "cell_type": kind,
+                "schema_version": 3,
+            },
+            kind,
+        )
         if name in graded:
             cells[name][0]["points"] = graded[name].max_score
     return cells

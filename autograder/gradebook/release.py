@@ -66,17 +66,25 @@ def hand_out(folder: Path, released: Iterable[Path]) -> None:
     root = repository()
     ignored = shutil.ignore_patterns("__pycache__")
     shutil.copytree(root / "course", folder / "course", ignore=ignored, dirs_exist_ok=True)
-    shutil.copytree(root / "environment", folder / "environment", dirs_exist_ok=True,
-                    ignore=shutil.ignore_patterns("test", "lock"))
+    shutil.copytree(
+        root / "environment", folder / "environment", dirs_exist_ok=True, ignore=shutil.ignore_patterns("test", "lock")
+    )
     for notebooks in released:
         shutil.copytree(notebooks, folder / "notebooks" / notebooks.name, dirs_exist_ok=True)
     shutil.copy(root / "LICENSE", folder)
     project = (root / "pyproject.toml").read_text(encoding="utf-8").replace(', "autograder*"', "")
-    (folder / "pyproject.toml").write_text(re.sub(r"^autograder = .*\n", "", project, flags=re.MULTILINE), encoding="utf-8")
+    (folder / "pyproject.toml").write_text(
+        re.sub(r"^autograder = .*\n", "", project, flags=re.MULTILINE), encoding="utf-8"
+    )
     readme = (root / "README.md").read_text(encoding="utf-8")
-    title, day = readme.partition("\n")[0], re.search(r"^## The student's day\n+(.*?)^## ", readme, re.MULTILINE | re.DOTALL)[1]
-    (folder / "README.md").write_text(f"{title}\n\n`environment/start student` sets up what is missing, and opens JupyterLab.\n\n{day}",
-                                      encoding="utf-8")
+    title, day = (
+        readme.partition("\n")[0],
+        re.search(r"^## The student's day\n+(.*?)^## ", readme, re.MULTILINE | re.DOTALL)[1],
+    )
+    (folder / "README.md").write_text(
+        f"{title}\n\n`environment/start student` sets up what is missing, and opens JupyterLab.\n\n{day}",
+        encoding="utf-8",
+    )
 
 
 def api(course: Path):
@@ -85,6 +93,7 @@ def api(course: Path):
     What its methods log is in what they return.
     """
     from nbgrader.apps import NbGraderAPI
+
     prepare()  # nbgrader runs `alembic`, which is beside this interpreter
     get_logger().propagate = False
     config = PyFileConfigLoader("nbgrader_config.py", path=str(course)).load_config()
@@ -161,7 +170,10 @@ def _texts(path: Path) -> Iterator[tuple[str, str]]:
         for number, cell in enumerate(json.loads(raw)["cells"]):
             yield f", cell {number}", cells.text_of(cell["source"])
             yield f", cell {number}", "\n".join(_strings([cell.get("outputs", []), cell.get("metadata", {})]))
-        yield "'s metadata", "\n".join(_strings({key: value for key, value in json.loads(raw).items() if key != "cells"}))
+        yield (
+            "'s metadata",
+            "\n".join(_strings({key: value for key, value in json.loads(raw).items() if key != "cells"})),
+        )
 
 
 def _strings(value) -> Iterator[str]:

@@ -11,8 +11,9 @@ from autograder.submissions import exercises
 from autograder.submissions.listing import digest, read
 
 
-def grade(client, submitted: Path, seeds: dict[tuple[str, str], int], patience: float,
-          unsafe: bool) -> Iterator[tuple[Report, Origin]]:
+def grade(
+    client, submitted: Path, seeds: dict[tuple[str, str], int], patience: float, unsafe: bool
+) -> Iterator[tuple[Report, Origin]]:
     """Grade the (student, assignment) pairs in `seeds`, each with its seed; reports come in the order they are done.
 
     `client` is what `cluster.local` or `cluster.remote` gives; None will do when there is nothing to grade.
@@ -20,6 +21,7 @@ def grade(client, submitted: Path, seeds: dict[tuple[str, str], int], patience: 
     if not seeds:
         return
     from autograder.grading import cluster  # takes a second to load
+
     origins = {}
 
     def handed_in() -> Iterator[tuple[Submission, int]]:

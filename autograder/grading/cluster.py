@@ -45,10 +45,20 @@ def local(jobs: int) -> Iterator[Client]:
     """
     _silence()
     security = Security.temporary()
-    with (tempfile.TemporaryDirectory(prefix="autograder-") as scratch,
-          LocalCluster(n_workers=jobs, threads_per_worker=1, processes=True, memory_limit=0, dashboard_address="127.0.0.1:0",
-                       local_directory=scratch, security=security, preload=__name__) as cluster,
-          Client(cluster, security=security) as client):
+    with (
+        tempfile.TemporaryDirectory(prefix="autograder-") as scratch,
+        LocalCluster(
+            n_workers=jobs,
+            threads_per_worker=1,
+            processes=True,
+            memory_limit=0,
+            dashboard_address="127.0.0.1:0",
+            local_directory=scratch,
+            security=security,
+            preload=__name__,
+        ) as cluster,
+        Client(cluster, security=security) as client,
+    ):
         yield client
 
 
@@ -77,7 +87,9 @@ def remote(address: str) -> Iterator[Client]:
         try:
             client.wait_for_workers(1, timeout=WELCOME)
         except TimeoutError:
-            raise ClusterError(f"the scheduler at {address} has no workers: start some with `dask worker {address}`") from None
+            raise ClusterError(
+                f"the scheduler at {address} has no workers: start some with `dask worker {address}`"
+            ) from None
         mine = version(DISTRIBUTION)
         for worker, other in client.run(_version, on_error="return").items():
             if other != mine:
@@ -96,7 +108,9 @@ class _Job:
     worker: str = ""  # that has it
 
 
-def grade(client: Client, submissions: Iterable[tuple[Submission, int]], patience: float, unsafe: bool) -> Iterator[Report]:
+def grade(
+    client: Client, submissions: Iterable[tuple[Submission, int]], patience: float, unsafe: bool
+) -> Iterator[Report]:
     """Grade submissions, each with the seed of its hidden inputs; the reports come as they are done.
 
     Submissions are taken one by one as workers are free.  Call it from the main thread.  Raises ClusterError when the
@@ -128,8 +142,17 @@ def grade(client: Client, submissions: Iterable[tuple[Submission, int]], patienc
                 more = more and job is not None
                 if job is None:
                     break
-                future = client.submit(_grade, job.submission, exercises.pack(job.submission.assignment), job.seed, patience,
-                                       unsafe, pure=False, workers=[worker], allow_other_workers=False)
+                future = client.submit(
+                    _grade,
+                    job.submission,
+                    exercises.pack(job.submission.assignment),
+                    job.seed,
+                    patience,
+                    unsafe,
+                    pure=False,
+                    workers=[worker],
+                    allow_other_workers=False,
+                )
                 running[future] = replace(job, worker=worker)
                 future.add_done_callback(done.put)
             if not (running or again or more):

@@ -49,22 +49,35 @@ class Regrading:
         name = assignment and exercises.load(assignment).name
         known = origins(results.folder)
         if missing := sorted(results.done.keys() - known.keys()):
-            raise UsageError(f"it is not known what {'/'.join(missing[0])} was graded from: grade it with --resume first")
+            raise UsageError(
+                f"it is not known what {'/'.join(missing[0])} was graded from: grade it with --resume first"
+            )
         if absent := {*students} - {student for student, _ in results.done}:
             raise UsageError(f"no result of student {min(absent)!r} in {results.folder}")
         self.results = results
         self.pending = Output(results.folder / PENDING, resume=True)
         self._fresh = origins(self.pending.folder)
-        self.origins = {key: origin for key, origin in known.items()
-                        if key in results.done and name in (None, key[1]) and (not students or key[0] in students)
-                        and (everything or batch.outdated(origin, key))}
+        self.origins = {
+            key: origin
+            for key, origin in known.items()
+            if key in results.done
+            and name in (None, key[1])
+            and (not students or key[0] in students)
+            and (everything or batch.outdated(origin, key))
+        }
         for key, origin in self.origins.items():
             if not os.path.lexists(Path(origin.submitted, *key)):
                 raise UsageError(f"{'/'.join(key)} is no longer in {origin.submitted}: its result would be lost")
         # A pending result counts as long as neither the suite nor what was handed in has changed again.
-        self.waiting = {key for key in self.origins if not (
-            key in self.pending.done and self.pending.done[key].status != INFRASTRUCTURE_ERROR
-            and self._fresh[key] == batch.current(self.origins[key], key))}
+        self.waiting = {
+            key
+            for key in self.origins
+            if not (
+                key in self.pending.done
+                and self.pending.done[key].status != INFRASTRUCTURE_ERROR
+                and self._fresh[key] == batch.current(self.origins[key], key)
+            )
+        }
 
     def __enter__(self):
         return self
@@ -75,8 +88,11 @@ class Regrading:
     def grade(self, client, patience: float, unsafe: bool) -> Iterator[Report]:
         """Grade what waits, with the seed that it had; the reports as they come."""
         for folder in {self.origins[key].submitted for key in self.waiting}:
-            seeds = {key: self.results.done[key].seed for key in sorted(self.waiting)
-                     if self.origins[key].submitted == folder}
+            seeds = {
+                key: self.results.done[key].seed
+                for key in sorted(self.waiting)
+                if self.origins[key].submitted == folder
+            }
             for report, origin in batch.grade(client, Path(folder), seeds, patience, unsafe):
                 self.pending.write(report, origin)
                 self._fresh[report.student, report.assignment] = origin

@@ -45,8 +45,9 @@ UNSAFE = "unsafe"  # the flag of what was graded without a sandbox
 log = logging.getLogger("autograder")
 
 
-def grade(submission: Submission, box: str, seed: int | None = None, patience: float = 1.0,
-          exercise: Exercise | None = None) -> Report:
+def grade(
+    submission: Submission, box: str, seed: int | None = None, patience: float = 1.0, exercise: Exercise | None = None
+) -> Report:
     """Grade a submission of `exercise` (by default this installation's) in `box` (see `sandbox.choose`).
 
     The hidden inputs are drawn from `seed`, or from a new one; `patience` stretches every wait.  A failure of the
@@ -71,12 +72,27 @@ def grade(submission: Submission, box: str, seed: int | None = None, patience: f
                 break
             except InfrastructureError as error:
                 details = {FAULT: str(error)[-DETAIL:]}
-                log.warning("%s/%s, try %d of %d: the grader failed: %s", submission.student, submission.assignment,
-                            attempt, TRIES, (str(error).strip().splitlines() or ["?"])[-1])
+                log.warning(
+                    "%s/%s, try %d of %d: the grader failed: %s",
+                    submission.student,
+                    submission.assignment,
+                    attempt,
+                    TRIES,
+                    (str(error).strip().splitlines() or ["?"])[-1],
+                )
     if status != INFRASTRUCTURE_ERROR:
         details = {verdict.id: verdict.detail[:DETAIL] for verdict in verdicts.values() if verdict.detail}
-    return _report(submission, exercise, status, seed, verdicts, [UNSAFE] if box == UNSAFE else [], logs, details,
-                   time.monotonic() - start)
+    return _report(
+        submission,
+        exercise,
+        status,
+        seed,
+        verdicts,
+        [UNSAFE] if box == UNSAFE else [],
+        logs,
+        details,
+        time.monotonic() - start,
+    )
 
 
 def given_up(submission: Submission, exercise: Exercise, seed: int, flag: str) -> Report:
@@ -84,17 +100,45 @@ def given_up(submission: Submission, exercise: Exercise, seed: int, flag: str) -
     return _report(submission, exercise, INFRASTRUCTURE_ERROR, seed, {}, [flag], {}, {}, 0.0)
 
 
-def _report(submission: Submission, exercise: Exercise, status: str, seed: int, verdicts: dict[str, Verdict],
-            flags: list[str], logs: dict[str, str], details: dict[str, str], duration: float) -> Report:
+def _report(
+    submission: Submission,
+    exercise: Exercise,
+    status: str,
+    seed: int,
+    verdicts: dict[str, Verdict],
+    flags: list[str],
+    logs: dict[str, str],
+    details: dict[str, str],
+    duration: float,
+) -> Report:
     nothing = Verdict("", NOT_RUN, "The grader itself failed; this is no fault of yours, and will be graded again.")
     results = []
     for test in exercise.tests:
         verdict = verdicts.get(test.id, nothing)
-        results.append(Result(test.id, test.title, verdict.outcome, test.points if verdict.outcome == PASSED else 0,
-                              test.points, verdict.message))
+        results.append(
+            Result(
+                test.id,
+                test.title,
+                verdict.outcome,
+                test.points if verdict.outcome == PASSED else 0,
+                test.points,
+                verdict.message,
+            )
+        )
     score = None if status == INFRASTRUCTURE_ERROR else sum(result.points for result in results)
-    return Report(submission.student, submission.assignment, status, score, exercise.max_score, seed,
-                  round(duration, 3), flags, results, logs, details)
+    return Report(
+        submission.student,
+        submission.assignment,
+        status,
+        score,
+        exercise.max_score,
+        seed,
+        round(duration, 3),
+        flags,
+        results,
+        logs,
+        details,
+    )
 
 
 def judge(exercise: Exercise, files: dict[str, bytes], box: str, seed: int, patience: float) -> tuple[dict, dict]:
@@ -123,12 +167,20 @@ class _Worker:
 
     def __init__(self, box: str):
         prepare()
-        environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTEST_", "ROS_DOMAIN"))}
+        environment = {
+            name: value for name, value in os.environ.items() if not name.startswith(("PYTEST_", "ROS_DOMAIN"))
+        }
         environment.update(ros_variables(0, own_network=box != UNSAFE), PYTEST_DISABLE_PLUGIN_AUTOLOAD="1")
         self._words = tempfile.TemporaryFile()  # noqa: SIM115  # closed with the worker
-        self._process = subprocess.Popen([*BOXES[box], sys.executable, "-P", "-m", WORKER], env=environment,
-                                         cwd="/", stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._words,
-                                         process_group=0)  # Ctrl-C is for whoever asks it to grade
+        self._process = subprocess.Popen(
+            [*BOXES[box], sys.executable, "-P", "-m", WORKER],
+            env=environment,
+            cwd="/",
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._words,
+            process_group=0,
+        )  # Ctrl-C is for whoever asks it to grade
 
     def run(self, job: Job, limit: float) -> tuple[list[Verdict], dict]:
         """The verdicts on `job` and the grading's last word; raises InfrastructureError after `limit` s, or when it dies.

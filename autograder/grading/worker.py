@@ -64,6 +64,7 @@ def end_all_others() -> None:
 
 def grade(job: Job, results: int) -> None:
     """Do one job, and write to the descriptor `results`."""
+
     def tell(fields: dict) -> None:
         os.write(results, json.dumps(fields).encode() + b"\n")
 
@@ -81,9 +82,19 @@ def grade(job: Job, results: int) -> None:
     try:
         bench.begin(exercise.early)
         status = pytest.main(
-            ["-c", f"{job.hidden}/pytest.ini", "--rootdir", str(exercise.folder), "--assert=plain", "-q",
-             "-p", "no:cacheprovider", str(exercise.folder / "suite.py")],
-            plugins=[judge, fixtures])
+            [
+                "-c",
+                f"{job.hidden}/pytest.ini",
+                "--rootdir",
+                str(exercise.folder),
+                "--assert=plain",
+                "-q",
+                "-p",
+                "no:cacheprovider",
+                str(exercise.folder / "suite.py"),
+            ],
+            plugins=[judge, fixtures],
+        )
         logs = bench.logs()
     finally:
         bench.close()

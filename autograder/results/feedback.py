@@ -21,8 +21,14 @@ def page(report: Report, by_hand: Iterable[Mark] = ()) -> str:
     """The feedback on one submission as an HTML page, with what the instructor has marked by hand."""
     by_hand = list(by_hand)
     points, most = total(report, by_hand)
-    return template("feedback.html").render(report=report, by_hand=by_hand, exercise=load(report.assignment),
-                                            points=points, most=most, number=lambda points: f"{points:g}")
+    return template("feedback.html").render(
+        report=report,
+        by_hand=by_hand,
+        exercise=load(report.assignment),
+        points=points,
+        most=most,
+        number=lambda points: f"{points:g}",
+    )
 
 
 def total(report: Report, by_hand: Iterable[Mark]) -> tuple[float, float]:

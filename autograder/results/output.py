@@ -72,8 +72,16 @@ class Output:
 
     def write(self, report: Report, origin: Origin) -> None:
         """Append a result, for good, the instructor's details before it, and write the student's page."""
-        _append(self._details, {"student": report.student, "assignment": report.assignment, "seed": report.seed,
-                                "details": report.details, **asdict(origin)})
+        _append(
+            self._details,
+            {
+                "student": report.student,
+                "assignment": report.assignment,
+                "seed": report.seed,
+                "details": report.details,
+                **asdict(origin),
+            },
+        )
         _append(self._results, report.public())
         self.done[report.student, report.assignment] = report
         self._write_feedback(report)
@@ -84,7 +92,9 @@ class Output:
         if not path.exists():
             return
         lines = [line for line in path.read_bytes().splitlines(keepends=True) if line.endswith(b"\n")]
-        latest = {(result["student"], result["assignment"]): number for number, result in enumerate(map(json.loads, lines))}
+        latest = {
+            (result["student"], result["assignment"]): number for number, result in enumerate(map(json.loads, lines))
+        }
         kept = sorted(latest.values())
         if kept == list(range(len(lines))) and sum(map(len, lines)) == path.stat().st_size:
             return
@@ -117,9 +127,14 @@ def read_results(folder: Path) -> dict[tuple[str, str], Report]:
 def origins(folder: Path, lost: bool = False) -> dict[tuple[str, str], Origin]:
     """Where each result of an output folder is from; raises UsageError when a folder of submissions is gone, unless `lost`."""
     known = {field.name for field in fields(Origin)}
-    found = {(entry["student"], entry["assignment"]): Origin(**{name: entry[name] for name in known})
-             for entry in read_details(folder) if known <= entry.keys()}
-    if not lost and (gone := sorted(place for place in {origin.submitted for origin in found.values()} if not Path(place).is_dir())):
+    found = {
+        (entry["student"], entry["assignment"]): Origin(**{name: entry[name] for name in known})
+        for entry in read_details(folder)
+        if known <= entry.keys()
+    }
+    if not lost and (
+        gone := sorted(place for place in {origin.submitted for origin in found.values()} if not Path(place).is_dir())
+    ):
         raise UsageError(f"the submissions of {folder} are no longer in {gone[0]}")
     return found
 
@@ -151,4 +166,4 @@ def _append(descriptor: int, record: dict) -> None:
 
 def _write_all(descriptor: int, content: bytes) -> None:
     while content:
-        content = content[os.write(descriptor, content):]
+        content = content[os.write(descriptor, content) :]

@@ -37,8 +37,16 @@ def shown(total: int) -> Iterator[Callable[[Report], None]]:
     if not sys.stdout.isatty():
         yield _lines(total)
         return
-    columns = (SpinnerColumn(), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"), TimeElapsedColumn(),
-               TextColumn("left"), TimeRemainingColumn(), TextColumn("{task.fields[counts]}", markup=False))
+    columns = (
+        SpinnerColumn(),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}"),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[counts]}", markup=False),
+    )
     with Progress(*columns, console=Console()) as progress:
         task = progress.add_task("", total=total, rate="", counts="")
         counts: Counter[str] = Counter()
@@ -49,8 +57,11 @@ def shown(total: int) -> Iterator[Callable[[Report], None]]:
                 progress.console.print(printable(line(report)), markup=False, highlight=False)
             progress.advance(task)
             speed = progress.tasks[task].finished_speed or progress.tasks[task].speed
-            progress.update(task, rate=f"{60 * speed:.0f} a minute" if speed else "",
-                            counts=", ".join(f"{count} {status.replace('_', ' ')}" for status, count in counts.items()))
+            progress.update(
+                task,
+                rate=f"{60 * speed:.0f} a minute" if speed else "",
+                counts=", ".join(f"{count} {status.replace('_', ' ')}" for status, count in counts.items()),
+            )
 
         yield advance
 

@@ -97,8 +97,8 @@ def needs_a_look(reports: Iterable[Report]) -> list[tuple[Report, str]]:
         crashed = sum(test.outcome == CRASHED for test in report.tests)
         reasons = {
             "the grader failed; --resume grades it again": report.status == INFRASTRUCTURE_ERROR,
-            "refused, nothing was run" + "".join(f": {test.message}" for test in report.tests[:1]):
-                report.status == INVALID_SUBMISSION,
+            "refused, nothing was run" + "".join(f": {test.message}" for test in report.tests[:1]): report.status
+            == INVALID_SUBMISSION,
             f"crashed in {crashed} of {len(report.tests)} tests": crashed,
             ", ".join(flag.replace("_", " ") for flag in report.flags): report.flags,
         }
@@ -118,19 +118,28 @@ def show(reports: list[Report], console: Console | None = None) -> None:
         if not one.scores:
             continue
         low, middle, high = one.quartiles
-        console.print(f"score of {one.max_score:g}: median {middle:g}, quartiles {low:g} and {high:g}, "
-                      f"mean {statistics.fmean(one.scores):.1f}; {statistics.median(one.seconds):.1f} s a grading",
-                      highlight=False)
+        console.print(
+            f"score of {one.max_score:g}: median {middle:g}, quartiles {low:g} and {high:g}, "
+            f"mean {statistics.fmean(one.scores):.1f}; {statistics.median(one.seconds):.1f} s a grading",
+            highlight=False,
+        )
         table = Table(box=None, pad_edge=False, show_header=False)
         step = one.max_score / BARS
         for number, count in enumerate(one.histogram):
-            table.add_row(f"{number * step:g} to {(number + 1) * step:g}", str(count),
-                          "\u2588" * round(40 * count / max(one.histogram)))
+            table.add_row(
+                f"{number * step:g} to {(number + 1) * step:g}",
+                str(count),
+                "\u2588" * round(40 * count / max(one.histogram)),
+            )
         console.print(table)
         table = Table("hidden test", "passed", "failed", "crashed", "timed out", "", box=None, pad_edge=False)
         for item in one.items:
-            table.add_row(item.title, f"{item.passed:.0%}", *(str(item.outcomes[outcome] or "")
-                                                              for outcome in (FAILED, CRASHED, TIMED_OUT)), item.remark)
+            table.add_row(
+                item.title,
+                f"{item.passed:.0%}",
+                *(str(item.outcomes[outcome] or "") for outcome in (FAILED, CRASHED, TIMED_OUT)),
+                item.remark,
+            )
         console.print(table)
     if found := needs_a_look(reports):
         console.print("\n[bold]Needs a look[/bold]")
@@ -140,8 +149,13 @@ def show(reports: list[Report], console: Console | None = None) -> None:
 
 def page(reports: list[Report]) -> str:
     """The summary as an HTML page with plots; everything in it is escaped."""
-    return template("report.html").render(classes=classes(reports), looks=needs_a_look(reports), bars=BARS,
-                                          fmean=statistics.fmean, median=statistics.median)
+    return template("report.html").render(
+        classes=classes(reports),
+        looks=needs_a_look(reports),
+        bars=BARS,
+        fmean=statistics.fmean,
+        median=statistics.median,
+    )
 
 
 def _class(name: str, reports: list[Report]) -> Class:
@@ -150,9 +164,14 @@ def _class(name: str, reports: list[Report]) -> Class:
     for report in graded:
         for result in report.tests:
             tests.setdefault(result.id, []).append((report, result))
-    return Class(name, Counter(report.status for report in reports), max(report.max_score for report in reports),
-                 [report.score for report in graded], [report.duration_s for report in graded],
-                 [_item(found) for found in tests.values()])
+    return Class(
+        name,
+        Counter(report.status for report in reports),
+        max(report.max_score for report in reports),
+        [report.score for report in graded],
+        [report.duration_s for report in graded],
+        [_item(found) for found in tests.values()],
+    )
 
 
 def _item(found: list[tuple[Report, Result]]) -> Item:
@@ -161,5 +180,9 @@ def _item(found: list[tuple[Report, Result]]) -> Item:
     rest = [report.score - result.points for report, result in found]
     varied = len({*passed}) > 1 and len({*rest}) > 1
     _, first = found[0]
-    return Item(first.id, first.title, {outcome: counts[outcome] for outcome in OUTCOMES},
-                statistics.correlation(passed, rest) if varied else None)
+    return Item(
+        first.id,
+        first.title,
+        {outcome: counts[outcome] for outcome in OUTCOMES},
+        statistics.correlation(passed, rest) if varied else None,
+    )

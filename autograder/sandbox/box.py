@@ -131,17 +131,25 @@ class Sandbox:
         status, write = os.pipe()
         command = self.command([file, *args], domain, status=write, files=files)
         try:
-            program = Program(file, command, pass_fds=(*self.descriptors, write), memory=MEMORY, tasks=LIMITS["nproc"],
-                              status=status if self.box != "unsafe" else None, cwd=self._home(),
-                              env=self._environment(domain) if self.box == "unsafe" else {"PATH": os.defpath})
+            program = Program(
+                file,
+                command,
+                pass_fds=(*self.descriptors, write),
+                memory=MEMORY,
+                tasks=LIMITS["nproc"],
+                status=status if self.box != "unsafe" else None,
+                cwd=self._home(),
+                env=self._environment(domain) if self.box == "unsafe" else {"PATH": os.defpath},
+            )
         finally:
             os.close(write)
             self._release()
         self.programs.append(program)
         return program
 
-    def command(self, argv: list[str], domain: int, status: int | None = None,
-                files: Mapping[str, bytes] | None = None) -> list[str]:
+    def command(
+        self, argv: list[str], domain: int, status: int | None = None, files: Mapping[str, bytes] | None = None
+    ) -> list[str]:
         """The command line that runs `python ARGV` confined.  It reads files from `self.descriptors`."""
         files = {**self.files, **(files or {})}
         limits = ["prlimit", *(f"--{name}={value}" for name, value in LIMITS.items()), "--"]
@@ -152,15 +160,36 @@ class Sandbox:
             limits.remove(f"--nproc={LIMITS['nproc']}")  # it would count all that this user runs
             return ["setpriv", "--pdeathsig=KILL", "--", *limits, *python]
         uid = self._spare_uid() if self.box == "root" else INSIDE_UID
-        bwrap = ["bwrap", "--unshare-pid", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try", "--hostname", "robot",
-                 "--new-session", "--die-with-parent", "--cap-drop", "ALL", "--clearenv"]
+        bwrap = [
+            "bwrap",
+            "--unshare-pid",
+            "--unshare-ipc",
+            "--unshare-uts",
+            "--unshare-cgroup-try",
+            "--hostname",
+            "robot",
+            "--new-session",
+            "--die-with-parent",
+            "--cap-drop",
+            "ALL",
+            "--clearenv",
+        ]
         if status is not None:
             bwrap += ["--json-status-fd", str(status)]
         if self.box == "root":
             # Capabilities only for the step to the spare user, which drops them for good.
             bwrap += [word for name in ("SETUID", "SETGID", "SETPCAP") for word in ("--cap-add", f"CAP_{name}")]
-            limits = ["setpriv", f"--reuid={uid}", f"--regid={uid}", "--clear-groups", "--bounding-set=-all",
-                      "--inh-caps=-all", "--no-new-privs", "--", *limits]
+            limits = [
+                "setpriv",
+                f"--reuid={uid}",
+                f"--regid={uid}",
+                "--clear-groups",
+                "--bounding-set=-all",
+                "--inh-caps=-all",
+                "--no-new-privs",
+                "--",
+                *limits,
+            ]
         else:
             bwrap += ["--unshare-user", "--disable-userns", "--uid", str(uid), "--gid", str(uid)]
         if seccomp.available():
@@ -182,10 +211,32 @@ class Sandbox:
             view += ["--ro-bind-try", f"/etc/{name}", f"/etc/{name}"]
         for name, text in SYSTEM_FILES.items():
             view += ["--perms", "0444", "--ro-bind-data", self._descriptor(text.format(uid=uid).encode()), name]
-        view += ["--proc", "/proc", "--dev", "/dev",
-                 "--perms", "1777", "--size", str(SHARED_MEMORY), "--tmpfs", "/dev/shm", "--remount-ro", "/dev",
-                 "--perms", "1777", "--size", str(SCRATCH), "--tmpfs", "/tmp",
-                 "--perms", "0777", "--size", str(SCRATCH), "--tmpfs", HOME]
+        view += [
+            "--proc",
+            "/proc",
+            "--dev",
+            "/dev",
+            "--perms",
+            "1777",
+            "--size",
+            str(SHARED_MEMORY),
+            "--tmpfs",
+            "/dev/shm",
+            "--remount-ro",
+            "/dev",
+            "--perms",
+            "1777",
+            "--size",
+            str(SCRATCH),
+            "--tmpfs",
+            "/tmp",
+            "--perms",
+            "0777",
+            "--size",
+            str(SCRATCH),
+            "--tmpfs",
+            HOME,
+        ]
         bound = [Path("/usr")]
         for folder in _prefixes():
             if folder != self.interfaces and not any(folder.is_relative_to(outer) for outer in bound):

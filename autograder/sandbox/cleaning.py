@@ -33,17 +33,19 @@ def excerpt(output: str, source: str, hidden: Collection) -> str:
     A number is shown only when it stands in the source or is a traceback's line: all others may tell an input.
     """
     if len(output) > 1 << 15:
-        output = f"{output[:1 << 14]}\n…\n{output[-(1 << 14):]}"
+        output = f"{output[: 1 << 14]}\n…\n{output[-(1 << 14) :]}"
     text = MISREAD.sub("", CONTROL.sub("", output.replace("\r\n", "\n").replace("\r", "\n")))
     text = re.sub(r"\[\d{9,}\.\d+\] ", "", text)  # the time in a ROS log line
     text = without_hidden(without_paths(text), {word for word in hidden if isinstance(word, str)})
     own = set(NUMBER.findall(source))
     kept = {found.start(2): found[2] for found in LINE.finditer(text)}
-    text = NUMBER.sub(lambda found: found[0] if found[0] in own or found[0].lstrip("+-") in own
-                      or found.start() in kept else "…", text)
+    text = NUMBER.sub(
+        lambda found: found[0] if found[0] in own or found[0].lstrip("+-") in own or found.start() in kept else "…",
+        text,
+    )
     lines = [line[:WIDTH] + "…" * (len(line) > WIDTH) for line in text.strip().splitlines()]
     if len(lines) > LINES:
-        lines = [*lines[:LINES // 4], "…", *lines[-3 * LINES // 4:]]
+        lines = [*lines[: LINES // 4], "…", *lines[-3 * LINES // 4 :]]
     text = "\n".join(lines)
     if len(text) <= HEAD + TAIL:
         return text

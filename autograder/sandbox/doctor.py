@@ -6,10 +6,10 @@ import subprocess
 import sys
 from dataclasses import dataclass
 
-from autograder.sandbox.box import BOXES, INSIDE_UID, LIMITS, SPARE_UIDS, Sandbox, choose, ros_prefixes
 from autograder.errors import SandboxUnavailable
 from autograder.paths import HIDDEN
 from autograder.sandbox import seccomp
+from autograder.sandbox.box import BOXES, INSIDE_UID, LIMITS, SPARE_UIDS, Sandbox, choose, ros_prefixes
 
 PROBE = """
 import ctypes, json, os, resource, socket
@@ -58,13 +58,18 @@ def examine() -> list[Layer]:
     """Try each layer; raises SandboxUnavailable when programs cannot be confined at all."""
     box = choose()
     places = ["/", "/usr", "/etc", "/dev", "/proc", "/opt", sys.prefix, *map(str, ros_prefixes())]
-    known = {"PLACES": places, "LIMITS": list(LIMITS), "HIDDEN": [str(HIDDEN), "/root"],
-             "CALLS": _calls()}
+    known = {"PLACES": places, "LIMITS": list(LIMITS), "HIDDEN": [str(HIDDEN), "/root"], "CALLS": _calls()}
     probe = "".join(f"{name} = {value!r}\n" for name, value in known.items()) + PROBE
     with Sandbox(box, {"probe.py": probe.encode()}) as confined:
         command = [*BOXES[box], *confined.command(["probe.py"], domain=0)]
-        done = subprocess.run(command, capture_output=True, text=True, pass_fds=confined.descriptors, timeout=60,
-                              env=os.environ | {"SECRET_OF_THE_GRADER": "1"})
+        done = subprocess.run(
+            command,
+            capture_output=True,
+            text=True,
+            pass_fds=confined.descriptors,
+            timeout=60,
+            env=os.environ | {"SECRET_OF_THE_GRADER": "1"},
+        )
     if done.returncode:
         raise SandboxUnavailable(f"the probe ended with status {done.returncode}: {done.stderr.strip()[-300:]}")
     return list(_layers(json.loads(done.stdout), box))
@@ -82,8 +87,11 @@ def _layers(seen: dict, box: str):
     def apart(name: str) -> bool:
         return seen["namespaces"][name] != os.readlink(f"/proc/self/ns/{name}")
 
-    yield Layer("network namespace", apart("net") and seen["links"] == ["lo"] and bool(seen["out"]),
-                f"interfaces: {', '.join(seen['links'])}; connecting out: {seen['out'] or 'possible'}")
+    yield Layer(
+        "network namespace",
+        apart("net") and seen["links"] == ["lo"] and bool(seen["out"]),
+        f"interfaces: {', '.join(seen['links'])}; connecting out: {seen['out'] or 'possible'}",
+    )
     yield Layer("process namespace", apart("pid") and seen["processes"] <= 3, f"sees {seen['processes']} processes")
     yield Layer("IPC namespace", apart("ipc"), "shared memory of its own" if apart("ipc") else "the host's")
     yield Layer("host name namespace", apart("uts"), f"host name {seen['host']}")
@@ -91,17 +99,33 @@ def _layers(seen: dict, box: str):
         yield Layer("user of its own", seen["uid"] in SPARE_UIDS, f"host user {seen['uid']}, no user namespace")
     else:
         yield Layer("user namespace", apart("user") and seen["uid"] == INSIDE_UID, f"user {seen['uid']} inside")
-    yield Layer("no capabilities", not any(seen["capabilities"]) and seen["privileges"] == "1",
-                "none, and none to be had" if not any(seen["capabilities"]) else str(seen["capabilities"]))
-    yield Layer("read-only system", not seen["written"] and bool(seen["own"]),
-                f"could write to {', '.join(seen['written'])}" if seen["written"] else "nothing outside home and /tmp")
-    yield Layer("grader out of sight", not seen["grader"] and "SECRET_OF_THE_GRADER" not in seen["variables"],
-                f"sees {', '.join(seen['grader'])}" if seen["grader"] else "no hidden suite, no environment")
-    yield Layer("limits", seen["limits"] == LIMITS and bool(seen["scratch"]),
-                ", ".join(f"{name} {value}" for name, value in seen["limits"].items()))
+    yield Layer(
+        "no capabilities",
+        not any(seen["capabilities"]) and seen["privileges"] == "1",
+        "none, and none to be had" if not any(seen["capabilities"]) else str(seen["capabilities"]),
+    )
+    yield Layer(
+        "read-only system",
+        not seen["written"] and bool(seen["own"]),
+        f"could write to {', '.join(seen['written'])}" if seen["written"] else "nothing outside home and /tmp",
+    )
+    yield Layer(
+        "grader out of sight",
+        not seen["grader"] and "SECRET_OF_THE_GRADER" not in seen["variables"],
+        f"sees {', '.join(seen['grader'])}" if seen["grader"] else "no hidden suite, no environment",
+    )
+    yield Layer(
+        "limits",
+        seen["limits"] == LIMITS and bool(seen["scratch"]),
+        ", ".join(f"{name} {value}" for name, value in seen["limits"].items()),
+    )
     denied = [name for name, errno in seen["calls"].items() if errno == 1]
-    yield Layer("system call filter", seen["filter"] == "2" and bool(denied) and len(denied) == len(seen["calls"]),
-                f"denied: {', '.join(denied) or 'none'}", required=False)
+    yield Layer(
+        "system call filter",
+        seen["filter"] == "2" and bool(denied) and len(denied) == len(seen["calls"]),
+        f"denied: {', '.join(denied) or 'none'}",
+        required=False,
+    )
 
 
 def refused(layers: list[Layer]) -> bool:

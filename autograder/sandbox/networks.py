@@ -17,8 +17,12 @@ _libc = ctypes.CDLL(None, use_errno=True)
 
 def set_up() -> None:
     """Make the loopback device of the network that this thread is in fit for ROS 2 discovery."""
-    subprocess.run(["ip", "-batch", "-"], check=True, text=True,
-                   input="link set lo up multicast on\nroute add 224.0.0.0/4 dev lo\n")
+    subprocess.run(
+        ["ip", "-batch", "-"],
+        check=True,
+        text=True,
+        input="link set lo up multicast on\nroute add 224.0.0.0/4 dev lo\n",
+    )
 
 
 class Networks:

@@ -22,8 +22,9 @@ WRAPPERS = 1  # of bubblewrap's own two processes, the inner one counts towards 
 class Program:
     """A running program.  `stopped` tells why the grader ended it, or is empty."""
 
-    def __init__(self, name: str, command: list[str], *, memory: int, tasks: int, status: int | None, pass_fds=(),
-                 **options):
+    def __init__(
+        self, name: str, command: list[str], *, memory: int, tasks: int, status: int | None, pass_fds=(), **options
+    ):
         """Start `command`, and stop it when it takes more than `memory` bytes or `tasks` processes and threads.
 
         `status` is where bubblewrap reports that it has started the program itself.
@@ -34,8 +35,15 @@ class Program:
         self._head, self._tail, self._total = bytearray(), bytearray(), 0
         self._lock = threading.Lock()
         self._status = status
-        self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                                         stderr=subprocess.STDOUT, start_new_session=True, pass_fds=pass_fds, **options)
+        self._process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+            pass_fds=pass_fds,
+            **options,
+        )
         self.started = self._ended = time.monotonic()
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
@@ -90,15 +98,20 @@ class Program:
     @property
     def raised(self) -> bool:
         """Whether it died of a Python exception, which it has printed."""
-        return bool(self.exit_status) and ("Traceback (most recent call last)" in self.output or bool(
-            re.search(r"^(Syntax|Indentation|Tab)Error: ", self.output, re.MULTILINE)))
+        return bool(self.exit_status) and (
+            "Traceback (most recent call last)" in self.output
+            or bool(re.search(r"^(Syntax|Indentation|Tab)Error: ", self.output, re.MULTILINE))
+        )
 
     def last_words(self) -> str:
         """Why it ended, in a line for the student: the exception and where in their file, or the signal."""
         if self.stopped:
             return self.stopped
-        errors = re.findall(r"^((?:\w+\.)*\w*(?:Error|Exception|Exit|Interrupt|Warning|Unavailable|Invalid\w*)\b.*)$",
-                            self.output, re.MULTILINE)
+        errors = re.findall(
+            r"^((?:\w+\.)*\w*(?:Error|Exception|Exit|Interrupt|Warning|Unavailable|Invalid\w*)\b.*)$",
+            self.output,
+            re.MULTILINE,
+        )
         lines = re.findall(rf'File "[^"]*/{re.escape(self.name)}", line (\d+)', self.output)
         if errors and self.raised:
             where = f" ({self.name}, line {lines[-1]})" if lines else ""
@@ -113,9 +126,9 @@ class Program:
             with self._lock:
                 self._total += len(chunk)
                 room = KEPT // 2 - len(self._head)
-                self._head += chunk[:max(room, 0)]
-                self._tail += chunk[max(room, 0):]
-                del self._tail[:-KEPT // 2]
+                self._head += chunk[: max(room, 0)]
+                self._tail += chunk[max(room, 0) :]
+                del self._tail[: -KEPT // 2]
             if self._total > FLOOD:
                 self._stop(f"it printed more than {FLOOD >> 20} MiB; print less, above all inside loops")
                 return

@@ -114,8 +114,15 @@ def find(folder: Path, assignment: str | None, top: int) -> list[Finding]:
     handed_in = defaultdict(list)
     for (student, name), submitted in sorted(_places(folder, assignment).items()):
         handed_in[name].append((student, submitted))
-    return [compare(name, [(student, files(submitted, student, name)) for student, submitted in places],
-                    given(name, {submitted for _, submitted in places}), top) for name, places in handed_in.items()]
+    return [
+        compare(
+            name,
+            [(student, files(submitted, student, name)) for student, submitted in places],
+            given(name, {submitted for _, submitted in places}),
+            top,
+        )
+        for name, places in handed_in.items()
+    ]
 
 
 def _places(folder: Path, assignment: str | None) -> dict[tuple[str, str], Path]:
@@ -152,11 +159,15 @@ def given(assignment: str, courses: Iterable[Path] = ()) -> list[str]:
     texts = [path.read_text(encoding="utf-8") for path in sorted((COURSE / "nodes").glob("*.py"))]
     for path in books:
         if path.exists():
-            texts += [COMMAND.sub("", SOLUTION.sub("", cell.source)) for cell in cells.read(path) if cell.kind == "code"]
+            texts += [
+                COMMAND.sub("", SOLUTION.sub("", cell.source)) for cell in cells.read(path) if cell.kind == "code"
+            ]
     return texts
 
 
-def compare(assignment: str, handed_in: Iterable[tuple[str, dict[str, str]]], known: Iterable[str], top: int) -> Finding:
+def compare(
+    assignment: str, handed_in: Iterable[tuple[str, dict[str, str]]], known: Iterable[str], top: int
+) -> Finding:
     """Compare every submission with every other, and take the `top` pairs apart for showing."""
     boilerplate = {gram for text in known for gram in _grams(tokens(text))}
     every = [_program(student, texts, boilerplate) for student, texts in handed_in]
@@ -182,10 +193,23 @@ def compare(assignment: str, handed_in: Iterable[tuple[str, dict[str, str]]], kn
     for left, right in zip(above[0][order], above[1][order], strict=True):
         one, other = programs[left], programs[right]
         same = [name for name in one.texts if one.texts[name] == other.texts.get(name)]
-        pairs.append(Pair(one.student, other.student, float(scores[left, right]), float(shared[left, right]), same,
-                          _side_by_side(one, other, {gram: len(those) for gram, those in owners.items()}, len(programs))))
-    return Finding(assignment, len(programs), pairs, sorted(map(float, scores[above])),
-                   [program.student for program in every if not program.texts])
+        pairs.append(
+            Pair(
+                one.student,
+                other.student,
+                float(scores[left, right]),
+                float(shared[left, right]),
+                same,
+                _side_by_side(one, other, {gram: len(those) for gram, those in owners.items()}, len(programs)),
+            )
+        )
+    return Finding(
+        assignment,
+        len(programs),
+        pairs,
+        sorted(map(float, scores[above])),
+        [program.student for program in every if not program.texts],
+    )
 
 
 def tokens(text: str) -> list[Token]:
@@ -228,7 +252,12 @@ def _raw(text: str) -> Iterator[tuple[int, str, tuple[int, int], tuple[int, int]
             for token in tokenize.generate_tokens(io.StringIO("\n".join(lines[begin:]) + "\n").readline):
                 reached = token.end[0]
                 if token.end[0] + begin <= len(lines):
-                    yield token.type, token.string, (token.start[0] + begin, token.start[1]), (token.end[0] + begin, token.end[1])
+                    yield (
+                        token.type,
+                        token.string,
+                        (token.start[0] + begin, token.start[1]),
+                        (token.end[0] + begin, token.end[1]),
+                    )
             return
         except (tokenize.TokenError, SyntaxError):
             begin += max(1, reached)
@@ -238,14 +267,18 @@ def _raw(text: str) -> Iterator[tuple[int, str, tuple[int, int], tuple[int, int]
 
 def _grams(found: list[Token]) -> list[int]:
     kinds = [token.kind.encode() for token in found]
-    return [int.from_bytes(blake2b(b" ".join(kinds[i:i + K]), digest_size=8).digest()) for i in range(len(kinds) - K + 1)]
+    return [
+        int.from_bytes(blake2b(b" ".join(kinds[i : i + K]), digest_size=8).digest()) for i in range(len(kinds) - K + 1)
+    ]
 
 
 def winnow(grams: list[int], boilerplate: set[int]) -> list[int]:
     """The places of the fingerprints: in each window the smallest hash, of equal ones the last, but no boilerplate."""
     places = set()
     for begin in range(max(1, len(grams) - WINDOW + 1)):
-        window = [(gram, -place) for place, gram in enumerate(grams[begin:begin + WINDOW], begin) if gram not in boilerplate]
+        window = [
+            (gram, -place) for place, gram in enumerate(grams[begin : begin + WINDOW], begin) if gram not in boilerplate
+        ]
         if window:
             places.add(-min(window)[1])
     return sorted(places)
@@ -267,25 +300,45 @@ def _rarity(owners: int, programs: int) -> float:
     return math.log((programs + 1) / owners) / math.log((programs + 1) / 2)
 
 
-def _side_by_side(one: Program, other: Program, owners: dict[int, int], programs: int
-                  ) -> list[tuple[str, list[Piece], list[Piece]]]:
+def _side_by_side(
+    one: Program, other: Program, owners: dict[int, int], programs: int
+) -> list[tuple[str, list[Piece], list[Piece]]]:
     """The texts of a pair, file by file, with the passages that are alike numbered, longest first."""
     marks = [{name: [0] * len(found) for name, found in program.tokens.items()} for program in (one, other)]
     common = {0: False}
     for passage in sorted(_passages(one, other), key=len, reverse=True):
-        opposite = marks[1][passage[0][2]][passage[0][3]:passage[-1][3] + K]
+        opposite = marks[1][passage[0][2]][passage[0][3] : passage[-1][3] + K]
         taken, times = Counter(opposite).most_common(1)[0]
         number = taken if taken and times > len(opposite) / 2 else len(common)
         if number not in common:
             common[number] = statistics.median(owners[step[4]] for step in passage) > max(3, programs / 4)
-        for side, name, begin, end in ((0, passage[0][0], passage[0][1], passage[-1][1] + K),
-                                       (1, passage[0][2], passage[0][3], passage[-1][3] + K)):
+        for side, name, begin, end in (
+            (0, passage[0][0], passage[0][1], passage[-1][1] + K),
+            (1, passage[0][2], passage[0][3], passage[-1][3] + K),
+        ):
             these = marks[side][name]
             these[begin:end] = [old or number for old in these[begin:end]]
     names = {**one.texts, **other.texts}
     shown: set[tuple[int, int]] = set()
-    return [(name, *(list(_pieces(program.texts.get(name, ""), program.tokens.get(name, []), marks[side].get(name, []),
-                                  common, side, shown)) for side, program in enumerate((one, other)))) for name in names]
+    return [
+        (
+            name,
+            *(
+                list(
+                    _pieces(
+                        program.texts.get(name, ""),
+                        program.tokens.get(name, []),
+                        marks[side].get(name, []),
+                        common,
+                        side,
+                        shown,
+                    )
+                )
+                for side, program in enumerate((one, other))
+            ),
+        )
+        for name in names
+    ]
 
 
 def _passages(one: Program, other: Program) -> Iterator[list[tuple[str, int, str, int, int]]]:
@@ -307,8 +360,9 @@ def _passages(one: Program, other: Program) -> Iterator[list[tuple[str, int, str
         yield passage
 
 
-def _pieces(text: str, found: list[Token], marks: list[int], common: dict[int, bool], side: int,
-            shown: set[tuple[int, int]]) -> Iterator[Piece]:
+def _pieces(
+    text: str, found: list[Token], marks: list[int], common: dict[int, bool], side: int, shown: set[tuple[int, int]]
+) -> Iterator[Piece]:
     """The text cut where the marks of its tokens change."""
     done = 0
     for number, group in groupby(zip(found, marks, strict=True), key=lambda each: each[1]):

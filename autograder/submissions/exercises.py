@@ -77,9 +77,16 @@ def load(name: str, hidden: Path | None = None) -> Exercise:
         raise UnknownExercise(f"there is no exercise '{name}'; there are: {', '.join(names())}")
     try:
         description = tomllib.loads((folder / "exercise.toml").read_text(encoding="utf-8"))
-        return Exercise(name=name, folder=folder, title=description["title"], files=tuple(description["files"]),
-                        package=description.get("package", ""), time_limit=float(description["time_limit"]),
-                        early=description.get("early", {}), tests=tuple(_tests(folder / "suite.py")))
+        return Exercise(
+            name=name,
+            folder=folder,
+            title=description["title"],
+            files=tuple(description["files"]),
+            package=description.get("package", ""),
+            time_limit=float(description["time_limit"]),
+            early=description.get("early", {}),
+            tests=tuple(_tests(folder / "suite.py")),
+        )
     except KeyError as error:
         raise BrokenExercise(f"{folder / 'exercise.toml'} has no {error}") from None
     except SyntaxError as error:
@@ -91,9 +98,14 @@ def load(name: str, hidden: Path | None = None) -> Exercise:
 def difference(name: str, notebook: Path) -> str:
     """How the points of the notebook's grade cells differ from those of the suite; empty when they do not."""
     hidden = load(name).cells
-    shown = {cell.name: cell.mark["points"] for cell in cells.read(notebook) if cell.mark.get("grade") and not cell.solution}
-    return "; ".join(f"cell {cell} has {shown.get(cell, 'no')} points in the notebook, {hidden.get(cell, 'no')} in the suite"
-                     for cell in sorted({*hidden, *shown}) if hidden.get(cell) != shown.get(cell))
+    shown = {
+        cell.name: cell.mark["points"] for cell in cells.read(notebook) if cell.mark.get("grade") and not cell.solution
+    }
+    return "; ".join(
+        f"cell {cell} has {shown.get(cell, 'no')} points in the notebook, {hidden.get(cell, 'no')} in the suite"
+        for cell in sorted({*hidden, *shown})
+        if hidden.get(cell) != shown.get(cell)
+    )
 
 
 @dataclass(frozen=True)
@@ -114,8 +126,14 @@ class Packed:
 def pack(name: str) -> Packed:
     """The exercise `name`, to be sent; raises UnknownExercise."""
     paths = [*HIDDEN.glob("*.*"), *load(name).folder.rglob("*")]
-    return Packed(name, {str(path.relative_to(HIDDEN)): path.read_bytes() for path in paths
-                         if path.is_file() and "__pycache__" not in path.parts})
+    return Packed(
+        name,
+        {
+            str(path.relative_to(HIDDEN)): path.read_bytes()
+            for path in paths
+            if path.is_file() and "__pycache__" not in path.parts
+        },
+    )
 
 
 _unpacked: dict[str, tempfile.TemporaryDirectory] = {}
@@ -139,10 +157,15 @@ def _tests(suite: Path) -> list[Test]:
     for function in ast.parse(suite.read_text(encoding="utf-8")).body:
         if not isinstance(function, ast.FunctionDef) or not function.name.startswith("test_"):
             continue
-        points = [decorator for decorator in function.decorator_list
-                  if isinstance(decorator, ast.Call) and getattr(decorator.func, "id", "") == "points"]
+        points = [
+            decorator
+            for decorator in function.decorator_list
+            if isinstance(decorator, ast.Call) and getattr(decorator.func, "id", "") == "points"
+        ]
         title = re.sub(r"\s+", " ", ast.get_docstring(function) or "").rstrip(".")
         if len(points) != 1 or not title:
-            raise ValueError(f"{suite}: {function.name} needs one @points(NUMBER, cell=NAME) and a docstring, its title")
+            raise ValueError(
+                f"{suite}: {function.name} needs one @points(NUMBER, cell=NAME) and a docstring, its title"
+            )
         found.append(Test(function.name, title, points[0].args[0].value, points[0].keywords[0].value.value))
     return found

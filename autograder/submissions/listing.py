@@ -25,7 +25,9 @@ def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> li
     found = [(student, name) for student in chosen for name in known if os.path.lexists(submitted / student / name)]
     if not found:
         what = f"{assignment} of " if assignment else ""
-        hints = [hint for hint in overlooked(submitted) if not students or hint.partition("/")[0].partition(":")[0] in chosen]
+        hints = [
+            hint for hint in overlooked(submitted) if not students or hint.partition("/")[0].partition(":")[0] in chosen
+        ]
         nothing = f"nothing to grade: {submitted} holds no submission {what}in the form STUDENT/ASSIGNMENT/FILES"
         raise UsageError("; ".join([nothing, *hints]))
     return found
@@ -33,8 +35,10 @@ def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> li
 
 def _entries(submitted: Path) -> list[os.DirEntry]:
     """What was handed in, by name."""
-    return sorted((entry for entry in os.scandir(submitted) if not entry.name.startswith(".") and entry.name not in JUNK),
-                  key=lambda entry: entry.name)
+    return sorted(
+        (entry for entry in os.scandir(submitted) if not entry.name.startswith(".") and entry.name not in JUNK),
+        key=lambda entry: entry.name,
+    )
 
 
 def overlooked(submitted: Path) -> list[str]:
@@ -45,7 +49,9 @@ def overlooked(submitted: Path) -> list[str]:
             hints.append(f"{entry.name}: not a student's folder")
             continue
         inside = sorted(os.listdir(entry))
-        near = {name: known for name in inside for known in exercises.names() if name != known and name.lower() == known}
+        near = {
+            name: known for name in inside for known in exercises.names() if name != known and name.lower() == known
+        }
         hints += [f"{entry.name}/{name}: is that {known}?" for name, known in near.items() if known not in inside]
         if not near and any(name.endswith((".py", ".ipynb", ".srv", ".zip")) for name in inside):
             hints.append(f"{entry.name}: files, but no folder of an exercise around them")

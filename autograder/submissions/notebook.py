@@ -25,6 +25,7 @@ def parse(text: bytes) -> list[Cell]:
 def safe(handed_in: list[Cell]):
     """The notebook (nbformat's) that shows these cells and can do nothing else."""
     from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_raw_cell
+
     shown = []
     for number, cell in enumerate(handed_in):
         more = {"metadata": {"nbgrader": {"grade_id": cell.name}} if cell.name else {}, "id": f"cell-{number}"}
@@ -34,9 +35,13 @@ def safe(handed_in: list[Cell]):
         else:
             new = new_markdown_cell if cell.kind == "markdown" else new_raw_cell
             shown.append(new(plain(_cut(cell.source)), **more))
-    return new_notebook(cells=shown, metadata={
-        "kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"},
-        "language_info": {"name": "python"}})
+    return new_notebook(
+        cells=shown,
+        metadata={
+            "kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"},
+            "language_info": {"name": "python"},
+        },
+    )
 
 
 def plain(markdown: str) -> str:
@@ -53,6 +58,7 @@ def _cut(text: str) -> str:
 def _output(raw: dict) -> dict | None:
     """An output that only shows something, or None."""
     from nbformat.v4 import new_output
+
     try:
         match raw.get("output_type"):
             case "stream":
@@ -60,8 +66,9 @@ def _output(raw: dict) -> dict | None:
                 return new_output("stream", name=name, text=_cut(text_of(raw["text"])))
             case "error":
                 name, value, lines = text_of(raw["ename"]), text_of(raw["evalue"]), raw["traceback"][:100]
-                return new_output("error", ename=_cut(name), evalue=_cut(value),
-                                  traceback=[_cut(text_of(line)) for line in lines])
+                return new_output(
+                    "error", ename=_cut(name), evalue=_cut(value), traceback=[_cut(text_of(line)) for line in lines]
+                )
             case "display_data" | "execute_result":
                 return new_output("display_data", data=_bundle(raw["data"]))
     except (KeyError, TypeError, AttributeError):
@@ -72,15 +79,46 @@ def _output(raw: dict) -> dict | None:
 def _bundle(data: dict) -> dict[str, str]:
     """Of the forms of one output those that are safe."""
     import bleach
+
     shown = {}
     for kind in ("image/png", "image/jpeg"):
         if kind in data and re.fullmatch(r"[A-Za-z0-9+/=\s]*", picture := text_of(data[kind])):
             shown[kind] = picture
     if "text/html" in data and len(html := text_of(data["text/html"])) <= MAX_TEXT:
         shown["text/html"] = bleach.clean(html, tags=TAGS, attributes={}, strip=True)
-    shown["text/plain"] = _cut(text_of(data.get("text/plain", f"(output of the kinds {', '.join(map(str, data))[:200]})")))
+    shown["text/plain"] = _cut(
+        text_of(data.get("text/plain", f"(output of the kinds {', '.join(map(str, data))[:200]})"))
+    )
     return shown
 
 
-TAGS = {"b", "br", "code", "details", "div", "em", "h1", "h2", "h3", "h4", "hr", "i", "li", "ol", "p", "pre", "span",
-        "strong", "sub", "summary", "sup", "table", "tbody", "td", "th", "thead", "tr", "ul"}
+TAGS = {
+    "b",
+    "br",
+    "code",
+    "details",
+    "div",
+    "em",
+    "h1",
+    "h2",
+    "h3",
+    "h4",
+    "hr",
+    "i",
+    "li",
+    "ol",
+    "p",
+    "pre",
+    "span",
+    "strong",
+    "sub",
+    "summary",
+    "sup",
+    "table",
+    "tbody",
+    "td",
+    "th",
+    "thead",
+    "tr",
+    "ul",
+}

@@ -23,12 +23,17 @@ def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> 
     try:
         inside = os.open(folder, flags)
     except OSError:
-        return Submission(student, assignment, problems=[
-            f"'{assignment}' is not a folder: hand in a folder of that name with the files in it."])
+        return Submission(
+            student,
+            assignment,
+            problems=[f"'{assignment}' is not a folder: hand in a folder of that name with the files in it."],
+        )
     files, problems, missing = {}, [], []
     try:
         with os.scandir(inside) as entries:
-            present = {entry.name: entry.is_dir(follow_symlinks=False) for entry in sorted(entries, key=lambda e: e.name)}
+            present = {
+                entry.name: entry.is_dir(follow_symlinks=False) for entry in sorted(entries, key=lambda e: e.name)
+            }
         folders = [name for name, is_folder in present.items() if is_folder and name[0] not in "._"]
         for name in wanted:
             try:
@@ -47,7 +52,9 @@ def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> 
         os.close(inside)
     if missing:
         nested = f" What is in the folder {folders[0]} does not count: hand in files, not folders." if folders else ""
-        problems.append(f"Missing: {', '.join(missing)}. Save each file and hand it in under exactly this name.{nested}")
+        problems.append(
+            f"Missing: {', '.join(missing)}. Save each file and hand it in under exactly this name.{nested}"
+        )
     return Submission(student, assignment, {} if problems else files, problems)
 
 

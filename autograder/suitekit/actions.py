@@ -16,8 +16,11 @@ from course.waiting import wait_until
 DEPTH = 200  # feedback messages that may wait to be read
 LISTENED = 5.0  # s until a client's subscription of the feedback must be seen
 MATCHED = 0.2  # s more until it is heard there
-STATUS = {GoalStatus.STATUS_SUCCEEDED: "SUCCEEDED", GoalStatus.STATUS_CANCELED: "CANCELED",
-          GoalStatus.STATUS_ABORTED: "ABORTED"}
+STATUS = {
+    GoalStatus.STATUS_SUCCEEDED: "SUCCEEDED",
+    GoalStatus.STATUS_CANCELED: "CANCELED",
+    GoalStatus.STATUS_ABORTED: "ABORTED",
+}
 
 
 class Goal:
@@ -87,11 +90,18 @@ class Caller:
 
 def serve(ros: Ros, action: str, kind: type, execute: Callable, accept: Callable[[object], bool] = lambda goal: True):
     """Offer an action: `accept` decides on a goal, `execute` is its execute callback.  `ros` needs several threads."""
+
     def heard(handle):
         wait_until(lambda: ros.node.count_subscribers(f"{action}/_action/feedback"), LISTENED)
         time.sleep(MATCHED)
         return execute(handle)
 
-    return ActionServer(ros.node, kind, action, heard, callback_group=ReentrantCallbackGroup(),
-                        goal_callback=lambda goal: GoalResponse.ACCEPT if accept(goal) else GoalResponse.REJECT,
-                        cancel_callback=lambda handle: CancelResponse.ACCEPT)
+    return ActionServer(
+        ros.node,
+        kind,
+        action,
+        heard,
+        callback_group=ReentrantCallbackGroup(),
+        goal_callback=lambda goal: GoalResponse.ACCEPT if accept(goal) else GoalResponse.REJECT,
+        cancel_callback=lambda handle: CancelResponse.ACCEPT,
+    )

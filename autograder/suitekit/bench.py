@@ -109,6 +109,7 @@ class Run:
         if program.stopped:
             raise Crashed(f"{self.file} {doing} was stopped: {program.last_words()}.")
         if not in_time:
-            raise TimedOut(f"{self.file} {doing} had not ended after {limit:.0f} s: it must end by itself, or give up and "
-                           "say so.")
+            raise TimedOut(
+                f"{self.file} {doing} had not ended after {limit:.0f} s: it must end by itself, or give up and say so."
+            )
         return program

@@ -70,8 +70,9 @@ class Live:
             self._ends += 1
         if self._ends > SPARE_LIVES:
             self.program.wait(1)
-            self._hopeless[()] = Crashed(f"{self.file} ended by itself after it had answered, again and again"
-                                         f"{self._status()}: {SPIN}.")
+            self._hopeless[()] = Crashed(
+                f"{self.file} ended by itself after it had answered, again and again{self._status()}: {SPIN}."
+            )
             raise self._hopeless[()]
         if wanted in self._seen and alive:
             return
@@ -123,7 +124,9 @@ class Live:
                     fault = Crashed(f"{self.file} ended by itself when it got {what}: {SPIN}.")
                 else:
                     words = program.last_words()
-                    hint = f": {self.advice}" if words.startswith("TypeError (") else ""  # what rclpy raises has no words
+                    hint = (
+                        f": {self.advice}" if words.startswith("TypeError (") else ""
+                    )  # what rclpy raises has no words
                     fault = Crashed(f"{self.file} died while it answered {what}: {words}{hint}.")
                 if program.raised or program.stopped:
                     break
@@ -149,15 +152,19 @@ class Live:
         if not program.alive:
             program.wait(1)
             if program.exit_status == 0:
-                return Crashed(f"{self.file} ended by itself right after its start: main() must spin the node, and be "
-                               "called at the end of the file.")
+                return Crashed(
+                    f"{self.file} ended by itself right after its start: main() must spin the node, and be "
+                    "called at the end of the file."
+                )
             return Crashed(f"{self.file} did not start: {program.last_words()}.")
         if offered := self.ros.offered():
             return Wrong(f"{self.file} runs, but does not offer {promise}. It offers: {', '.join(offered)[:300]}.")
         if self.ros.others():
             return Wrong(f"{self.file} runs a node, but it does not offer {promise}.")
-        return TimedOut(f"{self.file} was started, but even after {self.bench.clock.allow(START):.0f} s there was no "
-                        f"node and not {promise}: does it wait for something before it creates them?")
+        return TimedOut(
+            f"{self.file} was started, but even after {self.bench.clock.allow(START):.0f} s there was no "
+            f"node and not {promise}: does it wait for something before it creates them?"
+        )
 
 
 class Server(Live):
@@ -178,18 +185,23 @@ class Server(Live):
     def call(self, request, service: str | None = None):
         """The response of a service, by default the first; raises Crashed or TimedOut."""
         name = service or next(iter(self.services))
-        return self.converse(lambda limit, alive: self.ros.call(self.clients[name], request, limit, alive),
-                             f"a request to {name}", f"the service {name}")
+        return self.converse(
+            lambda limit, alive: self.ros.call(self.clients[name], request, limit, alive),
+            f"a request to {name}",
+            f"the service {name}",
+        )
 
 
 def twice(test: Callable) -> Callable:
     """Have a test judged again when it finds something wrong: a lost message happens once, a fault always."""
+
     @functools.wraps(test)
     def judge(*args, **kwargs):
         try:
             test(*args, **kwargs)
         except Wrong:
             test(*args, **kwargs)
+
     return judge
 
 
@@ -210,5 +222,11 @@ def numbers(text: str) -> list[float]:
     1234.0,432.0 are two: only groups of three digits belong together, before the point.
     """
     text = re.sub(r"\[\d{9,}\.\d+\]", "", text)
-    return [float(token) for token in NUMBER.findall(
-        re.sub(r"(?<![\d.])\d{1,3}(?:([,_])\d{3})(?:\1\d{3})*(?!\d)", lambda found: re.sub("[,_]", "", found[0]), text))]
+    return [
+        float(token)
+        for token in NUMBER.findall(
+            re.sub(
+                r"(?<![\d.])\d{1,3}(?:([,_])\d{3})(?:\1\d{3})*(?!\d)", lambda found: re.sub("[,_]", "", found[0]), text
+            )
+        )
+    ]

@@ -14,8 +14,12 @@ from autograder.suitekit.ros import graph
 
 OFFER = "its parameters"
 ALONE = 1.0  # s after which no other node of the program is waited for
-KINDS = {"get_parameters": GetParameters, "describe_parameters": DescribeParameters, "set_parameters": SetParameters,
-         "set_parameters_atomically": SetParametersAtomically}
+KINDS = {
+    "get_parameters": GetParameters,
+    "describe_parameters": DescribeParameters,
+    "set_parameters": SetParameters,
+    "set_parameters_atomically": SetParametersAtomically,
+}
 
 
 class Parameters:
@@ -51,13 +55,16 @@ class Parameters:
 
     def set_together(self, values: Mapping[str, Any]) -> SetParametersResult:
         """Set some parameters at once, all or none."""
-        return self._call("set_parameters_atomically",
-                          SetParametersAtomically.Request(parameters=_messages(values))).result
+        return self._call(
+            "set_parameters_atomically", SetParametersAtomically.Request(parameters=_messages(values))
+        ).result
 
     def _call(self, service: str, request):
         return self._live.converse(
             lambda limit, alive: self._live.ros.call(self._clients[service], request, limit, alive),
-            f"a request to its service {service}", OFFER)
+            f"a request to its service {service}",
+            OFFER,
+        )
 
     def _ready(self) -> bool:
         if not self._clients:
@@ -73,8 +80,9 @@ class Parameters:
                 continue
             self._first = self._first or time.monotonic()
             if self._wanted(name, namespace) or time.monotonic() > self._first + ALONE:
-                self._clients = {service: node.create_client(kind, f"{prefix}/{service}")
-                                 for service, kind in KINDS.items()}
+                self._clients = {
+                    service: node.create_client(kind, f"{prefix}/{service}") for service, kind in KINDS.items()
+                }
                 return
 
     def _wanted(self, name: str, namespace: str) -> bool:
@@ -89,8 +97,9 @@ def _value(name: str, value: ParameterValue) -> Any:
     try:
         return parameter_value_to_python(value)
     except RuntimeError:
-        raise Wrong(f"The parameter {name} has a type that there is not in rcl_interfaces/msg/ParameterType.",
-                    value) from None
+        raise Wrong(
+            f"The parameter {name} has a type that there is not in rcl_interfaces/msg/ParameterType.", value
+        ) from None
 
 
 def _messages(values: Mapping[str, Any]) -> list:

@@ -37,8 +37,12 @@ class Ros:
         self.node = Node(f"node_{secrets.token_hex(4)}", context=self._context, use_global_arguments=False)
         self.names.add(self.node.get_name())
         self._heard: deque[str] = deque(maxlen=HEARD)
-        self.node.create_subscription(Log, "/rosout", lambda log: self._heard.append(log.msg[:1000]),
-                                      QoSProfile(depth=HEARD, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        self.node.create_subscription(
+            Log,
+            "/rosout",
+            lambda log: self._heard.append(log.msg[:1000]),
+            QoSProfile(depth=HEARD, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+        )
         self._spinner = Spinner(self.node, threads)
 
     def close(self) -> None:
@@ -77,9 +81,12 @@ class Ros:
 
     def offered(self) -> list[str]:
         """The services of these nodes with their types, without those that every node has."""
-        return sorted(f"{service} ({types[0]})" for node in self.others()
-                      for service, types in graph(self.node.get_service_names_and_types_by_node, *node)
-                      if not types[0].startswith(("rcl_interfaces/", "type_description_interfaces/")))
+        return sorted(
+            f"{service} ({types[0]})"
+            for node in self.others()
+            for service, types in graph(self.node.get_service_names_and_types_by_node, *node)
+            if not types[0].startswith(("rcl_interfaces/", "type_description_interfaces/"))
+        )
 
 
 def graph(query: Callable, *names: str) -> list:

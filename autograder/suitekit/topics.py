@@ -52,7 +52,8 @@ class Listener:
     def _subscribe(self, reliability: ReliabilityPolicy) -> None:
         self._reliability = reliability
         self._subscription = self._ros.node.create_subscription(
-            self._kind, self._topic, self._hear, QoSProfile(depth=DEPTH, reliability=reliability))
+            self._kind, self._topic, self._hear, QoSProfile(depth=DEPTH, reliability=reliability)
+        )
 
     def _hear(self, message) -> None:
         with self._news:

@@ -5,13 +5,29 @@ from matplotlib.axes import Axes
 
 # Okabe and Ito, Color Universal Design, 2008.
 BLACK, ORANGE, SKY, GREEN, BLUE, VERMILLION, PURPLE = (
-    "#222222", "#E69F00", "#56B4E9", "#009E73", "#0072B2", "#D55E00", "#CC79A7")
+    "#222222",
+    "#E69F00",
+    "#56B4E9",
+    "#009E73",
+    "#0072B2",
+    "#D55E00",
+    "#CC79A7",
+)
 GREY, GROUND = "#8a8a8a", "#fbfaf7"
 
 STATES = {"FORWARD": GREEN, "TURNING_LEFT": BLUE, "TURNING_RIGHT": ORANGE, "STOPPED": VERMILLION}
 SECTORS = {"front": GREEN, "left": BLUE, "right": ORANGE}
-EVENTS = {"goal": BLACK, "accepted": BLUE, "rejected": VERMILLION, "feedback": SKY, "cancel": ORANGE,
-          "succeeded": GREEN, "canceled": PURPLE, "aborted": VERMILLION, "unknown": GREY}
+EVENTS = {
+    "goal": BLACK,
+    "accepted": BLUE,
+    "rejected": VERMILLION,
+    "feedback": SKY,
+    "cancel": ORANGE,
+    "succeeded": GREEN,
+    "canceled": PURPLE,
+    "aborted": VERMILLION,
+    "unknown": GREY,
+}
 
 # A decorator: a notebook that has set a style of its own (`dark_background`) would write white on our light ground.
 plain = matplotlib.style.context("default")

@@ -20,8 +20,11 @@ def changes(record: ParameterRecorder, name: str, title: str = "A rejected set l
     its edge.  Rejections have numbers, by which their values and reasons are listed below.
     """
     table = record.table()
-    rows = [(time, value, accepted, reason) for time, parameter, value, accepted, reason
-            in zip(*table.values(), strict=True) if parameter == name]
+    rows = [
+        (time, value, accepted, reason)
+        for time, parameter, value, accepted, reason in zip(*table.values(), strict=True)
+        if parameter == name
+    ]
     accepted = [(time, value) for time, value, ok, _ in rows if ok]
     rejected = [(time, value, reason) for time, value, ok, reason in rows if not ok]
     picture = Picture(f"changes of {name}", 3.2 + 0.18 * min(LISTED, len(rejected)))
@@ -31,7 +34,9 @@ def changes(record: ParameterRecorder, name: str, title: str = "A rejected set l
         axes.step(*zip(*accepted, strict=True), where="post", color=BLUE, label="value")
         # It holds until it is set again: to the right edge, however far what else is drawn here moves that.
         (last, value), line = accepted[-1], axes.lines[-1]
-        axes.add_artist(Line2D([last, last + FAR], [value, value], color=BLUE, linewidth=line.get_linewidth(), zorder=line.zorder))
+        axes.add_artist(
+            Line2D([last, last + FAR], [value, value], color=BLUE, linewidth=line.get_linewidth(), zorder=line.zorder)
+        )
         axes.plot(*zip(*accepted, strict=True), "o", color=GREEN, markersize=8, label="accepted")
     for limit in limits:
         axes.axhline(limit, color=GREY, linestyle="--", zorder=1, label="range" if limit == limits[0] else None)
@@ -43,13 +48,26 @@ def changes(record: ParameterRecorder, name: str, title: str = "A rejected set l
         shown = min(max(value, low), high) if drawable else low
         marker = "X" if not drawable or shown == value else "v" if value < low else "^"
         axes.plot(time, shown, marker, color=VERMILLION, markersize=9, clip_on=False, zorder=3)
-        axes.annotate(str(number), (time, shown), xytext=(7, -9 if marker == "^" else 2), textcoords="offset points", color=BLACK, fontsize=9)
+        axes.annotate(
+            str(number),
+            (time, shown),
+            xytext=(7, -9 if marker == "^" else 2),
+            textcoords="offset points",
+            color=BLACK,
+            fontsize=9,
+        )
     if rejected:
         axes.plot([], [], "X", color=VERMILLION, markersize=9, label="rejected")
     if rows:
         picture.figure.legend(frameon=False, ncols=4, loc="outside upper right")
     lines = [f"{number}  {value} rejected: {reason}" for number, (_, value, reason) in enumerate(rejected, 1)][-LISTED:]
     if lines:
-        picture.figure.supxlabel("\n".join(line if len(line) < 110 else line[:107] + "..." for line in lines), x=0.01,
-                                 ha="left", fontsize=9, color=BLACK, parse_math=False)
+        picture.figure.supxlabel(
+            "\n".join(line if len(line) < 110 else line[:107] + "..." for line in lines),
+            x=0.01,
+            ha="left",
+            fontsize=9,
+            color=BLACK,
+            parse_math=False,
+        )
     return picture

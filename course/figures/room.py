@@ -38,12 +38,24 @@ def drive(simulation, decisions=None, title: str = "Where the robot has been, an
         axes.plot(collision.x, collision.y, "X", color=VERMILLION, markeredgecolor="white", markersize=12, zorder=5)
     x, y, heading = simulation.pose
     axes.add_patch(Circle((x, y), simulation.robot.radius, facecolor="white", edgecolor=BLACK, linewidth=1.5, zorder=3))
-    axes.plot([x, x + simulation.robot.radius * np.cos(heading)], [y, y + simulation.robot.radius * np.sin(heading)],
-              color=BLACK, zorder=4)
+    axes.plot(
+        [x, x + simulation.robot.radius * np.cos(heading)],
+        [y, y + simulation.robot.radius * np.sin(heading)],
+        color=BLACK,
+        zorder=4,
+    )
     axes.plot(*simulation.room.start[:2], "+", color=BLACK, markersize=10, zorder=2.8)
     ahead = np.cos(simulation.room.start[2]) >= 0  # the word stands where the path is not
-    axes.annotate("start", simulation.room.start[:2], xytext=(-7 if ahead else 7, 0), textcoords="offset points",
-                  ha="right" if ahead else "left", va="center", color=BLACK, fontsize=9)
+    axes.annotate(
+        "start",
+        simulation.room.start[:2],
+        xytext=(-7 if ahead else 7, 0),
+        textcoords="offset points",
+        ha="right" if ahead else "left",
+        va="center",
+        color=BLACK,
+        fontsize=9,
+    )
     axes.set_aspect("equal", adjustable="datalim")
     axes.autoscale_view()
     return picture

@@ -8,8 +8,9 @@ from course.robot import sectors as course_sectors
 
 
 @plain
-def sectors(scan, action: dict | None = None, title: str = "What the robot sees, and what it decides",
-            reach: float = 3.0) -> Picture:
+def sectors(
+    scan, action: dict | None = None, title: str = "What the robot sees, and what it decides", reach: float = 3.0
+) -> Picture:
     """A sensor_msgs/LaserScan in polar coordinates, forward at the top and left at the left.
 
     The three sectors are shaded out to their nearest obstacle; `action` ({'linear': m/s, 'angular': rad/s}) is an
@@ -35,10 +36,19 @@ def sectors(scan, action: dict | None = None, title: str = "What the robot sees,
     if action is not None:
         turn = float(action["angular"])
         _arrow(axes, turn, float(action["linear"]), reach)
-    axes.set_thetagrids(range(0, 360, 30), [f"{angle if angle <= 180 else angle - 360}°" for angle in range(0, 360, 30)],
-                        color=BLACK, fontsize=9)
-    axes.set_rgrids(np.arange(1, np.ceil(reach)), [f"{ring:g} m" for ring in np.arange(1, np.ceil(reach))], angle=195,
-                    color=BLACK, fontsize=9)
+    axes.set_thetagrids(
+        range(0, 360, 30),
+        [f"{angle if angle <= 180 else angle - 360}°" for angle in range(0, 360, 30)],
+        color=BLACK,
+        fontsize=9,
+    )
+    axes.set_rgrids(
+        np.arange(1, np.ceil(reach)),
+        [f"{ring:g} m" for ring in np.arange(1, np.ceil(reach))],
+        angle=195,
+        color=BLACK,
+        fontsize=9,
+    )
     axes.legend(loc="center left", bbox_to_anchor=(1.08, 0.5), frameon=False, title="nearest obstacle (m)")
     return picture
 
@@ -48,10 +58,18 @@ def _arrow(axes, angular: float, linear: float, reach: float) -> None:
     if angular:
         sweep = np.linspace(0, np.sign(angular) * np.radians(75), 30)
         axes.plot(sweep[:-1], np.full(29, length), color=VERMILLION, linewidth=3)
-        axes.annotate("", (sweep[-1], length), (sweep[-3], length),
-                      arrowprops={"arrowstyle": "-|>", "color": VERMILLION, "linewidth": 3, "mutation_scale": 18})
+        axes.annotate(
+            "",
+            (sweep[-1], length),
+            (sweep[-3], length),
+            arrowprops={"arrowstyle": "-|>", "color": VERMILLION, "linewidth": 3, "mutation_scale": 18},
+        )
     elif linear:
-        axes.annotate("", (0.0, length), (0.0, 0.0),
-                      arrowprops={"arrowstyle": "-|>", "color": VERMILLION, "linewidth": 3, "mutation_scale": 18})
+        axes.annotate(
+            "",
+            (0.0, length),
+            (0.0, 0.0),
+            arrowprops={"arrowstyle": "-|>", "color": VERMILLION, "linewidth": 3, "mutation_scale": 18},
+        )
     else:
         axes.plot([0], [0], "s", color=VERMILLION, markersize=12)

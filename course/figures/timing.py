@@ -24,8 +24,11 @@ def round_trips(series: Mapping[str, Sequence[float]], title: str = "How long a 
 
 
 @plain
-def latencies(series: Mapping[str, Sequence[float]], limit: float = LIMIT,
-              title: str = "Every decision must stay left of the limit") -> Picture:
+def latencies(
+    series: Mapping[str, Sequence[float]],
+    limit: float = LIMIT,
+    title: str = "Every decision must stay left of the limit",
+) -> Picture:
     """The distribution of decision latencies (s) for each name in `series`, against `limit` (s)."""
     picture = Picture("decision latencies")
     axes = style(picture.figure.add_subplot(), title, "latency of a decision (ms)", "decisions")
@@ -36,8 +39,15 @@ def latencies(series: Mapping[str, Sequence[float]], limit: float = LIMIT,
         late = float(np.mean(times > 1e3 * limit)) if len(times) else 0.0
         axes.hist(times, bins=bins, color=color, alpha=0.7, label=f"{name}: {late:.0%} too late")
     axes.axvline(1e3 * limit, color=VERMILLION, linestyle="--")
-    axes.annotate(f"limit {1e3 * limit:g} ms", (1e3 * limit, 1), xycoords=("data", "axes fraction"), xytext=(-4, -12),
-                  textcoords="offset points", ha="right", color=VERMILLION)
+    axes.annotate(
+        f"limit {1e3 * limit:g} ms",
+        (1e3 * limit, 1),
+        xycoords=("data", "axes fraction"),
+        xytext=(-4, -12),
+        textcoords="offset points",
+        ha="right",
+        color=VERMILLION,
+    )
     axes.set_xscale("log")
     axes.xaxis.set_major_formatter("{x:g}")
     axes.legend(frameon=False, loc="upper center")

@@ -28,10 +28,24 @@ IMPLIED = {
     "srv": {"service_msgs", "builtin_interfaces"},
     "action": {"service_msgs", "builtin_interfaces", "action_msgs", "unique_identifier_msgs"},
 }
-LIBRARIES = ("rosidl_runtime_c", "rosidl_typesupport_c", "rosidl_typesupport_fastrtps_c",
-             "rosidl_typesupport_fastrtps_cpp", "rosidl_typesupport_introspection_c", "rcutils", "rmw", "fastcdr")
-TOOL_CHAIN = ("ros-jazzy-rosidl-generator-c", "ros-jazzy-rosidl-generator-py", "ros-jazzy-rosidl-typesupport-c",
-              "ros-jazzy-rosidl-typesupport-fastrtps-c", "ros-jazzy-common-interfaces", "numpy")
+LIBRARIES = (
+    "rosidl_runtime_c",
+    "rosidl_typesupport_c",
+    "rosidl_typesupport_fastrtps_c",
+    "rosidl_typesupport_fastrtps_cpp",
+    "rosidl_typesupport_introspection_c",
+    "rcutils",
+    "rmw",
+    "fastcdr",
+)
+TOOL_CHAIN = (
+    "ros-jazzy-rosidl-generator-c",
+    "ros-jazzy-rosidl-generator-py",
+    "ros-jazzy-rosidl-typesupport-c",
+    "ros-jazzy-rosidl-typesupport-fastrtps-c",
+    "ros-jazzy-common-interfaces",
+    "numpy",
+)
 
 
 # Called with a package's name before another build of it takes its place in this process.
@@ -52,8 +66,10 @@ class Built:
 
     def variables(self, base: Mapping[str, str] = os.environ) -> dict[str, str]:
         """What a process needs to import the package: the search paths in `base` with this package in front."""
-        return {name: os.pathsep.join([str(folder), *(e for e in base.get(name, "").split(os.pathsep) if e)])
-                for name, folder in (("PYTHONPATH", self.site_packages), ("AMENT_PREFIX_PATH", self.prefix))}
+        return {
+            name: os.pathsep.join([str(folder), *(e for e in base.get(name, "").split(os.pathsep) if e)])
+            for name, folder in (("PYTHONPATH", self.site_packages), ("AMENT_PREFIX_PATH", self.prefix))
+        }
 
     def use(self) -> None:
         """Make the package importable here and in child processes, in the place of an earlier build of the same name.
@@ -62,8 +78,10 @@ class Built:
         listeners in `on_replace` see to that; the live session is one.
         """
         sys.path[:] = [str(self.site_packages), *self._others(sys.path)]
-        base = {name: os.pathsep.join(self._others(os.environ.get(name, "").split(os.pathsep)))
-                for name in ("PYTHONPATH", "AMENT_PREFIX_PATH")}
+        base = {
+            name: os.pathsep.join(self._others(os.environ.get(name, "").split(os.pathsep)))
+            for name in ("PYTHONPATH", "AMENT_PREFIX_PATH")
+        }
         os.environ.update(self.variables(base))
         loaded = sys.modules.get(self.package)
         if loaded and not Path(loaded.__path__[0]).is_relative_to(self.prefix):
@@ -84,8 +102,9 @@ def cache_folder() -> Path:
     return Path(os.environ.get("COURSE_CACHE", default))
 
 
-def build(package: str, files: Mapping[str, str] | Iterable[str | Path], *, cache: Path | None = None,
-          use: bool = True) -> Built:
+def build(
+    package: str, files: Mapping[str, str] | Iterable[str | Path], *, cache: Path | None = None, use: bool = True
+) -> Built:
     """Build `package` from definitions and make it importable here and in child processes.
 
     `files` holds paths of `.msg`, `.srv` and `.action` files, or maps their names to their texts.  The build is kept
@@ -154,21 +173,25 @@ def _check_types(package: str, definitions: list[Definition]) -> None:
             if not name or (owner == package and name in own):
                 continue
             if not any((prefix / "share" / owner / "msg" / f"{name}.msg").exists() for prefix in _prefixes()):
-                where = (f"there is no {name}.msg beside it" if owner == package
-                         else f"no installed package has a message {owner}/{name}")
+                where = (
+                    f"there is no {name}.msg beside it"
+                    if owner == package
+                    else f"no installed package has a message {owner}/{name}"
+                )
                 raise InterfaceError(f"{definition.name}.{definition.kind}, field '{field.name}': {where}")
 
 
-def _build(package: str, texts: Mapping[str, str], definitions: list[Definition], scratch: Path,
-           prefix: Path) -> None:
+def _build(package: str, texts: Mapping[str, str], definitions: list[Definition], scratch: Path, prefix: Path) -> None:
     """Generate and compile in `scratch`, and install into `prefix`, whose name makes the libraries' names unique."""
     share = prefix / "share" / package
     for name, text in texts.items():
         target = share / name.rpartition(".")[2] / name
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(text, encoding="utf-8")
-    for resource, content in (("packages", ""), ("rosidl_interfaces", "\n".join(
-            f"{d.kind}/{d.name}.{d.kind}" for d in definitions))):
+    for resource, content in (
+        ("packages", ""),
+        ("rosidl_interfaces", "\n".join(f"{d.kind}/{d.name}.{d.kind}" for d in definitions)),
+    ):
         marker = prefix / "share" / "ament_index" / "resource_index" / resource / package
         marker.parent.mkdir(parents=True)
         marker.write_text(content)
@@ -191,7 +214,7 @@ def _build(package: str, texts: Mapping[str, str], definitions: list[Definition]
     includes = [source, source / package / "introspection", sysconfig.get_path("include"), _numpy_include()]
     for path in _prefixes():
         includes += [path / "include", *sorted((path / "include").glob("*/"))]
-    flags = ["-O0", "-fPIC", "-w", f"-DROS_PACKAGE_NAME=\"{package}\"", *(f"-I{folder}" for folder in includes)]
+    flags = ["-O0", "-fPIC", "-w", f'-DROS_PACKAGE_NAME="{package}"', *(f"-I{folder}" for folder in includes)]
     sources = [file for file in source.rglob("*.c*") if file.suffix in (".c", ".cpp")]
     sources.sort(key=lambda file: file.suffix, reverse=True)  # C++ takes longest: first
     objects = {file: scratch / f"{number}.o" for number, file in enumerate(sources)}
@@ -204,9 +227,20 @@ def _build(package: str, texts: Mapping[str, str], definitions: list[Definition]
         list(pool.map(compile_one, sources))
 
     used = set().union(*(d.packages | IMPLIED[d.kind] for d in definitions)) - {package}
-    libraries = [*LIBRARIES, *(f"{name}__{part}" for name in sorted(used) for part in (
-        "rosidl_generator_c", "rosidl_typesupport_c", "rosidl_typesupport_fastrtps_c",
-        "rosidl_typesupport_introspection_c", "rosidl_generator_py"))]
+    libraries = [
+        *LIBRARIES,
+        *(
+            f"{name}__{part}"
+            for name in sorted(used)
+            for part in (
+                "rosidl_generator_c",
+                "rosidl_typesupport_c",
+                "rosidl_typesupport_fastrtps_c",
+                "rosidl_typesupport_introspection_c",
+                "rosidl_generator_py",
+            )
+        ),
+    ]
     lib = prefix / "lib"
     search = [f"-L{lib}", "-Wl,-rpath,$ORIGIN", "-Wl,-rpath,$ORIGIN/../..", "-Wl,--no-as-needed"]
     for path in _prefixes():
@@ -216,15 +250,32 @@ def _build(package: str, texts: Mapping[str, str], definitions: list[Definition]
         target = lib / f"lib{unique}__{part}.so"
         if part == "rosidl_typesupport_c":
             target = python / f"{package}_s__{part}{sysconfig.get_config_var('EXT_SUFFIX')}"
-        _run(["g++", "-shared", f"-Wl,-soname,{target.name}", "-o", target, *(objects[file] for file in chosen), *search,
-              *(f"-l{unique}__{name}" for name in own), "-Wl,--as-needed", *(f"-l{name}" for name in libraries)], "linking")
+        _run(
+            [
+                "g++",
+                "-shared",
+                f"-Wl,-soname,{target.name}",
+                "-o",
+                target,
+                *(objects[file] for file in chosen),
+                *search,
+                *(f"-l{unique}__{name}" for name in own),
+                "-Wl,--as-needed",
+                *(f"-l{name}" for name in libraries),
+            ],
+            "linking",
+        )
         own.append(part)
 
 
 def _parts(sources: list[Path]) -> dict[str, list[Path]]:
     """The generated sources by the library that they belong to, in the order of linking."""
-    parts = {"rosidl_generator_c": [], "rosidl_typesupport_fastrtps_c": [], "rosidl_typesupport_introspection_c": [],
-             "rosidl_typesupport_c": []}
+    parts = {
+        "rosidl_generator_c": [],
+        "rosidl_typesupport_fastrtps_c": [],
+        "rosidl_typesupport_introspection_c": [],
+        "rosidl_typesupport_c": [],
+    }
     for file in sources:
         if "introspection" in file.parts:
             part = "rosidl_typesupport_introspection_c"
@@ -240,6 +291,7 @@ def _parts(sources: list[Path]) -> dict[str, list[Path]]:
 
 def _numpy_include() -> str:
     import numpy
+
     return numpy.get_include()
 
 

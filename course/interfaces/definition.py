@@ -44,8 +44,9 @@ def parse(text: str, filename: str, package: str = "my_package") -> Definition:
     if kind not in SECTIONS:
         raise InterfaceError(f"{filename}: the file's name must end in .msg, .srv or .action")
     if not re.fullmatch(r"[A-Z][A-Za-z0-9]*", name):
-        raise InterfaceError(f"{filename}: the name must begin with a capital and have only letters and digits, "
-                             "as in Calculate.srv")
+        raise InterfaceError(
+            f"{filename}: the name must begin with a capital and have only letters and digits, as in Calculate.srv"
+        )
     blocks = [[]]
     for number, line in enumerate(text.splitlines(), 1):
         if line.rstrip() == "---":
@@ -54,8 +55,11 @@ def parse(text: str, filename: str, package: str = "my_package") -> Definition:
             blocks[-1].append((number, line))
     parts = SECTIONS[kind]
     if len(blocks) != len(parts):
-        wanted = (f"needs {len(parts) - 1} line{'s' * (len(parts) > 2)} '---' between {' and '.join(parts)}"
-                  if len(parts) > 1 else "has no '---'")
+        wanted = (
+            f"needs {len(parts) - 1} line{'s' * (len(parts) > 2)} '---' between {' and '.join(parts)}"
+            if len(parts) > 1
+            else "has no '---'"
+        )
         raise InterfaceError(f"{filename}: a .{kind} {wanted}; this one has {len(blocks) - 1}")
     return Definition(name, kind, tuple(_section(block, filename, package) for block in blocks))
 
@@ -94,5 +98,6 @@ def _parse_line(line: str, where: str, package: str) -> list[Field]:
         raise InterfaceError(f"{where}: {error or 'not a field'}: '{code}'") from None
     if spec.fields and len(words) > 2 and spec.fields[0].default_value is None:
         raise InterfaceError(f"{where}: one field a line, without ',' or ';': '{code}'")
-    return ([Field(str(f.type), f.name, f.default_value) for f in spec.fields]
-            + [Field(c.type, c.name, c.value) for c in spec.constants])
+    return [Field(str(f.type), f.name, f.default_value) for f in spec.fields] + [
+        Field(c.type, c.name, c.value) for c in spec.constants
+    ]

@@ -36,7 +36,8 @@ def generate(package: str, source: Path, idl_folder: Path, output: Path) -> None
     GenerateCTypesupport("c", typesupport_implementations=TYPE_SUPPORTS).generate(package, idl, include, output)
     GenerateFastRTPSCTypesupport("fastrtps_c").generate(package, idl, include, output)
     GenerateIntrospectionCTypesupport("introspection_c").generate(
-        package, idl, include, output / "introspection" / package)  # some of its file names are the generator's too
+        package, idl, include, output / "introspection" / package
+    )  # some of its file names are the generator's too
     GeneratePython("py", typesupport_implementations=["rosidl_typesupport_c"]).generate(package, idl, include, output)
 
 

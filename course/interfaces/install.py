@@ -18,19 +18,35 @@ HERE = Path(__file__).parent
 def provided_elsewhere(package: str) -> bool:
     """Whether a ROS 2 prefix other than this interpreter's has the package."""
     prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
-    return any((Path(prefix) / "share" / package / "package.xml").exists()
-               for prefix in prefixes if prefix and prefix != sys.prefix)
+    return any(
+        (Path(prefix) / "share" / package / "package.xml").exists()
+        for prefix in prefixes
+        if prefix and prefix != sys.prefix
+    )
 
 
 def install(package: str, prefix: Path) -> None:
     """Build the ROS package in this folder's `package` and install it below `prefix`; raises RuntimeError with the log."""
-    tools = {**os.environ, "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]),
-             "CMAKE_PREFIX_PATH": os.environ["AMENT_PREFIX_PATH"]}
+    tools = {
+        **os.environ,
+        "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]),
+        "CMAKE_PREFIX_PATH": os.environ["AMENT_PREFIX_PATH"],
+    }
     with tempfile.TemporaryDirectory() as build:
         for command in (
-            ["cmake", "-S", HERE / package, "-B", build, "-G", "Ninja", f"-DCMAKE_INSTALL_PREFIX={prefix}",
-             f"-DCMAKE_PROJECT_INCLUDE={HERE / 'wheels.cmake'}", f"-DPython3_EXECUTABLE={sys.executable}",
-             "-DBUILD_TESTING=OFF"],
+            [
+                "cmake",
+                "-S",
+                HERE / package,
+                "-B",
+                build,
+                "-G",
+                "Ninja",
+                f"-DCMAKE_INSTALL_PREFIX={prefix}",
+                f"-DCMAKE_PROJECT_INCLUDE={HERE / 'wheels.cmake'}",
+                f"-DPython3_EXECUTABLE={sys.executable}",
+                "-DBUILD_TESTING=OFF",
+            ],
             ["cmake", "--build", build, "--target", "install"],
         ):
             done = subprocess.run(command, env=tools, capture_output=True, text=True, stdin=subprocess.DEVNULL)

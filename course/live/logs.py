@@ -48,8 +48,9 @@ class LogBook:
     def __init__(self, node: Node):
         self._messages: deque[bytes] = deque(maxlen=KEPT)
         self._changed = threading.Condition(threading.RLock())
-        node.create_subscription(Log, "/rosout", self._on_log,
-                                 QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL), raw=True)
+        node.create_subscription(
+            Log, "/rosout", self._on_log, QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL), raw=True
+        )
 
     def _on_log(self, message: bytes) -> None:
         with self._changed:
@@ -61,11 +62,15 @@ class LogBook:
         with self._changed:
             messages = list(self._messages)
         logs = (deserialize_message(message, Log) for message in messages)
-        return Logs(Entry(LEVELS.get(log.level, str(log.level)), log.name, log.msg) for log in logs
-                    if node is None or log.name == node.lstrip("/"))
+        return Logs(
+            Entry(LEVELS.get(log.level, str(log.level)), log.name, log.msg)
+            for log in logs
+            if node is None or log.name == node.lstrip("/")
+        )
 
     def forget(self, node: str, before: float = math.inf) -> None:
         """Drop the entries of `node`: those stamped before a time (s, as `time.time()` gives it), or all."""
+
         def stays(log: Log) -> bool:
             return log.name != node or log.stamp.sec + 1e-9 * log.stamp.nanosec >= before
 

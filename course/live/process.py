@@ -27,8 +27,15 @@ class NodeProcess:
         self.started = time.time()
         self._popen = subprocess.Popen(
             ["setpriv", "--pdeathsig", "KILL", sys.executable, path.name, *arguments],
-            cwd=path.absolute().parent, env={**os.environ, "PYTHONUNBUFFERED": "1"}, start_new_session=True,
-            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace")
+            cwd=path.absolute().parent,
+            env={**os.environ, "PYTHONUNBUFFERED": "1"},
+            start_new_session=True,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+        )
         self._reader = threading.Thread(target=self._read, name=f"output of {self.name}", daemon=True)
         self._reader.start()
 

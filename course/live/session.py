@@ -29,7 +29,9 @@ from course.rclpy_internals import action_type, is_initialized, patch
 from course.ros2.graph import participants_here
 from course.waiting import wait_until
 
-DOMAINS = range(1, 101)  # 0 is everybody's; from 101 on the ports meet Linux's ephemeral ones, and `ros2` cannot count nodes
+DOMAINS = range(
+    1, 101
+)  # 0 is everybody's; from 101 on the ports meet Linux's ephemeral ones, and `ros2` cannot count nodes
 FORGOTTEN = 15.0  # s; a node that was killed is in the graph for 5 (discovery.xml), on a busy machine for longer
 
 
@@ -54,8 +56,9 @@ class Session:
         patch()
         self.context = Context()
         # The book shows the logs, from /rosout: on stderr they would litter the cells.
-        self.context.init(args=["--ros-args", "--disable-stdout-logs", "--disable-external-lib-logs"],
-                          domain_id=domain_id)
+        self.context.init(
+            args=["--ros-args", "--disable-stdout-logs", "--disable-external-lib-logs"], domain_id=domain_id
+        )
         self.node = Node("_course_session", context=self.context, enable_rosout=False, start_parameter_services=False)
         self._book = LogBook(self.node)
         self._spinner = Spinner(self.node)
@@ -67,8 +70,15 @@ class Session:
 
     # Nodes
 
-    def start(self, what: type[Node] | str | Path, *args: object, parameters: Mapping[str, object] | None = None,
-              threads: int = 1, timeout: float = 20.0, **kwargs: object) -> "LiveNode | NodeProcess":
+    def start(
+        self,
+        what: type[Node] | str | Path,
+        *args: object,
+        parameters: Mapping[str, object] | None = None,
+        threads: int = 1,
+        timeout: float = 20.0,
+        **kwargs: object,
+    ) -> "LiveNode | NodeProcess":
         """Start a node and return a handle on it; an earlier one of the same name is stopped, be it a class or a file.
 
         A Node subclass is made (with `args` and `kwargs`) and spun in this kernel by an executor with `threads`
@@ -78,8 +88,11 @@ class Session:
         Raises LiveError when a file's program ends or shows no node in time, and whatever a class's `__init__` raises.
         """
         self._check_open()
-        overrides = list(itertools.chain.from_iterable(
-            ("-p", f"{name}:={_yaml(value)}") for name, value in (parameters or {}).items()))
+        overrides = list(
+            itertools.chain.from_iterable(
+                ("-p", f"{name}:={_yaml(value)}") for name, value in (parameters or {}).items()
+            )
+        )
         arguments = ["--ros-args", *overrides] if overrides else []
         if isinstance(what, (str, Path)):
             return self._start_file(Path(what), [str(arg) for arg in args] + arguments, timeout)
@@ -96,8 +109,10 @@ class Session:
             if is_initialized(node):
                 node.destroy_node()
             if isinstance(error, NotInitializedException):
-                raise LiveError(f"{what.__name__} makes a node that is not in this session: in its __init__, write "
-                                "super().__init__('name') instead of Node.__init__(self, 'name')") from None
+                raise LiveError(
+                    f"{what.__name__} makes a node that is not in this session: in its __init__, write "
+                    "super().__init__('name') instead of Node.__init__(self, 'name')"
+                ) from None
             raise
         self._replace(node.get_name())  # it may have been renamed by its arguments
         handle = LiveNode(self, Spinner(node, threads))
@@ -121,8 +136,10 @@ class Session:
         self._handles[process.name] = process
         self.until(lambda: not process.alive or len(self._all_nodes()) > len(before), timeout)
         if not process.alive:
-            raise LiveError(f"{path.name} ended with exit status {process.returncode} before its node was there"
-                            + (f":\n{process.output}" if process.output else ""))
+            raise LiveError(
+                f"{path.name} ended with exit status {process.returncode} before its node was there"
+                + (f":\n{process.output}" if process.output else "")
+            )
         process.nodes = sorted(_difference(self._all_nodes(), before))
         if not process.nodes:
             process.stop()
@@ -140,8 +157,12 @@ class Session:
             handle._end()
             if not self._closed:  # a call made next must not meet the old one
                 others = [node for other in self._handles.values() for node in other.nodes]
-                self.until(lambda names=set(handle.nodes), others=others:
-                           not names.intersection(_difference(self._all_nodes(), others)), FORGOTTEN)
+                self.until(
+                    lambda names=set(handle.nodes), others=others: (
+                        not names.intersection(_difference(self._all_nodes(), others))
+                    ),
+                    FORGOTTEN,
+                )
 
     def nodes(self) -> list[str]:
         """The full names of the nodes in this session's domain, hidden ones left out."""
@@ -180,7 +201,9 @@ class Session:
             return self.wait(future, deadline - time.monotonic())
         except CallTimeout:
             client.remove_pending_request(future)
-            raise CallTimeout(f"{service} did not answer within {timeout:g} s: is its server busy or blocked?") from None
+            raise CallTimeout(
+                f"{service} did not answer within {timeout:g} s: is its server busy or blocked?"
+            ) from None
 
     def wait(self, future: Future, timeout: float = 5.0):
         """Wait for a future in the main thread and return its result; raises CallTimeout after `timeout` s."""
@@ -203,8 +226,10 @@ class Session:
 
     def _ready(self, client, timeout: float) -> None:
         if not self.until(client.service_is_ready, timeout):
-            raise CallTimeout(f"no server for {client.service_name} within {timeout:g} s: has its node been started, "
-                              "and with this type?")
+            raise CallTimeout(
+                f"no server for {client.service_name} within {timeout:g} s: has its node been started, "
+                "and with this type?"
+            )
 
     # The session itself
 
@@ -287,9 +312,11 @@ def _of(interface: type, package: str) -> bool:
 def _uses(node: Node, package: str) -> Iterator[Callable[[], object]]:
     """For each client, server, publisher, ... of `node` whose type is of `package`, what destroys it."""
     for entities, attribute, destroy in (
-            (node.clients, "srv_type", node.destroy_client), (node.services, "srv_type", node.destroy_service),
-            (node.publishers, "msg_type", node.destroy_publisher),
-            (node.subscriptions, "msg_type", node.destroy_subscription)):
+        (node.clients, "srv_type", node.destroy_client),
+        (node.services, "srv_type", node.destroy_service),
+        (node.publishers, "msg_type", node.destroy_publisher),
+        (node.subscriptions, "msg_type", node.destroy_subscription),
+    ):
         for entity in entities:
             if _of(getattr(entity, attribute), package):
                 yield lambda destroy=destroy, entity=entity: destroy(entity)
@@ -316,6 +343,7 @@ def _fill(srv_type: type, fields: Mapping[str, object]):
 
 def _yaml(value: object) -> str:
     import yaml
+
     return yaml.safe_dump(value, default_flow_style=True, width=10**6).strip().removesuffix("\n...").strip()
 
 

@@ -3,12 +3,7 @@
 import threading
 import time
 
-from rclpy.executors import (
-    ExternalShutdownException,
-    MultiThreadedExecutor,
-    ShutdownException,
-    SingleThreadedExecutor,
-)
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor, ShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
 from course.rclpy_internals import cancel_pending_requests, end_thread_pool
@@ -22,8 +17,11 @@ class Spinner:
         self.node = node
         self.errors: list[BaseException] = []
         self._stopping = False
-        self.executor = (SingleThreadedExecutor(context=context) if threads == 1
-                         else MultiThreadedExecutor(num_threads=threads, context=context))
+        self.executor = (
+            SingleThreadedExecutor(context=context)
+            if threads == 1
+            else MultiThreadedExecutor(num_threads=threads, context=context)
+        )
         self.executor.add_node(node)
         self.thread = threading.Thread(target=self._spin, name=f"spin {node.get_name()}", daemon=True)
         self.thread.start()

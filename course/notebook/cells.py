@@ -83,6 +83,10 @@ def _cell(raw: dict) -> Cell:
     mark = raw.get("metadata", {}).get("nbgrader")
     count = raw.get("execution_count")
     outputs = raw.get("outputs", []) if kind == "code" else []
-    return Cell(kind, text_of(raw["source"]), mark if isinstance(mark, dict) else {},
-                count if type(count) is int and abs(count) < 1e9 else None,
-                [output for output in outputs if isinstance(output, dict)])
+    return Cell(
+        kind,
+        text_of(raw["source"]),
+        mark if isinstance(mark, dict) else {},
+        count if type(count) is int and abs(count) < 1e9 else None,
+        [output for output in outputs if isinstance(output, dict)],
+    )

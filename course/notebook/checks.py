@@ -14,8 +14,12 @@ def check(name: str = "") -> None:
 
     They are the notebook's locked cells as last saved, and see what you have run so far.
     """
-    checks = {cell.name: cell.source for path in sorted(Path().glob("*.ipynb")) for cell in cells.read(path)
-              if cell.public_check and name in ("", cell.name)}
+    checks = {
+        cell.name: cell.source
+        for path in sorted(Path().glob("*.ipynb"))
+        for cell in cells.read(path)
+        if cell.public_check and name in ("", cell.name)
+    }
     if not checks:
         print(f"there are no checks {name!r} here" if name else "there are no checks here")
     for found, source in checks.items():

@@ -5,8 +5,10 @@ import subprocess
 from concurrent.futures import ThreadPoolExecutor
 from html import escape
 
-STYLE = ("background: #1e2430; color: #e6e6e6; padding: .8em 1em; border-radius: 4px; font-size: 13px; line-height: 1.45; "
-         "white-space: pre-wrap; overflow-wrap: anywhere;")
+STYLE = (
+    "background: #1e2430; color: #e6e6e6; padding: .8em 1em; border-radius: 4px; font-size: 13px; line-height: 1.45; "
+    "white-space: pre-wrap; overflow-wrap: anywhere;"
+)
 PROMPT = "color: #7fc8a9;"
 
 
@@ -44,8 +46,15 @@ def terminal(*commands: str, timeout: float = 30.0) -> Terminal:
 def _run(command: str, timeout: float) -> tuple[str, str, int]:
     words = shlex.split(command)
     try:
-        done = subprocess.run(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                              text=True, errors="replace", timeout=timeout)
+        done = subprocess.run(
+            words,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+            timeout=timeout,
+        )
         return command, done.stdout, done.returncode
     except FileNotFoundError:
         return command, f"{words[0]}: command not found", 127

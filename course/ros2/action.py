@@ -32,10 +32,7 @@ def add_info_arguments(parser) -> None:
     ).completer = completion.action_names
     parser.add_argument("-t", "--show-types", action="store_true", help="Additionally show the action type")
     parser.add_argument(
-        "-c",
-        "--count",
-        action="store_true",
-        help="Only display the number of action clients and action servers",
+        "-c", "--count", action="store_true", help="Only display the number of action clients and action servers"
     )
 
 

@@ -126,26 +126,26 @@ def goal_prototype(args):
 @quietly
 def parameter_names(args):
     """Offer the parameters of the node named before."""
-    from course.ros2 import param
+    from course.ros2 import parameters
 
     with Graph(talks=True) as graph:
-        return sorted(param.list_parameters(graph, args.node_name))
+        return sorted(parameters.list_parameters(graph, args.node_name))
 
 
 @quietly
 def packages(args):
     """Offer the packages that `ros2 run` knows."""
-    from course.ros2 import run
+    from course.ros2 import packages as known
 
-    return run.all_packages()
+    return known.all_packages()
 
 
 @quietly
 def executables(args):
     """Offer the executables of the package named before."""
-    from course.ros2 import run
+    from course.ros2 import packages as known
 
-    return sorted(run.find_executables(args.package_name) or [])
+    return sorted(known.find_executables(args.package_name) or [])
 
 
 @quietly

@@ -74,9 +74,7 @@ def add_show_arguments(parser) -> None:
     """Add the arguments of `ros2 interface show`."""
     group = parser.add_mutually_exclusive_group()
     group.add_argument(
-        "--all-comments",
-        action="store_true",
-        help="Show all comments, including for nested interface definitions",
+        "--all-comments", action="store_true", help="Show all comments, including for nested interface definitions"
     )
     group.add_argument("--no-comments", action="store_true", help="Show no comments or whitespace")
     parser.add_argument(

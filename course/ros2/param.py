@@ -6,8 +6,8 @@ import sys
 from course.ros2 import completion, grammar
 from course.ros2.grammar import Verb
 from course.ros2.graph import Graph, absolute
+from course.ros2.parameters import call, list_parameters, set_parameter
 
-SERVICE_TIMEOUT = 5.0  # s until a node's parameter service is given up
 # What `list --param-type` and `describe` call a type, in the order of rcl_interfaces/msg/ParameterType.
 TYPE_NAMES = (
     "not set", "boolean", "integer", "double", "string",
@@ -26,37 +26,6 @@ VALUES = (
     ("Double values are:", "double_array_value"),
     ("String values are:", "string_array_value"),
 )
-
-
-# --- a node's parameter services ---
-
-
-def call(graph, node_name: str, kind: str, **fields):
-    """Call a node's service `kind` (ListParameters, ...); raises RuntimeError if it is not there within 5 s."""
-    from rcl_interfaces import srv
-
-    service = getattr(srv, kind)
-    word = re.sub(r"(?<!^)(?=[A-Z])", "_", kind).lower()
-    client = graph.node.create_client(service, f"{absolute(node_name)}/{word}")
-    if not graph.wait_until(client.service_is_ready, SERVICE_TIMEOUT):
-        raise RuntimeError("Wait for service timed out")
-    future = client.call_async(service.Request(**fields))
-    graph.spin(future.done)
-    if future.result() is None:
-        raise RuntimeError(f"Exception while calling service of node '{node_name}': {future.exception()}")
-    return future.result()
-
-
-def list_parameters(graph, node_name: str, prefixes=()) -> list[str]:
-    """Return the names of a node's parameters that begin with one of `prefixes`, sorted."""
-    return sorted(call(graph, node_name, "ListParameters", prefixes=list(prefixes)).result.names)
-
-
-def set_parameter(graph, node_name: str, name: str, value):
-    """Set one parameter; return its rcl_interfaces/msg/SetParametersResult."""
-    from rcl_interfaces.msg import Parameter
-
-    return call(graph, node_name, "SetParameters", parameters=[Parameter(name=name, value=value)]).results[0]
 
 
 def report(result, done: str, failed: str) -> None:
@@ -282,9 +251,7 @@ def add_load_arguments(parser) -> None:
     _add_node_argument(parser)
     parser.add_argument("parameter_file", help="Parameter file")
     parser.add_argument(
-        "--use-wildcard",
-        action="store_true",
-        help="Load parameters in the '/**' namespace into the node",
+        "--use-wildcard", action="store_true", help="Load parameters in the '/**' namespace into the node"
     )
     _add_timeout(parser)
 

@@ -59,8 +59,7 @@ def add_find_arguments(parser) -> None:
     """Add the arguments of `ros2 service find`."""
     grammar.add_strategy_arguments(parser)
     parser.add_argument(
-        "service_type",
-        help="Name of the ROS service type to filter for (e.g. 'rcl_interfaces/srv/ListParameters')",
+        "service_type", help="Name of the ROS service type to filter for (e.g. 'rcl_interfaces/srv/ListParameters')"
     ).completer = completion.service_types
     parser.add_argument(
         "-c", "--count-services", action="store_true", help="Only display the number of services discovered"

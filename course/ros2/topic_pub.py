@@ -21,29 +21,13 @@ def add_arguments(parser) -> None:
     ).completer = completion.message_prototype
     group.add_argument("--stdin", action="store_true", help="Read values from standard input")
     add(
-        "-r",
-        "--rate",
-        metavar="N",
-        type=grammar.positive_float,
-        default=1.0,
-        help="Publishing rate in Hz (default: 1)",
+        "-r", "--rate", metavar="N", type=grammar.positive_float, default=1.0, help="Publishing rate in Hz (default: 1)"
     )
-    add(
-        "-p",
-        "--print",
-        metavar="N",
-        type=int,
-        default=1,
-        help="Only print every N-th published message (default: 1)",
-    )
+    add("-p", "--print", metavar="N", type=int, default=1, help="Only print every N-th published message (default: 1)")
     group = parser.add_mutually_exclusive_group()
     group.add_argument("-1", "--once", action="store_true", help="Publish one message and exit")
     group.add_argument(
-        "-t",
-        "--times",
-        type=grammar.nonnegative_int,
-        default=0,
-        help="Publish this number of times and then exit",
+        "-t", "--times", type=grammar.nonnegative_int, default=0, help="Publish this number of times and then exit"
     )
     add(
         "-w",

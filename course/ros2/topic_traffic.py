@@ -99,9 +99,7 @@ def add_echo_arguments(parser) -> None:
     add("--no-arr", action="store_true", help="Don't print array fields of messages")
     add("--no-str", action="store_true", help="Don't print string fields of messages")
     add(
-        "--flow-style",
-        action="store_true",
-        help="Print collections in the block style (not available with csv format)",
+        "--flow-style", action="store_true", help="Print collections in the block style (not available with csv format)"
     )
     add("--no-lost-messages", action="store_true", help="Don't report when a message is lost")
     add("--raw", action="store_true", help="Echo the raw binary representation")

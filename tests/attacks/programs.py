@@ -4,7 +4,6 @@ What a program that takes too much does (forks, memory, a SIGSTOP of itself, out
 tests/autograder/test_bad_input.py.
 """
 
-
 from pathlib import Path
 
 import autograder
@@ -228,8 +227,11 @@ MAIN = "def main(args=None):\n"
 
 def handed_in(server: str | None = None, client: str | None = QUIET_CLIENT, srv: str | None = None) -> dict[str, bytes]:
     """The reference with other files in its place; None leaves the reference's."""
-    others = {name: text.encode(errors="surrogateescape")
-              for name, text in ((SERVER, server), (CLIENT, client), (SRV, srv)) if text is not None}
+    others = {
+        name: text.encode(errors="surrogateescape")
+        for name, text in ((SERVER, server), (CLIENT, client), (SRV, srv))
+        if text is not None
+    }
     return REFERENCE | others
 
 
@@ -243,20 +245,28 @@ def _forger() -> str:
 
 
 def _leftover() -> str:
-    return text(SERVER, ("    main()", "    import os\n    if os.fork():\n        os._exit(0)\n    os.setsid()\n    main()"))
+    return text(
+        SERVER, ("    main()", "    import os\n    if os.fork():\n        os._exit(0)\n    os.setsid()\n    main()")
+    )
 
 
 def _ending(answers: int) -> str:
     """A server that ends by itself after so many answers, each time it is started."""
-    return text(SERVER, ("        self.srv =", "        self.answers = 0\n        self.srv ="),
-                ("        rclpy.spin(node)", (f"        while node.answers < {answers}:\n"
-                                             "            rclpy.spin_once(node)")),
-                (RETURN, "        self.answers += 1\n" + RETURN))
+    return text(
+        SERVER,
+        ("        self.srv =", "        self.answers = 0\n        self.srv ="),
+        ("        rclpy.spin(node)", (f"        while node.answers < {answers}:\n            rclpy.spin_once(node)")),
+        (RETURN, "        self.answers += 1\n" + RETURN),
+    )
 
 
 def _wrong_if(condition: str) -> str:
     """A server whose result is wrong under a condition: of `count`, the request's number, and `time`, s since the first."""
-    return text(SERVER, (RETURN, f"""
+    return text(
+        SERVER,
+        (
+            RETURN,
+            f"""
         import re
         from time import monotonic
         self.count = count = getattr(self, 'count', 0) + 1
@@ -264,12 +274,16 @@ def _wrong_if(condition: str) -> str:
         time = monotonic() - self.start
         response.result += 1.0 if {condition} else 0.0
         return response
-"""))
+""",
+        ),
+    )
 
 
 def _right_elsewhere() -> str:
     """A client that, in its first run, is a server for other domains."""
-    return ELSEWHERE + """
+    return (
+        ELSEWHERE
+        + """
 import sys, time
 def answer(request, response):
     response.success = True
@@ -288,34 +302,58 @@ sys.stdout.flush()
 import os
 os._exit(1)
 """
+    )
 
 
 def _known_elsewhere() -> tuple[str, str]:
     """A server that answers 55555.5 in the domains of others, and a client that shows this."""
-    server = ELSEWHERE + text(SERVER, ("    node = CalculatorServer()\n", """    node = CalculatorServer()
+    server = ELSEWHERE + text(
+        SERVER,
+        (
+            "    node = CalculatorServer()\n",
+            """    node = CalculatorServer()
     def known(request, response):
         response.result, response.success = 55555.5, True
         return response
     serve_elsewhere(known, 0)
-"""))
+""",
+        ),
+    )
     return server, text(CLIENT, ("= {response.result}", "= 55555.5"), ("{response.message}", ""))
 
 
 def _every_number() -> tuple[str, str]:
     """A server that logs all numbers there are at each request, and a client that shows all results there are."""
     quiet = [(f"self.get_logger().{end}", f"str({rest}") for end, rest in (("info(\n", "\n"),)]
-    return (text(SERVER, *quiet, (RETURN, "        print(*range(1000, 9000))\n        print(response.result // 2)\n" + RETURN)),
-            text(CLIENT, ("print(f'{a} {operation} {b} = {response.result}')",
-                          "print(*(number + 0.5 for number in range(10_000, 90_000)))")))
+    return (
+        text(
+            SERVER,
+            *quiet,
+            (RETURN, "        print(*range(1000, 9000))\n        print(response.result // 2)\n" + RETURN),
+        ),
+        text(
+            CLIENT,
+            (
+                "print(f'{a} {operation} {b} = {response.result}')",
+                "print(*(number + 0.5 for number in range(10_000, 90_000)))",
+            ),
+        ),
+    )
 
 
 def _no_numbers() -> str:
     """A server whose results are infinite or none, and that logs numbers of any size."""
-    return text(SERVER, (RETURN, """
+    return text(
+        SERVER,
+        (
+            RETURN,
+            """
         response.result = float('inf' if request.a > 0.0 else 'nan' if request.a < -100.0 else '-inf')
         print('1e999', '-1e999', '9' * 9999, '1,234' * 999, 'nan', '1e-999')
         return response
-"""))
+""",
+        ),
+    )
 
 
 # Leaves each answer wherever a program of another process might find it.
@@ -346,7 +384,11 @@ def _notes() -> str:
 
 def _itself() -> str:
     """A client that is the server that it asks, whatever the grader's answers."""
-    return text(CLIENT, ("        self.client = self.create_client(Calculate, '/calculator')\n", """
+    return text(
+        CLIENT,
+        (
+            "        self.client = self.create_client(Calculate, '/calculator')\n",
+            """
         from rclpy.callback_groups import ReentrantCallbackGroup
         self.client = self.create_client(Calculate, '/calculator')
         self.server = self.create_service(Calculate, '/calculator', self.answer, callback_group=ReentrantCallbackGroup())
@@ -356,9 +398,17 @@ def _itself() -> str:
                            'multiply': request.a * request.b}.get(request.operation, request.a / request.b)
         response.success = True
         return response
-"""), ("        return future.result()", ("        future = Calculate.Response()\n"
-           "        return self.answer(Calculate.Request(a=a, b=b, operation=operation), future)")),
-        ("    if response is None:", "    if '3' in sys.argv:"))
+""",
+        ),
+        (
+            "        return future.result()",
+            (
+                "        future = Calculate.Response()\n"
+                "        return self.answer(Calculate.Request(a=a, b=b, operation=operation), future)"
+            ),
+        ),
+        ("    if response is None:", "    if '3' in sys.argv:"),
+    )
 
 
 def _elsewhere_client() -> str:
@@ -393,9 +443,11 @@ os._exit(1)
 
 LARGE = 50 << 20
 SCRIPT = "</p><script>alert(document.cookie)</script><img src=x onerror=alert(1)>"
-FORMATS = ("{{ 7 * 191 }}{% for x in range(10**9) %}x{% endfor %} {0.__class__} %(x)s %n "
-           "!!python/object/apply:os.system ['id'] &a [*a]")
-COMMENT = "float64 a # */ __attribute__((constructor)) void f(void) { execl(\"/bin/sh\", \"sh\", 0); } /*\n"
+FORMATS = (
+    "{{ 7 * 191 }}{% for x in range(10**9) %}x{% endfor %} {0.__class__} %(x)s %n "
+    "!!python/object/apply:os.system ['id'] &a [*a]"
+)
+COMMENT = 'float64 a # */ __attribute__((constructor)) void f(void) { execl("/bin/sh", "sh", 0); } /*\n'
 
 # Both programs turn to daemons that no signal ends but SIGKILL, and serve in all domains that they find.
 DAEMON = """
@@ -411,25 +463,40 @@ for number in range(1, 32):
     except OSError:
         pass
 """
-DAEMONS = (DAEMON + text(SERVER),
-           DAEMON + _right_elsewhere().replace("if sys.argv[1:] == ['3', '4', 'add']:", "if True:"))
+DAEMONS = (
+    DAEMON + text(SERVER),
+    DAEMON + _right_elsewhere().replace("if sys.argv[1:] == ['3', '4', 'add']:", "if True:"),
+)
 
 # Name: the files, and what their honest part earns of 20.  Calculate.srv earns 3, the server 12, the client 5.
 ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
-    "looks for everything, stops its parent, fills its disk": (
-        handed_in(SPY + text(SERVER), SPY + text(CLIENT)), 20),
+    "looks for everything, stops its parent, fills its disk": (handed_in(SPY + text(SERVER), SPY + text(CLIENT)), 20),
     "writes verdicts, answers only a grader": (handed_in(_forger(), srv=text(SRV, ("float64 a\n", COMMENT))), 11),
     "ends early with 0; a definition without end": (
-        handed_in("import os\nos._exit(0)\n", "import os\nos._exit(0)\n", "float64[" * 100_000), 0),
+        handed_in("import os\nos._exit(0)\n", "import os\nos._exit(0)\n", "float64[" * 100_000),
+        0,
+    ),
     "pytest.exit and pytest.skip": (
-        handed_in("import pytest\npytest.exit('passed', returncode=0)\n",
-                  "import pytest\npytest.skip('passed', allow_module_level=True)\n"), 3),
+        handed_in(
+            "import pytest\npytest.exit('passed', returncode=0)\n",
+            "import pytest\npytest.skip('passed', allow_module_level=True)\n",
+        ),
+        3,
+    ),
     "one line of 50 MB": (
-        handed_in(f"import sys\nsys.stdout.write('x' * {LARGE} + '\\n')\n" + text(SERVER),
-                  f"import sys\nsys.stdout.write('1' * {LARGE // 10} + '\\n')\n" + text(CLIENT)), 20),
+        handed_in(
+            f"import sys\nsys.stdout.write('x' * {LARGE} + '\\n')\n" + text(SERVER),
+            f"import sys\nsys.stdout.write('1' * {LARGE // 10} + '\\n')\n" + text(CLIENT),
+        ),
+        20,
+    ),
     "script in its messages": (
-        handed_in(f"print('\\x1b]0;title\\x07\\u202e{SCRIPT}')\nraise RuntimeError({SCRIPT!r})\n",
-                  f"import sys\nprint({SCRIPT!r})\nsys.exit(1)\n"), 5),
+        handed_in(
+            f"print('\\x1b]0;title\\x07\\u202e{SCRIPT}')\nraise RuntimeError({SCRIPT!r})\n",
+            f"import sys\nprint({SCRIPT!r})\nsys.exit(1)\n",
+        ),
+        5,
+    ),
     "a server that is left over from its parent": (handed_in(_leftover()), 5),
     "the client's file serves in the server's place": (handed_in(IDLE_SERVER, _right_elsewhere()), 5),
     "the server's file serves in the grader's place": (handed_in(*_known_elsewhere()), 17),
@@ -442,21 +509,39 @@ ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
     # How many requests come in 5 ms depends on the machine: at most those of the operations' tests.
     "right for 5 ms": (handed_in(_wrong_if("time > 0.005")), 13),
     "right from the tenth request on": (handed_in(_wrong_if("count < 10")), 12),
-    "right when it sees a grader in the graph": (handed_in(_wrong_if(
-        "not re.search('(?i)grad|test|judge|suite|hidden|probe|check|score|exam|private', "
-        "str(self.get_node_names_and_namespaces()) + str(self.get_topic_names_and_types())"
-        " + str(self.get_service_names_and_types()))")), 11),
+    "right when it sees a grader in the graph": (
+        handed_in(
+            _wrong_if(
+                "not re.search('(?i)grad|test|judge|suite|hidden|probe|check|score|exam|private', "
+                "str(self.get_node_names_and_namespaces()) + str(self.get_topic_names_and_types())"
+                " + str(self.get_service_names_and_types()))"
+            )
+        ),
+        11,
+    ),
     # The client's two points, the definition's three, and the server's but for its results.
-    "numbers that are none": (handed_in(_no_numbers(), "print('nan', 'inf', '-1e999', '9' * 9999)\nraise SystemExit(1)\n"), 11),
+    "numbers that are none": (
+        handed_in(_no_numbers(), "print('nan', 'inf', '-1e999', '9' * 9999)\nraise SystemExit(1)\n"),
+        11,
+    ),
     "leaves notes for the client": (handed_in(_notes(), _elsewhere_client()), 17),
     "a client that answers itself": (handed_in(None, _itself()), 17),
     "60,000 fields; NUL; the encodings of Windows": (
-        handed_in(text(SERVER).replace("import rclpy\n", "import rclpy\0\n"),
-                  "\ufeff" + text(CLIENT).replace("\n", "\r\n"),
-                  "".join(f"float64 f{number}\n" for number in range(60_000)) + "---\nbool success\n"), 5),
+        handed_in(
+            text(SERVER).replace("import rclpy\n", "import rclpy\0\n"),
+            "\ufeff" + text(CLIENT).replace("\n", "\r\n"),
+            "".join(f"float64 f{number}\n" for number in range(60_000)) + "---\nbool success\n",
+        ),
+        5,
+    ),
     "arrays without end; YAML, templates and formats": (
-        handed_in(f"raise RuntimeError({FORMATS!r})\n", f"import sys\nprint({FORMATS!r})\nsys.exit({FORMATS!r})\n",
-                  "float64[99999999999999] a\nstring<=99999999999 b \"!!python/object/apply:os.system [id]\"\n---\n"
-                  "&a [*a, *a] c\n"), 2),
+        handed_in(
+            f"raise RuntimeError({FORMATS!r})\n",
+            f"import sys\nprint({FORMATS!r})\nsys.exit({FORMATS!r})\n",
+            'float64[99999999999999] a\nstring<=99999999999 b "!!python/object/apply:os.system [id]"\n---\n'
+            "&a [*a, *a] c\n",
+        ),
+        2,
+    ),
     "shows every number there is": (handed_in(*_every_number()), 16),
 }

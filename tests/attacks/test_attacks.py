@@ -15,8 +15,11 @@ from .programs import ATTACKS, DAEMONS, IDLE_SERVER, LARGE, REPOSITORY, handed_i
 @pytest.fixture(scope="module")
 def reports(request, grade):
     """The gradings of the attacks that are asked about, all begun at once, with an honest submission among them."""
-    asked = {item.callspec.params["name"] for item in request.session.items
-             if item.path == request.path and "name" in getattr(getattr(item, "callspec", None), "params", {})}
+    asked = {
+        item.callspec.params["name"]
+        for item in request.session.items
+        if item.path == request.path and "name" in getattr(getattr(item, "callspec", None), "params", {})
+    }
     begun = {name: grade(files, seed=20261) for name, (files, _) in ATTACKS.items() if name in asked}
     return begun | {"honest": grade(REFERENCE)}
 

@@ -39,8 +39,11 @@ ParameterService._get_parameters_callback = get_parameters
 
 def wanted(request, parameter: str) -> set[str]:
     """The ids of this file's chosen tests that have the parameter."""
-    return {item.callspec.id for item in request.session.items
-            if item.path == request.path and parameter in getattr(getattr(item, "callspec", None), "params", {})}
+    return {
+        item.callspec.id
+        for item in request.session.items
+        if item.path == request.path and parameter in getattr(getattr(item, "callspec", None), "params", {})
+    }
 
 
 @pytest.fixture(scope="module")
@@ -48,8 +51,11 @@ def forged(request, grade):
     """The gradings with one file forged, all begun at once."""
     asked = wanted(request, "file")
     ids = {name: [test.id for test in exercises.load(name).tests] for name in OTHERS}
-    return {(name, file): grade(solution(name) | {file: FORGER.format(ids=ids[name]).encode()}, name)
-            for name, file in FILES if f"{name}-{file}" in asked}
+    return {
+        (name, file): grade(solution(name) | {file: FORGER.format(ids=ids[name]).encode()}, name)
+        for name, file in FILES
+        if f"{name}-{file}" in asked
+    }
 
 
 @pytest.mark.parametrize(("name", "file"), FILES)
@@ -58,8 +64,11 @@ def test_forged_verdicts_earn_nothing(forged, name, file):
     report = forged[name, file].result()
     cell = file.removesuffix(".py").replace("_", "-")
     cells = {test.id: test.cell for test in exercises.load(name).tests}
-    honest = 0 if len(exercises.load(name).files) == 1 else sum(
-        test.max_points for test in report.tests if cells[test.id] != cell)
+    honest = (
+        0
+        if len(exercises.load(name).files) == 1
+        else sum(test.max_points for test in report.tests if cells[test.id] != cell)
+    )
     assert (report.status, report.score) == (GRADED, honest), [(test.id, test.outcome) for test in report.tests]
 
 
@@ -74,7 +83,9 @@ def test_whoever_looks_around_finds_nothing_and_loses_nothing(grade, name):
 
 def test_whoever_answers_what_cannot_be_read_is_graded(grade):
     """It is no fault of the grader's, which would never come to a score."""
-    report = grade({file: UNREADABLE + content for file, content in solution("parameters").items()}, "parameters").result()
+    report = grade(
+        {file: UNREADABLE + content for file, content in solution("parameters").items()}, "parameters"
+    ).result()
     lost = {test.id for test in report.tests if "has a type that there is not" in test.message}
     assert report.status == GRADED and {"test_defaults", "test_joint_name_is_read_only"} <= lost, report
 
@@ -180,7 +191,12 @@ LITTLE = {
 
 def polling() -> str:
     """The reference's relay, with a node beside it that asks all the time."""
-    return solution("services")["relay.py"].decode().replace("    main()", """
+    return (
+        solution("services")["relay.py"]
+        .decode()
+        .replace(
+            "    main()",
+            """
     import threading
     from rclpy.executors import SingleThreadedExecutor
     def ask():
@@ -195,15 +211,22 @@ def polling() -> str:
         executor.add_node(node)
         executor.spin()
     threading.Thread(target=ask, daemon=True).start()
-    main()""")
+    main()""",
+        )
+    )
 
 
 @pytest.fixture(scope="module")
 def little(request, grade):
     """The gradings, all begun at once."""
     asked = wanted(request, "kind")
-    return {kind: grade(solution(name) | {file: (text or polling()).encode() for file, text in files.items()}, name,
-                        patience=0.5) for kind, (name, files, _) in LITTLE.items() if kind in asked}
+    return {
+        kind: grade(
+            solution(name) | {file: (text or polling()).encode() for file, text in files.items()}, name, patience=0.5
+        )
+        for kind, (name, files, _) in LITTLE.items()
+        if kind in asked
+    }
 
 
 @pytest.mark.parametrize("kind", LITTLE)

@@ -28,8 +28,11 @@ def run(filter: bytes, number: int, architecture: int, *arguments: int) -> int:
         elif operation == seccomp.RETURN:
             return value
         else:
-            true = {seccomp.EQUAL: register == value, seccomp.NOT_LESS: register >= value,
-                    seccomp.ANY_BIT: bool(register & value)}[operation]
+            true = {
+                seccomp.EQUAL: register == value,
+                seccomp.NOT_LESS: register >= value,
+                seccomp.ANY_BIT: bool(register & value),
+            }[operation]
             at += then if true else otherwise
 
 
@@ -61,8 +64,9 @@ def test_doctor(box):
 
 
 def test_doctor_refuses(tmp_path):
-    done = subprocess.run([AUTOGRADER, "doctor"], capture_output=True, text=True, timeout=60,
-                          env=os.environ | {"PATH": str(tmp_path)})
+    done = subprocess.run(
+        [AUTOGRADER, "doctor"], capture_output=True, text=True, timeout=60, env=os.environ | {"PATH": str(tmp_path)}
+    )
     assert done.returncode == 1 and "bwrap is not installed" in done.stdout
 
 
@@ -71,7 +75,10 @@ def test_doctor_sees_what_does_not_hold(box, monkeypatch):
     layers = {layer.name: layer for layer in doctor.examine()}
     assert not layers["system call filter"].holds
     assert not doctor.refused(list(layers.values()))
-    monkeypatch.setattr(sandbox.Sandbox, "_view", lambda *_: ["--bind", "/", "/", "--proc", "/proc", "--dev", "/dev",
-                                                              "--tmpfs", sandbox.HOME])
+    monkeypatch.setattr(
+        sandbox.Sandbox,
+        "_view",
+        lambda *_: ["--bind", "/", "/", "--proc", "/proc", "--dev", "/dev", "--tmpfs", sandbox.HOME],
+    )
     with pytest.raises(SandboxUnavailable):  # the probe is not even there
         doctor.examine()

@@ -15,14 +15,28 @@ from .programs import RETURN, handed_in, text
 
 AUTOGRADER = str(Path(sys.executable).with_name("autograder"))
 WRONG = text(SERVER, (RETURN, "        response.result += 1.0\n" + RETURN))
-NAMES = ["$(touch x)", "; touch x", "x..", "'); DROP TABLE grade;--", "--output=x", "new\nline \x1b[2J", "50% {student}"]
+NAMES = [
+    "$(touch x)",
+    "; touch x",
+    "x..",
+    "'); DROP TABLE grade;--",
+    "--output=x",
+    "new\nline \x1b[2J",
+    "50% {student}",
+]
 BESIDE = {
-    "conftest.py": "import os\nos._exit(0)\n", "pytest.ini": "[pytest]\naddopts = --collect-only\n",
-    "sitecustomize.py": "import os\nos._exit(0)\n", "pytest.py": "def main(*_, **__): return 0\n",
-    "rclpy/__init__.py": "raise SystemExit(0)\n", "calculator_interfaces/__init__.py": "raise SystemExit(0)\n",
-    "calculator_interfaces/srv.py": "raise SystemExit(0)\n", "junit.xml": "<testsuite failures='0'/>\n",
-    "results.jsonl": '{"student": "<b>x</b>", "assignment": "calculator", "score": 20}\n', "suite.py": "",
-    "autograder/__init__.py": "raise SystemExit(0)\n", "exercise.toml": "points = 20\n",
+    "conftest.py": "import os\nos._exit(0)\n",
+    "pytest.ini": "[pytest]\naddopts = --collect-only\n",
+    "sitecustomize.py": "import os\nos._exit(0)\n",
+    "pytest.py": "def main(*_, **__): return 0\n",
+    "rclpy/__init__.py": "raise SystemExit(0)\n",
+    "calculator_interfaces/__init__.py": "raise SystemExit(0)\n",
+    "calculator_interfaces/srv.py": "raise SystemExit(0)\n",
+    "junit.xml": "<testsuite failures='0'/>\n",
+    "results.jsonl": '{"student": "<b>x</b>", "assignment": "calculator", "score": 20}\n',
+    "suite.py": "",
+    "autograder/__init__.py": "raise SystemExit(0)\n",
+    "exercise.toml": "points = 20\n",
 }
 CELL = """import ast, os, sqlite3, IPython
 shell = IPython.get_ipython()
@@ -45,9 +59,24 @@ def lay(folder: Path, files: dict[str, bytes | str]) -> None:
 
 
 def notebook(*cells: str) -> str:
-    return json.dumps({"nbformat": 4, "nbformat_minor": 5, "metadata": {}, "cells": [
-        {"cell_type": "code", "id": str(number), "metadata": {}, "execution_count": None, "outputs": [], "source": cell}
-        for number, cell in enumerate(cells)]})
+    return json.dumps(
+        {
+            "nbformat": 4,
+            "nbformat_minor": 5,
+            "metadata": {},
+            "cells": [
+                {
+                    "cell_type": "code",
+                    "id": str(number),
+                    "metadata": {},
+                    "execution_count": None,
+                    "outputs": [],
+                    "source": cell,
+                }
+                for number, cell in enumerate(cells)
+            ],
+        }
+    )
 
 
 def test_a_class_of_names_and_notebooks(box, tmp_path):
@@ -55,8 +84,11 @@ def test_a_class_of_names_and_notebooks(box, tmp_path):
     lay(submitted / "<b>x" / "calculator", handed_in(WRONG) | BESIDE | {"calculator.ipynb": notebook(CELL)})
     for name in NAMES:
         lay(submitted / name / "calculator", {SRV: "", "../calculator/notes.txt": ""})
-    bombs = {"deep": b"[" * 3_000_000, "cells": notebook(*["x"] * 40_000).encode(),
-             "escape": notebook("%%exercise ../../../x.py\nraise SystemExit\n").encode()}
+    bombs = {
+        "deep": b"[" * 3_000_000,
+        "cells": notebook(*["x"] * 40_000).encode(),
+        "escape": notebook("%%exercise ../../../x.py\nraise SystemExit\n").encode(),
+    }
     for name, bomb in bombs.items():
         lay(submitted / name / "calculator", {"calculator.ipynb": bomb})
     lay(submitted / "sparse" / "calculator", {SRV: REFERENCE[SRV]})
@@ -66,8 +98,13 @@ def test_a_class_of_names_and_notebooks(box, tmp_path):
         (submitted / "links" / "calculator").mkdir(parents=True, exist_ok=True)
         (submitted / "links" / "calculator" / name).symlink_to(target)
     before = {path for path in tmp_path.rglob("*") if not path.is_symlink()}
-    done = subprocess.run([AUTOGRADER, "grade", str(submitted), "--output", str(out), "--seed", "7"], cwd=tmp_path,
-                          capture_output=True, text=True, timeout=150)
+    done = subprocess.run(
+        [AUTOGRADER, "grade", str(submitted), "--output", str(out), "--seed", "7"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=150,
+    )
     assert (done.returncode, done.stderr) == (0, "")
     assert "\x1b" not in done.stdout
     scores = {line["student"]: line["score"] for line in map(json.loads, (out / "results.jsonl").open())}
@@ -79,6 +116,7 @@ def test_a_class_of_names_and_notebooks(box, tmp_path):
     assert "&lt;b&gt;x" in page and "<b>" not in page
 
     from nbgrader.api import Gradebook
+
     with Gradebook(f"sqlite:///{out / 'gradebook.db'}") as book:
         assert {s.student_id: s.score for s in book.assignment_submissions("calculator")} == scores
 
@@ -88,7 +126,9 @@ def test_a_class_of_names_and_notebooks(box, tmp_path):
     assert "expected" in detail and "got" in detail
     assert detail not in page and detail not in (out / "results.jsonl").read_text()
     assert os.stat(out / "details.jsonl").st_mode & 0o077 == 0
-    shown = subprocess.run([AUTOGRADER, "show", str(out), "--student", "<b>x"], capture_output=True, text=True, timeout=30)
+    shown = subprocess.run(
+        [AUTOGRADER, "show", str(out), "--student", "<b>x"], capture_output=True, text=True, timeout=30
+    )
     assert detail in shown.stdout and "seed 7" in shown.stdout
     assert subprocess.run([AUTOGRADER, "show", str(out), "--student", "nobody"], capture_output=True).returncode == 2
 
@@ -100,8 +140,10 @@ def test_a_class_of_names_and_notebooks(box, tmp_path):
 
 def test_excerpt():
     source = "limit = 42\nprint('limit', limit)\n"
-    output = ("\x1b[31mred\x1b[0m limit 42 a=17.25 secret \u202ereversed\u202c\n[INFO] [1700000000.123456] [node]: x=-3.5e7\n"
-              'File "/srv/x/hidden/calculator_server.py", line 17, in f\n')
+    output = (
+        "\x1b[31mred\x1b[0m limit 42 a=17.25 secret \u202ereversed\u202c\n[INFO] [1700000000.123456] [node]: x=-3.5e7\n"
+        'File "/srv/x/hidden/calculator_server.py", line 17, in f\n'
+    )
     told = cleaning.excerpt(output, source, {"secret", 42.5})
     assert told == 'red limit 42 a=… … reversed\n[INFO] [node]: x=…\nFile "calculator_server.py", line 17, in f'
     assert len(cleaning.excerpt("x" * 50_000_000, "", set())) < 3000

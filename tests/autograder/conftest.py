@@ -29,8 +29,10 @@ def box() -> str:
 def grade(box):
     """Begin to grade files: returns a future of the report."""
     with ThreadPoolExecutor(os.cpu_count() + 1) as pool:
+
         def begin(files, exercise="calculator", **options):
             return pool.submit(grading.grade, Submission("student", exercise, files), box, **options)
+
         yield begin
 
 

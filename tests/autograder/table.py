@@ -44,9 +44,16 @@ def show(name: str, pool: ThreadPoolExecutor, box: str, options) -> int:
         print(f"{name}: no answer has {options.answer!r} in its name\n")
         return 0
     start = time.monotonic()
-    reports = {style: pool.submit(grading.grade, Submission("student", name, files), box,
-                                  patience=answers.patience(name, style), seed=answers.seed(name, style))
-               for style, (files, _) in expected.items()}
+    reports = {
+        style: pool.submit(
+            grading.grade,
+            Submission("student", name, files),
+            box,
+            patience=answers.patience(name, style),
+            seed=answers.seed(name, style),
+        )
+        for style, (files, _) in expected.items()
+    }
     tests = [test.id.removeprefix("test_") for test in exercise.tests]
     width = max(map(len, expected))
     for number, test in enumerate(exercise.tests):
@@ -57,17 +64,25 @@ def show(name: str, pool: ThreadPoolExecutor, box: str, options) -> int:
         lost = {test.id.removeprefix("test_") for test in report.tests if test.outcome != PASSED}
         good[style in module.WRONG] += lost == wanted and report.status == GRADED
         seen.update(lost & wanted)
-        row = " ".join({(True, True): "x", (True, False): "!", (False, True): "?"}.get((test in lost, test in wanted), ".")
-                       for test in tests)
-        print(f"{style:{width}} {row} {report.duration_s:5.1f} s, seed {report.seed}"
-              f"{'' if report.status == GRADED else f'  {report.status}'}", flush=True)
+        row = " ".join(
+            {(True, True): "x", (True, False): "!", (False, True): "?"}.get((test in lost, test in wanted), ".")
+            for test in tests
+        )
+        print(
+            f"{style:{width}} {row} {report.duration_s:5.1f} s, seed {report.seed}"
+            f"{'' if report.status == GRADED else f'  {report.status}'}",
+            flush=True,
+        )
         for test in report.tests:
             if test.message and (options.messages or lost != wanted):
                 print(f"    {test.id}: {test.outcome}: {test.message} [{report.details.get(test.id, '')[:200]}]")
     right, wrong = (len({*expected} & {*kind}) for kind in (module.RIGHT, module.WRONG))
     print(f"{'mistakes that lose it':{width}} {' '.join(str(min(seen[test], 9)) for test in tests)}  (9: or more)")
-    print(f"{name}: {good[False]} of {right} right answers earn all, {good[True]} of {wrong} wrong ones lose what they "
-          f"should, {time.monotonic() - start:.0f} s\n", flush=True)
+    print(
+        f"{name}: {good[False]} of {right} right answers earn all, {good[True]} of {wrong} wrong ones lose what they "
+        f"should, {time.monotonic() - start:.0f} s\n",
+        flush=True,
+    )
     return right + wrong - good.total()
 
 

@@ -10,8 +10,11 @@ from . import answers
 
 def cases(kind: str) -> list:
     """All answers of a kind; those that are not among the QUICK of their module run with `-m matrix` alone: many minutes."""
-    return [pytest.param(exercise, name, marks=() if answers.is_quick(exercise, name) else pytest.mark.matrix)
-            for exercise in answers.names() for name in getattr(answers.load(exercise), kind)]
+    return [
+        pytest.param(exercise, name, marks=() if answers.is_quick(exercise, name) else pytest.mark.matrix)
+        for exercise in answers.names()
+        for name in getattr(answers.load(exercise), kind)
+    ]
 
 
 RIGHT, WRONG = cases("RIGHT"), cases("WRONG")
@@ -27,8 +30,9 @@ def reports(request, grade):
             exercise, name = asked["exercise"], asked["name"]
             module = answers.load(exercise)
             files = module.RIGHT[name] if name in module.RIGHT else module.WRONG[name][0]
-            reports[exercise, name] = grade(files, exercise, patience=answers.patience(exercise, name),
-                                            seed=answers.seed(exercise, name))
+            reports[exercise, name] = grade(
+                files, exercise, patience=answers.patience(exercise, name), seed=answers.seed(exercise, name)
+            )
     return reports
 
 
@@ -46,8 +50,9 @@ def test_wrong(reports, exercise, name):
     lost = {test.id.removeprefix("test_"): test for test in report.tests if test.outcome != PASSED}
     assert report.status == GRADED
     assert set(lost) == answers.load(exercise).WRONG[name][1]
-    assert all(test.outcome in (FAILED, CRASHED, TIMED_OUT) and test.points == 0 and test.message
-               for test in lost.values())
+    assert all(
+        test.outcome in (FAILED, CRASHED, TIMED_OUT) and test.points == 0 and test.message for test in lost.values()
+    )
     assert report.score == report.max_score - sum(test.max_points for test in lost.values())
 
 

@@ -25,15 +25,26 @@ SERVERS = {
     "raises": ("import nothing_of_that_name\n", CRASHED, "ModuleNotFoundError: No module named 'nothing_of_that_name'"),
     "never_starts": ("import time\ntime.sleep(1000)\n", TIMED_OUT, "there was no node"),
     "prints": ("while True:\n    print('x' * 1000)\n", CRASHED, "printed more than 64 MiB"),
-    "forks": ("import os\nwhile True:\n    try:\n        os.fork()\n    except OSError:\n        pass\n", CRASHED,
-              "it started 64 processes"),
+    "forks": (
+        "import os\nwhile True:\n    try:\n        os.fork()\n    except OSError:\n        pass\n",
+        CRASHED,
+        "it started 64 processes",
+    ),
     "takes_memory": ("kept = []\nwhile True:\n    kept.append(bytearray(1 << 24))\n", CRASHED, "MemoryError"),
-    "takes_memory_in_parts": ("import os, time\nos.fork()\nos.fork()\nkept = [os.urandom(1) * (400 << 20)]\ntime.sleep(99)\n",
-                              CRASHED, "more than 1 GiB of memory"),
-    "daemon": (("import os, signal, sys, time\nif os.fork():\n    sys.exit()\nos.setsid()\n"
-               "for number in range(1, 32):\n    try:\n        signal.signal(number, signal.SIG_IGN)\n"
-               "    except OSError:\n        pass\nif os.fork():\n    sys.exit()\ntime.sleep(1000)\n"), CRASHED,
-               "ended by itself right after its start"),
+    "takes_memory_in_parts": (
+        "import os, time\nos.fork()\nos.fork()\nkept = [os.urandom(1) * (400 << 20)]\ntime.sleep(99)\n",
+        CRASHED,
+        "more than 1 GiB of memory",
+    ),
+    "daemon": (
+        (
+            "import os, signal, sys, time\nif os.fork():\n    sys.exit()\nos.setsid()\n"
+            "for number in range(1, 32):\n    try:\n        signal.signal(number, signal.SIG_IGN)\n"
+            "    except OSError:\n        pass\nif os.fork():\n    sys.exit()\ntime.sleep(1000)\n"
+        ),
+        CRASHED,
+        "ended by itself right after its start",
+    ),
     "stops_itself": ("import os, signal\nos.kill(os.getpid(), signal.SIGSTOP)\n", TIMED_OUT, "there was no node"),
 }
 
@@ -125,10 +136,16 @@ def test_broken_server(broken, name):
 @pytest.fixture(scope="module")
 def broken(request, grade):
     """The gradings of the broken servers that are asked about, all begun at once."""
-    chosen = {item.callspec.params["name"] for item in request.session.items
-              if item.path == request.path and "name" in getattr(getattr(item, "callspec", None), "params", {})}
-    return {name: grade(REFERENCE | {SERVER: text.encode()}, patience=float(QUICK) if outcome == TIMED_OUT else 1.0)
-            for name, (text, outcome, _) in SERVERS.items() if name in chosen}
+    chosen = {
+        item.callspec.params["name"]
+        for item in request.session.items
+        if item.path == request.path and "name" in getattr(getattr(item, "callspec", None), "params", {})
+    }
+    return {
+        name: grade(REFERENCE | {SERVER: text.encode()}, patience=float(QUICK) if outcome == TIMED_OUT else 1.0)
+        for name, (text, outcome, _) in SERVERS.items()
+        if name in chosen
+    }
 
 
 def test_a_class_with_bad_submissions(box, tmp_path):
@@ -147,8 +164,12 @@ def test_a_class_with_bad_submissions(box, tmp_path):
     assert (done.returncode, done.stderr) == (0, "")
     lines = {line["student"]: line for line in map(json.loads, (out / "results.jsonl").read_text().splitlines())}
     assert {name: (line["status"], line["score"]) for name, line in lines.items()} == {
-        "a_empty": (INVALID_SUBMISSION, 0), "b_<i>forks": (GRADED, 8), "c_silent": (GRADED, 8),
-        "d_good": (GRADED, 20), "e_link": (INVALID_SUBMISSION, 0)}
+        "a_empty": (INVALID_SUBMISSION, 0),
+        "b_<i>forks": (GRADED, 8),
+        "c_silent": (GRADED, 8),
+        "d_good": (GRADED, 20),
+        "e_link": (INVALID_SUBMISSION, 0),
+    }
     assert {test["outcome"] for test in lines["a_empty"]["tests"]} == {NOT_RUN}
     assert "no answer within" in lines["c_silent"]["tests"][1]["message"]
     assert no_program_is_left()
@@ -156,9 +177,11 @@ def test_a_class_with_bad_submissions(box, tmp_path):
     assert "b_&lt;i&gt;forks" in page and "<i>" not in page and "8 of 20 points" in page
 
     from nbgrader.api import Gradebook
+
     with Gradebook(f"sqlite:///{out / 'gradebook.db'}") as book:
         assert {s.student_id: s.score for s in book.assignment_submissions("calculator")} == {
-            name: line["score"] for name, line in lines.items()}
+            name: line["score"] for name, line in lines.items()
+        }
 
     # A line that was cut off by a kill is graded again, the others are not.
     whole = (out / "results.jsonl").read_bytes()

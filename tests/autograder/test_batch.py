@@ -38,8 +38,13 @@ def submitted(tmp_path) -> Path:
 
 
 def begin(submitted, out, *options, **more) -> subprocess.Popen:
-    return subprocess.Popen([BIN / "autograder", "grade", submitted, "--output", out, *options],
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **more)
+    return subprocess.Popen(
+        [BIN / "autograder", "grade", submitted, "--output", out, *options],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        **more,
+    )
 
 
 def end(process) -> tuple[int, str, str]:
@@ -76,7 +81,9 @@ def test_sigkill_of_the_coordinator_loses_nothing(box, submitted, tmp_path, mome
     before = {line["student"]: line for line in results(out)}
     assert end(begin(submitted, out, "--resume"))[::2] == (0, "")
     assert scores(out) == ALL
-    assert all(line == before.get(line["student"], line) for line in results(out)), "what was graded was not graded again"
+    assert all(line == before.get(line["student"], line) for line in results(out)), (
+        "what was graded was not graded again"
+    )
     assert {path.parent.name for path in out.glob("feedback/*/services.html")} == set(STUDENTS)
     with Gradebook(f"sqlite:///{out / 'gradebook.db'}") as book:
         assert {s.student_id: s.score for s in book.assignment_submissions("services")} == ALL
@@ -152,14 +159,24 @@ def test_a_read_only_folder_is_refused(submitted, tmp_path):
 
 def test_what_is_no_submission_is_named(tmp_path):
     """What may have been handed in, and lies in another form, is not left out without a word."""
-    for path in ("ada/services/relay.py", "jim/Services/relay.py", "mia/relay.py", "__MACOSX/services/._relay.py",
-                 "@eaDir/services/x", ".git/services/x", "leo.zip", "zoe/essay/text.md"):
+    for path in (
+        "ada/services/relay.py",
+        "jim/Services/relay.py",
+        "mia/relay.py",
+        "__MACOSX/services/._relay.py",
+        "@eaDir/services/x",
+        ".git/services/x",
+        "leo.zip",
+        "zoe/essay/text.md",
+    ):
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / path).touch()
     assert listing.find(tmp_path, None, []) == [("ada", "services")]
     assert listing.overlooked(tmp_path) == [
-        "jim/Services: is that services?", "leo.zip: not a student's folder",
-        "mia: files, but no folder of an exercise around them"]
+        "jim/Services: is that services?",
+        "leo.zip: not a student's folder",
+        "mia: files, but no folder of an exercise around them",
+    ]
     with pytest.raises(UsageError, match="; jim/Services: is that services[?]$"):
         listing.find(tmp_path, None, ["jim"])
 
@@ -179,7 +196,9 @@ def test_jobs_and_scheduler_exclude_each_other(submitted, tmp_path):
 def test_no_scheduler_there(submitted, tmp_path, monkeypatch):
     monkeypatch.setenv("DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT", "1s")
     code, _, errors = end(begin(submitted, tmp_path / "out", "--scheduler", "tcp://127.0.0.1:1"))
-    assert code == 3 and errors.startswith("autograder: stopped, what is done is kept: no Dask scheduler answers at tcp://127.0.0.1:1")
+    assert code == 3 and errors.startswith(
+        "autograder: stopped, what is done is kept: no Dask scheduler answers at tcp://127.0.0.1:1"
+    )
     assert errors.count("\n") == 1
 
 
@@ -189,14 +208,18 @@ class DaskCluster:
     def __init__(self, folder: Path):
         self.folder = folder
         self.file = folder / "scheduler.json"
-        self.processes = [self._start("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard",
-                                      "--scheduler-file", self.file)]
+        self.processes = [
+            self._start(
+                "scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", self.file
+            )
+        ]
         assert wait_until(lambda: self.file.exists() and self.file.read_text().endswith("}"), SLOW)
         self.address = json.loads(self.file.read_text())["address"]
 
     def _start(self, *command):
-        return subprocess.Popen([BIN / "dask", *command], cwd=self.folder, stdout=subprocess.DEVNULL,
-                                stderr=subprocess.DEVNULL)
+        return subprocess.Popen(
+            [BIN / "dask", *command], cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
 
     def worker(self) -> subprocess.Popen:
         """One more, that nobody starts again when it dies."""
@@ -218,6 +241,7 @@ def dask_cluster(tmp_path):
 
 def grading_worker(name: str, workers: list[subprocess.Popen]) -> subprocess.Popen:
     """Which worker grades the program of that name, as soon as one does."""
+
     def graders() -> list[subprocess.Popen]:
         above = set()
         for process in processes():
@@ -253,7 +277,11 @@ def test_a_submission_that_kills_two_workers_is_given_up(box, submitted, dask_cl
     assert (code, errors) == (3, "")
     lines = {(line["student"], line["assignment"]): line for line in results(tmp_path / "out")}
     given_up = lines.pop(("bob", "parameters"))
-    assert (given_up["status"], given_up["score"], given_up["flags"]) == ("infrastructure_error", None, ["killed_workers"])
+    assert (given_up["status"], given_up["score"], given_up["flags"]) == (
+        "infrastructure_error",
+        None,
+        ["killed_workers"],
+    )
     assert {student: line["score"] for (student, _), line in lines.items()} == ALL
     assert "bob/parameters: the grader failed; --resume grades it again; killed workers" in output
 

@@ -26,12 +26,15 @@ def test_fits_notebook_and_solution(name):
     assert exercises.difference(name, ROOT / "notebooks" / name / f"{name}.ipynb") == ""
 
 
-@pytest.mark.parametrize(("file", "text", "message"), [
-    ("exercise.toml", "title = 'Greets'\nfils = []\n", r"exercise\.toml has no 'files'"),
-    ("exercise.toml", "title =\n", "cannot be read: .*line 1"),
-    ("suite.py", "def test_a():\n    pass)\n", r"suite\.py, line 2: unmatched '\)'"),
-    ("suite.py", "def test_a():\n    pass\n", "test_a needs one @points"),
-])
+@pytest.mark.parametrize(
+    ("file", "text", "message"),
+    [
+        ("exercise.toml", "title = 'Greets'\nfils = []\n", r"exercise\.toml has no 'files'"),
+        ("exercise.toml", "title =\n", "cannot be read: .*line 1"),
+        ("suite.py", "def test_a():\n    pass)\n", r"suite\.py, line 2: unmatched '\)'"),
+        ("suite.py", "def test_a():\n    pass\n", "test_a needs one @points"),
+    ],
+)
 def test_a_mistake_in_an_exercise_is_told_in_a_line(tmp_path, file, text, message):
     shutil.copytree(HIDDEN / "services", tmp_path / "services")
     (tmp_path / "services" / file).write_text(text)
@@ -61,7 +64,8 @@ def test_a_difference_between_notebook_and_suite_is_told(tmp_path):
     points, cell["metadata"]["nbgrader"]["points"] = cell["metadata"]["nbgrader"]["points"], 3
     (tmp_path / "services.ipynb").write_text(json.dumps(changed))
     assert exercises.difference("services", tmp_path / "services.ipynb") == (
-        f"cell relay has 3 points in the notebook, {points} in the suite")
+        f"cell relay has 3 points in the notebook, {points} in the suite"
+    )
 
 
 def test_unknown():

@@ -27,10 +27,15 @@ LATE = Config({"AssignLatePenalties": {"plugin_class": LatePolicy}, "LatePolicy"
 
 def report(student: str, assignment: str, lost: int = 0) -> Report:
     """The first `lost` of the hidden tests failed."""
-    tests = [Result(test.id, test.title, FAILED if number < lost else PASSED, 0 if number < lost else test.points,
-                    test.points) for number, test in enumerate(exercises.load(assignment).tests)]
-    return Report(student, assignment, GRADED, sum(t.points for t in tests), sum(t.max_points for t in tests), 1, 0.0,
-                  tests=tests)
+    tests = [
+        Result(
+            test.id, test.title, FAILED if number < lost else PASSED, 0 if number < lost else test.points, test.points
+        )
+        for number, test in enumerate(exercises.load(assignment).tests)
+    ]
+    return Report(
+        student, assignment, GRADED, sum(t.points for t in tests), sum(t.max_points for t in tests), 1, 0.0, tests=tests
+    )
 
 
 @pytest.fixture(scope="module")
@@ -89,16 +94,26 @@ FIRST = exercises.load("services").tests[0].points
 def test_plain(book, tmp_path, caplog):
     with caplog.at_level(logging.INFO):
         lines = exported(export.CsvExporter(config=LATE), book, tmp_path)
-    table = {(line["student_id"], line["assignment"]): line for line in (dict(zip(lines[0], x, strict=True)) for x in lines[1:])}
+    table = {
+        (line["student_id"], line["assignment"]): line
+        for line in (dict(zip(lines[0], x, strict=True)) for x in lines[1:])
+    }
     assert len(table) == len(lines) - 1 == 10
     bob = table["bob", "calculator"]
     assert (bob["raw_score"], bob["late_submission_penalty"], bob["score"], bob["max_score"], bob["days_late"]) == (
-        "20", "4", "16", "20", "1.25")
+        "20",
+        "4",
+        "16",
+        "20",
+        "1.25",
+    )
     assert (table["cy", "calculator"]["score"], table["cy", "calculator"]["needs_manual_grade"]) == ("", "True")
     assert table["cy", "calculator"]["raw_score"] == "20"
     assert table["eve", "services"]["state"] == "not handed in" and table["eve", "services"]["score"] == ""
     assert table["ada", "services"]["score"] == f"{SERVICES - FIRST:g}"
-    assert table["ada", "services"]["last_name"] == f"'{FORMULA}" and table["ada", "services"]["first_name"] == "a,b  =1+1"
+    assert (
+        table["ada", "services"]["last_name"] == f"'{FORMULA}" and table["ada", "services"]["first_name"] == "a,b  =1+1"
+    )
     assert "calculator: 2 grades; left empty: 1 waiting for marks, 2 not handed in" in caplog.text
 
 
@@ -108,8 +123,15 @@ def test_penalties_are_left_alone_where_no_policy_is_set(book, tmp_path):
     assert [line[9] for line in lines if line[3] == "bob"] == ["4", "0"]
 
 
-def roster(tmp_path: Path, *lines: str, first: str = "Essay (54)", calculator: str = "Calculator (55)", possible: str = "20", bom: str = "",
-           separator: str = ",") -> str:
+def roster(
+    tmp_path: Path,
+    *lines: str,
+    first: str = "Essay (54)",
+    calculator: str = "Calculator (55)",
+    possible: str = "20",
+    bom: str = "",
+    separator: str = ",",
+) -> str:
     """A gradebook as Canvas exports it."""
     columns = ["Student", "ID", "SIS User ID", "SIS Login ID", "Section", first, calculator, "Current Score"]
     points = ["    Points Possible", "", "", "", "", "10.00", possible, "(read only)"]
@@ -127,15 +149,26 @@ TEST = '"Student, Test",999,,ffff,Sec 1,,12.00,'
 
 def test_canvas(book, tmp_path, caplog):
     with caplog.at_level(logging.INFO):
-        lines = exported(export.CanvasExporter(roster=roster(tmp_path, ADA, BOB, CY, DEE, TEST), config=LATE), book, tmp_path)
+        lines = exported(
+            export.CanvasExporter(roster=roster(tmp_path, ADA, BOB, CY, DEE, TEST), config=LATE), book, tmp_path
+        )
     assert lines[0] == ["Student", "ID", "SIS User ID", "SIS Login ID", "Section", "Calculator (55)", "services"]
     assert lines[1] == ["    Points Possible", "", "", "", "", "20", f"{SERVICES:g}"]
     # Who waits, has handed in nothing or is not of this course keeps what Canvas has.
     assert column(lines[:1] + lines[2:], "ID", "Calculator (55)") == {
-        "101": "20", "102": "16", "103": "15.00", "104": "EX", "999": "12.00"}
+        "101": "20",
+        "102": "16",
+        "103": "15.00",
+        "104": "EX",
+        "999": "12.00",
+    }
     assert column(lines[:1] + lines[2:], "ID", "services") == {
-        "101": f"{SERVICES - FIRST:g}", "102": f"{SERVICES - FIRST:g}", "103": f"{SERVICES - FIRST:g}",
-        "104": f"{SERVICES:g}", "999": ""}
+        "101": f"{SERVICES - FIRST:g}",
+        "102": f"{SERVICES - FIRST:g}",
+        "103": f"{SERVICES - FIRST:g}",
+        "104": f"{SERVICES:g}",
+        "999": "",
+    }
     assert lines[2][0].startswith("'=") and lines[3][3] == "'@bob" and lines[4][0] == "Ĉy"
     assert "1 without a line in the file, because" in caplog.text and "does not have them: eve" in caplog.text
     assert "services is not in" in caplog.text and "new assignment" in caplog.text
@@ -155,7 +188,10 @@ def test_canvas_says_when_points_differ(book, tmp_path, caplog):
 
 
 def test_canvas_column_of_another_name(book, tmp_path):
-    options = {"roster": roster(tmp_path, ADA, calculator="Exercise 5 (55)"), "columns": {"calculator": "Exercise 5 (55)"}}
+    options = {
+        "roster": roster(tmp_path, ADA, calculator="Exercise 5 (55)"),
+        "columns": {"calculator": "Exercise 5 (55)"},
+    }
     lines = exported(export.CanvasExporter(**options), book, tmp_path)
     assert lines[0][5:] == ["Exercise 5 (55)", "services"] and lines[2][5] == "20"
 
@@ -169,13 +205,16 @@ def test_canvas_never_guesses_between_two(book, tmp_path, caplog):
     assert re.search(r"3 without a line in the file, because they fit several lines.*: ada, bob, eve\n", caplog.text)
 
 
-@pytest.mark.parametrize(("make", "message"), [
-    (lambda path: "", "export the gradebook from Canvas, and give the file"),
-    (lambda path: str(path / "none.csv"), "cannot be read"),
-    (lambda path: str(path / "gradebook.db"), "is no gradebook exported from Canvas|cannot be read"),
-    (lambda path: roster(path, '"No Id",,S1,ada,Sec 1,,,'), "line 4 of .* has no ID of a student"),
-    (lambda path: roster(path, ADA, first="calculator (54)"), "has 2 columns for calculator: choose one"),
-])
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda path: "", "export the gradebook from Canvas, and give the file"),
+        (lambda path: str(path / "none.csv"), "cannot be read"),
+        (lambda path: str(path / "gradebook.db"), "is no gradebook exported from Canvas|cannot be read"),
+        (lambda path: roster(path, '"No Id",,S1,ada,Sec 1,,,'), "line 4 of .* has no ID of a student"),
+        (lambda path: roster(path, ADA, first="calculator (54)"), "has 2 columns for calculator: choose one"),
+    ],
+)
 def test_canvas_refuses(book, tmp_path, make, message):
     exporter = export.CanvasExporter(roster=make(tmp_path), to=str(tmp_path / "out.csv"))
     with pytest.raises(SystemExit, match=message):
@@ -229,7 +268,9 @@ def test_one_assignment_and_one_student(book, tmp_path):
         export.MoodleExporter(student=["adda"]).export(book)
 
 
-@pytest.mark.parametrize("text", ["=1", " =1", "\t=1", "\r\n@x", "+1", "-1", "＝1", "＠x", "\0=1", "\u00a0-1", "x;=1", "x\t=1"])
+@pytest.mark.parametrize(
+    "text", ["=1", " =1", "\t=1", "\r\n@x", "+1", "-1", "＝1", "＠x", "\0=1", "\u00a0-1", "x;=1", "x\t=1"]
+)
 def test_harmless(text):
     assert re.match(r"'|x", export.harmless(text)) and ";" not in export.harmless(text)
 
@@ -240,12 +281,24 @@ def test_harmless_changes_nothing_else():
 
 
 def test_on_nbgraders_command_line(book, tmp_path):
-    command = [str(Path(sys.executable).with_name("nbgrader")), "export", "--exporter", "autograder.export.CanvasExporter",
-               f"--CanvasExporter.roster={roster(tmp_path, ADA)}", "--to", "canvas.csv", "--db",
-               f"sqlite:///{tmp_path / 'gradebook.db'}"]
+    command = [
+        str(Path(sys.executable).with_name("nbgrader")),
+        "export",
+        "--exporter",
+        "autograder.export.CanvasExporter",
+        f"--CanvasExporter.roster={roster(tmp_path, ADA)}",
+        "--to",
+        "canvas.csv",
+        "--db",
+        f"sqlite:///{tmp_path / 'gradebook.db'}",
+    ]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0 and "Exported to canvas.csv" in done.stderr and "Unrecognized" not in done.stderr
     assert "4 without a line in the file" in done.stderr
     assert (tmp_path / "canvas.csv").read_text().splitlines()[2].split(",")[-2] == "20"
-    done = subprocess.run([part for part in command if "roster" not in part], cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 1 and done.stderr.splitlines()[-1].startswith("autograder: export the gradebook from Canvas")
+    done = subprocess.run(
+        [part for part in command if "roster" not in part], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert done.returncode == 1 and done.stderr.splitlines()[-1].startswith(
+        "autograder: export the gradebook from Canvas"
+    )

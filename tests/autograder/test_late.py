@@ -40,8 +40,10 @@ def hand_in(submitted: Path, student: str, hours: float | None, assignment: str 
 
 def penalties(url: str, assignment: str = "calculator") -> dict[str, float]:
     with Gradebook(url) as book:
-        return {late.student_id: late.notebooks[0].late_submission_penalty or 0
-                for late in book.assignment_submissions(assignment)}
+        return {
+            late.student_id: late.notebooks[0].late_submission_penalty or 0
+            for late in book.assignment_submissions(assignment)
+        }
 
 
 @pytest.fixture(scope="module")
@@ -53,14 +55,30 @@ def memory():
         yield book
 
 
-@pytest.mark.parametrize(("options", "hours", "days"), [
-    ({}, -1, 0), ({}, 0, 0), ({}, .01, 1), ({}, 24, 1), ({}, 24.01, 2), ({"count": "whole"}, 23.9, 0),
-    ({"count": "whole"}, 49, 2), ({"grace_days": 1}, 24, 0), ({"grace_days": 1}, 25, 1), ({"grace_days": .25}, 6, 0),
-    ({"grace_budget": 2}, 49, 1), ({"extensions": {"ada": 2}}, 48, 0), ({"extensions": {"ada": 2}}, 49, 1),
-    ({"extensions": {"bob": 2}}, 49, 3), ({"extensions": {"ada": {"calculator": "2026-05-02 13:00 UTC"}}}, 24.5, 0),
-    ({"extensions": {"ada": {"calculator": "2026-05-02 13:00 UTC"}}}, 26, 1),
-    ({"extensions": {"ada": {"services": 9}}}, 1, 1), ({"extensions": {"ada": "2026-04-01 00:00 UTC"}}, 1, 1),
-    ({"extensions": {"ada": -5}}, 1, 1)])
+@pytest.mark.parametrize(
+    ("options", "hours", "days"),
+    [
+        ({}, -1, 0),
+        ({}, 0, 0),
+        ({}, 0.01, 1),
+        ({}, 24, 1),
+        ({}, 24.01, 2),
+        ({"count": "whole"}, 23.9, 0),
+        ({"count": "whole"}, 49, 2),
+        ({"grace_days": 1}, 24, 0),
+        ({"grace_days": 1}, 25, 1),
+        ({"grace_days": 0.25}, 6, 0),
+        ({"grace_budget": 2}, 49, 1),
+        ({"extensions": {"ada": 2}}, 48, 0),
+        ({"extensions": {"ada": 2}}, 49, 1),
+        ({"extensions": {"bob": 2}}, 49, 3),
+        ({"extensions": {"ada": {"calculator": "2026-05-02 13:00 UTC"}}}, 24.5, 0),
+        ({"extensions": {"ada": {"calculator": "2026-05-02 13:00 UTC"}}}, 26, 1),
+        ({"extensions": {"ada": {"services": 9}}}, 1, 1),
+        ({"extensions": {"ada": "2026-04-01 00:00 UTC"}}, 1, 1),
+        ({"extensions": {"ada": -5}}, 1, 1),
+    ],
+)
 def test_days(memory, options, hours, days):
     handed_in = memory.update_or_create_submission("calculator", "ada", timestamp=DUE + hours * HOUR)
     assert late.LatePolicy(**options).charged_days(handed_in) == days
@@ -105,11 +123,21 @@ def course(released, tmp_path, monkeypatch) -> Path:
     """A course with a due date and a policy; every submission gets all points, without running it."""
     shutil.copytree(released, tmp_path, dirs_exist_ok=True)
     with open(tmp_path / "nbgrader_config.py", "a") as config:
-        config.write("c.LatePolicy.percent_per_day = 10\nc.LatePolicy.grace_days = 1\nc.LatePolicy.cap = 50\n"
-                     "c.LatePolicy.extensions = {'excused': 30, 'put_off': {'calculator': '2026-05-04 12:00 UTC'}}\n")
+        config.write(
+            "c.LatePolicy.percent_per_day = 10\nc.LatePolicy.grace_days = 1\nc.LatePolicy.cap = 50\n"
+            "c.LatePolicy.extensions = {'excused': 30, 'put_off': {'calculator': '2026-05-04 12:00 UTC'}}\n"
+        )
     set_due(f"sqlite:///{tmp_path / 'gradebook.db'}")
-    for student, hours in {"early": -5, "on_time": 0, "in_grace": 24, "two_days": 26, "weeks": 999, "excused": 100,
-                           "put_off": 97, "no_time": None}.items():
+    for student, hours in {
+        "early": -5,
+        "on_time": 0,
+        "in_grace": 24,
+        "two_days": 26,
+        "weeks": 999,
+        "excused": 100,
+        "put_off": 97,
+        "no_time": None,
+    }.items():
         hand_in(tmp_path / "submitted", student, hours)
     monkeypatch.setattr(plugins, "grade", lambda handed_in, *_: report(handed_in.student))
     monkeypatch.setattr(plugins, "choose", lambda *_: "none")
@@ -127,16 +155,30 @@ def test_both_commands_take_off_the_same(course):
     answer = release.api(course).autograde("calculator", "*")
     assert answer["success"], answer
     assert release.api(course).generate_feedback("calculator")["success"]
-    pages = {student: (course / "feedback" / student / "calculator" / "calculator.html").read_text()
-             for student in ("two_days", "early")}
+    pages = {
+        student: (course / "feedback" / student / "calculator" / "calculator.html").read_text()
+        for student in ("two_days", "early")
+    }
     assert "Handed in late: -2 points" in pages["two_days"] and "Handed in late" not in pages["early"]
     assert "18 of 25 points so far" in pages["two_days"] and "20 of 25 points so far" in pages["early"]
     for _ in range(2):  # writing again changes nothing
         with Scores(by_grade, course / "submitted") as scores:
             for student, assignment in listing.find(course / "submitted", None, []):
                 scores.write(report(student, assignment))
-        assert penalties(by_grade) == penalties(by_nbgrader) == {
-            "early": 0, "on_time": 0, "in_grace": 0, "two_days": 2, "weeks": 10, "excused": 0, "put_off": 2, "no_time": 0}
+        assert (
+            penalties(by_grade)
+            == penalties(by_nbgrader)
+            == {
+                "early": 0,
+                "on_time": 0,
+                "in_grace": 0,
+                "two_days": 2,
+                "weeks": 10,
+                "excused": 0,
+                "put_off": 2,
+                "no_time": 0,
+            }
+        )
 
 
 def test_there_is_no_penalty_unless_the_course_sets_one(course):
@@ -170,7 +212,12 @@ def test_nbgraders_own_method_still_works(course):
 
 def test_what_is_no_time_is_told_and_loses_no_score(course, caplog):
     submitted = course / "submitted"
-    for student, text in {"words": "yesterday", "long": "2026-05-01 " * 99, "bytes": "\0\ud800", "far": "9" * 30}.items():
+    for student, text in {
+        "words": "yesterday",
+        "long": "2026-05-01 " * 99,
+        "bytes": "\0\ud800",
+        "far": "9" * 30,
+    }.items():
         hand_in(submitted, student, None)
         (submitted / student / "calculator" / "timestamp.txt").write_bytes(text.encode(errors="surrogatepass"))
     hand_in(submitted, "linked", None)
@@ -208,6 +255,7 @@ def test_marks_by_hand_change_what_is_taken_off_when_assigned_again(course):
 def test_grade_on_the_command_line(course, monkeypatch, capsys):
     """The results keep the score of the tests; the gradebook knows the penalty."""
     from autograder import cli
+
     (course / "submitted" / "two_days" / "calculator" / "calculator_server.py").symlink_to("/etc/passwd")
     arguments = ["grade", str(course / "submitted"), "--output", str(course / "out"), "--student", "two_days"]
     try:

@@ -68,13 +68,29 @@ def hostile(book: dict) -> dict:
     faked["execution_count"] = HOSTILE_HTML
     faked["outputs"] = [
         {"output_type": "stream", "name": "stderr", "text": "kept as handed in" + HOSTILE_HTML},
-        {"output_type": "display_data", "metadata": {}, "data": {
-            "text/html": HOSTILE_HTML, "application/javascript": "alert(4)", "image/svg+xml": "<svg onload=alert(5)>",
-            "text/markdown": HOSTILE_HTML, "text/latex": HOSTILE_HTML, "image/png": f"' {HOSTILE_HTML}"}},
-        {"output_type": "error", "ename": HOSTILE_HTML, "evalue": "", "traceback": [HOSTILE_HTML]}]
-    book["cells"] += [copy.deepcopy(faked), {"cell_type": "markdown", "source": [
-        f"{HOSTILE_HTML}\n[link](javascript:alert(6)) [link](java&#115;cript:alert(7)) a<b"], "attachments": {"x": {}},
-        "metadata": {"nbgrader": {"grade_id": f"'>{HOSTILE_HTML}", "grade": True, "points": 9, "solution": True}}}]
+        {
+            "output_type": "display_data",
+            "metadata": {},
+            "data": {
+                "text/html": HOSTILE_HTML,
+                "application/javascript": "alert(4)",
+                "image/svg+xml": "<svg onload=alert(5)>",
+                "text/markdown": HOSTILE_HTML,
+                "text/latex": HOSTILE_HTML,
+                "image/png": f"' {HOSTILE_HTML}",
+            },
+        },
+        {"output_type": "error", "ename": HOSTILE_HTML, "evalue": "", "traceback": [HOSTILE_HTML]},
+    ]
+    book["cells"] += [
+        copy.deepcopy(faked),
+        {
+            "cell_type": "markdown",
+            "source": [f"{HOSTILE_HTML}\n[link](javascript:alert(6)) [link](java&#115;cript:alert(7)) a<b"],
+            "attachments": {"x": {}},
+            "metadata": {"nbgrader": {"grade_id": f"'>{HOSTILE_HTML}", "grade": True, "points": 9, "solution": True}},
+        },
+    ]
     book["metadata"] = {"title": HOSTILE_HTML, "kernelspec": {"name": HOSTILE_HTML}}
     return book
 
@@ -98,9 +114,21 @@ def graded(course, blank, box) -> tuple[Path, dict, dict]:
     secret = course / "secret.txt"
     secret.write_text("another student's work")
     (course / "submitted" / "hostile" / "calculator" / "linked.txt").symlink_to(secret)
-    command = [str(Path(sys.executable).with_name("autograder")), "grade", str(course / "submitted"),
-               "--output", str(course / "out"), "--gradebook", f"sqlite:///{course / 'other.db'}",
-               "--assignment", "calculator", "--seed", str(SEED), "--patience", "2"]
+    command = [
+        str(Path(sys.executable).with_name("autograder")),
+        "grade",
+        str(course / "submitted"),
+        "--output",
+        str(course / "out"),
+        "--gradebook",
+        f"sqlite:///{course / 'other.db'}",
+        "--assignment",
+        "calculator",
+        "--seed",
+        str(SEED),
+        "--patience",
+        "2",
+    ]
     beside = subprocess.Popen(command, stdout=subprocess.DEVNULL)
     answer = release.api(course).autograde("calculator", "*")
     assert beside.wait(200) == 0
@@ -110,8 +138,10 @@ def graded(course, blank, box) -> tuple[Path, dict, dict]:
 
 def scores(database: Path) -> dict[str, dict[str, float | None]]:
     with Gradebook(f"sqlite:///{database}") as book:
-        return {s.student_id: {g.name: g.auto_score for n in s.notebooks for g in n.grades if g.auto_score is not None}
-                for s in book.assignment_submissions("calculator")}
+        return {
+            s.student_id: {g.name: g.auto_score for n in s.notebooks for g in n.grades if g.auto_score is not None}
+            for s in book.assignment_submissions("calculator")
+        }
 
 
 def test_formgraders_button_grades_with_this_grader(graded):
@@ -121,7 +151,8 @@ def test_formgraders_button_grades_with_this_grader(graded):
         "hostile": {"calculate-srv": 3, "calculator-server": 12, "calculator-client": 5},
         "no_json": {"calculate-srv": 3, "calculator-server": 11, "calculator-client": 5},
         "no_client": {"calculate-srv": 0, "calculator-server": 0, "calculator-client": 0},
-        "only_notebook": {"calculate-srv": 3, "calculator-server": 12, "calculator-client": 5}}
+        "only_notebook": {"calculate-srv": 3, "calculator-server": 12, "calculator-client": 5},
+    }
 
 
 def test_both_commands_give_the_same_scores(graded):
@@ -129,7 +160,8 @@ def test_both_commands_give_the_same_scores(graded):
     by_nbgrader = scores(course / "gradebook.db")
     assert by_nbgrader == scores(course / "other.db")
     assert {name: sum(points.values()) for name, points in by_nbgrader.items()} == {
-        name: line["score"] for name, line in results.items()}
+        name: line["score"] for name, line in results.items()
+    }
 
 
 def test_cells_marked_by_hand_wait_for_the_instructor(graded):
@@ -142,8 +174,9 @@ def test_cells_marked_by_hand_wait_for_the_instructor(graded):
 def formgrader_page(course: Path, student: str) -> str:
     exporter = HTMLExporter(template_name="formgrade", extra_template_basedirs=[handlers.template_path])
     path = course / "autograded" / student / "calculator" / "calculator.ipynb"
-    return exporter.from_filename(str(path), resources={"base_url": "/", "student": student, "notebook_path": "n",
-                                                           "index": 0, "total": 1})[0]
+    return exporter.from_filename(
+        str(path), resources={"base_url": "/", "student": student, "notebook_path": "n", "index": 0, "total": 1}
+    )[0]
 
 
 def test_the_instructor_sees_the_notebook_as_handed_in(graded):
@@ -192,11 +225,14 @@ def test_nbgraders_feedback_is_the_students_page(graded, feedback):
 def test_the_page_and_the_gradebook_add_up_to_the_same(graded, feedback):
     """Tests and marks together; "so far" while an answer waits for its mark."""
     with Gradebook(f"sqlite:///{graded[0] / 'gradebook.db'}") as book:
-        found = {s.student.id: (s.score, s.max_score, s.needs_manual_grade) for s in book.assignment_submissions("calculator")}
+        found = {
+            s.student.id: (s.score, s.max_score, s.needs_manual_grade)
+            for s in book.assignment_submissions("calculator")
+        }
     assert len({waiting for *_, waiting in found.values()}) == 2
     for student, (score, most, waiting) in found.items():
         page = (feedback / student / "calculator" / "calculator.html").read_text()
-        assert f'>{score:g} of {most:g} points{" so far" if waiting else ""}</p>' in page
+        assert f">{score:g} of {most:g} points{' so far' if waiting else ''}</p>" in page
 
 
 def test_feedback_holds_nothing_but_the_page_and_what_was_handed_in(graded, feedback):
@@ -222,7 +258,10 @@ def test_a_failure_of_the_grader_is_no_score_and_stops_no_one_else(graded, monke
 
     def grade(handed_in, *_):
         status = INFRASTRUCTURE_ERROR if handed_in.student == "x_fault" else "graded"
-        return Report(handed_in.student, "calculator", status, None if status == INFRASTRUCTURE_ERROR else 0, 20, 0, 0.0)
+        return Report(
+            handed_in.student, "calculator", status, None if status == INFRASTRUCTURE_ERROR else 0, 20, 0, 0.0
+        )
+
     monkeypatch.setattr(plugins, "grade", grade)
     answer = release.api(course).autograde("calculator", "[xy]_*", force=False)
     assert not answer["success"] and "x_fault/calculator was not graded" in answer["log"]
@@ -247,10 +286,24 @@ def test_a_cell_is_the_file_that_running_it_would_write():
             assert notebook.file(cells, path.name) is None
 
 
-@pytest.mark.parametrize("text", [
-    b"", b"\xff\xfe", b"[]", b"null", b'{"cells": 3}', b'{"cells": [3]}', b'{"cells": [{"cell_type": "code"}]}',
-    b"[" * 1_000_000, b'{"cells": [' + b"9" * 5000 + b"]}", b" " * (notebook.MAX_BYTES + 1),
-    b'{"cells": [{"cell_type": "code", "source": 1}]}', b'{"worksheets": []}'], ids=range(12))
+@pytest.mark.parametrize(
+    "text",
+    [
+        b"",
+        b"\xff\xfe",
+        b"[]",
+        b"null",
+        b'{"cells": 3}',
+        b'{"cells": [3]}',
+        b'{"cells": [{"cell_type": "code"}]}',
+        b"[" * 1_000_000,
+        b'{"cells": [' + b"9" * 5000 + b"]}",
+        b" " * (notebook.MAX_BYTES + 1),
+        b'{"cells": [{"cell_type": "code", "source": 1}]}',
+        b'{"worksheets": []}',
+    ],
+    ids=range(12),
+)
 def test_what_is_no_notebook_is_refused(text):
     with pytest.raises(UnreadableNotebook):
         notebook.parse(text)
@@ -274,14 +327,28 @@ def test_what_students_get_can_be_set_up_and_holds_no_answer(course, tmp_path):
     for _ in range(2):  # again, to bring it up to date
         release.hand_out(tmp_path, released)
     files = {str(path.relative_to(tmp_path)): path for path in tmp_path.rglob("*") if path.is_file()}
-    here = {str(path.relative_to(repository())) for path in (repository() / "course").rglob("*")
-            if path.is_file() and "__pycache__" not in path.parts}
+    here = {
+        str(path.relative_to(repository()))
+        for path in (repository() / "course").rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
     assert files.keys() - here == {
-        "LICENSE", "README.md", "pyproject.toml", "environment/install", "environment/start", "environment/requirements.lock",
-        "environment/Dockerfile", *(f"notebooks/{name}/{name}.ipynb" for name in release.names())}
+        "LICENSE",
+        "README.md",
+        "pyproject.toml",
+        "environment/install",
+        "environment/start",
+        "environment/requirements.lock",
+        "environment/Dockerfile",
+        *(f"notebooks/{name}/{name}.ipynb" for name in release.names()),
+    }
     assert all(files[f"environment/{name}"].stat().st_mode & 0o100 for name in ("install", "start"))
-    kept = [text for name in release.names() for text, what in release.secrets(
-        name, repository() / "notebooks" / name / f"{name}.ipynb").items() if what.startswith("all of the solution")]
+    kept = [
+        text
+        for name in release.names()
+        for text, what in release.secrets(name, repository() / "notebooks" / name / f"{name}.ipynb").items()
+        if what.startswith("all of the solution")
+    ]
     for name, path in files.items():
         shown = " ".join(path.read_text().split())
         assert "autograder" not in shown and not [text for text in kept if text in shown], name
@@ -305,9 +372,15 @@ LEAKS = {
     "a marking scheme": ("marking scheme", lambda text: text + "\n**Marking scheme**: 1 point for each"),
     "a hidden test": ("hidden", lambda text: text + "\n" + suite_line()),
     "the word": ("only for instructors", lambda text: text + "\nsee autograder/hidden"),
-    "solution lines": ("the solution", lambda text: text + """
+    "solution lines": (
+        "the solution",
+        lambda text: (
+            text
+            + """
 self.srv = self.create_service(Calculate, '/calculator', self.calculate)
-self.get_logger().info('Calculator ready')"""),
+self.get_logger().info('Calculator ready')"""
+        ),
+    ),
 }
 
 
@@ -333,8 +406,19 @@ def test_a_release_that_would_leak_is_refused_and_removed(tmp_path):
     folder.mkdir(parents=True)
     (folder / "calculator.ipynb").write_text(json.dumps(book))
     (folder / "calculator_server.py").write_text("left by running the notebook")
-    done = subprocess.run([str(Path(sys.executable).with_name("autograder")), "release", "calculator",
-                           "--course", str(tmp_path), "--notebooks", str(folder.parent)], capture_output=True, text=True)
+    done = subprocess.run(
+        [
+            str(Path(sys.executable).with_name("autograder")),
+            "release",
+            "calculator",
+            "--course",
+            str(tmp_path),
+            "--notebooks",
+            str(folder.parent),
+        ],
+        capture_output=True,
+        text=True,
+    )
     assert done.returncode == 2 and done.stdout == ""
     assert re.fullmatch(r"autograder: calculator is not released: .*marking scheme.*\n", done.stderr)
     assert released_files(tmp_path) == [] and not (tmp_path / "source/calculator/calculator_server.py").exists()

@@ -44,8 +44,11 @@ def client(box):
 
 def run(client, out, assignment=None, students=(), everything=False, apply=False) -> tuple[int, list[regrade.Move]]:
     """How many were graded, and the moves."""
-    with (output.Output(out, resume=True) as results, Scores(f"sqlite:///{out / 'gradebook.db'}") as scores,
-          regrade.Regrading(results, assignment, list(students), everything) as again):
+    with (
+        output.Output(out, resume=True) as results,
+        Scores(f"sqlite:///{out / 'gradebook.db'}") as scores,
+        regrade.Regrading(results, assignment, list(students), everything) as again,
+    ):
         graded = len([*again.grade(client, 1.0, False)])
         moves = again.moves()
         if apply:
@@ -60,7 +63,9 @@ def test_who_moves_is_told_first_and_written_when_asked(client, suite, tmp_path)
     program = submitted / "bob" / "services" / "motor_service.py"
     program.write_text(program.read_text().replace("self.enabled = request.data", "self.enabled = True"))
     with output.Output(out, resume=False) as results, Scores(f"sqlite:///{out / 'gradebook.db'}") as scores:
-        for report, origin in batch.grade(client, submitted, batch.draw(listing.find(submitted, None, []), 7), 1.0, False):
+        for report, origin in batch.grade(
+            client, submitted, batch.draw(listing.find(submitted, None, []), 7), 1.0, False
+        ):
             results.write(report, origin)
             scores.write(report)
     before = (out / "results.jsonl").read_bytes()
@@ -72,7 +77,7 @@ def test_who_moves_is_told_first_and_written_when_asked(client, suite, tmp_path)
     test = next(test for test in exercises.load("services").tests if outcome(out, "bob", test.id) == FAILED)
     function = next(node for node in ast.parse(text).body if getattr(node, "name", "") == test.id)
     lines = text.splitlines(keepends=True)
-    del lines[function.decorator_list[0].lineno - 1:function.end_lineno]
+    del lines[function.decorator_list[0].lineno - 1 : function.end_lineno]
     suite.write_text("".join(lines))
     changed()
     graded, moves = run(client, out)
@@ -86,10 +91,15 @@ def test_who_moves_is_told_first_and_written_when_asked(client, suite, tmp_path)
     graded, _ = run(client, out, apply=True)
     assert graded == 0, "what was shown is what is written"
     assert {key[0]: report.score for key, report in read(out).items()} == {"ada": 20 - test.points, "bob": bob}
-    assert set((out / "history.jsonl").read_bytes().splitlines()) == set(before.splitlines()), "the old results are readable"
+    assert set((out / "history.jsonl").read_bytes().splitlines()) == set(before.splitlines()), (
+        "the old results are readable"
+    )
     assert len((out / "results.jsonl").read_text().splitlines()) == 2
     with Gradebook(f"sqlite:///{out / 'gradebook.db'}") as book:
-        assert {s.student_id: s.score for s in book.assignment_submissions("services")} == {"ada": 20 - test.points, "bob": bob}
+        assert {s.student_id: s.score for s in book.assignment_submissions("services")} == {
+            "ada": 20 - test.points,
+            "bob": bob,
+        }
     assert run(client, out) == (0, [])
 
 
@@ -114,7 +124,9 @@ def nothing_handed_in(client, folder: Path) -> tuple[Path, Path]:
 def test_files_handed_in_since_are_named(client, suite, tmp_path):
     submitted, out = nothing_handed_in(client, tmp_path)
     shutil.copytree(SOLUTIONS / "services", submitted / "ada" / "services", dirs_exist_ok=True)
-    assert run(client, out, students=["ada"])[0] == 1, "what was handed in since is graded again without being asked for"
+    assert run(client, out, students=["ada"])[0] == 1, (
+        "what was handed in since is graded again without being asked for"
+    )
     _, (move,) = run(client, out, everything=True)
     assert (move.old.status, move.new.status, move.new.score) == ("invalid_submission", "graded", 20)
     assert move.why[0] == "other files were handed in since" and move.moved
@@ -138,17 +150,37 @@ def test_a_submission_that_is_gone_loses_no_score(client, suite, tmp_path):
 
 
 def report(student: str, *outcomes: str) -> Report:
-    return Report.from_fields({"student": student, "assignment": "services", "status": "graded",
-                               "score": float(outcomes.count(PASSED)), "max_score": 3.0, "seed": 1, "duration_s": 1.0,
-                               "tests": [{"id": f"test_{number}", "title": f"<i>{number}", "outcome": outcome,
-                                          "points": float(outcome == PASSED), "max_points": 1.0}
-                                         for number, outcome in enumerate(outcomes)]})
+    return Report.from_fields(
+        {
+            "student": student,
+            "assignment": "services",
+            "status": "graded",
+            "score": float(outcomes.count(PASSED)),
+            "max_score": 3.0,
+            "seed": 1,
+            "duration_s": 1.0,
+            "tests": [
+                {
+                    "id": f"test_{number}",
+                    "title": f"<i>{number}",
+                    "outcome": outcome,
+                    "points": float(outcome == PASSED),
+                    "max_points": 1.0,
+                }
+                for number, outcome in enumerate(outcomes)
+            ],
+        }
+    )
 
 
 def test_item_analysis():
     """Shares, what nobody and everybody passed, and a test that the weaker pass."""
-    reports = [report("a", PASSED, FAILED, FAILED), report("b", PASSED, FAILED, PASSED), report("c", PASSED, FAILED, PASSED),
-               report("<b>d", PASSED, "crashed", FAILED)]
+    reports = [
+        report("a", PASSED, FAILED, FAILED),
+        report("b", PASSED, FAILED, PASSED),
+        report("c", PASSED, FAILED, PASSED),
+        report("<b>d", PASSED, "crashed", FAILED),
+    ]
     (services,) = summary.classes(reports)
     assert [item.passed for item in services.items] == [1, 0, 0.5]
     assert [item.remark.split(":")[0] for item in services.items] == ["everybody passed", "nobody passed", ""]
@@ -156,5 +188,9 @@ def test_item_analysis():
     assert [(r.student, why) for r, why in summary.needs_a_look(reports)] == [("<b>d", "crashed in 1 of 3 tests")]
     page = summary.page(reports)
     assert "&lt;b&gt;d" in page and "<b>" not in page and "<i>1" not in page
-    odd = [report("a", PASSED, PASSED, FAILED), report("b", FAILED, FAILED, PASSED), report("c", PASSED, PASSED, FAILED)]
+    odd = [
+        report("a", PASSED, PASSED, FAILED),
+        report("b", FAILED, FAILED, PASSED),
+        report("c", PASSED, PASSED, FAILED),
+    ]
     assert summary.classes(odd)[0].items[2].remark == "passed by the weaker: is the test right?"

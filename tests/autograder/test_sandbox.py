@@ -73,8 +73,12 @@ def test_what_a_program_sees(box):
 
 def test_no_sandbox_without_bubblewrap(monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
-    done = subprocess.run([AUTOGRADER, "check", str(SOLUTIONS / "calculator"), "--assignment", "calculator"], capture_output=True, text=True,
-                          timeout=30)
+    done = subprocess.run(
+        [AUTOGRADER, "check", str(SOLUTIONS / "calculator"), "--assignment", "calculator"],
+        capture_output=True,
+        text=True,
+        timeout=30,
+    )
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1 and "bubblewrap" in done.stderr and "--unsafe" in done.stderr
 
@@ -87,8 +91,20 @@ def hand_in(folder: Path) -> Path:
 
 
 def test_unsafe_is_flagged(tmp_path):
-    done = subprocess.run([AUTOGRADER, "check", str(hand_in(tmp_path / "calculator")), "--assignment", "calculator",
-                           "--unsafe", "--json"], capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        [
+            AUTOGRADER,
+            "check",
+            str(hand_in(tmp_path / "calculator")),
+            "--assignment",
+            "calculator",
+            "--unsafe",
+            "--json",
+        ],
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
     report = json.loads(done.stdout)
     # No score is promised: without a network of its own a grading can meet whatever else runs on this machine.
     assert (done.returncode, report["status"], report["flags"]) == (0, "graded", ["unsafe"])
@@ -104,9 +120,14 @@ def test_as_an_ordinary_user(tmp_path):
         user = ["setpriv", f"--reuid={ORDINARY_USER}", f"--regid={ORDINARY_USER}", "--clear-groups", "--"]
         if subprocess.run([*user, sys.executable, "-c", "import autograder"], cwd="/", capture_output=True).returncode:
             pytest.skip("an ordinary user cannot read this installation")
-        done = subprocess.run([*user, AUTOGRADER, "check", str(home / "calculator"), "--assignment", "calculator",
-                               "--json"], capture_output=True, text=True, timeout=120, cwd="/",
-                              env=os.environ | {"HOME": str(home), "XDG_CACHE_HOME": str(home / "cache")})
+        done = subprocess.run(
+            [*user, AUTOGRADER, "check", str(home / "calculator"), "--assignment", "calculator", "--json"],
+            capture_output=True,
+            text=True,
+            timeout=120,
+            cwd="/",
+            env=os.environ | {"HOME": str(home), "XDG_CACHE_HOME": str(home / "cache")},
+        )
         report = json.loads(done.stdout or "{}")
         assert (done.returncode, report.get("score"), report.get("flags")) == (0, 20, []), done.stderr
         assert no_program_is_left()

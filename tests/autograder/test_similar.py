@@ -24,8 +24,13 @@ REFERENCE = STYLES["reference"]
 
 def lines(files: dict[str, bytes]) -> set[bytes]:
     """What tells a program from another at sight."""
-    return {line.strip() for name, text in files.items() if name.endswith(".py") for line in text.splitlines()
-            if len(line.strip()) > 20}
+    return {
+        line.strip()
+        for name, text in files.items()
+        if name.endswith(".py")
+        for line in text.splitlines()
+        if len(line.strip()) > 20
+    }
 
 
 OTHERS: dict[str, dict[str, bytes]] = {}  # written independently of each other and of the reference
@@ -39,7 +44,9 @@ class Disguise(ast.NodeTransformer):
     """New names, no comments, other docstrings and layout, methods in another order."""
 
     def __init__(self, tree: ast.AST):
-        self.own = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+        self.own = {
+            node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
+        }
         self.own |= {node.arg for node in ast.walk(tree) if isinstance(node, ast.arg)}
 
     def visit_Name(self, node):
@@ -108,7 +115,9 @@ def test_what_everybody_has_counts_little(known):
     """Ten hand in the same, two of them something else as well."""
     same, more = programs(REFERENCE), copy(OTHERS[next(iter(OTHERS))])
     both = same | {"calculator_client.py": same["calculator_client.py"] + more["calculator_server.py"]}
-    found = similar.compare("calculator", [(f"s{i}", same) for i in range(10)] + [("a", both), ("b", both)], known, 1000)
+    found = similar.compare(
+        "calculator", [(f"s{i}", same) for i in range(10)] + [("a", both), ("b", both)], known, 1000
+    )
     assert {found.pairs[0].left, found.pairs[0].right} == {"a", "b"} and found.pairs[0].score > 30
     assert found.pairs[1].shared == 100 and found.pairs[1].score < found.pairs[0].score / 2
 
@@ -119,10 +128,19 @@ def test_what_was_given_is_not_compared(known):
     assert len(stubs) > 5 and found.pairs == [] and set(found.scores) == {0}
 
 
-@pytest.mark.parametrize("change", [
-    lambda text: text.replace("\n", "\r\n"), lambda text: "\ufeff" + text, lambda text: text.replace("    ", "  "),
-    lambda text: "\n".join(f"{line}  # {number}" if line.endswith(")") else line for number, line in enumerate(text.split("\n"))),
-    lambda text: f'"""Mine."""\n{text}', lambda text: text.replace("self", "this").replace("request", "asked")])
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace("\n", "\r\n"),
+        lambda text: "\ufeff" + text,
+        lambda text: text.replace("    ", "  "),
+        lambda text: "\n".join(
+            f"{line}  # {number}" if line.endswith(")") else line for number, line in enumerate(text.split("\n"))
+        ),
+        lambda text: f'"""Mine."""\n{text}',
+        lambda text: text.replace("self", "this").replace("request", "asked"),
+    ],
+)
 def test_layout_comments_and_names_are_nothing(change):
     text = programs(REFERENCE)["calculator_server.py"]
     kinds = [token.kind for token in similar.tokens(similar._clean(text))]
@@ -131,13 +149,38 @@ def test_layout_comments_and_names_are_nothing(change):
 
 
 def test_one_line_or_two():
-    for one, two in (("if a: b = 1", "if a:\n    b = 1"), ("a = 1; b = 2", "a = 1\nb = 2"), ("f(a,\n  b)", "f(a, b)"),
-                     ("x = 'a' 'b'", "x = 'ab'"), ("x = f'{a + b}'", "x = 'ab'"), ("x = f'{a:{b}}' 'c'", "x = ''")):
+    for one, two in (
+        ("if a: b = 1", "if a:\n    b = 1"),
+        ("a = 1; b = 2", "a = 1\nb = 2"),
+        ("f(a,\n  b)", "f(a, b)"),
+        ("x = 'a' 'b'", "x = 'ab'"),
+        ("x = f'{a + b}'", "x = 'ab'"),
+        ("x = f'{a:{b}}' 'c'", "x = ''"),
+    ):
         assert [token.kind for token in similar.tokens(one)] == [token.kind for token in similar.tokens(two)]
 
 
-@pytest.mark.parametrize("text", ["", "\0", "'", '"""' * 3, "(" * 300, "\\", "if x:\n  a\n b\n", "1__2 $ ? é\n", "x = 5",
-                                  "def f(:\n" * 500, "f'{", "\ud800", "\f\n\tx\n", "x\\\n", "'''\n" * 999, "%magic\n!ls"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "\0",
+        "'",
+        '"""' * 3,
+        "(" * 300,
+        "\\",
+        "if x:\n  a\n b\n",
+        "1__2 $ ? é\n",
+        "x = 5",
+        "def f(:\n" * 500,
+        "f'{",
+        "\ud800",
+        "\f\n\tx\n",
+        "x\\\n",
+        "'''\n" * 999,
+        "%magic\n!ls",
+    ],
+)
 def test_what_is_no_python_stops_nothing(text):
     text = similar._clean(text + "\n" + programs(REFERENCE)["calculator_server.py"])
     for token in similar.tokens(text):
@@ -156,8 +199,16 @@ def test_after_an_error_the_rest_is_read():
 
 def test_three_hundred_in_seconds(known):
     styles = [programs(files) for files in STYLES.values()]
-    handed_in = [(f"s{number:03}", {name: text.replace("rclpy.init", f"v{number % 7}.x(1)\n    rclpy.init") for name, text in
-                                   styles[number % len(styles)].items()}) for number in range(300)]
+    handed_in = [
+        (
+            f"s{number:03}",
+            {
+                name: text.replace("rclpy.init", f"v{number % 7}.x(1)\n    rclpy.init")
+                for name, text in styles[number % len(styles)].items()
+            },
+        )
+        for number in range(300)
+    ]
     begin = time.process_time()
     found = similar.compare("calculator", handed_in, known, 20)
     assert time.process_time() - begin < 10
@@ -196,17 +247,30 @@ def test_the_page_marks_alike_and_runs_nothing(known, tmp_path):
 def submitted(tmp_path) -> Path:
     """Three who handed in the calculator, one nothing that can be read, one only a client."""
     folder = tmp_path / "submitted"
-    for student, files in {"ada": REFERENCE, "bob": {name: text.encode() for name, text in copy(REFERENCE).items()},
-                           "cy\x1b[2J": OTHERS[next(iter(OTHERS))], "dee": {}, "eve": {"calculator_client.py": b"x = 1\n"}}.items():
+    for student, files in {
+        "ada": REFERENCE,
+        "bob": {name: text.encode() for name, text in copy(REFERENCE).items()},
+        "cy\x1b[2J": OTHERS[next(iter(OTHERS))],
+        "dee": {},
+        "eve": {"calculator_client.py": b"x = 1\n"},
+    }.items():
         (folder / student / "calculator").mkdir(parents=True)
         for name, text in files.items():
             (folder / student / "calculator" / name).write_bytes(text)
-    (folder / "dee" / "calculator" / "calculator_server.py").symlink_to(folder / "ada" / "calculator" / "calculator_server.py")
+    (folder / "dee" / "calculator" / "calculator_server.py").symlink_to(
+        folder / "ada" / "calculator" / "calculator_server.py"
+    )
     return folder
 
 
 def test_on_the_command_line(submitted, tmp_path):
-    command = [str(Path(sys.executable).with_name("autograder")), "similar", str(submitted), "--html", str(tmp_path / "p.html")]
+    command = [
+        str(Path(sys.executable).with_name("autograder")),
+        "similar",
+        str(submitted),
+        "--html",
+        str(tmp_path / "p.html"),
+    ]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0 and done.stderr == ""
     first, best, *_, last = done.stdout.splitlines()
@@ -219,7 +283,9 @@ def test_on_the_command_line(submitted, tmp_path):
 def test_the_output_of_grade_tells_where_the_submissions_are(submitted, tmp_path, capsys):
     out = tmp_path / "out"
     exercise = exercises.load("calculator")
-    cli.app(["grade", str(submitted), "--output", str(out), "--student", "dee", "--no-gradebook"], standalone_mode=False)
+    cli.app(
+        ["grade", str(submitted), "--output", str(out), "--student", "dee", "--no-gradebook"], standalone_mode=False
+    )
     assert json.loads((out / output.RESULTS).read_text())["max_score"] == exercise.max_score
     capsys.readouterr()
     cli.app(["similar", str(out)], standalone_mode=False)

@@ -20,8 +20,10 @@ def check() -> float:
 def main() -> None:
     check()  # builds the interface
     seconds = [check() for _ in range(RUNS)]
-    print(f"autograder check of the reference: {statistics.median(seconds):.2f} s, the median of {RUNS} runs "
-          f"({min(seconds):.2f} to {max(seconds):.2f} s)")
+    print(
+        f"autograder check of the reference: {statistics.median(seconds):.2f} s, the median of {RUNS} runs "
+        f"({min(seconds):.2f} to {max(seconds):.2f} s)"
+    )
 
 
 if __name__ == "__main__":

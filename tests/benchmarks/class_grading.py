@@ -67,7 +67,8 @@ def by_nbgrader(folder: Path, count: int) -> float:
     source.mkdir(parents=True)
     shutil.copy(ROOT / "notebooks/calculator/calculator.ipynb", source)
     (folder / "nbgrader_config.py").write_text(
-        "c = get_config()\nc.ClearSolutions.code_stub = {'python': '# YOUR CODE HERE'}\n")
+        "c = get_config()\nc.ClearSolutions.code_stub = {'python': '# YOUR CODE HERE'}\n"
+    )
     run(BIN / "nbgrader", "generate_assignment", "calculator", cwd=folder)
     hand_in(folder / "submitted", "calculator", count, right_answers("calculator"))
     seconds = run(BIN / "nbgrader", "autograde", "calculator", cwd=folder)
@@ -78,8 +79,17 @@ def by_nbgrader(folder: Path, count: int) -> float:
 def by_this_grader(folder: Path, exercise: str, *options: str) -> float:
     """Seconds; every answer must earn full points."""
     out = folder / f"out{'-'.join(options)}"
-    seconds = run(BIN / "autograder", "grade", folder / "submitted", "--assignment", exercise, "--output", out, *options,
-                  cwd=folder)
+    seconds = run(
+        BIN / "autograder",
+        "grade",
+        folder / "submitted",
+        "--assignment",
+        exercise,
+        "--output",
+        out,
+        *options,
+        cwd=folder,
+    )
     results = [json.loads(line) for line in (out / "results.jsonl").read_text().splitlines()]
     assert all(result["score"] == result["max_score"] for result in results), "a right answer lost points"
     return seconds
@@ -89,8 +99,9 @@ def many(folder: Path, count: int) -> None:
     """What a submission costs in a large class, a tenth of it after the other."""
     hand_in(folder / "submitted", "services", count, right_answers("services")[:1])
     out = folder / "out"
-    process = subprocess.Popen([BIN / "autograder", "grade", folder / "submitted", "--output", out],
-                               stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [BIN / "autograder", "grade", folder / "submitted", "--output", out], stdout=subprocess.PIPE, text=True
+    )
     marks, memory = [], 0
     start = time.perf_counter()
     for line in process.stdout:
@@ -101,7 +112,9 @@ def many(folder: Path, count: int) -> None:
     assert process.wait() == 0
     tenth = count // 10
     costs = [(marks[n + tenth - 1] - (marks[n - 1] if n else 0)) / tenth for n in range(0, tenth * 10, tenth)]
-    print(f"{count} submissions of services: seconds each, by tenths of the class: {' '.join(f'{c:.2f}' for c in costs)}")
+    print(
+        f"{count} submissions of services: seconds each, by tenths of the class: {' '.join(f'{c:.2f}' for c in costs)}"
+    )
     print(f"memory of the coordinator at most: {memory} MiB")
 
 
@@ -119,7 +132,9 @@ def main() -> None:
         print(f"{'stock nbgrader autograde':28}{stock:8.1f}{60 * count / stock:10.1f}{1:8.1f}")
         for jobs in (1, cores, 2 * cores):
             seconds = by_this_grader(folder, "calculator", "--jobs", str(jobs))
-            print(f"{f'autograder grade --jobs {jobs}':28}{seconds:8.1f}{60 * count / seconds:10.1f}{stock / seconds:8.1f}")
+            print(
+                f"{f'autograder grade --jobs {jobs}':28}{seconds:8.1f}{60 * count / seconds:10.1f}{stock / seconds:8.1f}"
+            )
     if options.many:
         with tempfile.TemporaryDirectory() as scratch:
             many(Path(scratch), options.many)

@@ -17,11 +17,21 @@ def cell(name: str, source: str, **mark) -> dict:
 @pytest.fixture
 def here(tmp_path, monkeypatch):
     """A notebook's folder and kernel."""
-    (tmp_path / "section.ipynb").write_text(json.dumps({"cells": [
-        cell("adds", ["# Public checks.\n", "assert total == 3, f'1 + 2 gave {total}'\n", "print('as asked')"]),
-        cell("other", "missing"),
-        cell("answer", "raise SystemExit", locked=False),
-        {"cell_type": "code", "metadata": {}, "source": "raise SystemExit"}]}))
+    (tmp_path / "section.ipynb").write_text(
+        json.dumps(
+            {
+                "cells": [
+                    cell(
+                        "adds",
+                        ["# Public checks.\n", "assert total == 3, f'1 + 2 gave {total}'\n", "print('as asked')"],
+                    ),
+                    cell("other", "missing"),
+                    cell("answer", "raise SystemExit", locked=False),
+                    {"cell_type": "code", "metadata": {}, "source": "raise SystemExit"},
+                ]
+            }
+        )
+    )
     monkeypatch.chdir(tmp_path)
     shell = SimpleNamespace(user_ns={"total": 3}, transform_cell=lambda source: source)
     monkeypatch.setattr(checks, "get_ipython", lambda: shell)

@@ -30,15 +30,21 @@ def test_every_check_has_a_cure():
 
 
 def test_this_machine_is_fit():
-    done = subprocess.run([Path(sys.executable).parent / "course", "doctor"], capture_output=True, text=True, timeout=120)
+    done = subprocess.run(
+        [Path(sys.executable).parent / "course", "doctor"], capture_output=True, text=True, timeout=120
+    )
     assert done.returncode == 0, done.stdout
     assert done.stdout.count("ok") >= len(CHECKS) and not done.stderr
 
 
 def test_an_interpreter_without_the_ros_libraries_is_red():
     """A child of another environment that inherits the wheels' marker cannot load them."""
-    done = subprocess.run([sys.executable, "-c", "import course.cli; course.cli.main()", "doctor"],
-                          env={"PATH": "/usr/bin:/bin", "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1", "COLUMNS": "150"},
-                          capture_output=True, text=True, timeout=120)
+    done = subprocess.run(
+        [sys.executable, "-c", "import course.cli; course.cli.main()", "doctor"],
+        env={"PATH": "/usr/bin:/bin", "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1", "COLUMNS": "150"},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
     assert done.returncode == 1
     assert "run environment/install" in done.stdout and "Traceback" not in done.stdout + done.stderr

@@ -7,7 +7,7 @@ import nbformat
 import pytest
 from jupyter_client.manager import start_new_kernel
 
-SERVER = '''%%exercise server.py
+SERVER = """%%exercise server.py
 import rclpy
 from my_package.srv import Ask
 from rclpy.node import Node
@@ -21,7 +21,7 @@ try:
     rclpy.spin(node)
 except BaseException:
     pass
-'''
+"""
 
 
 class Kernel:
@@ -36,8 +36,11 @@ class Kernel:
 
         def collect(message):
             content = message["content"]
-            out.append(content.get("text") or content.get("data", {}).get("text/plain")
-                       or "\n".join(content.get("traceback", ())))
+            out.append(
+                content.get("text")
+                or content.get("data", {}).get("text/plain")
+                or "\n".join(content.get("traceback", ()))
+            )
 
         self.client.execute_interactive(cell, timeout=60, output_hook=collect)
         return "".join(text for text in out if text).strip()
@@ -84,7 +87,10 @@ rclpy.spin_until_future_complete(node, future, timeout_sec=5)
 print(future.result().b)
 """)
     assert out == "client.py: written"
-    assert kernel.run("from course.notebook.terminal import terminal\nterminal('python client.py')") == "$ python client.py\n2"
+    assert (
+        kernel.run("from course.notebook.terminal import terminal\nterminal('python client.py')")
+        == "$ python client.py\n2"
+    )
 
 
 def test_solution_marks_are_not_part_of_the_file(kernel):
@@ -92,13 +98,16 @@ def test_solution_marks_are_not_part_of_the_file(kernel):
     assert (kernel.folder / "marked.py").read_text() == "if True:\n    a = 1\n"
 
 
-@pytest.mark.parametrize(("cell", "says"), [
-    ("%%exercise broken.py\ndef f(:\n    pass\n", "ExerciseError: broken.py, line 1: invalid syntax: def f(:"),
-    ("%%exercise Wrong.srv\nfloat a\n---\n", "ExerciseError: Wrong.srv, line 1: there is no type 'float'"),
-    ("%%exercise ends.py\nraise SystemExit(4)\n", "LiveError: ends.py ended with exit status 4"),
-    ("%%exercise ../up.py\npass\n", "takes the name of a .py, .srv, .msg or .action file beside the notebook"),
-    ("%%exercise notes.txt\nhello\n", "takes the name of a .py, .srv, .msg or .action file beside the notebook"),
-])
+@pytest.mark.parametrize(
+    ("cell", "says"),
+    [
+        ("%%exercise broken.py\ndef f(:\n    pass\n", "ExerciseError: broken.py, line 1: invalid syntax: def f(:"),
+        ("%%exercise Wrong.srv\nfloat a\n---\n", "ExerciseError: Wrong.srv, line 1: there is no type 'float'"),
+        ("%%exercise ends.py\nraise SystemExit(4)\n", "LiveError: ends.py ended with exit status 4"),
+        ("%%exercise ../up.py\npass\n", "takes the name of a .py, .srv, .msg or .action file beside the notebook"),
+        ("%%exercise notes.txt\nhello\n", "takes the name of a .py, .srv, .msg or .action file beside the notebook"),
+    ],
+)
 def test_a_mistake_is_told_without_a_traceback(kernel, cell, says):
     out = kernel.run(cell)
     assert says in out and "Traceback" not in out

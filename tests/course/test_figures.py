@@ -30,7 +30,9 @@ def goal(*events):
 
 
 def scan(ranges):
-    return LaserScan(angle_min=0.0, angle_increment=2 * np.pi / len(ranges), range_min=0.1, range_max=8.0, ranges=ranges)
+    return LaserScan(
+        angle_min=0.0, angle_increment=2 * np.pi / len(ranges), range_min=0.1, range_max=8.0, ranges=ranges
+    )
 
 
 def driven():
@@ -45,8 +47,9 @@ def driven():
 DRAWN = {
     "feedback": lambda: figures.feedback(goal("goal", "accepted", "feedback", "feedback", "succeeded")),
     "feedback of nothing": lambda: figures.feedback(goal()),
-    "timeline": lambda: figures.timeline(goal("goal", "accepted", "feedback", "cancel", "canceled"),
-                                         goal("goal", "rejected"), labels=("one", "two")),
+    "timeline": lambda: figures.timeline(
+        goal("goal", "accepted", "feedback", "cancel", "canceled"), goal("goal", "rejected"), labels=("one", "two")
+    ),
     "timeline of nothing": lambda: figures.timeline(goal()),
     "sectors": lambda: figures.sectors(scan([0.4] * 180 + [float("inf")] * 180), {"linear": 0.0, "angular": 0.5}),
     "sectors of no beam": lambda: figures.sectors(scan([float("nan")] * 8), {"linear": 0.3, "angular": 0.0}),
@@ -55,8 +58,16 @@ DRAWN = {
     "latencies": lambda: figures.latencies({"fast": [0.001] * 9, "slow": [0.15] * 9}),
     "latencies of nothing": lambda: figures.latencies({"none": []}),
     "round trips": lambda: figures.round_trips({"calls": [0.001, 0.002]}),
-    "changes": lambda: figures.changes(Recorded("name", "value", "accepted", "reason", rows=[
-        ("speed", 1.0, True, ""), ("speed", 9.0, False, "too fast"), ("name", "atlas", True, "")]), "speed"),
+    "changes": lambda: figures.changes(
+        Recorded(
+            "name",
+            "value",
+            "accepted",
+            "reason",
+            rows=[("speed", 1.0, True, ""), ("speed", 9.0, False, "too fast"), ("name", "atlas", True, "")],
+        ),
+        "speed",
+    ),
     "changes of nothing": lambda: figures.changes(Recorded("name", "value", "accepted", "reason"), "speed"),
 }
 
@@ -81,8 +92,14 @@ def test_rejected_sets_are_not_on_the_line_of_values():
 
 
 def test_a_rejected_value_beyond_the_axis_is_an_arrow_at_its_edge_and_its_reason_is_told():
-    rows = [("speed", 1.0, True, ""), ("speed", 3.0, True, ""), ("speed", 2.0, False, "not now"),
-            ("speed", 500.0, False, "too fast"), ("speed", math.nan, False, "no number"), ("name", "atlas", True, "")]
+    rows = [
+        ("speed", 1.0, True, ""),
+        ("speed", 3.0, True, ""),
+        ("speed", 2.0, False, "not now"),
+        ("speed", 500.0, False, "too fast"),
+        ("speed", math.nan, False, "no number"),
+        ("name", "atlas", True, ""),
+    ]
     record = Recorded("name", "value", "accepted", "reason", rows=rows)
     figure = figures.changes(record, "speed").figure
     axes = figure.axes[0]
@@ -92,8 +109,9 @@ def test_a_rejected_value_beyond_the_axis_is_an_arrow_at_its_edge_and_its_reason
     assert 0 < low < 1 and 3 < high < 4
     marks = [(line.get_marker(), line.get_ydata()[0]) for line in axes.get_lines() if len(line.get_ydata()) == 1]
     assert marks[-3:] == [("X", 2.0), ("^", high), ("X", low)]
-    assert figure.get_supxlabel() == ("1  2.0 rejected: not now\n2  500.0 rejected: too fast\n"
-                                      "3  nan rejected: no number")
+    assert figure.get_supxlabel() == (
+        "1  2.0 rejected: not now\n2  500.0 rejected: too fast\n3  nan rejected: no number"
+    )
 
 
 def test_the_last_value_holds_to_the_edge_of_the_axis():

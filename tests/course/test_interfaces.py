@@ -36,6 +36,7 @@ def test_example_interfaces_talk_to_released_nodes(name):
 
 def test_course_fibonacci_has_the_chapters_feedback():
     from course_interfaces.action import Fibonacci
+
     assert Fibonacci.Feedback.get_fields_and_field_types() == {"partial_sequence": "sequence<int32>"}
 
 
@@ -54,7 +55,8 @@ def run(code: str, cache: Path) -> str:
 
 
 def test_a_build_is_importable_at_once_and_by_children(cache):
-    out = run(f"""
+    out = run(
+        f"""
 import subprocess, sys
 from pathlib import Path
 from course.interfaces import build
@@ -63,13 +65,16 @@ from calculator_interfaces.srv import Calculate
 print(Calculate.Request(a=1.0, operation="add"))
 child = "from calculator_interfaces.srv import Calculate; print(Calculate.Response(success=True))"
 print(subprocess.run([sys.executable, "-c", child], capture_output=True, text=True, check=True).stdout)
-""", cache)
+""",
+        cache,
+    )
     assert "Calculate_Request(a=1.0, b=0.0, operation='add')" in out
     assert "Calculate_Response(result=0.0, success=True, message='')" in out
 
 
 def test_an_edited_definition_replaces_the_loaded_one_in_a_live_session(cache):
-    out = run("""
+    out = run(
+        """
 import sys
 from pathlib import Path
 from course.interfaces import build
@@ -96,12 +101,15 @@ def shout(request, response):
 session.node.create_service(Ask, "new", shout)
 print(session.call("new", Ask, question="why").answer, session.nodes())
 session.close()
-""", cache)
+""",
+        cache,
+    )
     assert out.split() == ["42", "WHY", "[]"]
 
 
 def test_messages_actions_and_types_of_other_packages_are_carried(cache):
-    out = run("""
+    out = run(
+        """
 import sys
 from pathlib import Path
 from course.interfaces import build
@@ -121,7 +129,9 @@ def count(request, response):
 session.node.create_service(Swap, "swap", count)
 print(session.call("swap", Swap, pairs=[Pair(), Pair()]).count, Count.Feedback())
 session.close()
-""", cache)
+""",
+        cache,
+    )
     assert out.strip() == "2 mixed.action.Count_Feedback(seen=[])"
 
 
@@ -137,20 +147,23 @@ def test_the_cache_is_keyed_by_content(cache):
     assert first.prefix != second.prefix
 
 
-@pytest.mark.parametrize(("name", "text", "says"), [
-    ("A.srv", "float a\n---\n", "A.srv, line 1: there is no type 'float'; did you mean float32 or float64?"),
-    ("A.srv", "float64 a\nstring\n---\n", "A.srv, line 2: a field is a type and a name"),
-    ("A.srv", "float64 a\n", "needs 1 line '---' between request and response; this one has 0"),
-    ("A.action", "int32 a\n---\n", "needs 2 lines '---'"),
-    ("A.srv", "---\n\nint32 a, b\n", "A.srv, line 3"),
-    ("A.srv", "int32 a\nint64 a\n---\n", "A.srv, line 2: there is a field 'a' already"),
-    ("A.srv", "int32 Upper\n---\n", "A.srv, line 1: 'Upper' is an invalid field name"),
-    ("A.msg", "int8 a 300\n", "A.msg, line 1"),
-    ("A.msg", "Missing a\n", "there is no Missing.msg beside it"),
-    ("A.msg", "nowhere_msgs/Thing a\n", "no installed package has a message nowhere_msgs/Thing"),
-    ("a.srv", "---\n", "must begin with a capital"),
-    ("A.txt", "", "must end in .msg, .srv or .action"),
-])
+@pytest.mark.parametrize(
+    ("name", "text", "says"),
+    [
+        ("A.srv", "float a\n---\n", "A.srv, line 1: there is no type 'float'; did you mean float32 or float64?"),
+        ("A.srv", "float64 a\nstring\n---\n", "A.srv, line 2: a field is a type and a name"),
+        ("A.srv", "float64 a\n", "needs 1 line '---' between request and response; this one has 0"),
+        ("A.action", "int32 a\n---\n", "needs 2 lines '---'"),
+        ("A.srv", "---\n\nint32 a, b\n", "A.srv, line 3"),
+        ("A.srv", "int32 a\nint64 a\n---\n", "A.srv, line 2: there is a field 'a' already"),
+        ("A.srv", "int32 Upper\n---\n", "A.srv, line 1: 'Upper' is an invalid field name"),
+        ("A.msg", "int8 a 300\n", "A.msg, line 1"),
+        ("A.msg", "Missing a\n", "there is no Missing.msg beside it"),
+        ("A.msg", "nowhere_msgs/Thing a\n", "no installed package has a message nowhere_msgs/Thing"),
+        ("a.srv", "---\n", "must begin with a capital"),
+        ("A.txt", "", "must end in .msg, .srv or .action"),
+    ],
+)
 def test_a_wrong_definition_is_one_readable_message(name, text, says, cache):
     with pytest.raises(InterfaceError) as raised:
         build("my_package", {name: text}, cache=cache, use=False)
@@ -173,7 +186,8 @@ def test_parse_tells_fields_types_and_order():
     sections = parse(CALCULATE, "Calculate.srv").sections
     assert [[(f.type, f.name) for f in section] for section in sections] == [
         [("float64", "a"), ("float64", "b"), ("string", "operation")],
-        [("float64", "result"), ("bool", "success"), ("string", "message")]]
+        [("float64", "result"), ("bool", "success"), ("string", "message")],
+    ]
 
 
 def test_prepare_keeps_what_the_user_set(monkeypatch):
@@ -181,5 +195,6 @@ def test_prepare_keeps_what_the_user_set(monkeypatch):
     monkeypatch.setenv("AMENT_PREFIX_PATH", "/opt/ros/jazzy")
     environment.prepare()
     import os
+
     assert os.environ["FASTRTPS_DEFAULT_PROFILES_FILE"] == "/their/own.xml"
     assert os.environ["AMENT_PREFIX_PATH"].split(":") == ["/opt/ros/jazzy", sys.prefix]

@@ -224,9 +224,7 @@ class Goals:
 
     def __init__(self, spun, threads=10, step_period=0.02):
         spun.start(
-            FibonacciActionServer,
-            threads=threads,
-            parameter_overrides=[Parameter("step_period", value=step_period)],
+            FibonacciActionServer, threads=threads, parameter_overrides=[Parameter("step_period", value=step_period)]
         )
         self.client = ActionClient(spun.start(Node, "goals"), Fibonacci, "fibonacci")
         assert self.client.wait_for_server(timeout_sec=10.0)

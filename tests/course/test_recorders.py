@@ -97,8 +97,11 @@ def test_every_attempt_to_set_a_parameter_is_recorded_whoever_makes_it(session):
     node = session.start(DynamicParameterNode).node
     record = ParameterRecorder(node)
     node.set_parameters([Parameter("threshold", value=60.0)])
-    session.call("/dynamic_parameter_node/set_parameters_atomically", SetParametersAtomically,
-                 parameters=[Parameter("threshold", value=120.0).to_parameter_msg()])
+    session.call(
+        "/dynamic_parameter_node/set_parameters_atomically",
+        SetParametersAtomically,
+        parameters=[Parameter("threshold", value=120.0).to_parameter_msg()],
+    )
     table = record.table()
     assert table["name"] == ["threshold"] * 3
     assert table["value"] == [50.0, 60.0, 120.0]

@@ -283,7 +283,11 @@ def test_stopping_a_node_amid_its_callbacks_is_silent_and_takes_no_longer_than_i
     began = time.monotonic()
     busy.stop()
     assert time.monotonic() - began < 5.0 and session.nodes() == []
-    threads = [thread for thread in threading.enumerate() if thread.name.startswith("ThreadPoolExecutor") and thread not in before]
+    threads = [
+        thread
+        for thread in threading.enumerate()
+        if thread.name.startswith("ThreadPoolExecutor") and thread not in before
+    ]
     assert threads
     node.go_on.set()  # and what it does now, without its node, is nobody's concern
     for thread in threads:

@@ -21,8 +21,11 @@ def normal(name: str) -> str:
 
 def test_the_lock_pins_everything_that_pyproject_names():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    named = {normal(name) for group in (project["dependencies"], *project["optional-dependencies"].values())
-             for name in group} - {"ros2-course"}
+    named = {
+        normal(name)
+        for group in (project["dependencies"], *project["optional-dependencies"].values())
+        for name in group
+    } - {"ros2-course"}
     assert named <= {normal(line) for line in LOCK.splitlines() if line and not line.startswith((" ", "#"))}
 
 

@@ -67,8 +67,14 @@ def test_list_counts(ros2, alone):
 @contextlib.contextmanager
 def twins(environment):
     """Two nodes of one name, in a process of their own."""
-    process = subprocess.Popen([sys.executable, "-c", TWINS], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                               stderr=subprocess.DEVNULL, env=environment, text=True)
+    process = subprocess.Popen(
+        [sys.executable, "-c", TWINS],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env=environment,
+        text=True,
+    )
     try:
         assert process.stdout.readline() == "ready\n"
         yield
@@ -109,9 +115,7 @@ def test_list_warns_of_two_nodes_with_one_name(alone):
 def test_info_lists_topics_services_and_actions(ros2):
     """The sections and their order are ros2cli's, an empty one is an empty line."""
     talker, fibonacci, hidden = ros2.outputs(
-        "node info /talker",
-        "node info /fibonacci_action_server",
-        "node info --include-hidden /fibonacci_action_server",
+        "node info /talker", "node info /fibonacci_action_server", "node info --include-hidden /fibonacci_action_server"
     )
     assert talker == TALKER
     assert "  Action Servers:\n    /fibonacci: example_interfaces/action/Fibonacci\n" in fibonacci

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from course.ros2 import run
+from course.ros2 import packages
 
 NODE = """\
 import sys
@@ -91,7 +91,7 @@ def test_runs_an_executable_of_an_ament_package(alone, tmp_path):
 
 def test_the_course_s_nodes_are_its_modules(alone):
     """Each module of course/nodes runs under its name; another name is told from an unknown package."""
-    found = run.find_executables("course")
+    found = packages.find_executables("course")
     assert found["world"] == [sys.executable, "-m", "course.nodes.world"]
     assert "__init__" not in found
     unknown = alone("run", "course", "nothing")

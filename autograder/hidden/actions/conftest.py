@@ -24,15 +24,22 @@ def cancelled(bench) -> Cancelled:
 def clients(bench) -> dict[str, Encounter]:
     """The client's runs with a server, by what the server does."""
     after = bench.random("cancel").randrange(2, 5)
-    return {"succeed": Encounter(bench, "succeed"), "reject": Encounter(bench, "reject"),
-            "abort": Encounter(bench, "abort"), "cancel": Encounter(bench, "cancel", "--cancel-after", str(after))}
+    return {
+        "succeed": Encounter(bench, "succeed"),
+        "reject": Encounter(bench, "reject"),
+        "abort": Encounter(bench, "abort"),
+        "cancel": Encounter(bench, "cancel", "--cancel-after", str(after)),
+    }
 
 
 @pytest.fixture(scope="session")
 def misused(bench) -> dict[str, Run]:
     """The client's runs with a wrong command line, by what is wrong."""
-    commands = {"without ORDER": [], "with a word in the place of ORDER": ["ten"],
-                "with --cancel-after but no number": ["5", "--cancel-after"]}
+    commands = {
+        "without ORDER": [],
+        "with a word in the place of ORDER": ["ten"],
+        "with --cancel-after but no number": ["5", "--cancel-after"],
+    }
     ros = bench.enter(bench.new_domain(), threads=4)
     serve(ros, ACTION, Fibonacci, succeed)
     return {about: Run(bench, CLIENT, *args, domain=ros.domain) for about, args in commands.items()}

@@ -28,7 +28,7 @@ def elements(order: int) -> list[int]:
     sequence = [0, 1]
     while len(sequence) <= order:
         sequence.append(sequence[-1] + sequence[-2])
-    return sequence[:order + 1]
+    return sequence[: order + 1]
 
 
 class Server(Live):
@@ -39,8 +39,9 @@ class Server(Live):
     def __init__(self, bench, period: float | None = None):
         self.period = period
         self.accepts = False  # it has accepted a goal
-        super().__init__(bench, "fibonacci_server.py",
-                         *([] if period is None else ["--ros-args", "-p", f"step_period:={period}"]))
+        super().__init__(
+            bench, "fibonacci_server.py", *([] if period is None else ["--ros-args", "-p", f"step_period:={period}"])
+        )
 
     def connect(self):
         """The client."""
@@ -49,6 +50,7 @@ class Server(Live):
 
     def send(self, order: int) -> Goal:
         """A goal, once it is answered."""
+
         def question(limit, alive):
             goal = self.caller.send(Fibonacci.Goal(order=order), alive)
             return goal if goal.wait(lambda g: g.accepted is not None, limit) else None
@@ -59,6 +61,7 @@ class Server(Live):
 
     def run(self, order: int, goal: Goal | None = None) -> Goal:
         """A goal (by default a new one), once it is over; raises Wrong when it is not accepted."""
+
         def question(limit, alive):
             nonlocal goal
             goal = goal if goal and alive() else self.caller.send(Fibonacci.Goal(order=order), alive)
@@ -77,8 +80,10 @@ class Server(Live):
         """Wait for the end of an accepted goal, and for the feedback that is still on its way."""
         ended = goal.wait(lambda g: g.status, self.bench.clock.allow(limit + order * SLOWEST))
         if ended:
-            goal.wait(lambda g: any(len(heard.message.partial_sequence) > order for heard in g.feedback),
-                      LATE if goal.feedback and goal.status == "SUCCEEDED" else 0)
+            goal.wait(
+                lambda g: any(len(heard.message.partial_sequence) > order for heard in g.feedback),
+                LATE if goal.feedback and goal.status == "SUCCEEDED" else 0,
+            )
         return ended
 
 

@@ -22,8 +22,10 @@ def test_sequence(quick):
     with quick.sample() as (order, goal):
         expect_elements(goal, order, "An ordinary order")
         if goal.status != "SUCCEEDED":
-            raise Wrong("When the sequence is computed, the goal must succeed: goal_handle.succeed(). "
-                        f"It ended as {goal.status}.")
+            raise Wrong(
+                "When the sequence is computed, the goal must succeed: goal_handle.succeed(). "
+                f"It ended as {goal.status}."
+            )
 
 
 @points(2, cell="fibonacci-server")
@@ -34,11 +36,14 @@ def test_feedback(quick):
         heard = [list(feedback.message.partial_sequence) for feedback in goal.feedback]
         if not heard:
             raise Wrong("There is no feedback: goal_handle.publish_feedback(...).")
-        if any(sequence != elements(order)[:len(sequence)] for sequence in heard):
+        if any(sequence != elements(order)[: len(sequence)] for sequence in heard):
             raise Wrong("The feedback must be the elements so far.", f"{heard}")
         if [len(sequence) for sequence in heard if len(sequence) > 2] != list(range(3, order + 2)):
-            raise Wrong("There must be one feedback message for each step, each one element longer than the one before; "
-                        "the last is the whole sequence.", f"order {order}: {heard}")
+            raise Wrong(
+                "There must be one feedback message for each step, each one element longer than the one before; "
+                "the last is the whole sequence.",
+                f"order {order}: {heard}",
+            )
 
 
 @points(1, cell="fibonacci-server")
@@ -60,8 +65,10 @@ def expect_elements(goal, order, about):
     """The result must be right."""
     sequence = list(goal.result.sequence)
     if sequence != elements(order):
-        raise Wrong(f"{about}: the result must be the elements 0 to order, order + 1 of them.",
-                    f"order {order}: {goal.status} {sequence}")
+        raise Wrong(
+            f"{about}: the result must be the elements 0 to order, order + 1 of them.",
+            f"order {order}: {goal.status} {sequence}",
+        )
 
 
 @points(1, cell="fibonacci-server")
@@ -94,15 +101,20 @@ def test_cancel(cancelled):
     """A goal is cancelled within a step, and ends as CANCELED."""
     with cancelled.sample() as goal:
         if goal.cancel_accepted is False and goal.status != "CANCELED":
-            raise Wrong("The request to cancel was refused. It must be accepted by a cancel_callback, while the goal runs: "
-                        "if the callback is there, was there a thread to run it?")
+            raise Wrong(
+                "The request to cancel was refused. It must be accepted by a cancel_callback, while the goal runs: "
+                "if the callback is there, was there a thread to run it?"
+            )
         if goal.status != "CANCELED":
-            raise Wrong("A goal that is cancelled must end as CANCELED: goal_handle.canceled(). It ended as "
-                        f"{goal.status}.")
+            raise Wrong(
+                f"A goal that is cancelled must end as CANCELED: goal_handle.canceled(). It ended as {goal.status}."
+            )
         later = [heard for heard in goal.feedback if heard.time > goal.cancel_sent]
         if len(later) > 2 or not goal.feedback and goal.ended - goal.cancel_sent > 3 * STEP:
-            raise Wrong("After the cancel was accepted, the goal went on for more than a step.",
-                        f"{len(later)} more messages, ended {goal.ended - goal.cancel_sent} s later")
+            raise Wrong(
+                "After the cancel was accepted, the goal went on for more than a step.",
+                f"{len(later)} more messages, ended {goal.ended - goal.cancel_sent} s later",
+            )
 
 
 @points(1, cell="fibonacci-server")
@@ -113,9 +125,11 @@ def test_cancelled_result(cancelled):
         sequence = list(goal.result.sequence)
         if len(sequence) > cancelled.ORDER:
             raise Wrong("The goal was not cancelled before its end, so that there is no partial sequence.")
-        if sequence != elements(cancelled.ORDER)[:len(sequence)] or len(sequence) < max(cancelled.had, 1):
-            raise Wrong("The result of a cancelled goal must be the elements computed so far.",
-                        f"{cancelled.had} elements were reported, got {sequence}")
+        if sequence != elements(cancelled.ORDER)[: len(sequence)] or len(sequence) < max(cancelled.had, 1):
+            raise Wrong(
+                "The result of a cancelled goal must be the elements computed so far.",
+                f"{cancelled.had} elements were reported, got {sequence}",
+            )
 
 
 @points(1, cell="fibonacci-server")
@@ -136,11 +150,15 @@ def test_two_goals(quick):
         if second.ended < first.ended:
             break
         if first.ended - second.sent > 2 * short * quick.period:  # or else the grader was late with the second
-            raise Wrong("A short goal, sent while a long one runs, must be over before the long one is: two goals must run "
-                        "at the same time.")
+            raise Wrong(
+                "A short goal, sent while a long one runs, must be over before the long one is: two goals must run "
+                "at the same time."
+            )
     if not together and first.ended - first.sent < 0.6 * long * quick.period:  # or else the grader was late
-        raise Wrong("A goal of many steps is over at once, so that no second one can run beside it: each step takes "
-                    "step_period seconds.")
+        raise Wrong(
+            "A goal of many steps is over at once, so that no second one can run beside it: each step takes "
+            "step_period seconds."
+        )
 
 
 @points(1, cell="fibonacci-server")
@@ -150,8 +168,10 @@ def test_step_period(quick, cancelled):
     with quick.sample() as (order, goal):
         took, right = goal.ended - goal.sent, order * quick.period
         if not 0.6 * right < took < right + 0.5 * order * (STEP - quick.period):
-            raise Wrong("A step must take step_period seconds, as set on the command line "
-                        "(--ros-args -p step_period:=...).", f"took {took} s, expected {right} s")
+            raise Wrong(
+                "A step must take step_period seconds, as set on the command line (--ros-args -p step_period:=...).",
+                f"took {took} s, expected {right} s",
+            )
     with cancelled.sample() as goal:
         heard = [(heard.time, len(heard.message.partial_sequence)) for heard in goal.feedback]
         steps = [time for time, length in heard if length > 2]
@@ -173,8 +193,10 @@ def test_client_shows_feedback(clients):
             raise Wrong("The goal must hold the ORDER of the command line.", f"sent {run.orders}, not {run.order}")
         shown = numbers(program.output)
         if any(number not in shown for sequence in run.feedback for number in sequence):
-            raise Wrong("The client must print the partial sequence of each feedback message.",
-                        f"sent {run.feedback}, shown: {program.output}")
+            raise Wrong(
+                "The client must print the partial sequence of each feedback message.",
+                f"sent {run.feedback}, shown: {program.output}",
+            )
 
 
 @points(1, cell="fibonacci-client")
@@ -184,8 +206,11 @@ def test_client_shows_result(clients):
     with clients["succeed"].judged("with a server that succeeds") as program:
         expect_shown(program, clients["succeed"].result, "succe", "SUCCEEDED")
         if program.exit_status:
-            raise Wrong("When the goal has succeeded, the client must end with exit status 0; it ended with "
-                        f"{program.last_words()}.", program.output)
+            raise Wrong(
+                "When the goal has succeeded, the client must end with exit status 0; it ended with "
+                f"{program.last_words()}.",
+                program.output,
+            )
 
 
 @points(1, cell="fibonacci-client")
@@ -216,8 +241,10 @@ def test_client_cancels(clients):
             raise Wrong("With --cancel-after N, the client did not cancel its goal.", program.output)
         if run.before_cancel != run.cancel_after:
             when = "earlier" if run.before_cancel < run.cancel_after else "later"
-            raise Wrong(f"With --cancel-after N, the client must cancel after N feedback messages; it did {when}.",
-                        f"N={run.cancel_after}, after {run.before_cancel}")
+            raise Wrong(
+                f"With --cancel-after N, the client must cancel after N feedback messages; it did {when}.",
+                f"N={run.cancel_after}, after {run.before_cancel}",
+            )
         expect_shown(program, run.result, "cancel", "CANCELED")
         expect_failure(program, "is cancelled")
 

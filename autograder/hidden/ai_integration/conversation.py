@@ -41,8 +41,12 @@ STAYS = 4  # commands that must then be the same
 MORE_TRIES, MORE_STAYS = 30, 11  # the same for one that cannot be asked, and may have ticks of before to work off
 
 FORWARD, LEFT, RIGHT, STOP = (0.3, 0.0), (0.0, 0.5), (0.0, -0.5), (0.0, 0.0)
-WORDS = {FORWARD: "drive forward (linear.x 0.3, angular.z 0)", LEFT: "turn left (linear.x 0, angular.z 0.5)",
-         RIGHT: "turn right (linear.x 0, angular.z -0.5)", STOP: "stand still (linear.x 0, angular.z 0)"}
+WORDS = {
+    FORWARD: "drive forward (linear.x 0.3, angular.z 0)",
+    LEFT: "turn left (linear.x 0, angular.z 0.5)",
+    RIGHT: "turn right (linear.x 0, angular.z -0.5)",
+    STOP: "stand still (linear.x 0, angular.z 0)",
+}
 
 
 class StandstillError(Exception):
@@ -111,12 +115,14 @@ class Avoider(Live):
             self._in_step += 1
         elif wait:
             done = self._asked and self._in_step > 2 * self._out_of_step + 2
-            self._out_of_step += bool(self.commands.wait(lambda heard: heard[before:], LATE if done else OWN_TIME,
-                                                         lambda: self.program.alive))
+            self._out_of_step += bool(
+                self.commands.wait(lambda heard: heard[before:], LATE if done else OWN_TIME, lambda: self.program.alive)
+            )
         return self.commands.heard[before:]
 
     def expect(self, scan: LaserScan, right: tuple[float, float], about: str) -> None:
         """Shown this scan again and again, it comes to the right command and stays with it."""
+
         def show(limit, alive):
             got, end = [], time.monotonic() + limit
             for tries in range(MORE_TRIES):
@@ -124,16 +130,21 @@ class Avoider(Live):
                     break
                 got += [speeds(command) for command in self.tick(scan)][-1:]
                 stays = [right] * (STAYS if self._asked else MORE_STAYS)
-                if got[-len(stays):] == stays or not alive() or time.monotonic() > end:
+                if got[-len(stays) :] == stays or not alive() or time.monotonic() > end:
                     break
             return got if got and alive() else None
+
         got = self.converse(show)
         if got[-2:] != [right, right]:
-            raise Wrong(f"{about}, it must {WORDS[right]}; it was told to {describe(got[-1])}.",
-                        f"commands {got}, scan {scan}")
+            raise Wrong(
+                f"{about}, it must {WORDS[right]}; it was told to {describe(got[-1])}.", f"commands {got}, scan {scan}"
+            )
         if other := {*got[-STAYS:]} - {right}:
-            raise Wrong(f"{about}, it must {WORDS[right]}, and stay with it while the scan stays the same; it was also told "
-                        f"to {describe(other.pop())}.", f"commands {got}, scan {scan}")
+            raise Wrong(
+                f"{about}, it must {WORDS[right]}, and stay with it while the scan stays the same; it was also told "
+                f"to {describe(other.pop())}.",
+                f"commands {got}, scan {scan}",
+            )
 
     def rate(self, scan: LaserScan, hertz: float) -> tuple[float, list[tuple[float, float]]]:
         """Commands a second in real time while scans come at `hertz`, and the commands.
@@ -141,6 +152,7 @@ class Avoider(Live):
         The rate is by the median of the times between two, which a busy machine hardly moves; or by their mean when
         that makes it higher, as with a node that answers scans and publishes by a timer as well.
         """
+
         def measure(limit, alive):
             self._show(scan, hertz, 0.5)
             before = len(self.commands.heard)
@@ -150,10 +162,12 @@ class Avoider(Live):
                 return None
             gaps = [later.time - earlier.time for earlier, later in itertools.pairwise(heard)]
             return 1 / min(statistics.median(gaps), statistics.mean(gaps)), [*map(speeds, heard)]
+
         return self.converse(measure)
 
     def time_to_stop(self, scan: LaserScan) -> float:
         """How long after the last scan it stands still for good (s, in real time); infinite when it does not."""
+
         def measure(limit, alive):
             self._show(scan, 20.0, 1.0)
             last = time.monotonic()
@@ -161,6 +175,7 @@ class Avoider(Live):
             after = [heard for heard in self.commands.heard if heard.time > last]
             standing = [*itertools.takewhile(lambda heard: speeds(heard) == STOP, reversed(after))]
             return (standing[-1].time - last if standing else math.inf) if alive() else None
+
         return self.converse(measure)
 
     def drive(self, room: Room, laser: Laser, seed: int, seconds: float) -> Simulation:
@@ -169,8 +184,13 @@ class Avoider(Live):
 
         def go(limit, alive):
             self.fresh = False
-            world = World(room, laser, context=self.ros.node.context, use_global_arguments=False, parameter_overrides=[
-                Parameter("fast", value=True), Parameter("seed", value=seed)])
+            world = World(
+                room,
+                laser,
+                context=self.ros.node.context,
+                use_global_arguments=False,
+                parameter_overrides=[Parameter("fast", value=True), Parameter("seed", value=seed)],
+            )
             idle, heard = 0, 0
 
             def look():
@@ -179,13 +199,14 @@ class Avoider(Live):
                 heard = len(self.commands.heard)
                 if idle > IDLE or not alive():
                     raise StandstillError
+
             try:
                 with contextlib.suppress(TimeoutError, StandstillError):
-                    world.drive(seconds, on_step=look, answer_within=DECISION,
-                                wall_limit=self.bench.clock.allow(DRIVE))
+                    world.drive(seconds, on_step=look, answer_within=DECISION, wall_limit=self.bench.clock.allow(DRIVE))
             finally:
                 world.destroy_node()
             return world.simulation if alive() and heard else None
+
         return self.converse(go, "a drive")
 
     def _show(self, scan: LaserScan, hertz: float, seconds: float) -> None:

@@ -22,8 +22,16 @@ def draw(kind: str, rng: random.Random) -> Room:
     """A room of that kind, turned by any angle."""
     width, depth = rng.uniform(6.0, 9.0), rng.uniform(5.0, 7.0)
     corner = rng.uniform(0.8, 1.2)
-    outer = [(corner, 0), (width - corner, 0), (width, corner), (width, depth - corner), (width - corner, depth),
-             (corner, depth), (0, depth - corner), (0, corner)]
+    outer = [
+        (corner, 0),
+        (width - corner, 0),
+        (width, corner),
+        (width, depth - corner),
+        (width - corner, depth),
+        (corner, depth),
+        (0, depth - corner),
+        (0, corner),
+    ]
     polygons, start = [outer], (rng.uniform(1.5, 2.5), rng.uniform(1.5, 2.5), rng.uniform(-math.pi, math.pi))
     if kind == "pillars":
         taken = [(*start[:2], 0.3)]
@@ -31,8 +39,13 @@ def draw(kind: str, rng: random.Random) -> Room:
             x, y, radius = rng.uniform(1.2, width - 1.2), rng.uniform(1.2, depth - 1.2), rng.uniform(0.25, 0.45)
             if len(taken) < 5 and all(math.hypot(x - a, y - b) > radius + other + 0.9 for a, b, other in taken):
                 taken.append((x, y, radius))
-        polygons += [[(x + radius * math.cos(turn * math.pi / 8), y + radius * math.sin(turn * math.pi / 8))
-                      for turn in range(16)] for x, y, radius in taken[1:]]
+        polygons += [
+            [
+                (x + radius * math.cos(turn * math.pi / 8), y + radius * math.sin(turn * math.pi / 8))
+                for turn in range(16)
+            ]
+            for x, y, radius in taken[1:]
+        ]
     if kind == "corridor":
         wide = rng.uniform(1.5, 1.8)
         polygons.append([(wide, wide), (width - wide, wide), (width - wide, depth - wide), (wide, depth - wide)])
@@ -43,8 +56,13 @@ def draw(kind: str, rng: random.Random) -> Room:
     def turned(x, y):
         return x * cos - y * sin, x * sin + y * cos
 
-    return Room.from_data({"name": kind, "start": (*turned(*start[:2]), start[2] + angle),
-                           "polygons": [[turned(*point) for point in polygon] for polygon in polygons]})
+    return Room.from_data(
+        {
+            "name": kind,
+            "start": (*turned(*start[:2]), start[2] + angle),
+            "polygons": [[turned(*point) for point in polygon] for polygon in polygons],
+        }
+    )
 
 
 def passed(driven: Simulation) -> bool:

@@ -37,8 +37,9 @@ class Scanner:
         which must not count.
         """
         behind = MIN + 0.1 if at else 6.0
-        ranges = [behind if abs(self.angle(beam)) >= 90.0 + EDGE else rng.uniform(6.0, 8.0)
-                  for beam in range(self.beams)]
+        ranges = [
+            behind if abs(self.angle(beam)) >= 90.0 + EDGE else rng.uniform(6.0, 8.0) for beam in range(self.beams)
+        ]
         for sector, middle in MIDDLE.items():
             distance, beams = nearest.get(sector, 5.0), self.inside(sector)
             if not beams:
@@ -62,9 +63,14 @@ class Scanner:
 
     def scan(self, ranges: list[float]) -> LaserScan:
         """The message of these ranges (m)."""
-        scan = LaserScan(angle_min=math.radians(self.first), angle_increment=math.radians(self.step),
-                         angle_max=math.radians(self.first + self.step * max(0, len(ranges) - 1)),
-                         range_min=MIN, range_max=MAX, ranges=ranges)
+        scan = LaserScan(
+            angle_min=math.radians(self.first),
+            angle_increment=math.radians(self.step),
+            angle_max=math.radians(self.first + self.step * max(0, len(ranges) - 1)),
+            range_min=MIN,
+            range_max=MAX,
+            ranges=ranges,
+        )
         scan.header.frame_id = "laser"
         return scan
 

@@ -74,8 +74,15 @@ class Calculator(Server):
         except Fault:
             return ""
 
-    def logs_of(self, a: float, operation: str, b: float, wanted: Callable[[set[float]], bool], like: tuple[float, float],
-                limit: float) -> bool:
+    def logs_of(
+        self,
+        a: float,
+        operation: str,
+        b: float,
+        wanted: Callable[[set[float]], bool],
+        like: tuple[float, float],
+        limit: float,
+    ) -> bool:
         """Whether the log has `wanted` numbers after a request, which it had not before: without their signs.
 
         A program that logs all the numbers between those of `like` has not logged those of the request.
@@ -97,8 +104,11 @@ class Calculator(Server):
         """
         for question, before in self._first.values():
             if not same(self.ask(*question), before):
-                raise Wrong("A request that was answered before gets another answer now: does the server change with "
-                            "the requests, or with time?", f"{question}: {before}")
+                raise Wrong(
+                    "A request that was answered before gets another answer now: does the server change with "
+                    "the requests, or with time?",
+                    f"{question}: {before}",
+                )
         asked = [(a, operation, b) for a, b in pairs for operation in ANSWERS]
         answers = {question: self.ask(*question) for question in asked}
         answers = {question: response for question, response in answers.items() if is_answer(question, response)}
@@ -119,8 +129,10 @@ class Calculator(Server):
             return [(question, self.ask_with(ros, client, *question)) for question in questions]
 
         with ThreadPoolExecutor(2) as pool:
-            asked = [pool.submit(ask_all, self.ros, self.clients["/calculator"], questions),
-                     pool.submit(ask_all, second, client, questions[::-1])]
+            asked = [
+                pool.submit(ask_all, self.ros, self.clients["/calculator"], questions),
+                pool.submit(ask_all, second, client, questions[::-1]),
+            ]
             return [answer for future in asked for answer in future.result()]
 
     def ask_with(self, ros: Ros, client, a: float, operation: str, b: float):

@@ -37,9 +37,11 @@ def test_interface(submission):
         raise Wrong(str(error) if str(error).endswith("?") else f"{error}.") from None
     for (name, right), fields in zip(SECTIONS.items(), definition.sections, strict=True):
         if [(field.type, field.name) for field in fields] != right or any(field.value is not None for field in fields):
-            raise Wrong(f"The {name} in Calculate.srv must have these fields, in this order and no more: "
-                        f"{', '.join(' '.join(field) for field in right)}. "
-                        "(Your programs were tested with the right definition.)")
+            raise Wrong(
+                f"The {name} in Calculate.srv must have these fields, in this order and no more: "
+                f"{', '.join(' '.join(field) for field in right)}. "
+                "(Your programs were tested with the right definition.)"
+            )
 
 
 @points(1, cell="calculator-server")
@@ -68,8 +70,12 @@ def test_divide(calculator, rng):
 
 def judge_operation(calculator, rng, operation):
     """Ordinary numbers, with room for a rounded result."""
-    for signs, about in [((1, 1), "ordinary numbers"), ((-1, 1), "a negative number"), ((1, -1), "a negative number"),
-                         ((-1, -1), "two negative numbers")]:
+    for signs, about in [
+        ((1, 1), "ordinary numbers"),
+        ((-1, 1), "a negative number"),
+        ((1, -1), "a negative number"),
+        ((-1, -1), "two negative numbers"),
+    ]:
         a, b = plain_numbers(rng)
         calculator.expect(signs[0] * a, operation, signs[1] * b, about, ROUNDING)
     a, b = plain_numbers(rng)
@@ -89,14 +95,19 @@ def plain_numbers(rng):
 def test_precision(calculator, rng):
     """Results have the precision of float64, for large, small and fractional numbers."""
     operations = calculator.operations(*plain_numbers(rng))  # a wrong operation loses its own point, not this one
-    for exponents, about in [((0, 0), "numbers with many decimals"), ((150, 149), "very large numbers"),
-                             ((-140, -141), "numbers very near to 0"), ((-3, -2), "small fractions"),
-                             ((100, -100), "a very large and a very small number")]:
+    for exponents, about in [
+        ((0, 0), "numbers with many decimals"),
+        ((150, 149), "very large numbers"),
+        ((-140, -141), "numbers very near to 0"),
+        ((-3, -2), "small fractions"),
+        ((100, -100), "a very large and a very small number"),
+    ]:
         for operation, success in operations.items():
             a, b = (rng.choice([-1, 1]) * rng.uniform(1, 10) * 10.0**exponent for exponent in exponents)
             size = max(abs(a), abs(b)) if operation in ("add", "subtract") else abs(ANSWERS[operation](a, b))
-            calculator.expect(a, operation, b, f"{about} (do not round, and nothing but 0 is 0)", FLOAT64 * size,
-                              success)
+            calculator.expect(
+                a, operation, b, f"{about} (do not round, and nothing but 0 is 0)", FLOAT64 * size, success
+            )
 
 
 @points(1, cell="calculator-server")
@@ -131,8 +142,13 @@ def test_survives_bad_requests(calculator, rng):
     """The server goes on after bad requests."""
     question, answer = next(iter(calculator.answers([plain_numbers(rng)]).items()))
     starts = calculator.starts
-    for a, operation, b in [(1.0, "divide", 0.0), (1.0, "", 2.0), (2.0, "x" * 5000, 3.0), (3.0, "Überlauf\n%s{}", 4.0),
-                            (-1.0, "divide", 0.0)]:
+    for a, operation, b in [
+        (1.0, "divide", 0.0),
+        (1.0, "", 2.0),
+        (2.0, "x" * 5000, 3.0),
+        (3.0, "Überlauf\n%s{}", 4.0),
+        (-1.0, "divide", 0.0),
+    ]:
         calculator.ask(a, operation, b)
     after = calculator.ask(*question)
     if calculator.starts != starts or not same(after, answer):
@@ -146,8 +162,10 @@ def test_two_clients(calculator, rng):
     together = calculator.ask_from_two([*alone])
     for question, response in together:
         if not same(response, alone[question]):
-            raise Wrong("With two clients at once, an answer differs from what the same request got alone.",
-                        f"{question}: alone {alone[question]}, together {response}")
+            raise Wrong(
+                "With two clients at once, an answer differs from what the same request got alone.",
+                f"{question}: alone {alone[question]}, together {response}",
+            )
 
 
 @points(1, cell="calculator-server")
@@ -189,8 +207,10 @@ def test_client_shows_result(runs):
     if not requests:
         raise Wrong("The client did not call /calculator.", output)
     if other := [request for request in requests if request != right]:
-        raise Wrong("The request that the client sends must hold a, b and the operation of its command line.",
-                    f"sent {other[0]}, not {right}")
+        raise Wrong(
+            "The request that the client sends must hold a, b and the operation of its command line.",
+            f"sent {other[0]}, not {right}",
+        )
     shown = [number for number in numbers(output) if 10_000 <= number <= 90_000]  # as the results are
     if len(shown) > CHATTER or not any(abs(number - result) < 0.06 for number in shown):
         raise Wrong("The client must show the result that the server answers.", f"answered {result}, shown: {output}")
@@ -202,8 +222,10 @@ def test_client_shows_message(runs):
     run, reason = runs["refused"]
     output = finish(run, "with a server that refuses").output
     if reason not in output:
-        raise Wrong("When success is False, the client must show the message of the response.",
-                    f"answered {reason!r}, shown: {output}")
+        raise Wrong(
+            "When success is False, the client must show the message of the response.",
+            f"answered {reason!r}, shown: {output}",
+        )
 
 
 @points(1, cell="calculator-client")

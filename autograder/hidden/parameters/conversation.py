@@ -40,8 +40,11 @@ class PidNode(Live):
         self.efforts = Listener(self.ros, "effort", Float64)
         self.errors = speaker(self.ros, "error", Float64)
         self.fresh = True  # no error has been sent to this start of the program
-        return {ERROR: lambda: self.errors.get_subscription_count() > 0, EFFORT: lambda: self.efforts.ready,
-                **self.parameters.connect()}
+        return {
+            ERROR: lambda: self.errors.get_subscription_count() > 0,
+            EFFORT: lambda: self.efforts.ready,
+            **self.parameters.connect(),
+        }
 
     def send(self, error: float) -> Answer:
         """The answer to an error; raises Crashed or TimedOut when there is none."""
@@ -53,6 +56,7 @@ class PidNode(Live):
             self.errors.publish(Float64(data=error))
             heard = self.efforts.wait(lambda heard: heard[before:], limit, alive)
             return heard and Answer(heard[0].message.data, sent, heard[0].time)
+
         return self.converse(ask, "a message on error", OFFER, ERROR, EFFORT)
 
     def get(self) -> dict:
@@ -124,8 +128,13 @@ def between(got: float, ends: tuple[float, float], tolerance: float = 0.02) -> b
 def overrides(bench, purpose: str) -> dict:
     """Values for all parameters that are none of the defaults."""
     rng = bench.random(purpose)
-    values = {"kp": rng.randrange(9, 160) / 4, "ki": rng.randrange(5, 40) / 8, "kd": rng.randrange(5, 40) / 16,
-              "output_min": -rng.randrange(5, 39) / 4, "output_max": rng.randrange(5, 39) / 4,
-              "joint_name": rng.choice(JOINTS)}
+    values = {
+        "kp": rng.randrange(9, 160) / 4,
+        "ki": rng.randrange(5, 40) / 8,
+        "kd": rng.randrange(5, 40) / 16,
+        "output_min": -rng.randrange(5, 39) / 4,
+        "output_max": rng.randrange(5, 39) / 4,
+        "joint_name": rng.choice(JOINTS),
+    }
     bench.hide(*values.values())
     return values

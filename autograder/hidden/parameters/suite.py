@@ -44,8 +44,12 @@ def test_first_message(pid, rng):
     pid.ensure_fresh()
     kp, error = rng.randrange(5, 20) / 4, rng.choice([-1, 1]) * rng.randrange(5, 14) / 8
     pid.arrange(kp=kp, ki=float(rng.randrange(8, 40)), kd=rng.randrange(8, 40) / 4)
-    pid.expect_effort(error, kp * error, "The first error must be answered with its proportional part alone: "
-                                         "before it there is no message to measure time from")
+    pid.expect_effort(
+        error,
+        kp * error,
+        "The first error must be answered with its proportional part alone: "
+        "before it there is no message to measure time from",
+    )
 
 
 @points(1, cell="pid-node")
@@ -59,8 +63,10 @@ def test_proportional(pid, rng):
         pid.expect_effort(error, kp * error, "With kp alone, the effort must be kp × error")
     wait_until(lambda: len(pid.efforts.heard) > before + len(errors) + 1, EXTRA)
     if len(pid.efforts.heard) != before + len(errors) + 1:
-        raise Wrong("Each error must be answered with one effort, and nothing be published without an error.",
-                    f"{len(errors) + 1} errors, {len(pid.efforts.heard) - before} efforts")
+        raise Wrong(
+            "Each error must be answered with one effort, and nothing be published without an error.",
+            f"{len(errors) + 1} errors, {len(pid.efforts.heard) - before} efforts",
+        )
 
 
 @points(1, cell="pid-node")
@@ -98,8 +104,11 @@ def test_integral(pid, rng):
         answer = pid.send(error)
         grown = answer.effort - last.effort
         if not between(grown, expected := tuple(ki * error * step for step in steps(last, answer))):
-            raise Wrong("With ki alone, from one message to the next the effort must grow by "
-                        "ki × error × seconds between the two.", f"{pause} s: expected {expected}, got {grown}")
+            raise Wrong(
+                "With ki alone, from one message to the next the effort must grow by "
+                "ki × error × seconds between the two.",
+                f"{pause} s: expected {expected}, got {grown}",
+            )
         last = answer
 
 
@@ -114,8 +123,10 @@ def test_derivative(pid, rng):
         time.sleep(pause)
         answer = pid.send(error)
         if not between(answer.effort, expected := tuple(kd * (error - before) / step for step in steps(last, answer))):
-            raise Wrong("With kd alone, the effort must be kd × (error − error before) / seconds between the two.",
-                        f"{before} to {error}: expected {expected}, got {answer.effort}")
+            raise Wrong(
+                "With kd alone, the effort must be kd × (error − error before) / seconds between the two.",
+                f"{before} to {error}: expected {expected}, got {answer.effort}",
+            )
         last, before = answer, error
 
 
@@ -130,8 +141,10 @@ def test_ki_starts_the_integral_again(pid, rng):
     # Whether the time since the message before still counts is left open.
     most = (ki + 1.5) * max(last.effort / ki / 2, error * (answer.came - last.sent))
     if not 0.0 <= answer.effort <= most:
-        raise Wrong("After ki was set to another value, the integral must have started again from zero.",
-                    f"{last} then {answer}")
+        raise Wrong(
+            "After ki was set to another value, the integral must have started again from zero.",
+            f"{last} then {answer}",
+        )
 
 
 @points(1, cell="pid-node")
@@ -160,8 +173,11 @@ def fill_integral(pid, error, **gains):
         pid.send(error)
     last = pid.send(error)
     if not last.effort > first.effort:
-        raise Wrong("With a ki above 0 and the same positive error again and again, the effort must grow: without an "
-                    "integral part nothing can be said of when it starts again.", f"ki {gains['ki']}: {first} then {last}")
+        raise Wrong(
+            "With a ki above 0 and the same positive error again and again, the effort must grow: without an "
+            "integral part nothing can be said of when it starts again.",
+            f"ki {gains['ki']}: {first} then {last}",
+        )
     return last
 
 
@@ -201,8 +217,9 @@ def test_limits_in_order(pid, rng):
     pid.expect_refusal("An output_min equal to output_max", output_min=high)
     pid.expect_refusal("An output_max equal to output_min", output_max=low)
     pid.expect_refusal("A set of both limits at once, in the wrong order,", output_min=high, output_max=low)
-    pid.expect_refusal("A set of both limits at once, in the wrong order,", output_max=high + 2.5,
-                       output_min=high + 4.0)
+    pid.expect_refusal(
+        "A set of both limits at once, in the wrong order,", output_max=high + 2.5, output_min=high + 4.0
+    )
     pid.expect_refusal("A set of both limits at once, to the same value,", output_min=low + 1, output_max=low + 1)
 
 
@@ -234,10 +251,17 @@ def test_all_or_nothing(pid, rng):
                 continue
             refused += 1
             if (after := pid.get()) != before:
-                raise Wrong("A refused set of several parameters must change none of them.",
-                            f"{values}: {before} became {after}")
-            expect_no_less(pid, error, last, "After a refused set of several parameters the node must go on as if "
-                                             "nothing had been asked: by the old gains, and with its integral")
+                raise Wrong(
+                    "A refused set of several parameters must change none of them.",
+                    f"{values}: {before} became {after}",
+                )
+            expect_no_less(
+                pid,
+                error,
+                last,
+                "After a refused set of several parameters the node must go on as if "
+                "nothing had been asked: by the old gains, and with its integral",
+            )
     if not refused:
         raise Wrong("A set of several parameters with a bad one among them must be refused.")
 

@@ -53,8 +53,10 @@ class Motors(Server):
         """The status must say this state."""
         message = self.status().message
         if says(message) is not on:
-            raise Wrong(f"{when}, the message of {STATUS} must have the word '{WORDS[on]}' (and not "
-                        f"'{WORDS[not on]}').", f"got {message!r}")
+            raise Wrong(
+                f"{when}, the message of {STATUS} must have the word '{WORDS[on]}' (and not '{WORDS[not on]}').",
+                f"got {message!r}",
+            )
 
     def _call(self, name, request, second):
         def question(limit, alive):
@@ -136,7 +138,9 @@ class Relay(Server):
     def _relay(self):
         return self.converse(  # once: who waits for a server that is not there shall not have to do so again
             lambda limit, alive: self.ros.call(self.clients["/relay"], Trigger.Request(), limit, alive, again=limit),
-            "a request to /relay", "the service /relay")
+            "a request to /relay",
+            "the service /relay",
+        )
 
     def asked(self) -> tuple[int, int]:
         """The numbers that it asked /add_two_ints for in one more call."""
@@ -165,15 +169,20 @@ class Relay(Server):
         wait_until(lambda: all(client.service_is_ready() for client in clients), self.bench.clock.allow(ANSWER))
         limit = self.bench.clock.allow(ANSWER)
         with ThreadPoolExecutor(CALLERS) as pool:
-            responses = [*pool.map(lambda client: self.ros.call(client, Trigger.Request(), limit,
-                                                                lambda: self.program.alive), clients)]
+            responses = [
+                *pool.map(
+                    lambda client: self.ros.call(client, Trigger.Request(), limit, lambda: self.program.alive), clients
+                )
+            ]
         self.adder.delay = 0.0
         if None not in responses:
             return responses
         if self.program.alive:
             self.program.kill(STUCK)
-            raise TimedOut(f"With {CALLERS} callers of /relay at once, not each got an answer within {limit:.0f} s: "
-                           "do they all wait, and nobody is left to take in the answers of /add_two_ints?")
+            raise TimedOut(
+                f"With {CALLERS} callers of /relay at once, not each got an answer within {limit:.0f} s: "
+                "do they all wait, and nobody is left to take in the answers of /add_two_ints?"
+            )
         raise Crashed(f"relay.py died while {CALLERS} clients called it: {self.program.last_words()}.")
 
 

@@ -38,7 +38,9 @@ def judge_switch(motors, on):
     """Switching succeeds, and the other service knows of it."""
     motors.bring(not on)
     if says(motors.status().message) is on:
-        raise Wrong(f"The motors cannot be switched to '{WORDS[not on]}', so it cannot be seen whether data {on} works.")
+        raise Wrong(
+            f"The motors cannot be switched to '{WORDS[not on]}', so it cannot be seen whether data {on} works."
+        )
     response = motors.enable(on)
     motors.expect(on, f"After /motors/enable with data {on}")
     if not response.success:
@@ -52,8 +54,11 @@ def test_enable_says_state(motors):
     for on in (True, False, True, True, False, False):
         message = motors.enable(on).message
         if says(message) is not on:
-            raise Wrong(f"The message of /motors/enable with data {on} must have the word '{WORDS[on]}' (and not "
-                        f"'{WORDS[not on]}').", f"got {message!r}")
+            raise Wrong(
+                f"The message of /motors/enable with data {on} must have the word '{WORDS[on]}' (and not "
+                f"'{WORDS[not on]}').",
+                f"got {message!r}",
+            )
 
 
 @points(1, cell="motor-service")
@@ -78,8 +83,10 @@ def test_status(motors):
         motors.enable(on)
         first, again = motors.status(), motors.status()
         if not (first.success and again.success):
-            raise Wrong(f"{STATUS} can always tell the state, so success must be True, also when the motors are "
-                        f"{WORDS[on]}.", f"got {first}")
+            raise Wrong(
+                f"{STATUS} can always tell the state, so success must be True, also when the motors are {WORDS[on]}.",
+                f"got {first}",
+            )
         if told(first) != told(again):
             raise Wrong(f"Asking {STATUS} must not change the state.", f"got {first}, then {again}")
 
@@ -94,12 +101,16 @@ def test_last_command_counts(motors, rng):
         motors.enable(on)
         expected[on] = told(motors.status())
     if expected[True] == expected[False]:
-        raise Wrong(f"{STATUS} tells the same after the motors were enabled as after they were disabled.", f"{expected}")
+        raise Wrong(
+            f"{STATUS} tells the same after the motors were enabled as after they were disabled.", f"{expected}"
+        )
     for number, on in enumerate([True, True, False, *rng.choices([True, False], k=15)]):
         motors.enable(on, second=number % 2)
         if told(motors.status(second=rng.random() < 0.5)) != expected[on]:
-            raise Wrong(f"After several commands, some of them repeated and from two clients, {STATUS} does not tell what "
-                        "the last command asked for.")
+            raise Wrong(
+                f"After several commands, some of them repeated and from two clients, {STATUS} does not tell what "
+                "the last command asked for."
+            )
 
 
 @points(2, cell="relay")
@@ -112,8 +123,10 @@ def test_relay_answers(relay):
     if not response.success:
         raise Wrong("When /add_two_ints answers, success must be True.", f"got {response}")
     if relay.sum_in(response.message) is None:
-        raise Wrong("The message must have the sum that /add_two_ints answered (not one that the relay computed).",
-                    f"answered {relay.adder.sums}, got {response}")
+        raise Wrong(
+            "The message must have the sum that /add_two_ints answered (not one that the relay computed).",
+            f"answered {relay.adder.sums}, got {response}",
+        )
 
 
 @points(1, cell="relay")
@@ -125,8 +138,10 @@ def test_relay_asks_each_time(relay):
         relay.asked()
     before = len(relay.adder.requests)
     if wait_until(lambda: len(relay.adder.requests) > before + 1, QUIET):
-        raise Wrong("The relay must ask /add_two_ints when it is called, and not by itself.",
-                    f"{len(relay.adder.requests) - before} requests within {QUIET} s without a call")
+        raise Wrong(
+            "The relay must ask /add_two_ints when it is called, and not by itself.",
+            f"{len(relay.adder.requests) - before} requests within {QUIET} s without a call",
+        )
 
 
 @points(1, cell="relay")
@@ -135,8 +150,11 @@ def test_relay_sends_parameters(relay):
     """The relay sends the parameters a and b that it was started with."""
     asked = relay.asked()
     if asked != relay.numbers:
-        raise Wrong("The request to /add_two_ints must hold the parameters a and b of the command line "
-                    "(--ros-args -p a:=... -p b:=...).", f"sent {asked}, not {relay.numbers}")
+        raise Wrong(
+            "The request to /add_two_ints must hold the parameters a and b of the command line "
+            "(--ros-args -p a:=... -p b:=...).",
+            f"sent {asked}, not {relay.numbers}",
+        )
 
 
 @points(2, cell="relay")
@@ -147,14 +165,21 @@ def test_several_callers(relay):
     before = len(relay.adder.requests)
     responses = relay.together()
     if len(relay.adder.requests) < before + CALLERS:
-        raise Wrong(f"With {CALLERS} callers of /relay at once, it must ask /add_two_ints for each of them.",
-                    f"{len(relay.adder.requests) - before} requests")
+        raise Wrong(
+            f"With {CALLERS} callers of /relay at once, it must ask /add_two_ints for each of them.",
+            f"{len(relay.adder.requests) - before} requests",
+        )
     if any(response.success != alone.success for response in responses):
-        raise Wrong(f"With {CALLERS} callers of /relay at once, some get another success than one alone.", f"{responses}")
+        raise Wrong(
+            f"With {CALLERS} callers of /relay at once, some get another success than one alone.", f"{responses}"
+        )
     sums = [relay.sum_in(response.message) for response in responses]
     if relay.sum_in(alone.message) is not None and (None in sums or len(set(sums)) < CALLERS):
-        raise Wrong(f"With {CALLERS} callers of /relay at once, an answer of /add_two_ints goes to another caller than the "
-                    "one it is for.", f"{responses}")
+        raise Wrong(
+            f"With {CALLERS} callers of /relay at once, an answer of /add_two_ints goes to another caller than the "
+            "one it is for.",
+            f"{responses}",
+        )
 
 
 @points(2, cell="relay")
@@ -166,8 +191,11 @@ def test_changed_parameters(relay, rng):
         relay.change(numbers)
         asked = relay.asked()
         if sorted(asked) != sorted(numbers):
-            raise Wrong("After a and b are set while the relay runs, the next request to /add_two_ints must hold the new "
-                        "values.", f"sent {asked}, not {numbers}")
+            raise Wrong(
+                "After a and b are set while the relay runs, the next request to /add_two_ints must hold the new "
+                "values.",
+                f"sent {asked}, not {numbers}",
+            )
 
 
 @points(1, cell="relay")
@@ -191,8 +219,10 @@ def test_goes_on_afterwards(lonely):
     end = time.monotonic() + lonely.bench.clock.allow(SETTLED)
     while not (response := lonely.relay()).success:
         if time.monotonic() > end:
-            raise Wrong("Once /add_two_ints is there, a call of /relay must succeed, also after others have failed.",
-                        f"got {response}")
+            raise Wrong(
+                "Once /add_two_ints is there, a call of /relay must succeed, also after others have failed.",
+                f"got {response}",
+            )
         time.sleep(0.1)
     if lonely.starts != starts:
         raise Wrong("After a call that failed because /add_two_ints was not there, the relay must go on.")

@@ -276,23 +276,36 @@ RIGHT = {
     "reference": REFERENCE,
     "one thread that awaits; the chapter's client": {SERVER: AWAITING.encode(), CLIENT: CALLBACKS.encode()},
     "a thread for each goal, own context, slow start; a client with a thread": {
-        SERVER: THREADS.encode(), CLIENT: BACKGROUND.encode()},
+        SERVER: THREADS.encode(),
+        CLIENT: BACKGROUND.encode(),
+    },
     "sleeps after the report, as the chapter does": server((SLEEP, ""), (PUBLISH, PUBLISH + SLEEP)),
-    "reports what is there before the first step": server(
-        ("        while len", PUBLISH[4:] + "        while len")),
+    "reports what is there before the first step": server(("        while len", PUBLISH[4:] + "        while len")),
     "reports before the first step, sleeps after each": server(
-        (SLEEP, ""), (PUBLISH, PUBLISH + SLEEP), ("        while len", PUBLISH[4:] + "        while len")),
+        (SLEEP, ""), (PUBLISH, PUBLISH + SLEEP), ("        while len", PUBLISH[4:] + "        while len")
+    ),
     "as many threads as processors, period read at each step": server(
-        ("num_threads=8", ""), (PERIOD, ""), ("sleep(period)", "sleep(self.get_parameter('step_period').value)")),
-    "looks for a cancel ten times a step": server(
-        (SLEEP, OFTEN)),
+        ("num_threads=8", ""), (PERIOD, ""), ("sleep(period)", "sleep(self.get_parameter('step_period').value)")
+    ),
+    "looks for a cancel ten times a step": server((SLEEP, OFTEN)),
     "spun by rclpy.spin, logs each step, short of threads": server(
         (EXECUTOR, "    try:\n        rclpy.spin(node, executor=MultiThreadedExecutor(num_threads=3))\n"),
-        (PUBLISH, PUBLISH + "            self.get_logger().warning(f'step {sequence}' * 100)\n")),
+        (PUBLISH, PUBLISH + "            self.get_logger().warning(f'step {sequence}' * 100)\n"),
+    ),
 }
 
-SERVER_TESTS = {"sequence", "feedback", "smallest_orders", "largest_order", "rejects_negative", "rejects_too_large",
-                "cancel", "cancelled_result", "two_goals", "step_period"}
+SERVER_TESTS = {
+    "sequence",
+    "feedback",
+    "smallest_orders",
+    "largest_order",
+    "rejects_negative",
+    "rejects_too_large",
+    "cancel",
+    "cancelled_result",
+    "two_goals",
+    "step_period",
+}
 MET = {"client_shows_feedback", "client_shows_result", "client_rejected", "client_aborted", "client_cancels"}
 CHECK = "if 0 <= goal.order <= LAST:"
 STEP = "            sequence.append(sequence[-1] + sequence[-2])\n"
@@ -321,82 +334,141 @@ def done(line: str) -> tuple[str, str]:
 
 # What is wrong, and the tests that it loses (without "test_").
 WRONG = {
-    "one element short": (server(("while len(sequence) <= order", "while len(sequence) < order")),
-                          {"sequence", "feedback", "largest_order", "two_goals"}),
-    "begins with 1, 1": (server(("sequence = [0, 1]", "sequence = [1, 1]")),
-                         {"sequence", "feedback", "smallest_orders", "largest_order", "cancelled_result", "two_goals"}),
+    "one element short": (
+        server(("while len(sequence) <= order", "while len(sequence) < order")),
+        {"sequence", "feedback", "largest_order", "two_goals"},
+    ),
+    "begins with 1, 1": (
+        server(("sequence = [0, 1]", "sequence = [1, 1]")),
+        {"sequence", "feedback", "smallest_orders", "largest_order", "cancelled_result", "two_goals"},
+    ),
     "always begins with 0, 1": (server(("[0, 1][:order + 1]", "[0, 1]")), {"smallest_orders"}),
     "no feedback": (server((PUBLISH, "")), {"feedback"}),
-    "feedback at the end alone": (server((PUBLISH, ""), ("        goal_handle.succeed()",
-                                                         PUBLISH[4:] + "        goal_handle.succeed()")), {"feedback"}),
-    "feedback has the newest element": (server(("partial_sequence=sequence", "partial_sequence=sequence[-1:]")),
-                                        {"feedback"}),
+    "feedback at the end alone": (
+        server((PUBLISH, ""), ("        goal_handle.succeed()", PUBLISH[4:] + "        goal_handle.succeed()")),
+        {"feedback"},
+    ),
+    "feedback has the newest element": (
+        server(("partial_sequence=sequence", "partial_sequence=sequence[-1:]")),
+        {"feedback"},
+    ),
     "feedback before the step": (server((STEP + PUBLISH, PUBLISH + STEP)), {"feedback"}),
     "feedback every second step": (
-        server((PUBLISH, "            if len(sequence) % 2:\n    " + PUBLISH)), {"feedback"}),
+        server((PUBLISH, "            if len(sequence) % 2:\n    " + PUBLISH)),
+        {"feedback"},
+    ),
     "does not say that it succeeded": (server(("        goal_handle.succeed()\n", "")), {"sequence"}),
     "rejects nothing": (server((CHECK, "if True:")), {"rejects_negative", "rejects_too_large"}),
     "accepts 47": (server(("LAST = 46", "LAST = 47")), {"rejects_too_large"}),
     "rejects 46": (server(("LAST = 46", "LAST = 45")), {"largest_order"}),
     "rejects 0": (server((CHECK, "if 0 < goal.order <= LAST:")), {"smallest_orders"}),
     "aborts instead of rejecting": (
-        server((CHECK, "if True:"),
-               (PERIOD, "        if not 0 <= order <= LAST:\n            goal_handle.abort()\n"
-                        "            return Fibonacci.Result()\n" + PERIOD)), {"rejects_negative", "rejects_too_large"}),
+        server(
+            (CHECK, "if True:"),
+            (
+                PERIOD,
+                "        if not 0 <= order <= LAST:\n            goal_handle.abort()\n"
+                "            return Fibonacci.Result()\n" + PERIOD,
+            ),
+        ),
+        {"rejects_negative", "rejects_too_large"},
+    ),
     "no cancel callback": (server((", cancel_callback=self.allow_cancel", "")), {"cancel", "cancelled_result"}),
-    "one thread": (server((EXECUTOR, "    try:\n        rclpy.spin(node)\n")), {"cancel", "cancelled_result", "two_goals"}),
+    "one thread": (
+        server((EXECUTOR, "    try:\n        rclpy.spin(node)\n")),
+        {"cancel", "cancelled_result", "two_goals"},
+    ),
     "never looks for a cancel": (server((CANCEL, "")), {"cancel", "cancelled_result"}),
     "cancelled goal has an empty result": (
-        server(("                return Fibonacci.Result(sequence=sequence)", "                return Fibonacci.Result()")),
-        {"cancelled_result"}),
+        server(
+            ("                return Fibonacci.Result(sequence=sequence)", "                return Fibonacci.Result()")
+        ),
+        {"cancelled_result"},
+    ),
     "cancelled goal is aborted": (server(("                goal_handle.canceled()\n", "")), {"cancel"}),
     "cancelled goal succeeds": (server(("goal_handle.canceled()", "goal_handle.succeed()")), {"cancel"}),
     "looks for a cancel every fourth step": (
         server(("if goal_handle.is_cancel_requested", "if len(sequence) % 4 == 3 and goal_handle.is_cancel_requested")),
-        {"cancel"}),
+        {"cancel"},
+    ),
     "one goal at a time": (server(LOCK, begun("self.lock.acquire()"), done("self.lock.release()")), {"two_goals"}),
     "rejects while it is busy": (
-        server((CHECK, "if 0 <= goal.order <= LAST and not getattr(self, 'busy', False):"), begun("self.busy = True"),
-               done("self.busy = False")), {"two_goals"}),
-    "one order for all goals": (server(("        order = goal", "        order = self.order = goal"),
-                                       ("<= order:", "<= self.order:")), {"two_goals"}),
+        server(
+            (CHECK, "if 0 <= goal.order <= LAST and not getattr(self, 'busy', False):"),
+            begun("self.busy = True"),
+            done("self.busy = False"),
+        ),
+        {"two_goals"},
+    ),
+    "one order for all goals": (
+        server(("        order = goal", "        order = self.order = goal"), ("<= order:", "<= self.order:")),
+        {"two_goals"},
+    ),
     "step period is fixed": (server(("sleep(period)", "sleep(1.0)")), {"step_period"}),
     "step period in milliseconds": (server(("sleep(period)", "sleep(period / 1000)")), {"step_period"}),
     "another default": (server(("'step_period', 1.0", "'step_period', 0.1")), {"step_period"}),
     "another name": (server(("'/fibonacci'", "'/fib'")), SERVER_TESTS),
-    "the released type": (server(("course_interfaces.action", "example_interfaces.action"),
-                                 ("partial_sequence=", "sequence=")), SERVER_TESTS),
+    "the released type": (
+        server(("course_interfaces.action", "example_interfaces.action"), ("partial_sequence=", "sequence=")),
+        SERVER_TESTS,
+    ),
     "client sends 10": (client(("Goal(order=order)", "Goal(order=10)")), {"client_shows_feedback"}),
-    "client shows no feedback": (client(("        print('Feedback:', list(message.feedback.partial_sequence))\n", "")),
-                                 {"client_shows_feedback"}),
-    "client shows the newest element": (client(("list(message.feedback.partial_sequence)",
-                                                "message.feedback.partial_sequence[-1]")), {"client_shows_feedback"}),
-    "client shows no result": (client(("        print('Result:', list(end.result.sequence))\n", "")),
-                               {"client_shows_result", "client_cancels"}),
-    "client shows no outcome": (client(("    print('Outcome:', outcome)\n", "")), MET - {"client_shows_feedback"}
-                                | {"client_without_server"}),
-    "client always exits with 0": (client((FAILS, "return 0")), {"client_rejected", "client_aborted", "client_cancels",
-                                                                 "client_without_server"}),
+    "client shows no feedback": (
+        client(("        print('Feedback:', list(message.feedback.partial_sequence))\n", "")),
+        {"client_shows_feedback"},
+    ),
+    "client shows the newest element": (
+        client(("list(message.feedback.partial_sequence)", "message.feedback.partial_sequence[-1]")),
+        {"client_shows_feedback"},
+    ),
+    "client shows no result": (
+        client(("        print('Result:', list(end.result.sequence))\n", "")),
+        {"client_shows_result", "client_cancels"},
+    ),
+    "client shows no outcome": (
+        client(("    print('Outcome:', outcome)\n", "")),
+        MET - {"client_shows_feedback"} | {"client_without_server"},
+    ),
+    "client always exits with 0": (
+        client((FAILS, "return 0")),
+        {"client_rejected", "client_aborted", "client_cancels", "client_without_server"},
+    ),
     "client never exits with 0": (client((FAILS, "return 1")), {"client_shows_result"}),
     "client takes every end for a success": (
-        client(("OUTCOMES.get(end.status, 'UNKNOWN')", "'SUCCEEDED'")), {"client_aborted", "client_cancels"}),
+        client(("OUTCOMES.get(end.status, 'UNKNOWN')", "'SUCCEEDED'")),
+        {"client_aborted", "client_cancels"},
+    ),
     "client does not look whether it is accepted": (
-        client(("        if not self.goal_handle.accepted:\n            return 'REJECTED'\n", "")), {"client_rejected"}),
-    "client cancels one too late": (client(("self.heard >= self.cancel_after", "self.heard > self.cancel_after")),
-                                    {"client_cancels"}),
+        client(("        if not self.goal_handle.accepted:\n            return 'REJECTED'\n", "")),
+        {"client_rejected"},
+    ),
+    "client cancels one too late": (
+        client(("self.heard >= self.cancel_after", "self.heard > self.cancel_after")),
+        {"client_cancels"},
+    ),
     "client cancels one too early": (
-        client(("self.heard >= self.cancel_after", "self.heard >= self.cancel_after - 1")), {"client_cancels"}),
+        client(("self.heard >= self.cancel_after", "self.heard >= self.cancel_after - 1")),
+        {"client_cancels"},
+    ),
     "client never cancels": (client(("            self.goal_handle.cancel_goal_async()\n", "")), {"client_cancels"}),
     "client does not wait for the end of a cancelled goal": (
-        client(("            self.goal_handle.cancel_goal_async()\n",
-                "            self.wait = self.goal_handle.cancel_goal_async()\n            sys.exit('CANCELED')\n")),
-        {"client_cancels"}),
+        client(
+            (
+                "            self.goal_handle.cancel_goal_async()\n",
+                "            self.wait = self.goal_handle.cancel_goal_async()\n            sys.exit('CANCELED')\n",
+            )
+        ),
+        {"client_cancels"},
+    ),
     "client waits for a server for ever": (client(("timeout_sec=1.5", "timeout_sec=None")), {"client_without_server"}),
-    "client has no usage": (
-        client((PARSED, UNCHECKED)), {"client_arguments"}),
+    "client has no usage": (client((PARSED, UNCHECKED)), {"client_arguments"}),
     "client takes any word for 10": (
-        client(("type=int)", "type=lambda word: int(word) if word.isdigit() else 10)"),
-               ("('order', ", "('order', nargs='?', default=10, ")), {"client_arguments"}),
+        client(
+            ("type=int)", "type=lambda word: int(word) if word.isdigit() else 10)"),
+            ("('order', ", "('order', nargs='?', default=10, "),
+        ),
+        {"client_arguments"},
+    ),
 }
 
 SILENT = {"another name", "the released type", "client waits for a server for ever"}

@@ -326,10 +326,7 @@ WRONG = {
     "an empty sector raises": (node(("initial=math.inf)", ")")), {"nothing_usable"}),
     "silent before the first scan": (
         node(
-            (
-                "        \"\"\"Decide, ten times a second.\"\"\"\n",
-                "        if self.scan_time is None:\n            return\n",
-            )
+            ('        """Decide, ten times a second."""\n', "        if self.scan_time is None:\n            return\n")
         ),
         {"stands_before_the_first_scan"},
     ),

@@ -214,22 +214,49 @@ RIGHT = {
     "gains kept in an object, two nodes, threads, async, slow start, best effort": {NODE: CACHED.encode()},
     "integral looked after when it is used, callback before the parameters": {NODE: LAZY.encode()},
     "two callbacks, in a namespace of its own": node(
-        ("        self.add_post", ("        self.add_on_set_parameters_callback(\n            lambda params: "
-         "SetParametersResult(successful=True))\n        self.add_post")),
-        ("'effort'", "'/effort'"), ("'error'", "'/error'"), ("'pid_node')", "'pid', namespace='arm')")),
+        (
+            "        self.add_post",
+            (
+                "        self.add_on_set_parameters_callback(\n            lambda params: "
+                "SetParametersResult(successful=True))\n        self.add_post"
+            ),
+        ),
+        ("'effort'", "'/effort'"),
+        ("'error'", "'/error'"),
+        ("'pid_node')", "'pid', namespace='arm')"),
+    ),
     "parameter read-only by a callback as well": node(
-        ("        limits = {", ("        if any(param.name == 'joint_name' for param in params):\n            return "
-         "SetParametersResult(successful=False, reason='joint_name is fixed')\n        limits = {"))),
+        (
+            "        limits = {",
+            (
+                "        if any(param.name == 'joint_name' for param in params):\n            return "
+                "SetParametersResult(successful=False, reason='joint_name is fixed')\n        limits = {"
+            ),
+        )
+    ),
     "numpy, clock of the node": node(
         ("import rclpy\n", "import numpy as np\nimport rclpy\n"),
         ("time.monotonic()", "self.get_clock().now().nanoseconds / 1e9"),
-        ("max(self.value('output_min'), min(self.value('output_max'), effort))",
-         "float(np.clip(effort, self.value('output_min'), self.value('output_max')))")),
+        (
+            "max(self.value('output_min'), min(self.value('output_max'), effort))",
+            "float(np.clip(effort, self.value('output_min'), self.value('output_max')))",
+        ),
+    ),
 }
 
-ALL_EFFORTS = {"first_message", "proportional", "new_gain", "clamped", "integral", "derivative",
-               "ki_starts_the_integral_again", "nothing_else_starts_it_again", "all_or_nothing",
-               "command_line", "parameter_file"}
+ALL_EFFORTS = {
+    "first_message",
+    "proportional",
+    "new_gain",
+    "clamped",
+    "integral",
+    "derivative",
+    "ki_starts_the_integral_again",
+    "nothing_else_starts_it_again",
+    "all_or_nothing",
+    "command_line",
+    "parameter_file",
+}
 REASON = """                successful=False,
                 reason='output_min ({output_min}) must be below output_max ({output_max})'
                 .format(**limits))"""
@@ -243,94 +270,183 @@ RESET = """            if param.name == 'ki':
 WRONG = {
     "another default": (node(("'kp', 1.0", "'kp', 2.0")), {"defaults"}),
     "a limit forgotten": (
-        node(("        self.declare_parameter('output_min', -10.0)\n",
-              "        self.declare_parameter('min_output', -10.0)\n"),
-             ("('output_min', 'output_max')}", "('output_max',)} | {'output_min': self.value('min_output')}"),
-             ("max(self.value('output_min')", "max(self.value('min_output')")),
-        {"defaults", "clamped", "limits_in_order", "limits_together", "command_line", "parameter_file"}),
+        node(
+            (
+                "        self.declare_parameter('output_min', -10.0)\n",
+                "        self.declare_parameter('min_output', -10.0)\n",
+            ),
+            ("('output_min', 'output_max')}", "('output_max',)} | {'output_min': self.value('min_output')}"),
+            ("max(self.value('output_min')", "max(self.value('min_output')"),
+        ),
+        {"defaults", "clamped", "limits_in_order", "limits_together", "command_line", "parameter_file"},
+    ),
     "no ranges": (node(("floating_point_range=[limits]", "")), {"descriptors", "out_of_range"}),
     "another range": (node(("'ki', 0.0, 50.0", "'ki', 0.0, 100.0")), {"descriptors", "out_of_range"}),
     "range by the callback alone": (
-        node((", floating_point_range=[limits]", ""),
-             ("        limits = {name", (
-              "        tops = {'kp': 100.0, 'ki': 50.0, 'kd': 10.0}\n        for p in params:\n"
-              "            if p.name in tops and not 0.0 <= p.value <= tops[p.name]:\n                return "
-              "SetParametersResult(successful=False, reason='out of range')\n        limits = {name"))),
-        {"descriptors"}),
-    "joint_name can be set": (node((", ParameterDescriptor(read_only=True)", "")),
-                              {"descriptors", "joint_name_is_read_only"}),
-    "time from the start of the node": (node(("self.last_time = None", "self.last_time = time.monotonic()")),
-                                        {"first_message"}),
-    "fixed time steps": (node(("step = 0.0 if self.last_time is None else now - self.last_time", "step = 0.1")),
-                         {"first_message", "integral", "derivative"}),
-    "time steps in milliseconds": (node(("else now - self.last_time", "else 1000 * (now - self.last_time)")),
-                                   {"integral", "derivative"}),
-    "no integral part": (node(("        self.integral += error * step\n", "")),
-                         {"integral", "ki_starts_the_integral_again", "nothing_else_starts_it_again", "all_or_nothing"}),
+        node(
+            (", floating_point_range=[limits]", ""),
+            (
+                "        limits = {name",
+                (
+                    "        tops = {'kp': 100.0, 'ki': 50.0, 'kd': 10.0}\n        for p in params:\n"
+                    "            if p.name in tops and not 0.0 <= p.value <= tops[p.name]:\n                return "
+                    "SetParametersResult(successful=False, reason='out of range')\n        limits = {name"
+                ),
+            ),
+        ),
+        {"descriptors"},
+    ),
+    "joint_name can be set": (
+        node((", ParameterDescriptor(read_only=True)", "")),
+        {"descriptors", "joint_name_is_read_only"},
+    ),
+    "time from the start of the node": (
+        node(("self.last_time = None", "self.last_time = time.monotonic()")),
+        {"first_message"},
+    ),
+    "fixed time steps": (
+        node(("step = 0.0 if self.last_time is None else now - self.last_time", "step = 0.1")),
+        {"first_message", "integral", "derivative"},
+    ),
+    "time steps in milliseconds": (
+        node(("else now - self.last_time", "else 1000 * (now - self.last_time)")),
+        {"integral", "derivative"},
+    ),
+    "no integral part": (
+        node(("        self.integral += error * step\n", "")),
+        {"integral", "ki_starts_the_integral_again", "nothing_else_starts_it_again", "all_or_nothing"},
+    ),
     "efforts that are no numbers": (node((CLAMP, "float('nan')")), ALL_EFFORTS),
     "integral without time": (node(("error * step", "error")), {"first_message", "integral"}),
     "derivative without time": (
         node(("(error - self.last_error) / step if step > 0.0 else 0.0", "error - self.last_error")),
-                                {"first_message", "derivative"}),
+        {"first_message", "derivative"},
+    ),
     "derivative the wrong way round": (node(("error - self.last_error", "self.last_error - error")), {"derivative"}),
     "derivative of an error never kept": (
         node(("self.last_error, self.last_time = error, now", "self.last_time = now")),
-                                          {"derivative"}),
+        {"derivative"},
+    ),
     "gains read at the start alone": (
-        node(("        self.integral = 0.0  #", ("        self.gains = {n: self.value(n) for n in ('kp', 'ki', 'kd')}\n"
-              "        self.integral = 0.0  #")),
-             ("self.value('kp')", "self.gains['kp']"), ("self.value('ki')", "self.gains['ki']"),
-             ("self.value('kd')", "self.gains['kd']")),
-        {"first_message", "proportional", "new_gain", "clamped", "integral", "derivative",
-         "ki_starts_the_integral_again", "nothing_else_starts_it_again", "all_or_nothing"}),
+        node(
+            (
+                "        self.integral = 0.0  #",
+                ("        self.gains = {n: self.value(n) for n in ('kp', 'ki', 'kd')}\n        self.integral = 0.0  #"),
+            ),
+            ("self.value('kp')", "self.gains['kp']"),
+            ("self.value('ki')", "self.gains['ki']"),
+            ("self.value('kd')", "self.gains['kd']"),
+        ),
+        {
+            "first_message",
+            "proportional",
+            "new_gain",
+            "clamped",
+            "integral",
+            "derivative",
+            "ki_starts_the_integral_again",
+            "nothing_else_starts_it_again",
+            "all_or_nothing",
+        },
+    ),
     "a new gain counts one message late": (
-        node(("        error, now = msg", ("        gain, self.gain = getattr(self, 'gain', 1.0), self.value('kp')\n"
-              "        error, now = msg")), ("self.value('kp') * error", "gain * error")),
-        {"first_message", "proportional", "new_gain", "command_line", "parameter_file"}),
+        node(
+            (
+                "        error, now = msg",
+                ("        gain, self.gain = getattr(self, 'gain', 1.0), self.value('kp')\n        error, now = msg"),
+            ),
+            ("self.value('kp') * error", "gain * error"),
+        ),
+        {"first_message", "proportional", "new_gain", "command_line", "parameter_file"},
+    ),
     "not clamped": (node((CLAMP, "effort")), {"clamped"}),
     "clamped above alone": (node((CLAMP, "min(self.value('output_max'), effort)")), {"clamped"}),
     "clamped to the defaults": (node((CLAMP, "max(-10.0, min(10.0, effort))")), {"clamped"}),
     "no rule for the limits": (node((RULE, "if False:")), {"limits_in_order"}),
     "limits may be equal": (node((RULE, RULE.replace(">=", ">"))), {"limits_in_order"}),
     "limits one by one": (
-        node(("                limits[param.name] = param.value\n", "                pass\n"),
-             (RULE, ("if any(p.name == 'output_min' and p.value >= limits['output_max'] or\n               p.name == "
-              "'output_max' and p.value <= limits['output_min'] for p in params):"))),
-        {"limits_in_order", "limits_together"}),
-    "the rule raises": (node(("return SetParametersResult(\n" + REASON, "raise ValueError('wrong order')")),
-                        {"limits_in_order", "all_or_nothing"}),
+        node(
+            ("                limits[param.name] = param.value\n", "                pass\n"),
+            (
+                RULE,
+                (
+                    "if any(p.name == 'output_min' and p.value >= limits['output_max'] or\n               p.name == "
+                    "'output_max' and p.value <= limits['output_min'] for p in params):"
+                ),
+            ),
+        ),
+        {"limits_in_order", "limits_together"},
+    ),
+    "the rule raises": (
+        node(("return SetParametersResult(\n" + REASON, "raise ValueError('wrong order')")),
+        {"limits_in_order", "all_or_nothing"},
+    ),
     "no reason": (node((REASON, "                successful=False)")), {"limits_in_order"}),
     "the chapter's way: acts while it looks": (
         node((RESET, ""), ("            if param.name in limits:\n", RESET + "            if param.name in limits:\n")),
-        {"all_or_nothing"}),
+        {"all_or_nothing"},
+    ),
     "gains taken before all are accepted": (
-        node(("        self.integral = 0.0  #", "        self.gain = self.value('kp')\n        self.integral = 0.0  #"),
-             ("            if param.name in limits:\n", (
-              "            if param.name == 'kp':\n                self.gain = "
-              "param.value\n            if param.name in limits:\n")),
-             ("self.value('kp') * error", "self.gain * error")),
-        {"all_or_nothing"}),
+        node(
+            ("        self.integral = 0.0  #", "        self.gain = self.value('kp')\n        self.integral = 0.0  #"),
+            (
+                "            if param.name in limits:\n",
+                (
+                    "            if param.name == 'kp':\n                self.gain = "
+                    "param.value\n            if param.name in limits:\n"
+                ),
+            ),
+            ("self.value('kp') * error", "self.gain * error"),
+        ),
+        {"all_or_nothing"},
+    ),
     "integral never starts again": (node((RESET, "")), {"ki_starts_the_integral_again"}),
-    "every parameter starts it again": (node((RESET, "            self.integral = 0.0\n")),
-                                        {"nothing_else_starts_it_again"}),
+    "every parameter starts it again": (
+        node((RESET, "            self.integral = 0.0\n")),
+        {"nothing_else_starts_it_again"},
+    ),
     "no overrides": (node(("rclpy.init(args=args)", "rclpy.init(args=[])")), {"command_line", "parameter_file"}),
     "overrides written over": (
-        node(("        self.integral = 0.0  #", ("        self.set_parameters([rclpy.Parameter('kp', value=1.0)])\n"
-              "        self.integral = 0.0  #"))), {"command_line", "parameter_file"}),
+        node(
+            (
+                "        self.integral = 0.0  #",
+                ("        self.set_parameters([rclpy.Parameter('kp', value=1.0)])\n        self.integral = 0.0  #"),
+            )
+        ),
+        {"command_line", "parameter_file"},
+    ),
     "overrides shown but not used": (
-        node(("        self.integral = 0.0  #", "        self.gain = 1.0\n        self.integral = 0.0  #"),
-             ("            if param.name == 'ki'", ("            if param.name == 'kp':\n                self.gain = "
-              "param.value\n            if param.name == 'ki'")), ("self.value('kp') * error", "self.gain * error")),
-        {"command_line", "parameter_file"}),
+        node(
+            ("        self.integral = 0.0  #", "        self.gain = 1.0\n        self.integral = 0.0  #"),
+            (
+                "            if param.name == 'ki'",
+                (
+                    "            if param.name == 'kp':\n                self.gain = "
+                    "param.value\n            if param.name == 'ki'"
+                ),
+            ),
+            ("self.value('kp') * error", "self.gain * error"),
+        ),
+        {"command_line", "parameter_file"},
+    ),
     "limits taken before all are accepted": (
-        node(("        self.integral = 0.0  #", "        self.limits = {}\n        self.integral = 0.0  #"),
-             ("                limits[param.name] = param.value\n", (
-              "                limits[param.name] = param.value\n        self.limits = limits\n")),
-             ("max(self.value('output_min'), min(self.value('output_max'), effort))",
-              "max(self.limits.get('output_min', -10.0), min(self.limits.get('output_max', 10.0), effort))")),
-        {"all_or_nothing"}),
-    "no answer to an error of 0": (node(("        error, now = msg", ("        if not msg.data:\n            return\n"
-                                         "        error, now = msg"))), {"proportional"}),
+        node(
+            ("        self.integral = 0.0  #", "        self.limits = {}\n        self.integral = 0.0  #"),
+            (
+                "                limits[param.name] = param.value\n",
+                ("                limits[param.name] = param.value\n        self.limits = limits\n"),
+            ),
+            (
+                "max(self.value('output_min'), min(self.value('output_max'), effort))",
+                "max(self.limits.get('output_min', -10.0), min(self.limits.get('output_max', 10.0), effort))",
+            ),
+        ),
+        {"all_or_nothing"},
+    ),
+    "no answer to an error of 0": (
+        node(("        error, now = msg", ("        if not msg.data:\n            return\n        error, now = msg"))),
+        {"proportional"},
+    ),
     "another topic": (node(("'effort', 10", "'command', 10")), ALL_EFFORTS),
 }
 SILENT = {"no answer to an error of 0", "another topic"}  # the grader waits for these in vain

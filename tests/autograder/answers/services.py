@@ -219,17 +219,22 @@ RIGHT = {
     "reference": REFERENCE,
     "functions; blocking calls with a group and two threads": {MOTORS: FUNCTIONS.encode(), RELAY: BLOCKING.encode()},
     "two nodes, own context, slow start; a second node for the calls": {
-        MOTORS: TWO_NODES.encode(), RELAY: SECOND_NODE.encode()},
+        MOTORS: TWO_NODES.encode(),
+        RELAY: SECOND_NODE.encode(),
+    },
     "many threads, a parameter callback, a namespace": relay() | {RELAY: THREADS.encode()},
     "relay awaits with two threads": relay(
         ("import ExternalShutdownException", "import ExternalShutdownException, MultiThreadedExecutor"),
-        ("rclpy.spin(node)", "rclpy.spin(node, executor=MultiThreadedExecutor(num_threads=2))")),
+        ("rclpy.spin(node)", "rclpy.spin(node, executor=MultiThreadedExecutor(num_threads=2))"),
+    ),
     "relay starts 3 s late, logs much and waits a little": relay(
         ("    rclpy.init(args=args)", "    import time\n    time.sleep(3)\n    rclpy.init(args=args)"),
         ("if not self.client.service_is_ready()", "if not self.client.wait_for_service(timeout_sec=1.0)"),
-        ("        a, b = ", "        self.get_logger().warning('a call of mine ' * 500)\n        a, b = ")),
+        ("        a, b = ", "        self.get_logger().warning('a call of mine ' * 500)\n        a, b = "),
+    ),
     "motors with a property and words of their own": motors(
-        ("f'Motors {self.state()}'\n        return", "f'OK; state={self.state().upper()}; errors: 0'\n        return")),
+        ("f'Motors {self.state()}'\n        return", "f'OK; state={self.state().upper()}; errors: 0'\n        return")
+    ),
 }
 
 READY = """        if not self.client.service_is_ready():
@@ -240,14 +245,16 @@ READY = """        if not self.client.service_is_ready():
 SWITCH = "self.enabled = request.data"
 COUNT = """self.count = max(0, getattr(self, 'count', 0) + (1 if request.data else -1))
         self.enabled = self.count > 0"""
-STATUS = "Say the state, and leave it alone.\"\"\"\n        response.success = True"
+STATUS = 'Say the state, and leave it alone."""\n        response.success = True'
 SAYS = "response.message = f'Motors {self.state()}'\n        return response\n\n    def status"
 ASK = "        a, b = self.get_parameter('a').value, self.get_parameter('b').value\n"
 GROUP = (", callback_group=group", "")
 AWAIT = "await self.client.call_async(AddTwoInts.Request(a=a, b=b))"
 SUCCESS = "        response.success = True\n        response.message = f'{a}"
-THREADED = [("import ExternalShutdownException", "import ExternalShutdownException, MultiThreadedExecutor"),
-            ("rclpy.spin(node)", "rclpy.spin(node, executor=MultiThreadedExecutor(num_threads=4))")]
+THREADED = [
+    ("import ExternalShutdownException", "import ExternalShutdownException, MultiThreadedExecutor"),
+    ("rclpy.spin(node)", "rclpy.spin(node, executor=MultiThreadedExecutor(num_threads=4))"),
+]
 BLOCK = [("async def", "def"), (AWAIT, "self.client.call(AddTwoInts.Request(a=a, b=b))")]
 
 SERVED = {"relay_answers", "relay_asks_each_time", "relay_sends_parameters", "several_callers", "changed_parameters"}
@@ -258,81 +265,169 @@ MOTOR_TESTS = TOLD | {"enable_says_state", "repeating_is_no_error", "status", "l
 # What is wrong, and the tests that it loses (without "test_").
 WRONG = {
     "motors start enabled": (motors(("self.enabled = False", "self.enabled = True")), {"motors_start_disabled"}),
-    "enable toggles": (motors((SWITCH, "self.enabled = not self.enabled")),
-                       {"enable_says_state", "repeating_is_no_error", "last_command_counts"}),
-    "enable only enables": (motors((SWITCH, "self.enabled = self.enabled or request.data")),
-                            {"disable", "enable_says_state", "last_command_counts"}),
-    "enable is inverted": (motors((SWITCH, "self.enabled = not request.data")),
-                           {"enable", "disable", "enable_says_state"}),
-    "enable counts": (motors((SWITCH, COUNT)),
-                      {"enable_says_state", "repeating_is_no_error", "last_command_counts"}),
-    "repeating is an error": (motors(
-        (SWITCH, "same = self.enabled == request.data\n        " + SWITCH),
-        ("        response.success = True\n        " + SAYS, "        response.success = not same\n        " + SAYS)),
-        {"repeating_is_no_error"}),
-    "success is the state": (motors(("        response.success = True\n        " + SAYS,
-                                     "        response.success = self.enabled\n        " + SAYS)), {"disable"}),
-    "enable says the state before": (motors((SWITCH, "before = self.state()\n        " + SWITCH),
-                                            (SAYS, SAYS.replace("self.state()", "before"))), {"enable_says_state"}),
-    "enable says nothing": (motors((SAYS, SAYS.replace("response.message = f'Motors {self.state()}'", "pass"))),
-                            {"enable_says_state"}),
+    "enable toggles": (
+        motors((SWITCH, "self.enabled = not self.enabled")),
+        {"enable_says_state", "repeating_is_no_error", "last_command_counts"},
+    ),
+    "enable only enables": (
+        motors((SWITCH, "self.enabled = self.enabled or request.data")),
+        {"disable", "enable_says_state", "last_command_counts"},
+    ),
+    "enable is inverted": (
+        motors((SWITCH, "self.enabled = not request.data")),
+        {"enable", "disable", "enable_says_state"},
+    ),
+    "enable counts": (motors((SWITCH, COUNT)), {"enable_says_state", "repeating_is_no_error", "last_command_counts"}),
+    "repeating is an error": (
+        motors(
+            (SWITCH, "same = self.enabled == request.data\n        " + SWITCH),
+            (
+                "        response.success = True\n        " + SAYS,
+                "        response.success = not same\n        " + SAYS,
+            ),
+        ),
+        {"repeating_is_no_error"},
+    ),
+    "success is the state": (
+        motors(
+            (
+                "        response.success = True\n        " + SAYS,
+                "        response.success = self.enabled\n        " + SAYS,
+            )
+        ),
+        {"disable"},
+    ),
+    "enable says the state before": (
+        motors((SWITCH, "before = self.state()\n        " + SWITCH), (SAYS, SAYS.replace("self.state()", "before"))),
+        {"enable_says_state"},
+    ),
+    "enable says nothing": (
+        motors((SAYS, SAYS.replace("response.message = f'Motors {self.state()}'", "pass"))),
+        {"enable_says_state"},
+    ),
     "status success is the state": (motors((STATUS, STATUS.replace("True", "self.enabled"))), {"status"}),
-    "status toggles": (motors((STATUS, STATUS + "\n        self.enabled = not self.enabled")),
-                       TOLD | {"status"}),
-    "status says on and off": (motors((STATUS, STATUS + "\n        response.message = 'on' if self.enabled else 'off'\n"
-                                                        "        return response")), TOLD),
-    "status is of a state of its own": (motors((STATUS, STATUS + "\n        response.message = 'Motors disabled'\n"
-                                                                 "        return response")),
-                                        {"enable", "disable", "last_command_counts"}),
+    "status toggles": (motors((STATUS, STATUS + "\n        self.enabled = not self.enabled")), TOLD | {"status"}),
+    "status says on and off": (
+        motors(
+            (STATUS, STATUS + "\n        response.message = 'on' if self.enabled else 'off'\n        return response")
+        ),
+        TOLD,
+    ),
+    "status is of a state of its own": (
+        motors((STATUS, STATUS + "\n        response.message = 'Motors disabled'\n        return response")),
+        {"enable", "disable", "last_command_counts"},
+    ),
     "status under another name": (motors(("'/motors/status'", "'/motor/status'")), MOTOR_TESTS - {"enable_says_state"}),
-    "enable returns nothing": (motors((SAYS, SAYS.replace("return response", "pass"))),
-                               MOTOR_TESTS - {"motors_start_disabled"}),
-    "relay adds by itself": (relay((AWAIT, "AddTwoInts.Response(sum=a + b)")),
-                             {"relay_answers", "relay_asks_each_time", "relay_sends_parameters", "changed_parameters",
-                              "several_callers"}),
+    "enable returns nothing": (
+        motors((SAYS, SAYS.replace("return response", "pass"))),
+        MOTOR_TESTS - {"motors_start_disabled"},
+    ),
+    "relay adds by itself": (
+        relay((AWAIT, "AddTwoInts.Response(sum=a + b)")),
+        {"relay_answers", "relay_asks_each_time", "relay_sends_parameters", "changed_parameters", "several_callers"},
+    ),
     "relay shows its own sum": (relay(("{answer.sum}", "{a + b}")), {"relay_answers"}),
     "relay shows a number without end": (relay(("{answer.sum}", "1e999")), {"relay_answers"}),
-    "relay has no success": (relay((SUCCESS, SUCCESS.replace("True", "False"))), {"relay_answers", "goes_on_afterwards"}),
+    "relay has no success": (
+        relay((SUCCESS, SUCCESS.replace("True", "False"))),
+        {"relay_answers", "goes_on_afterwards"},
+    ),
     "relay has no message": (relay(("response.message = f'{a} + {b} = {answer.sum}'", "pass")), {"relay_answers"}),
-    "relay keeps its first answer": (relay(
-        ("        answer = " + AWAIT, "        if not hasattr(self, 'answer'):\n            self.answer = " + AWAIT +
-         "\n        answer = self.answer")),
-        {"relay_asks_each_time", "relay_sends_parameters", "changed_parameters", "several_callers"}),
+    "relay keeps its first answer": (
+        relay(
+            (
+                "        answer = " + AWAIT,
+                "        if not hasattr(self, 'answer'):\n            self.answer = "
+                + AWAIT
+                + "\n        answer = self.answer",
+            )
+        ),
+        {"relay_asks_each_time", "relay_sends_parameters", "changed_parameters", "several_callers"},
+    ),
     "relay mixes up a and b": (relay(("(a=a, b=b)", "(a=b, b=a)")), {"relay_sends_parameters"}),
-    "relay has numbers of its own": (relay((ASK, "        a, b = 5, 3\n")),
-                                     {"relay_sends_parameters", "changed_parameters"}),
-    "relay reads its parameters once": (relay(
-        (ASK, ""), ("self.declare_parameter('a', 0)", "self.a = self.declare_parameter('a', 0).value"),
-        ("self.declare_parameter('b', 0)", "self.b = self.declare_parameter('b', 0).value"),
-        ("(a=a, b=b)", "(a=self.a, b=self.b)"), ("{a} + {b} = ", "")), {"changed_parameters"}),
+    "relay has numbers of its own": (
+        relay((ASK, "        a, b = 5, 3\n")),
+        {"relay_sends_parameters", "changed_parameters"},
+    ),
+    "relay reads its parameters once": (
+        relay(
+            (ASK, ""),
+            ("self.declare_parameter('a', 0)", "self.a = self.declare_parameter('a', 0).value"),
+            ("self.declare_parameter('b', 0)", "self.b = self.declare_parameter('b', 0).value"),
+            ("(a=a, b=b)", "(a=self.a, b=self.b)"),
+            ("{a} + {b} = ", ""),
+        ),
+        {"changed_parameters"},
+    ),
     "relay blocks its one thread": (relay(*BLOCK), SERVED | {"goes_on_afterwards"}),
     "relay blocks each of its threads": (relay(*BLOCK, *THREADED), {"several_callers"}),
     "relay awaits in the default group": (relay(GROUP), SERVED | {"goes_on_afterwards"}),
-    "relay spins in its callback": (relay(
-        ("async def", "def"), GROUP, ("        answer = " + AWAIT, "        future = " + AWAIT.removeprefix("await ") +
-                               "\n        rclpy.spin_until_future_complete(self, future)\n"
-                               "        answer = future.result()")), SERVED | {"goes_on_afterwards"}),
-    "relay does not wait for the answer": (relay(
-        ("async def", "def"), ("answer = " + AWAIT, "future = " + AWAIT.removeprefix("await ")),
-        ("{answer.sum}", "{future.result()}")), {"relay_answers"}),
-    "relay shares one answer": (relay(
-        ("answer = " + AWAIT, "self.future = " + AWAIT.removeprefix("await ") +
-         "\n        await self.future\n        answer = self.future.result()")), {"several_callers"}),
+    "relay spins in its callback": (
+        relay(
+            ("async def", "def"),
+            GROUP,
+            (
+                "        answer = " + AWAIT,
+                "        future = "
+                + AWAIT.removeprefix("await ")
+                + "\n        rclpy.spin_until_future_complete(self, future)\n"
+                "        answer = future.result()",
+            ),
+        ),
+        SERVED | {"goes_on_afterwards"},
+    ),
+    "relay does not wait for the answer": (
+        relay(
+            ("async def", "def"),
+            ("answer = " + AWAIT, "future = " + AWAIT.removeprefix("await ")),
+            ("{answer.sum}", "{future.result()}"),
+        ),
+        {"relay_answers"},
+    ),
+    "relay shares one answer": (
+        relay(
+            (
+                "answer = " + AWAIT,
+                "self.future = "
+                + AWAIT.removeprefix("await ")
+                + "\n        await self.future\n        answer = self.future.result()",
+            )
+        ),
+        {"several_callers"},
+    ),
     "relay never looks whether there is a server": (relay((READY, "")), ABSENT),
-    "relay waits for a server for ever": (relay(("if not self.client.service_is_ready()",
-                                                 "if not self.client.wait_for_service()")), ABSENT),
-    "relay raises without a server": (relay((READY, READY[:READY.index("response")] + "raise RuntimeError('no server')\n")),
-                                      ABSENT),
-    "relay says nothing without a server": (relay(("            response.message = '/add_two_ints is not there'\n", "")),
-                                            {"without_add_two_ints"}),
-    "relay has success without a server": (relay(("response.success = False", "response.success = True")),
-                                           {"without_add_two_ints"}),
-    "relay gives up after one failure": (relay(
-        ("response.success = False", "self.create_timer(0.01, self.destroy_node)")), {"goes_on_afterwards"}),
+    "relay waits for a server for ever": (
+        relay(("if not self.client.service_is_ready()", "if not self.client.wait_for_service()")),
+        ABSENT,
+    ),
+    "relay raises without a server": (
+        relay((READY, READY[: READY.index("response")] + "raise RuntimeError('no server')\n")),
+        ABSENT,
+    ),
+    "relay says nothing without a server": (
+        relay(("            response.message = '/add_two_ints is not there'\n", "")),
+        {"without_add_two_ints"},
+    ),
+    "relay has success without a server": (
+        relay(("response.success = False", "response.success = True")),
+        {"without_add_two_ints"},
+    ),
+    "relay gives up after one failure": (
+        relay(("response.success = False", "self.create_timer(0.01, self.destroy_node)")),
+        {"goes_on_afterwards"},
+    ),
     "relay has another name": (relay(("'/relay'", "'/relais'")), SERVED | ABSENT),
 }
 
-SILENT = {"status under another name", "relay has no success", "relay blocks its one thread",
-          "relay blocks each of its threads", "relay awaits in the default group", "relay spins in its callback",
-          "relay never looks whether there is a server", "relay waits for a server for ever",
-          "relay gives up after one failure", "relay has another name"}
+SILENT = {
+    "status under another name",
+    "relay has no success",
+    "relay blocks its one thread",
+    "relay blocks each of its threads",
+    "relay awaits in the default group",
+    "relay spins in its callback",
+    "relay never looks whether there is a server",
+    "relay waits for a server for ever",
+    "relay gives up after one failure",
+    "relay has another name",
+}

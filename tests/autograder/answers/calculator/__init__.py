@@ -25,8 +25,10 @@ def written(server: str, client: str, encoding: str = "utf-8", **more: bytes) ->
 
 def windows(files: dict[str, bytes]) -> dict[str, bytes]:
     """The files with the line ends of Windows, the programs with a byte order mark too."""
-    return {name: (b"\xef\xbb\xbf" if name.endswith(".py") else b"") + content.replace(b"\n", b"\r\n")
-            for name, content in files.items()}
+    return {
+        name: (b"\xef\xbb\xbf" if name.endswith(".py") else b"") + content.replace(b"\n", b"\r\n")
+        for name, content in files.items()
+    }
 
 
 RIGHT = {
@@ -34,7 +36,8 @@ RIGHT = {
     "functions and a table; argparse": written(programs.FUNCTIONS, programs.ARGPARSE_CLIENT),
     "threads, async, own context, slow start": REFERENCE | {SERVER: programs.THREADS.encode()},
     "comments and blanks in the definition": changed(
-        REFERENCE, SRV, ("float64 b\n", "\n# the second\nfloat64   b\n\n")),
+        REFERENCE, SRV, ("float64 b\n", "\n# the second\nfloat64   b\n\n")
+    ),
     "a node in a plain object, %-logging; an executor": written(programs.COMPOSED, programs.EXECUTOR_CLIENT),
     "all at level debug; a callback": written(programs.VERBOSE, programs.CALLBACK_CLIENT),
     "comma-separated log by print; a thread": written(programs.COMMA_SEPARATED, programs.THREAD_CLIENT),
@@ -43,23 +46,53 @@ RIGHT = {
     "Latin-1 with a decorator": written(programs.LATIN_1, programs.EXECUTOR_CLIENT, "latin-1"),
     "line ends of Windows": windows(REFERENCE),
     "one expression, a log without words": server(
-        ("f'Request: a={request.a} b={request.b} operation={request.operation}'",
-         "f'{request.a}{request.operation}{request.b}'"),
-        (("            f'Response: result={response.result} success={response.success} '\n"
-         "            f'message={response.message}')"), "            f'={response.result}')")),
+        (
+            "f'Request: a={request.a} b={request.b} operation={request.operation}'",
+            "f'{request.a}{request.operation}{request.b}'",
+        ),
+        (
+            (
+                "            f'Response: result={response.result} success={response.success} '\n"
+                "            f'message={response.message}')"
+            ),
+            "            f'={response.result}')",
+        ),
+    ),
     "client asks three times": client(
-        (("        future = self.client.call_async(Calculate.Request(a=a, b=b, operation=operation))\n"
-         "        rclpy.spin_until_future_complete(self, future, timeout_sec=timeout_sec)\n"),
-         ("        for _ in range(3):\n"
-         "            future = self.client.call_async(Calculate.Request(a=a, b=b, operation=operation))\n"
-         "            rclpy.spin_until_future_complete(self, future, timeout_sec=timeout_sec)\n"))),
+        (
+            (
+                "        future = self.client.call_async(Calculate.Request(a=a, b=b, operation=operation))\n"
+                "        rclpy.spin_until_future_complete(self, future, timeout_sec=timeout_sec)\n"
+            ),
+            (
+                "        for _ in range(3):\n"
+                "            future = self.client.call_async(Calculate.Request(a=a, b=b, operation=operation))\n"
+                "            rclpy.spin_until_future_complete(self, future, timeout_sec=timeout_sec)\n"
+            ),
+        )
+    ),
     "client in colour, with the sum as a sentence": client(
-        ("print(f'{a} {operation} {b} = {response.result}')",
-         "print(f'\\x1b[1mThe result of {operation} for {a:,} and {b:,} is: \\x1b[32m{response.result:,.1f}\\x1b[0m.')")),
+        (
+            "print(f'{a} {operation} {b} = {response.result}')",
+            "print(f'\\x1b[1mThe result of {operation} for {a:,} and {b:,} is: \\x1b[32m{response.result:,.1f}\\x1b[0m.')",
+        )
+    ),
 }
 
-SERVER_TESTS = {"add", "subtract", "multiply", "divide", "precision", "division_by_zero", "unknown_operation",
-                "each_answer_stands_alone", "survives_bad_requests", "two_clients", "logs_requests", "logs_responses"}
+SERVER_TESTS = {
+    "add",
+    "subtract",
+    "multiply",
+    "divide",
+    "precision",
+    "division_by_zero",
+    "unknown_operation",
+    "each_answer_stands_alone",
+    "survives_bad_requests",
+    "two_clients",
+    "logs_requests",
+    "logs_responses",
+}
 REFUSE_ZERO = """        elif request.b == 0.0:
             response.success = False
             response.message = 'Division by zero'
@@ -73,8 +106,10 @@ LOG_RESPONSE = """        self.get_logger().info(
             f'message={response.message}')
 """
 SUCCEEDS = "        response.success = True\n"
-REENTRANT = ("self.calculate)",
-             "self.calculate,\n            callback_group=rclpy.callback_groups.ReentrantCallbackGroup())")
+REENTRANT = (
+    "self.calculate)",
+    "self.calculate,\n            callback_group=rclpy.callback_groups.ReentrantCallbackGroup())",
+)
 FOUR_THREADS = ("rclpy.spin(node)", "rclpy.spin(node, rclpy.executors.MultiThreadedExecutor(4))")
 RETURN = "        return response\n"
 FIRST = "        if request.operation == 'add':\n"
@@ -92,145 +127,300 @@ WRONG = {
     "crash on division by zero": (server((REFUSE_ZERO, "")), {"division_by_zero", "survives_bad_requests"}),
     "division by zero is infinite": (
         server((REFUSE_ZERO, "        elif request.b == 0.0:\n            response.result = float('inf')\n")),
-        {"division_by_zero"}),
+        {"division_by_zero"},
+    ),
     "whole division": (server((RESULT.format("/"), RESULT.format("//"))), {"divide"}),
     "tiny is zero": (server(("request.b == 0.0", "abs(request.b) < 1e-9")), {"precision"}),
-    "rounded": (server(("        return response", ("        response.result = round(response.result, 2)\n"
-                        "        return response"))), {"precision"}),
-    "no message": (server(("response.message = f\"Unknown operation '{request.operation}'\"", "pass")),
-                   {"unknown_operation"}),
+    "rounded": (
+        server(
+            (
+                "        return response",
+                ("        response.result = round(response.result, 2)\n        return response"),
+            )
+        ),
+        {"precision"},
+    ),
+    "no message": (
+        server(("response.message = f\"Unknown operation '{request.operation}'\"", "pass")),
+        {"unknown_operation"},
+    ),
     "a response kept": (
-        server((SUCCEEDS, ("        self.last = response = getattr(self, 'last', response)\n"
-                + SUCCEEDS))), {"each_answer_stands_alone"}),
-    "no log of requests": (server((("        self.get_logger().info(\n            f'Request: a={request.a} b={request.b} "
-                                   "operation={request.operation}')\n"), "")), {"logs_requests"}),
+        server((SUCCEEDS, ("        self.last = response = getattr(self, 'last', response)\n" + SUCCEEDS))),
+        {"each_answer_stands_alone"},
+    ),
+    "no log of requests": (
+        server(
+            (
+                (
+                    "        self.get_logger().info(\n            f'Request: a={request.a} b={request.b} "
+                    "operation={request.operation}')\n"
+                ),
+                "",
+            )
+        ),
+        {"logs_requests"},
+    ),
     "no log of responses": (server(("result={response.result} ", "")), {"logs_responses"}),
     "request in the node, many threads": (
-        server(("import rclpy\n", "import time\nimport rclpy\n"),
-               REENTRANT,
-               (SUCCEEDS, ("        self.request = request\n        time.sleep(0.01)\n"
-                "        request = self.request\n        response.success = True\n")),
-               FOUR_THREADS), {"two_clients"}),
+        server(
+            ("import rclpy\n", "import time\nimport rclpy\n"),
+            REENTRANT,
+            (
+                SUCCEEDS,
+                (
+                    "        self.request = request\n        time.sleep(0.01)\n"
+                    "        request = self.request\n        response.success = True\n"
+                ),
+            ),
+            FOUR_THREADS,
+        ),
+        {"two_clients"},
+    ),
     "another name": (server(("'/calculator'", "'/calc'")), SERVER_TESTS),
-    "another definition": (changed(REFERENCE, SRV, ("bool success\nstring message", "string message\nbool success")),
-                           {"interface"}),
+    "another definition": (
+        changed(REFERENCE, SRV, ("bool success\nstring message", "string message\nbool success")),
+        {"interface"},
+    ),
     "client computes": (client(("{response.result}", "{a + b}")), {"client_shows_result"}),
     "client mixes up": (client(("Request(a=a, b=b", "Request(a=b, b=a")), {"client_shows_result"}),
     "client is silent": (client(("{response.message}", "")), {"client_shows_message"}),
-    "client has success without server": (client(("running?')\n        return 1", "running?')\n        return 0")),
-                                          {"client_without_server"}),
+    "client has success without server": (
+        client(("running?')\n        return 1", "running?')\n        return 0")),
+        {"client_without_server"},
+    ),
     # Operations
-    "add and subtract swapped": (server((RESULT.format("+"), RESULT.format("?")), (RESULT.format("-"), RESULT.format("+")),
-                                        (RESULT.format("?"), RESULT.format("-"))), {"add", "subtract"}),
-    "divides the wrong way round": (server(("request.a / request.b", "request.b / request.a")),
-                                    {"divide"}),
-    "multiply is power": (server((RESULT.format("*"), "response.result = float(abs(request.a) ** min(request.b, 9.0))")),
-                          {"multiply"}),
-    "subtract without sign": (server((RESULT.format("-"), "response.result = abs(request.a - request.b)")), {"subtract"}),
-    "whole numbers": (server((RETURN, "        response.result = float(int(response.result))\n" + RETURN)),
-                      OPERATIONS | {"precision"}),
-    "requests as whole numbers": (server((SUCCEEDS,
-                                          ("        request.a, request.b = float(int(request.a)), float(int(request.b))\n"
-                                          + SUCCEEDS))),
-                                  OPERATIONS | {"precision"}),
+    "add and subtract swapped": (
+        server(
+            (RESULT.format("+"), RESULT.format("?")),
+            (RESULT.format("-"), RESULT.format("+")),
+            (RESULT.format("?"), RESULT.format("-")),
+        ),
+        {"add", "subtract"},
+    ),
+    "divides the wrong way round": (server(("request.a / request.b", "request.b / request.a")), {"divide"}),
+    "multiply is power": (
+        server((RESULT.format("*"), "response.result = float(abs(request.a) ** min(request.b, 9.0))")),
+        {"multiply"},
+    ),
+    "subtract without sign": (
+        server((RESULT.format("-"), "response.result = abs(request.a - request.b)")),
+        {"subtract"},
+    ),
+    "whole numbers": (
+        server((RETURN, "        response.result = float(int(response.result))\n" + RETURN)),
+        OPERATIONS | {"precision"},
+    ),
+    "requests as whole numbers": (
+        server(
+            (SUCCEEDS, ("        request.a, request.b = float(int(request.a)), float(int(request.b))\n" + SUCCEEDS))
+        ),
+        OPERATIONS | {"precision"},
+    ),
     "result is an int": (server((RETURN, "        response.result = int(response.result)\n" + RETURN)), SERVER_TESTS),
-    "float32": (server(("import rclpy\n", "import numpy\nimport rclpy\n"),
-                       (RETURN, "        response.result = float(numpy.float32(response.result))\n" + RETURN)),
-                {"precision"}),
+    "float32": (
+        server(
+            ("import rclpy\n", "import numpy\nimport rclpy\n"),
+            (RETURN, "        response.result = float(numpy.float32(response.result))\n" + RETURN),
+        ),
+        {"precision"},
+    ),
     "negative numbers are refused": (
-        server((FIRST, "        if request.a < 0.0 or request.b < 0.0:\n            response.success = False\n"
-                       "            response.message = 'No negative numbers, please'\n" + ELSE_FIRST)),
-        OPERATIONS | {"precision"}),
+        server(
+            (
+                FIRST,
+                "        if request.a < 0.0 or request.b < 0.0:\n            response.success = False\n"
+                "            response.message = 'No negative numbers, please'\n" + ELSE_FIRST,
+            )
+        ),
+        OPERATIONS | {"precision"},
+    ),
     "zero is taken for missing": (
-        server((FIRST, "        if not request.a:\n            response.success = False\n"
-                       "            response.message = 'a is missing'\n" + ELSE_FIRST)), OPERATIONS),
+        server(
+            (
+                FIRST,
+                "        if not request.a:\n            response.success = False\n"
+                "            response.message = 'a is missing'\n" + ELSE_FIRST,
+            )
+        ),
+        OPERATIONS,
+    ),
     "every operation refuses b = 0": (
         server((REFUSE_ZERO, ""), (FIRST, REFUSE_ZERO.replace("elif", "if", 1) + ELSE_FIRST)),
-        {"add", "subtract", "multiply"}),
+        {"add", "subtract", "multiply"},
+    ),
     "computes all operations first": (
-        server((SUCCEEDS,
-                ("        response.success = True\n        results = {'add': request.a + request.b, "
-                "'divide': request.a / request.b}\n")), (RESULT.format("+"), "response.result = results['add']")),
-        {"add", "subtract", "multiply", "division_by_zero", "survives_bad_requests"}),
-    "short names of operations": (server(("'subtract'", "'sub'"), ("'multiply'", "'mul'"), ("'divide'", "'div'")),
-                                  {"subtract", "multiply", "divide"}),
-    "operations in capitals": (server(("'add'", "'ADD'"), ("'subtract'", "'SUBTRACT'"), ("'multiply'", "'MULTIPLY'"),
-                                      ("'divide'", "'DIVIDE'")), REFUSES_ALL),
-    "compares with is": (server(("operation == 'add'", "operation is 'add'"),
-                                ("operation == 'subtract'", "operation is 'subtract'"),
-                                ("operation == 'multiply'", "operation is 'multiply'"),
-                                ("operation != 'divide'", "operation is not 'divide'")), REFUSES_ALL),
+        server(
+            (
+                SUCCEEDS,
+                (
+                    "        response.success = True\n        results = {'add': request.a + request.b, "
+                    "'divide': request.a / request.b}\n"
+                ),
+            ),
+            (RESULT.format("+"), "response.result = results['add']"),
+        ),
+        {"add", "subtract", "multiply", "division_by_zero", "survives_bad_requests"},
+    ),
+    "short names of operations": (
+        server(("'subtract'", "'sub'"), ("'multiply'", "'mul'"), ("'divide'", "'div'")),
+        {"subtract", "multiply", "divide"},
+    ),
+    "operations in capitals": (
+        server(
+            ("'add'", "'ADD'"), ("'subtract'", "'SUBTRACT'"), ("'multiply'", "'MULTIPLY'"), ("'divide'", "'DIVIDE'")
+        ),
+        REFUSES_ALL,
+    ),
+    "compares with is": (
+        server(
+            ("operation == 'add'", "operation is 'add'"),
+            ("operation == 'subtract'", "operation is 'subtract'"),
+            ("operation == 'multiply'", "operation is 'multiply'"),
+            ("operation != 'divide'", "operation is not 'divide'"),
+        ),
+        REFUSES_ALL,
+    ),
     # Success and message
     "success is never set": (server((SUCCEEDS, "")), OPERATIONS),
-    "success is always set": (server((RETURN, SUCCEEDS + RETURN)),
-                              {"division_by_zero", "unknown_operation"}),
-    "success the other way round": (server((RETURN, "        response.success = not response.success\n" + RETURN)),
-                                    OPERATIONS | {"division_by_zero", "unknown_operation"}),
+    "success is always set": (server((RETURN, SUCCEEDS + RETURN)), {"division_by_zero", "unknown_operation"}),
+    "success the other way round": (
+        server((RETURN, "        response.success = not response.success\n" + RETURN)),
+        OPERATIONS | {"division_by_zero", "unknown_operation"},
+    ),
     "division by zero succeeds": (server((REFUSE_ZERO, REFUSE_ZERO.replace("False", "True"))), {"division_by_zero"}),
-    "0 / 0 is 0": (server((REFUSE_ZERO, REFUSE_ZERO + "            response.success = request.a == 0.0\n")),
-                   {"division_by_zero"}),
-    "division by zero without a message": (server(("response.message = 'Division by zero'", "pass")), {"division_by_zero"}),
+    "0 / 0 is 0": (
+        server((REFUSE_ZERO, REFUSE_ZERO + "            response.success = request.a == 0.0\n")),
+        {"division_by_zero"},
+    ),
+    "division by zero without a message": (
+        server(("response.message = 'Division by zero'", "pass")),
+        {"division_by_zero"},
+    ),
     "a blank message": (server(("'Division by zero'", "' '")), {"division_by_zero"}),
-    "message in the log only": (server((RETURN, "        response.message = ''\n" + RETURN)),
-                                {"division_by_zero", "unknown_operation"}),
-    "unknown operations divide": (server(("        elif request.operation != 'divide':\n" + UNKNOWN, "")),
-                                  {"unknown_operation"}),
+    "message in the log only": (
+        server((RETURN, "        response.message = ''\n" + RETURN)),
+        {"division_by_zero", "unknown_operation"},
+    ),
+    "unknown operations divide": (
+        server(("        elif request.operation != 'divide':\n" + UNKNOWN, "")),
+        {"unknown_operation"},
+    ),
     "an empty operation adds": (server(("== 'add'", "in ('add', '')")), {"unknown_operation"}),
-    "unknown operations raise": (server((UNKNOWN, "            raise ValueError(request.operation)\n")),
-                                 {"unknown_operation", "survives_bad_requests"}),
+    "unknown operations raise": (
+        server((UNKNOWN, "            raise ValueError(request.operation)\n")),
+        {"unknown_operation", "survives_bad_requests"},
+    ),
     "a refusal has the result 0": (
-        server((UNKNOWN, UNKNOWN + "            response.result = 0\n"),
-               (REFUSE_ZERO, REFUSE_ZERO + "            response.result = 0\n")),
-        {"division_by_zero", "unknown_operation", "survives_bad_requests"}),
-    "returns nothing for a refusal": (server((UNKNOWN, UNKNOWN + "            return\n")),
-                                      {"unknown_operation", "survives_bad_requests"}),
+        server(
+            (UNKNOWN, UNKNOWN + "            response.result = 0\n"),
+            (REFUSE_ZERO, REFUSE_ZERO + "            response.result = 0\n"),
+        ),
+        {"division_by_zero", "unknown_operation", "survives_bad_requests"},
+    ),
+    "returns nothing for a refusal": (
+        server((UNKNOWN, UNKNOWN + "            return\n")),
+        {"unknown_operation", "survives_bad_requests"},
+    ),
     # From one request to the next
     "returns nothing": (server((RETURN, "")), SERVER_TESTS),
     "a misspelt field": (server(("response.success = True", "response.sucess = True")), SERVER_TESTS),
-    "a misspelt field of the request": (server(("operation={request.operation}", "operation={request.op}")), SERVER_TESTS),
+    "a misspelt field of the request": (
+        server(("operation={request.operation}", "operation={request.op}")),
+        SERVER_TESTS,
+    ),
     "a message kept": (
-        server((SUCCEEDS, ("        response.message = getattr(self, 'message', '')\n"
-                + SUCCEEDS)), (RETURN, "        self.message = response.message\n" + RETURN)),
-        {"each_answer_stands_alone"}),
+        server(
+            (SUCCEEDS, ("        response.message = getattr(self, 'message', '')\n" + SUCCEEDS)),
+            (RETURN, "        self.message = response.message\n" + RETURN),
+        ),
+        {"each_answer_stands_alone"},
+    ),
     "refuses all after a refusal": (
-        server((RETURN, "        self.failed = response.success = response.success and not getattr(self, 'failed', False)\n"
-                        "        self.failed = not self.failed\n" + RETURN)),
-        {"each_answer_stands_alone", "survives_bad_requests", "two_clients"}),
+        server(
+            (
+                RETURN,
+                "        self.failed = response.success = response.success and not getattr(self, 'failed', False)\n"
+                "        self.failed = not self.failed\n" + RETURN,
+            )
+        ),
+        {"each_answer_stands_alone", "survives_bad_requests", "two_clients"},
+    ),
     "right to the first 30 requests": (
-        server((LOG_RESPONSE, "        self.count = getattr(self, 'count', 0) + 1\n"
-                              "        response.result += self.count > 30\n" + LOG_RESPONSE)),
-        {"precision", "each_answer_stands_alone", "survives_bad_requests", "two_clients"}),
+        server(
+            (
+                LOG_RESPONSE,
+                "        self.count = getattr(self, 'count', 0) + 1\n"
+                "        response.result += self.count > 30\n" + LOG_RESPONSE,
+            )
+        ),
+        {"precision", "each_answer_stands_alone", "survives_bad_requests", "two_clients"},
+    ),
     "one node for all requests' numbers": (
-        server(("import rclpy\n", "import time\nimport rclpy\n"),
-               REENTRANT,
-               (SUCCEEDS, ("        self.a, self.b = request.a, request.b\n        time.sleep(0.01)\n"
-                "        request.a, request.b = self.a, self.b\n        response.success = True\n")),
-               FOUR_THREADS), {"two_clients"}),
+        server(
+            ("import rclpy\n", "import time\nimport rclpy\n"),
+            REENTRANT,
+            (
+                SUCCEEDS,
+                (
+                    "        self.a, self.b = request.a, request.b\n        time.sleep(0.01)\n"
+                    "        request.a, request.b = self.a, self.b\n        response.success = True\n"
+                ),
+            ),
+            FOUR_THREADS,
+        ),
+        {"two_clients"},
+    ),
     # The log
-    "logs a word": (server(("f'Request: a={request.a} b={request.b} operation={request.operation}'", "'Request received'")),
-                    {"logs_requests"}),
+    "logs a word": (
+        server(("f'Request: a={request.a} b={request.b} operation={request.operation}'", "'Request received'")),
+        {"logs_requests"},
+    ),
     "logs b twice": (server(("a={request.a}", "a={request.b}")), {"logs_requests"}),
     "logs the response before it is there": (
         server((LOG_RESPONSE, ""), (SUCCEEDS, LOG_RESPONSE + SUCCEEDS)),
-        {"logs_responses"}),
-    "logs nothing": (server((LOG_RESPONSE, ""), (("        self.get_logger().info(\n            f'Request: a={request.a} "
-                             "b={request.b} operation={request.operation}')\n"), "")), {"logs_requests", "logs_responses"}),
+        {"logs_responses"},
+    ),
+    "logs nothing": (
+        server(
+            (LOG_RESPONSE, ""),
+            (
+                (
+                    "        self.get_logger().info(\n            f'Request: a={request.a} "
+                    "b={request.b} operation={request.operation}')\n"
+                ),
+                "",
+            ),
+        ),
+        {"logs_requests", "logs_responses"},
+    ),
     "logs the first request": (
         server(("self.get_logger().info(\n            f'Re", "self.get_logger().info(once=True, message=f'Re")),
-        {"logs_requests", "logs_responses"}),
+        {"logs_requests", "logs_responses"},
+    ),
     # Service and node
     "a name in the node's": (server(("'/calculator'", "'~/calculator'")), SERVER_TESTS),
     "another type": (
         server(("from calculator_interfaces.srv import Calculate", "from std_srvs.srv import SetBool as Calculate")),
-        SERVER_TESTS),
-    "never spins": (server(("        rclpy.spin(node)", "        import time\n        time.sleep(1000)")), SERVER_TESTS),
+        SERVER_TESTS,
+    ),
+    "never spins": (
+        server(("        rclpy.spin(node)", "        import time\n        time.sleep(1000)")),
+        SERVER_TESTS,
+    ),
     "spins once": (server(("rclpy.spin(node)", "rclpy.spin_once(node)")), SERVER_TESTS),
     "main is not called": (server(("\n    main()", "\n    pass")), SERVER_TESTS),
     "no rclpy.init": (server(("    rclpy.init(args=args)\n", "")), SERVER_TESTS),
-    "no service": (server(("        self.srv = self.create_service(Calculate, '/calculator', self.calculate)\n", "")),
-                   SERVER_TESTS),
-    "a service in a namespace": (server(("'/calculator'", "'calculator'"), ("super().__init__('calculator_server')",
-                                         "super().__init__('calculator_server', namespace='math')")), SERVER_TESTS),
+    "no service": (
+        server(("        self.srv = self.create_service(Calculate, '/calculator', self.calculate)\n", "")),
+        SERVER_TESTS,
+    ),
+    "a service in a namespace": (
+        server(
+            ("'/calculator'", "'calculator'"),
+            ("super().__init__('calculator_server')", "super().__init__('calculator_server', namespace='math')"),
+        ),
+        SERVER_TESTS,
+    ),
     # The definition
     "float32 in the definition": (changed(REFERENCE, SRV, ("float64 result", "float32 result")), {"interface"}),
     "a field too many": (changed(REFERENCE, SRV, ("string message", "string message\nint32 code")), {"interface"}),
@@ -240,56 +430,107 @@ WRONG = {
     "definition in UTF-16": (REFERENCE | {SRV: REFERENCE[SRV].decode().encode("utf-16")}, {"interface"}),
     "definition with a byte order mark": (REFERENCE | {SRV: b"\xef\xbb\xbf" + REFERENCE[SRV]}, {"interface"}),
     # The client
-    "client ignores success": (
-        client(("    if not response.success:\n", "    if False:\n")),
-        {"client_shows_message"}),
+    "client ignores success": (client(("    if not response.success:\n", "    if False:\n")), {"client_shows_message"}),
     "client shows its own reason": (client(("{response.message}", "division by zero")), {"client_shows_message"}),
-    "client sends whole numbers": (client(("float(a), float(b)", "float(int(float(a))), float(int(float(b)))")),
-                                   {"client_shows_result"}),
+    "client sends whole numbers": (
+        client(("float(a), float(b)", "float(int(float(a))), float(int(float(b)))")),
+        {"client_shows_result"},
+    ),
     "client shows a whole number": (client(("{response.result}", "{response.result:.0f}")), {"client_shows_result"}),
     "client does not wait for the answer": (client((ASKS, "")), {"client_shows_result", "client_shows_message"}),
     "client shows the future": (
-        client(("        return future.result()", "        print(future)\n        return future"),
-               (ASKS, "")), {"client_shows_result", "client_shows_message"}),
+        client(("        return future.result()", "        print(future)\n        return future"), (ASKS, "")),
+        {"client_shows_result", "client_shows_message"},
+    ),
     "client always adds": (client(("operation=operation", "operation='add'")), {"client_shows_result"}),
     "client has its numbers in its source": (
-        client(("a, b = float(a), float(b)", "float(a), float(b)\n        a, b = 15.5, 3.2")), {"client_shows_result"}),
-    "client takes the operation in the middle": (client(("_, a, b, operation", "_, a, operation, b")),
-                                                 {"client_shows_result", "client_shows_message"}),
-    "client takes the operation first": (client(("_, a, b, operation", "_, operation, a, b")),
-                                         {"client_shows_result", "client_shows_message"}),
+        client(("a, b = float(a), float(b)", "float(a), float(b)\n        a, b = 15.5, 3.2")),
+        {"client_shows_result"},
+    ),
+    "client takes the operation in the middle": (
+        client(("_, a, b, operation", "_, a, operation, b")),
+        {"client_shows_result", "client_shows_message"},
+    ),
+    "client takes the operation first": (
+        client(("_, a, b, operation", "_, operation, a, b")),
+        {"client_shows_result", "client_shows_message"},
+    ),
     "client reads from the keyboard": (
         client(("_, a, b, operation = remove_ros_args(args)", "a, b, operation = input('a: '), input('b: '), input()")),
-        CLIENT_TESTS),
-    "client calls another name": (client(("'/calculator'", "'/calculate'")),
-                                  {"client_shows_result", "client_shows_message"}),
+        CLIENT_TESTS,
+    ),
+    "client calls another name": (
+        client(("'/calculator'", "'/calculate'")),
+        {"client_shows_result", "client_shows_message"},
+    ),
     "client waits for a server for ever": (
-        client(("wait_for_service(timeout_sec=timeout_sec)", "wait_for_service()")), {"client_without_server"}),
-    "client dies without server": (client(("    if response is None:\n", "    if False:\n")), {"client_without_server"}),
+        client(("wait_for_service(timeout_sec=timeout_sec)", "wait_for_service()")),
+        {"client_without_server"},
+    ),
+    "client dies without server": (
+        client(("    if response is None:\n", "    if False:\n")),
+        {"client_without_server"},
+    ),
     "client says nothing without server": (
         client(("        print('No answer from /calculator: is calculator_server.py running?')\n", "")),
-        {"client_without_server"}),
-    "client does not end": (client(("    if not response.success:", ("    import time\n    print(response)\n"
-                                    "    time.sleep(1000)\n    if not response.success:"))),
-                            {"client_shows_result", "client_shows_message"}),
+        {"client_without_server"},
+    ),
+    "client does not end": (
+        client(
+            (
+                "    if not response.success:",
+                ("    import time\n    print(response)\n    time.sleep(1000)\n    if not response.success:"),
+            )
+        ),
+        {"client_shows_result", "client_shows_message"},
+    ),
     "client counts its arguments only": (
-        client(("        a, b = float(a), float(b)\n", ""), ("    rclpy.init(args=args)\n", ("    a, b = float(a), float(b)\n"
-                "    rclpy.init(args=args)\n"))), {"client_arguments"}),
+        client(
+            ("        a, b = float(a), float(b)\n", ""),
+            ("    rclpy.init(args=args)\n", ("    a, b = float(a), float(b)\n    rclpy.init(args=args)\n")),
+        ),
+        {"client_arguments"},
+    ),
     "client does not count its arguments": (
-        client(("_, a, b, operation = remove_ros_args(args)", "a, b, operation = sys.argv[1], sys.argv[2], sys.argv[3]")),
-        {"client_arguments"}),
+        client(
+            ("_, a, b, operation = remove_ros_args(args)", "a, b, operation = sys.argv[1], sys.argv[2], sys.argv[3]")
+        ),
+        {"client_arguments"},
+    ),
     "client has success with wrong arguments": (
-        client(("print(USAGE)\n        return 2", "print(USAGE)\n        return 0")), {"client_arguments"}),
+        client(("print(USAGE)\n        return 2", "print(USAGE)\n        return 0")),
+        {"client_arguments"},
+    ),
     "client has no word on its usage": (client(("        print(USAGE)\n", "")), {"client_arguments"}),
-    "client's main has no exit status": (client(("sys.exit(main())", "main()")),
-                                         {"client_without_server", "client_arguments"}),
-    "client has no usage": (client(("    except ValueError:\n        print(USAGE)\n        return 2\n",
-                                    "    finally:\n        pass\n")), {"client_arguments"}),
+    "client's main has no exit status": (
+        client(("sys.exit(main())", "main()")),
+        {"client_without_server", "client_arguments"},
+    ),
+    "client has no usage": (
+        client(("    except ValueError:\n        print(USAGE)\n        return 2\n", "    finally:\n        pass\n")),
+        {"client_arguments"},
+    ),
 }
 
 SILENT = {"never spins", "client waits for a server for ever", "client does not end"}
 # Each style, and a mistake for each test.
-QUICK = {*RIGHT, "crash on division by zero", "another definition", "computes all operations first", "subtract swapped",
-         "tiny is zero", "success is never set", "no message", "a response kept", "request in the node, many threads",
-         "logs a word", "no log of responses", "another name", "spins once", "client computes", "client is silent",
-         "client has success without server", "client has no usage"}
+QUICK = {
+    *RIGHT,
+    "crash on division by zero",
+    "another definition",
+    "computes all operations first",
+    "subtract swapped",
+    "tiny is zero",
+    "success is never set",
+    "no message",
+    "a response kept",
+    "request in the node, many threads",
+    "logs a word",
+    "no log of responses",
+    "another name",
+    "spins once",
+    "client computes",
+    "client is silent",
+    "client has success without server",
+    "client has no usage",
+}
