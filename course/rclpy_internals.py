@@ -4,19 +4,22 @@ Each entry names the version it was seen in.  tests/course/test_rclpy_internals.
 needed, and when something used here has gone.  `patch` is called where a live session, or the grader, starts.
 """
 
+from __future__ import annotations
+
 import functools
 import threading
 from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any
 
-from rcl_interfaces.msg import SetParametersResult
 from rclpy._rclpy_pybind11 import NodeNameNonExistentError, RCLError
-from rclpy.action import ActionClient
-from rclpy.client import Client
-from rclpy.executors import MultiThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
-from rclpy.node import Node
-from rclpy.parameter import Parameter
-from rclpy.task import Future
+
+if TYPE_CHECKING:  # `ros2 node list` uses one name of this module, and has no time for all that these import
+    from rcl_interfaces.msg import SetParametersResult
+    from rclpy.client import Client
+    from rclpy.executors import MultiThreadedExecutor
+    from rclpy.node import Node
+    from rclpy.parameter import Parameter
 
 __all__ = ["NodeNameNonExistentError", "RCLError", "rclpy_implementation"]
 
@@ -27,12 +30,14 @@ _patched = threading.Lock()
 
 def patch() -> None:
     """Patch rclpy in this process; calling it again changes nothing."""
+    from rclpy.action import ActionClient
+
     with _patched:
         if not hasattr(ActionClient.send_goal_async, "__wrapped__"):
-            _lock_action_clients()
+            _lock_action_clients(ActionClient)
 
 
-def _lock_action_clients() -> None:
+def _lock_action_clients(action_client: type) -> None:
     """Have a spinning thread take no answer before the thread that asks has noted its question.
 
     Seen in 7.1.6: rclpy locks a Client so but not an ActionClient, which then ignores an answer that comes at once, and
@@ -42,14 +47,14 @@ def _lock_action_clients() -> None:
 
     def locked(method: Callable) -> Callable:
         @functools.wraps(method)
-        def call(*args, **kwargs):
+        def call(*args: Any, **kwargs: Any) -> Any:
             with lock:
                 return method(*args, **kwargs)
 
         return call
 
     for name in UNLOCKED:
-        setattr(ActionClient, name, locked(getattr(ActionClient, name)))
+        setattr(action_client, name, locked(getattr(action_client, name)))
 
 
 def is_initialized(node: Node) -> bool:
@@ -71,6 +76,8 @@ def end_thread_pool(executor: MultiThreadedExecutor) -> Iterable[threading.Threa
 
     Seen in 7.1.6: `shutdown` leaves the thread pool alone, and prints on stderr how tasks ended that nobody asks about.
     """
+    from rclpy.task import Future
+
     executor._executor.shutdown(wait=False, cancel_futures=True)
     for task in executor._futures:
         task._set_executor(None)
