@@ -6,6 +6,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+import yaml
 
 ROOT = Path(__file__).parents[2]
 LOCK = (ROOT / "environment/requirements.lock").read_text()
@@ -55,8 +56,8 @@ def test_an_unknown_profile_is_a_usage_error():
     assert done.returncode == 2 and done.stderr.startswith("Usage: environment/install")
 
 
-@pytest.mark.parametrize("script", ["environment/start", "environment/test"])
-def test_both_commands_begin_with_install(script):
+@pytest.mark.parametrize("script", ["environment/start", "environment/test", "environment/check"])
+def test_every_command_begins_with_install(script):
     lines = [line for line in (ROOT / script).read_text().splitlines() if "environment/" in line and line[0] != "#"]
     assert "environment/install" in lines[0]
 
@@ -65,3 +66,39 @@ def test_ci_runs_readmes_test_command():
     assert "environment/test" in (ROOT / ".ci/run").read_text()
     assert "environment/test" in (ROOT / "README.md").read_text()
     assert "environment/start" in (ROOT / "README.md").read_text()
+
+
+def test_the_test_command_begins_with_the_guards_unless_tests_are_named():
+    lines = (ROOT / "environment/test").read_text().splitlines()
+    assert "if [ $# -eq 0 ]; then environment/check; fi" in lines
+    assert lines.index("if [ $# -eq 0 ]; then environment/check; fi") < lines.index(
+        'exec .venv/bin/python -m pytest "$@"'
+    )
+
+
+def guards() -> list[str]:
+    """The commands of environment/check."""
+    lines = (ROOT / "environment/check").read_text().splitlines()
+    return [line.removesuffix(" || status=1") for line in lines if line.startswith(".venv/bin/")]
+
+
+def test_the_guards_are_style_types_and_arrows():
+    assert [command.split()[0] for command in guards()] == [
+        f".venv/bin/{tool}" for tool in ("ruff", "ruff", "mypy", "lint-imports")
+    ]
+
+
+def test_pre_commit_runs_the_guards_and_downloads_nothing():
+    repositories = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text())["repos"]
+    assert [repository["repo"] for repository in repositories] == ["local"]
+    hooks = repositories[0]["hooks"]
+    assert [hook["entry"] for hook in hooks] == guards()
+    assert {(hook["language"], hook["pass_filenames"]) for hook in hooks} == {("system", False)}
+    assert run(".venv/bin/pre-commit", "validate-config").returncode == 0
+
+
+def test_the_workflow_calls_guards_and_tests_on_all_the_pythons_that_pyproject_allows():
+    job = yaml.safe_load((ROOT / ".github/workflows/ci.yml").read_text())["jobs"]["test"]
+    steps = [step.get("run") for step in job["steps"]]
+    assert steps[-2:] == ["environment/check", "environment/test"]
+    assert job["strategy"]["matrix"]["python"] == ["3.11", "3.12", "3.13"]
