@@ -1,15 +1,20 @@
-"""What a student imports: a live ROS 2 session inside the notebook's kernel, and the chapter's nodes, agent and figures."""
+"""What a student imports: a live ROS 2 session in the notebook's kernel, and the chapter's nodes, agent and figures."""
+
+from typing import TYPE_CHECKING
 
 from course import environment
 from course.errors import CallTimeout, CourseError, LiveError
+
+if TYPE_CHECKING:
+    from course.live.session import Session
 
 __all__ = ["CallTimeout", "CourseError", "LiveError", "check", "live"]
 
 environment.prepare()
 
 
-def live():
-    """The kernel's live session (`course.live.session.Session`), made at the first call; adds the `%%exercise` magic."""
+def live() -> "Session":
+    """Return the kernel's live session, and make it at the first call; this also adds the `%%exercise` magic."""
     # Here, so that the pure-Python parts of the course load no ROS.
     from course.live.session import live as session
     from course.notebook.exercise import register
@@ -18,8 +23,8 @@ def live():
     return session()
 
 
-def check(name=""):
-    """Run the notebook's public checks again: those called `name`, or all (`course.notebook.checks.check`)."""
+def check(name: str = "") -> None:
+    """Run the notebook's public checks again: those called `name`, or all of them."""
     from course.notebook.checks import check as run
 
     run(name)

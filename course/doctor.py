@@ -26,6 +26,7 @@ class Check:
 
 
 def interpreter() -> str:
+    """The Python that runs this."""
     version = ".".join(map(str, sys.version_info[:3]))
     if not (3, 11) <= sys.version_info[:2] <= (3, 13):
         raise RuntimeError(f"Python {version}")
@@ -33,6 +34,7 @@ def interpreter() -> str:
 
 
 def client_library() -> str:
+    """Where rclpy comes from."""
     import rclpy
 
     from course import environment
@@ -41,12 +43,14 @@ def client_library() -> str:
 
 
 def middleware() -> str:
+    """Which middleware rclpy uses."""
     from rclpy.utilities import get_rmw_implementation_identifier
 
     return get_rmw_implementation_identifier()
 
 
 def interfaces() -> str:
+    """The interface packages that environment/install builds."""
     from course_interfaces.action import Fibonacci
     from example_interfaces.srv import AddTwoInts
 
@@ -56,6 +60,7 @@ def interfaces() -> str:
 
 
 def build() -> str:
+    """Whether a student's definition can be compiled."""
     from course.interfaces import build as build_interface
 
     with tempfile.TemporaryDirectory() as cache:
@@ -64,17 +69,18 @@ def build() -> str:
 
 
 def round_trip() -> str:
+    """Whether a service call gets its answer."""
     from example_interfaces.srv import AddTwoInts
     from rclpy.node import Node
 
     from course.live.session import Session
 
     class Adder(Node):
-        def __init__(self):
+        def __init__(self) -> None:
             super().__init__("doctor_adder")
             self.create_service(AddTwoInts, "doctor_add", self.add)
 
-        def add(self, request, response):
+        def add(self, request: AddTwoInts.Request, response: AddTwoInts.Response) -> AddTwoInts.Response:
             response.sum = request.a + request.b
             return response
 
@@ -90,6 +96,7 @@ def round_trip() -> str:
 
 
 def kernel() -> str:
+    """Whether a notebook's kernel starts and holds a live session."""
     from jupyter_client.manager import start_new_kernel
 
     manager, client = start_new_kernel(kernel_name="python3", startup_timeout=30, stderr=subprocess.DEVNULL)
@@ -104,6 +111,7 @@ def kernel() -> str:
 
 
 def bubblewrap() -> str:
+    """The version of bubblewrap."""
     program = shutil.which("bwrap")
     if not program:
         raise RuntimeError("bwrap is not installed")
@@ -111,6 +119,7 @@ def bubblewrap() -> str:
 
 
 def namespaces() -> str:
+    """Whether this user may make the namespaces that confine a program."""
     command = ["unshare", "-n"] if os.getuid() == 0 else ["unshare", "-Urn"]
     inner = (
         "ip link set lo up && bwrap --ro-bind / / --dev /dev --proc /proc --unshare-user --unshare-pid "

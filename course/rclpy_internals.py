@@ -85,6 +85,11 @@ def end_thread_pool(executor: MultiThreadedExecutor) -> Iterable[threading.Threa
     return executor._executor._threads
 
 
+def destroy(waitable: object) -> None:
+    """Destroy an action client or server.  Seen in 7.1.6: the method is public there, but not of their base."""
+    waitable.destroy()  # type: ignore[attr-defined]
+
+
 def action_type(waitable: object) -> type | None:
     """The type of an action client's or server's action; None for any other waitable.  Seen in 7.1.6: not public."""
     return getattr(waitable, "_action_type", None)
@@ -106,5 +111,5 @@ def watch_parameters(node: Node, watcher: Callable[[list[Parameter], SetParamete
     def end() -> None:
         del node._set_parameters_atomically
 
-    node._set_parameters_atomically = watched
+    node._set_parameters_atomically = watched  # type: ignore[method-assign, assignment]
     return end

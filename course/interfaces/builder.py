@@ -54,7 +54,7 @@ on_replace: list[Callable[[str], None]] = []
 
 @dataclass(frozen=True)
 class Built:
-    """A built package.  `prefix` is laid out as an installed ROS package: `share/`, and Python under `site_packages`."""
+    """A built package.  `prefix` is laid out as an installed ROS package: `share/`, Python under `site_packages`."""
 
     package: str
     prefix: Path
@@ -245,7 +245,7 @@ def _build(package: str, texts: Mapping[str, str], definitions: list[Definition]
     search = [f"-L{lib}", "-Wl,-rpath,$ORIGIN", "-Wl,-rpath,$ORIGIN/../..", "-Wl,--no-as-needed"]
     for path in _prefixes():
         search += [f"-L{path / 'lib'}", f"-Wl,-rpath,{path / 'lib'}"]
-    own = []
+    own: list[str] = []
     for part, chosen in _parts(sources).items():
         target = lib / f"lib{unique}__{part}.so"
         if part == "rosidl_typesupport_c":
@@ -270,7 +270,7 @@ def _build(package: str, texts: Mapping[str, str], definitions: list[Definition]
 
 def _parts(sources: list[Path]) -> dict[str, list[Path]]:
     """The generated sources by the library that they belong to, in the order of linking."""
-    parts = {
+    parts: dict[str, list[Path]] = {
         "rosidl_generator_c": [],
         "rosidl_typesupport_fastrtps_c": [],
         "rosidl_typesupport_introspection_c": [],

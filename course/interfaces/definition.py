@@ -1,4 +1,4 @@
-"""Reading a `.msg`, `.srv` or `.action` definition: its fields, or one message that says what is wrong on which line."""
+"""Reading a `.msg`, `.srv` or `.action` definition: its fields, or one message that says what is wrong and where."""
 
 import contextlib
 import difflib
@@ -47,7 +47,7 @@ def parse(text: str, filename: str, package: str = "my_package") -> Definition:
         raise InterfaceError(
             f"{filename}: the name must begin with a capital and have only letters and digits, as in Calculate.srv"
         )
-    blocks = [[]]
+    blocks: list[list[tuple[int, str]]] = [[]]
     for number, line in enumerate(text.splitlines(), 1):
         if line.rstrip() == "---":
             blocks.append([])

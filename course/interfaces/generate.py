@@ -1,7 +1,7 @@
 """Run rosidl's generators for one package: python -m course.interfaces.generate PACKAGE SOURCE IDL OUTPUT.
 
-SOURCE holds msg/, srv/ and action/; OUTPUT/PACKAGE receives the C and Python code with the type supports that Fast DDS uses.  The
-generators are called directly because the `rosidl generate` command of the wheels finds each of them twice and stops.
+SOURCE holds msg/, srv/ and action/; OUTPUT/PACKAGE receives the C and Python code with the type supports that Fast DDS
+uses.  The generators are called directly because the wheels' `rosidl generate` finds each of them twice and stops.
 """
 
 import sys

@@ -26,7 +26,7 @@ def provided_elsewhere(package: str) -> bool:
 
 
 def install(package: str, prefix: Path) -> None:
-    """Build the ROS package in this folder's `package` and install it below `prefix`; raises RuntimeError with the log."""
+    """Build the ROS package in the folder `package` and install it below `prefix`; raises RuntimeError with the log."""
     tools = {
         **os.environ,
         "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]),
@@ -37,7 +37,7 @@ def install(package: str, prefix: Path) -> None:
             [
                 "cmake",
                 "-S",
-                HERE / package,
+                str(HERE / package),
                 "-B",
                 build,
                 "-G",

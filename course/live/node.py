@@ -1,6 +1,7 @@
 """A node in this kernel, and the handle that the reader gets on it."""
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 from rclpy.context import Context
 from rclpy.node import Node
@@ -8,11 +9,14 @@ from rclpy.node import Node
 from course.live.logs import Logs
 from course.live.spinner import Spinner, destroy_node
 
+if TYPE_CHECKING:
+    from course.live.session import Session
+
 
 class LiveNode:
     """A handle on a node that runs in this kernel; `node` is the rclpy node itself."""
 
-    def __init__(self, session, spinner: Spinner):
+    def __init__(self, session: "Session", spinner: Spinner):
         self._session, self._spinner = session, spinner
         self.node = spinner.node
         self.name = self.node.get_name()
@@ -52,7 +56,7 @@ def in_context(cls: type[Node], context: Context, arguments: list[str], make_roo
     """
 
     class Injector(Node):
-        def __init__(self, *args, **kwargs):
+        def __init__(self, *args: Any, **kwargs: Any):
             kwargs.setdefault("context", context)
             kwargs["cli_args"] = [*(kwargs.get("cli_args") or []), *arguments]
             make_room(kwargs.get("node_name", *args[:1]))

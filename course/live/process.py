@@ -40,6 +40,7 @@ class NodeProcess:
         self._reader.start()
 
     def _read(self) -> None:
+        assert self._popen.stdout is not None
         for line in self._popen.stdout:
             self._lines.append(line[:10_000])
 

@@ -6,14 +6,16 @@ only itself.  Callbacks run in those threads; cells run in the main thread.
 """
 
 import atexit
+import functools
 import itertools
 import os
-import socket
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
+from rclpy.client import Client
 from rclpy.context import Context
 from rclpy.exceptions import NotInitializedException
 from rclpy.node import Node
@@ -21,17 +23,15 @@ from rclpy.task import Future
 
 from course.errors import CallTimeout, LiveError
 from course.interfaces import builder
+from course.live.domains import claim_domain
 from course.live.logs import LogBook, Logs
 from course.live.node import LiveNode, in_context
 from course.live.process import NodeProcess
+from course.live.requests import argument, fill
 from course.live.spinner import Spinner
-from course.rclpy_internals import action_type, is_initialized, patch
-from course.ros2.graph import participants_here
+from course.rclpy_internals import action_type, destroy, is_initialized, patch
 from course.waiting import wait_until
 
-DOMAINS = range(
-    1, 101
-)  # 0 is everybody's; from 101 on the ports meet Linux's ephemeral ones, and `ros2` cannot count nodes
 FORGOTTEN = 15.0  # s; a node that was killed is in the graph for 5 (discovery.xml), on a busy machine for longer
 
 
@@ -47,7 +47,7 @@ class Session:
             domain_id = int(os.environ["ROS_DOMAIN_ID"])
         self._claim = None
         if domain_id is None:
-            self._claim, domain_id = _claim_domain()
+            self._claim, domain_id = claim_domain()
         self.domain_id = domain_id
         # Children (`!ros2 ...`, `!python ...`) must meet these nodes, and nobody else's.
         os.environ["ROS_DOMAIN_ID"] = str(domain_id)
@@ -63,7 +63,7 @@ class Session:
         self._book = LogBook(self.node)
         self._spinner = Spinner(self.node)
         self._handles: dict[str, LiveNode | NodeProcess] = {}
-        self._clients: dict[tuple[str, type], object] = {}
+        self._clients: dict[tuple[str, type], Client] = {}
         self._closed = False
         atexit.register(self.close)
         builder.on_replace.append(self._drop_types)
@@ -90,7 +90,7 @@ class Session:
         self._check_open()
         overrides = list(
             itertools.chain.from_iterable(
-                ("-p", f"{name}:={_yaml(value)}") for name, value in (parameters or {}).items()
+                ("-p", f"{name}:={argument(value)}") for name, value in (parameters or {}).items()
             )
         )
         arguments = ["--ros-args", *overrides] if overrides else []
@@ -104,7 +104,7 @@ class Session:
         cls = in_context(what, self.context, arguments, self._replace)
         node = cls.__new__(cls)
         try:
-            node.__init__(*args, **kwargs)
+            type(node).__init__(node, *args, **kwargs)  # type: ignore[arg-type]
         except BaseException as error:
             if is_initialized(node):
                 node.destroy_node()
@@ -157,12 +157,11 @@ class Session:
             handle._end()
             if not self._closed:  # a call made next must not meet the old one
                 others = [node for other in self._handles.values() for node in other.nodes]
-                self.until(
-                    lambda names=set(handle.nodes), others=others: (
-                        not names.intersection(_difference(self._all_nodes(), others))
-                    ),
-                    FORGOTTEN,
-                )
+                self.until(functools.partial(self._gone, handle.nodes, others), FORGOTTEN)
+
+    def _gone(self, nodes: list[str], others: list[str]) -> bool:
+        """Whether the graph has forgotten `nodes`; `others`, perhaps of the same names, are still there."""
+        return not set(nodes) & set(_difference(self._all_nodes(), others))
 
     def nodes(self) -> list[str]:
         """The full names of the nodes in this session's domain, hidden ones left out."""
@@ -180,11 +179,13 @@ class Session:
 
     # Calls
 
-    def wait_for_service(self, service: str, srv_type: type, timeout: float = 5.0) -> None:
+    def wait_for_service(self, service: str, srv_type: type[Any], timeout: float = 5.0) -> None:
         """Wait until a server for `service` is there; raises CallTimeout after `timeout` s."""
         self._ready(self._client(service, srv_type), timeout)
 
-    def call(self, service: str, srv_type: type, request: object = None, *, timeout: float = 5.0, **fields: object):
+    def call(
+        self, service: str, srv_type: type[Any], request: object = None, *, timeout: float = 5.0, **fields: object
+    ) -> Any:
         """Call `service` and return its response.
 
         The request is `request`, or one made of `fields`.  Raises CallTimeout when no server is there, or none answers,
@@ -192,7 +193,7 @@ class Session:
         """
         self._check_open()
         if request is None:
-            request = _fill(srv_type, fields)
+            request = fill(srv_type, fields)
         client = self._client(service, srv_type)
         deadline = time.monotonic() + timeout
         self._ready(client, timeout)
@@ -205,7 +206,7 @@ class Session:
                 f"{service} did not answer within {timeout:g} s: is its server busy or blocked?"
             ) from None
 
-    def wait(self, future: Future, timeout: float = 5.0):
+    def wait(self, future: Future, timeout: float = 5.0) -> Any:
         """Wait for a future in the main thread and return its result; raises CallTimeout after `timeout` s."""
         done = threading.Event()
         future.add_done_callback(lambda _: done.set())
@@ -217,14 +218,14 @@ class Session:
         """Wait in the main thread until `condition()` holds; False after `timeout` s."""
         return bool(wait_until(condition, timeout))
 
-    def _client(self, service: str, srv_type: type):
+    def _client(self, service: str, srv_type: type[Any]) -> Client:
         self._check_open()
         key = (service, srv_type)
         if key not in self._clients:
             self._clients[key] = self.node.create_client(srv_type, service)
         return self._clients[key]
 
-    def _ready(self, client, timeout: float) -> None:
+    def _ready(self, client: Client, timeout: float) -> None:
         if not self.until(client.service_is_ready, timeout):
             raise CallTimeout(
                 f"no server for {client.service_name} within {timeout:g} s: has its node been started, "
@@ -258,8 +259,8 @@ class Session:
             if isinstance(handle, LiveNode) and any(_uses(handle.node, package)):
                 self.stop(handle.name)
         self._spinner.stop(destroy=False)  # what an executor waits on is not destroyed before it looks up
-        for destroy in list(_uses(self.node, package)):
-            destroy()
+        for end in list(_uses(self.node, package)):
+            end()
         self._clients = {key: client for key, client in self._clients.items() if not _of(key[1], package)}
         self._spinner = Spinner(self.node)
 
@@ -274,77 +275,39 @@ class Session:
         return f"<live session: {len(self._handles)} started>"
 
 
-_current: Session | None = None
+_current: list[Session] = []  # the kernel's one, once it was asked for
 
 
 def live() -> Session:
-    """The kernel's session, made at the first call."""
-    global _current
-    if _current is None or not _current.ok:
-        if _current is not None:
-            _current.close()
-        _current = Session()
-    return _current
+    """The kernel's session, made at the first call, and made anew when it has ended."""
+    if not _current or not _current[0].ok:
+        for session in _current:
+            session.close()
+        _current[:] = [Session()]
+    return _current[0]
 
 
-def _claim_domain() -> tuple[socket.socket, int]:
-    """A domain without any participant, held by an abstract socket until the process ends.
-
-    The socket keeps other sessions of this network namespace away from a domain whose nodes are still to come.
-    """
-    first = os.getpid() % len(DOMAINS)
-    for domain in (*DOMAINS[first:], *DOMAINS[:first]):
-        claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-        try:
-            claim.bind(f"\0ros2-course-domain-{domain}")
-            if not participants_here(domain):
-                return claim, domain
-        except OSError:
-            pass
-        claim.close()
-    raise LiveError(f"all {len(DOMAINS)} ROS domains of this machine are in use: close some notebooks")
-
-
-def _of(interface: type, package: str) -> bool:
-    return interface.__module__.split(".")[0] == package
+def _of(interface: object, package: str) -> bool:
+    return str(getattr(interface, "__module__", "")).split(".")[0] == package
 
 
 def _uses(node: Node, package: str) -> Iterator[Callable[[], object]]:
     """For each client, server, publisher, ... of `node` whose type is of `package`, what destroys it."""
-    for entities, attribute, destroy in (
-        (node.clients, "srv_type", node.destroy_client),
-        (node.services, "srv_type", node.destroy_service),
-        (node.publishers, "msg_type", node.destroy_publisher),
-        (node.subscriptions, "msg_type", node.destroy_subscription),
-    ):
-        for entity in entities:
-            if _of(getattr(entity, attribute), package):
-                yield lambda destroy=destroy, entity=entity: destroy(entity)
+    for client in node.clients:
+        if _of(client.srv_type, package):
+            yield functools.partial(node.destroy_client, client)
+    for service in node.services:
+        if _of(service.srv_type, package):
+            yield functools.partial(node.destroy_service, service)
+    for publisher in node.publishers:
+        if _of(publisher.msg_type, package):
+            yield functools.partial(node.destroy_publisher, publisher)
+    for subscription in node.subscriptions:
+        if _of(subscription.msg_type, package):
+            yield functools.partial(node.destroy_subscription, subscription)
     for waitable in node.waitables:
         if _of(action_type(waitable) or object, package):
-            yield waitable.destroy
-
-
-def _fill(srv_type: type, fields: Mapping[str, object]):
-    request = srv_type.Request()
-    known = request.get_fields_and_field_types()
-    for name, value in fields.items():
-        if name not in known:
-            listed = ", ".join(f"{field} ({kind})" for field, kind in known.items()) or "no fields"
-            raise LiveError(f"{srv_type.__name__} has no request field '{name}': it has {listed}")
-        try:
-            if known[name] in ("double", "float") and isinstance(value, int):
-                value = float(value)
-            setattr(request, name, value)
-        except (AssertionError, TypeError, ValueError) as error:
-            raise LiveError(f"{srv_type.__name__}.{name} is a {known[name]}: {error}") from None
-    return request
-
-
-def _yaml(value: object) -> str:
-    import yaml
-
-    return yaml.safe_dump(value, default_flow_style=True, width=10**6).strip().removesuffix("\n...").strip()
+            yield functools.partial(destroy, waitable)
 
 
 def _base(node: str) -> str:

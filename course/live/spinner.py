@@ -6,7 +6,7 @@ import time
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor, ShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
-from course.rclpy_internals import cancel_pending_requests, end_thread_pool
+from course.rclpy_internals import cancel_pending_requests, destroy, end_thread_pool
 
 
 class Spinner:
@@ -62,5 +62,5 @@ class Spinner:
 def destroy_node(node: Node) -> None:
     """Destroy a node with its action servers and clients, which would keep it in the graph."""
     for waitable in list(node.waitables):
-        waitable.destroy()
+        destroy(waitable)
     node.destroy_node()

@@ -58,7 +58,7 @@ def read(path: Path) -> list[Cell]:
     return parse(path.read_bytes())
 
 
-def text_of(value: object) -> str:
+def text_of(value: Any) -> str:
     """The text that a notebook file holds as a string or as a list of lines."""
     text = value if isinstance(value, str) else "".join(line for line in value if isinstance(line, str))
     return text.encode(errors="replace").decode()  # half a surrogate pair cannot be written

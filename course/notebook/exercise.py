@@ -44,7 +44,9 @@ def exercise(line: str, cell: str) -> None:
 
 def _interface(path: Path, cell: str, package: str) -> None:
     # The other definitions of the package that were written here are built with it: one may use another.
-    texts = {p.name: p.read_text(encoding="utf-8") for p in _written.get(package, ()) if p.exists()}
+    texts: dict[str | Path, str] = {
+        p.name: p.read_text(encoding="utf-8") for p in _written.get(package, ()) if p.exists()
+    }
     try:
         build(package, {**texts, path.name: cell})
     except InterfaceError as error:

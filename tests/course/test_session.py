@@ -19,7 +19,8 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from course.errors import CallTimeout, LiveError
-from course.live.session import DOMAINS, Session, _claim_domain
+from course.live.domains import DOMAINS, claim_domain
+from course.live.session import Session
 from course.nodes.fibonacci_action_server import FibonacciActionServer
 from course.ros2.graph import participants_here
 
@@ -352,11 +353,11 @@ def test_a_domain_that_others_are_in_is_left_to_them(monkeypatch):
     """Whoever set ROS_DOMAIN_ID by hand has claimed nothing, but holds a participant's port (RTPS 2.5, 9.6.2.3)."""
     monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
     _, *others = domains = [domain for domain in DOMAINS if not participants_here(domain)][:3]
-    monkeypatch.setattr("course.live.session.DOMAINS", domains)
+    monkeypatch.setattr("course.live.domains.DOMAINS", domains)
     monkeypatch.setattr(os, "getpid", lambda: 0)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
         participant.bind(("127.0.0.1", 7400 + 250 * domains[0] + 10))
-        claim, domain = _claim_domain()
+        claim, domain = claim_domain()
     claim.close()
     assert domain in others
 

@@ -1,0 +1,29 @@
+"""What a reader writes in a cell, made into a request or a command line."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import yaml
+
+from course.errors import LiveError
+
+
+def fill(srv_type: type[Any], fields: Mapping[str, object]) -> Any:
+    """Return a request of `srv_type` with these fields; raises LiveError for an unknown field or an unfit value."""
+    request = srv_type.Request()
+    known = request.get_fields_and_field_types()
+    for name, value in fields.items():
+        if name not in known:
+            listed = ", ".join(f"{field} ({kind})" for field, kind in known.items()) or "no fields"
+            raise LiveError(f"{srv_type.__name__} has no request field '{name}': it has {listed}")
+        try:
+            whole = known[name] in ("double", "float") and isinstance(value, int)
+            setattr(request, name, float(value) if whole else value)  # type: ignore[arg-type]
+        except (AssertionError, TypeError, ValueError) as error:
+            raise LiveError(f"{srv_type.__name__}.{name} is a {known[name]}: {error}") from None
+    return request
+
+
+def argument(value: object) -> str:
+    """A parameter's value as YAML in a line, as `-p name:=value` takes it."""
+    return yaml.safe_dump(value, default_flow_style=True, width=10**6).strip().removesuffix("\n...").strip()

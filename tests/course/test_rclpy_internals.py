@@ -1,0 +1,126 @@
+"""What is patched in rclpy is still needed, and what is used of its private parts is still there."""
+
+import inspect
+import threading
+
+import pytest
+from course_interfaces.action import Fibonacci
+from example_interfaces.srv import AddTwoInts
+from rclpy.action import ActionClient
+from rclpy.context import Context
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from course import rclpy_internals
+from course.live.domains import claim_domain
+
+
+@pytest.fixture
+def node():
+    """A node of a context of its own."""
+    claim, domain = claim_domain()
+    context = Context()
+    context.init(args=[], domain_id=domain)
+    node = Node("internals", context=context)
+    yield node
+    node.destroy_node()
+    context.try_shutdown()
+    claim.close()
+
+
+def unpatched(name: str):
+    return inspect.unwrap(getattr(ActionClient, name))
+
+
+def test_action_clients_are_still_without_a_lock():
+    """When this fails, rclpy locks an ActionClient itself: remove `_lock_action_clients`."""
+    assert not [name for name in rclpy_internals.UNLOCKED if "_lock" in inspect.getsource(unpatched(name))]
+
+
+def test_a_patch_is_made_once():
+    rclpy_internals.patch()
+    patched = [getattr(ActionClient, name) for name in rclpy_internals.UNLOCKED]
+    rclpy_internals.patch()
+    assert [getattr(ActionClient, name) for name in rclpy_internals.UNLOCKED] == patched
+    assert [inspect.unwrap(method) is not method for method in patched] == [True] * len(patched)
+
+
+def test_an_answer_waits_until_its_question_is_noted(node):
+    """The patched methods exclude each other: while one runs, another thread's waits."""
+    rclpy_internals.patch()
+    client = ActionClient(node, Fibonacci, "fibonacci")
+    entered = threading.Event()
+
+    def take() -> None:
+        client.take_data()
+        entered.set()
+
+    class Handle:
+        """In the place of the middleware's: sends while another thread would take the answer."""
+
+        def __init__(self, inner):
+            self.inner = inner
+
+        def send_goal_request(self, request):
+            thread.start()
+            self.took_it = entered.wait(0.3)
+            return self.inner.send_goal_request(request)
+
+        def __getattr__(self, name):
+            return getattr(self.inner, name)
+
+    client._is_ready = client._is_goal_response_ready = False
+    for name in ("_is_feedback_ready", "_is_status_ready", "_is_cancel_response_ready", "_is_result_response_ready"):
+        setattr(client, name, False)
+    thread = threading.Thread(target=take, daemon=True)
+    handle = client._client_handle = Handle(client._client_handle)
+    client.send_goal_async(Fibonacci.Goal(order=1))
+    assert not handle.took_it  # it had to wait
+    assert entered.wait(5)
+    client._client_handle = handle.inner
+    client.destroy()
+
+
+def test_shutting_an_executor_down_leaves_its_threads():
+    """When this fails, rclpy ends the pool itself: remove `end_thread_pool`."""
+    source = inspect.getsource(MultiThreadedExecutor.shutdown)
+    assert ".shutdown(wait=False" not in source.replace(" ", "")
+
+
+def test_an_executor_has_a_pool_whose_threads_are_known(node):
+    executor = MultiThreadedExecutor(num_threads=2, context=node.context)
+    started = executor._executor.submit(threading.get_ident).result(5)
+    assert started in {thread.ident for thread in rclpy_internals.end_thread_pool(executor)}
+    executor.shutdown()
+
+
+def test_pending_requests_are_cancelled(node):
+    client = node.create_client(AddTwoInts, "nobody")
+    future = client.call_async(AddTwoInts.Request())
+    rclpy_internals.cancel_pending_requests(client)
+    assert future.cancelled()
+
+
+def test_a_node_tells_whether_it_was_initialized(node):
+    assert rclpy_internals.is_initialized(node)
+    assert not rclpy_internals.is_initialized(Node.__new__(Node))
+
+
+def test_a_waitable_tells_its_action(node):
+    client = ActionClient(node, Fibonacci, "fibonacci")
+    assert rclpy_internals.action_type(client) is Fibonacci
+    assert client in list(node.waitables)
+    rclpy_internals.destroy(client)
+    assert rclpy_internals.action_type(object()) is None
+
+
+def test_every_way_of_setting_parameters_is_watched(node):
+    node.declare_parameter("speed", 1.0)
+    seen = []
+    end = rclpy_internals.watch_parameters(node, lambda parameters, result: seen.append(parameters[0].value))
+    node.set_parameters([Parameter("speed", value=2.0)])
+    node.set_parameters_atomically([Parameter("speed", value=3.0)])
+    end()
+    node.set_parameters([Parameter("speed", value=4.0)])
+    assert seen == [2.0, 3.0]
