@@ -1,5 +1,4 @@
 """An obstacle avoider: an agent that decides, and a node that is its eyes and wheels."""
-
 import math
 from enum import Enum
 
@@ -11,7 +10,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from sensor_msgs.msg import LaserScan
 
-SECTORS = {"front": (-30, 30), "left": (30, 90), "right": (-90, -30)}  # degrees
+SECTORS = {'front': (-30, 30), 'left': (30, 90), 'right': (-90, -30)}  # degrees
 
 
 class RobotState(Enum):
@@ -30,19 +29,19 @@ class ObstacleAvoidanceAI:
 
     def decide_action(self, laser_data):
         """Return the speeds, 'linear' (m/s) and 'angular' (rad/s)."""
-        if laser_data["front"] >= self.obstacle_threshold:
+        if laser_data['front'] >= self.obstacle_threshold:
             self.state = RobotState.FORWARD
-            return {"linear": 0.3, "angular": 0.0}
-        if laser_data["left"] > laser_data["right"]:
+            return {'linear': 0.3, 'angular': 0.0}
+        if laser_data['left'] > laser_data['right']:
             self.state = RobotState.TURNING_LEFT
-            return {"linear": 0.0, "angular": 0.5}
+            return {'linear': 0.0, 'angular': 0.5}
         self.state = RobotState.TURNING_RIGHT
-        return {"linear": 0.0, "angular": -0.5}
+        return {'linear': 0.0, 'angular': -0.5}
 
     def stop(self):
         """Stand still, because there is nothing to decide by."""
         self.state = RobotState.STOPPED
-        return {"linear": 0.0, "angular": 0.0}
+        return {'linear': 0.0, 'angular': 0.0}
 
 
 def nearest(scan):
@@ -60,15 +59,17 @@ def nearest(scan):
 
 
 class ObstacleAvoider(Node):
+
     def __init__(self):
-        super().__init__("obstacle_avoider")
+        super().__init__('obstacle_avoider')
         self.ai_agent = ObstacleAvoidanceAI(obstacle_distance_threshold=0.5)
         self.laser_data = None
         self.scan_time = None
-        self.cmd_vel_pub = self.create_publisher(Twist, "cmd_vel", 10)
-        self.laser_sub = self.create_subscription(LaserScan, "scan", self.laser_callback, 10)
+        self.cmd_vel_pub = self.create_publisher(Twist, 'cmd_vel', 10)
+        self.laser_sub = self.create_subscription(
+            LaserScan, 'scan', self.laser_callback, 10)
         self.timer = self.create_timer(0.1, self.control_loop)
-        self.get_logger().info("Obstacle avoider started")
+        self.get_logger().info('Obstacle avoider started')
 
     def laser_callback(self, msg):
         """Keep what the agent needs of the scan, and when it came."""
@@ -88,8 +89,8 @@ class ObstacleAvoider(Node):
         else:
             action = self.ai_agent.stop()
         cmd = Twist()
-        cmd.linear.x = action["linear"]
-        cmd.angular.z = action["angular"]
+        cmd.linear.x = action['linear']
+        cmd.angular.z = action['angular']
         self.cmd_vel_pub.publish(cmd)
 
 
@@ -105,5 +106,5 @@ def main(args=None):
         rclpy.try_shutdown()
 
 
-if __name__ == "__main__":
+if __name__ == '__main__':
     main()

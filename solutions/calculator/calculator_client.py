@@ -1,5 +1,4 @@
 """Call the calculator service once: python3 calculator_client.py A B OPERATION."""
-
 import sys
 
 import rclpy
@@ -7,13 +6,14 @@ from calculator_interfaces.srv import Calculate
 from rclpy.node import Node
 from rclpy.utilities import remove_ros_args
 
-USAGE = "Usage: python3 calculator_client.py A B add|subtract|multiply|divide"
+USAGE = 'Usage: python3 calculator_client.py A B add|subtract|multiply|divide'
 
 
 class CalculatorClient(Node):
+
     def __init__(self):
-        super().__init__("calculator_client")
-        self.client = self.create_client(Calculate, "/calculator")
+        super().__init__('calculator_client')
+        self.client = self.create_client(Calculate, '/calculator')
 
     def call(self, a, b, operation, timeout_sec=5.0):
         """Return the response, or None when there is none within timeout_sec."""
@@ -42,14 +42,14 @@ def main(args=None):
         node.destroy_node()
         rclpy.try_shutdown()
     if response is None:
-        print("No answer from /calculator: is calculator_server.py running?")
+        print('No answer from /calculator: is calculator_server.py running?')
         return 1
     if not response.success:
-        print(f"{operation} failed: {response.message}")
+        print(f'{operation} failed: {response.message}')
         return 1
-    print(f"{a} {operation} {b} = {response.result}")
+    print(f'{a} {operation} {b} = {response.result}')
     return 0
 
 
-if __name__ == "__main__":
+if __name__ == '__main__':
     sys.exit(main())
