@@ -1,20 +1,24 @@
-"""What happened, as a plain table: recorders collect in the nodes' threads, the notebook reads in its own.
+"""Recorders keep what happened as a plain table: they collect in the nodes' threads, and the notebook reads.
 
-A table is a dict of columns, each a list, so that `plot(table["time"], table["front"])` is all it takes.  Times are
-seconds since the recorder was made.
+A table is a dict of columns, each a list, so that `plot(table["time"], table["front"])` plots one against another.
+Times are in seconds since the recorder was made.
 """
 
 import threading
 import time
 from collections.abc import Callable, Mapping
 from operator import attrgetter
+from typing import Any, Protocol, Self, cast
 
 from action_msgs.msg import GoalStatus
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.action import ActionClient
+from rclpy.action.client import ClientGoalHandle
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.task import Future
 
+from course.errors import CourseError
 from course.rclpy_internals import watch_parameters
 from course.waiting import wait_until
 
@@ -24,25 +28,27 @@ STATUS = {
     GoalStatus.STATUS_ABORTED: "aborted",
 }
 
+Table = dict[str, list[Any]]
+
 
 class Recorder:
-    """Rows with a time, added in any thread."""
+    """Rows with a time, which any thread may add."""
 
-    def __init__(self, *columns: str):
+    def __init__(self, *columns: str) -> None:
         self.columns = ("time", *columns)
         self._start = time.monotonic()
-        self._rows: list[tuple] = []
+        self._rows: list[tuple[Any, ...]] = []
         self._lock = threading.Lock()
 
     def add(self, **values: object) -> None:
-        """Add a row; a column that is not given holds None.  Raises TypeError for a column that there is not."""
+        """Add a row; a column that is not given holds None.  Raises TypeError for an unknown column."""
         if unknown := set(values) - set(self.columns):
             raise TypeError(f"no column {', '.join(sorted(unknown))}: the columns are {', '.join(self.columns)}")
         with self._lock:
             row = {"time": time.monotonic() - self._start, **values}
             self._rows.append(tuple(row.get(column) for column in self.columns))
 
-    def table(self) -> dict[str, list]:
+    def table(self) -> Table:
         """All rows so far, as columns."""
         with self._lock:
             rows = list(self._rows)
@@ -51,29 +57,37 @@ class Recorder:
     def __len__(self) -> int:
         return len(self._rows)
 
-    def wait_for(self, wanted: int | Callable[[dict[str, list]], bool], timeout: float = 5.0) -> bool:
+    def wait_for(self, wanted: int | Callable[[Table], bool], timeout: float = 5.0) -> bool:
         """Wait until there are `wanted` rows, or until `wanted(table)` holds; False after `timeout` s."""
-        condition = (lambda: len(self._rows) >= wanted) if isinstance(wanted, int) else (lambda: wanted(self.table()))
-        return bool(wait_until(condition, timeout))  # without the lock: a callback must not wait for a table
+
+        def there() -> bool:  # looked at without the lock: a callback must not wait while the table is judged
+            return len(self._rows) >= wanted if isinstance(wanted, int) else wanted(self.table())
+
+        return wait_until(there, timeout)
 
 
 class TopicRecorder(Recorder):
     """The messages of a topic.
 
-    `fields` maps columns to where they are in the message: `{"x": "pose.pose.position.x"}`, or to a function of it.
+    `fields` maps each column to its place in the message, `{"x": "pose.pose.position.x"}`, or to a function of the
+    message.
     """
 
-    def __init__(self, node: Node, msg_type: type, topic: str, fields: Mapping[str, str | Callable], qos: int = 10):
+    def __init__(
+        self, node: Node, msg_type: type, topic: str, fields: Mapping[str, str | Callable[[Any], object]], qos: int = 10
+    ) -> None:
         super().__init__(*fields)
-        self._fields = {name: attrgetter(field) if isinstance(field, str) else field for name, field in fields.items()}
+        self._fields: dict[str, Callable[[Any], object]] = {
+            name: attrgetter(field) if isinstance(field, str) else field for name, field in fields.items()
+        }
         self._node = node
         self._subscription = node.create_subscription(msg_type, topic, self._on_message, qos)
 
-    def _on_message(self, message) -> None:
+    def _on_message(self, message: object) -> None:
         self.add(**{name: field(message) for name, field in self._fields.items()})
 
     def close(self) -> None:
-        """Subscribe no longer; what was recorded stays."""
+        """End the subscription; the table stays."""
         self._node.destroy_subscription(self._subscription)
 
 
@@ -81,37 +95,40 @@ class GoalRecorder(Recorder):
     """The life of one goal, seen from its client: rows of `event` and `sequence`.
 
     The events are goal, accepted or rejected, feedback, cancel (requested) and, at the end, succeeded, canceled or
-    aborted.  `sequence` is what came with the event, from the field `feedback_field` of the feedback.
+    aborted.  `sequence` is the one that came with the event: in the field `feedback_field` of the feedback, or in the
+    field `sequence` of the result.
     """
 
     END = ("rejected", *STATUS.values())
 
-    def __init__(self, client: ActionClient, feedback_field: str = "partial_sequence"):
+    def __init__(self, client: ActionClient, feedback_field: str = "partial_sequence") -> None:
         super().__init__("event", "sequence")
         self._client, self._field = client, feedback_field
-        self._handle = None
+        self._handle: ClientGoalHandle | None = None
 
-    def send(self, goal: object) -> "GoalRecorder":
-        """Send the goal; the rest comes by itself."""
+    def send(self, goal: object) -> Self:
+        """Send the goal; its events are recorded from here on."""
         self.add(event="goal")
         self._client.send_goal_async(goal, feedback_callback=self._on_feedback).add_done_callback(self._on_answer)
         return self
 
     def cancel(self) -> None:
-        """Ask the server to cancel the goal."""
+        """Ask the server to cancel the goal; raises CourseError before the goal has an answer."""
+        if self._handle is None:
+            raise CourseError("the goal has not been accepted yet: wait for that before you cancel it")
         self.add(event="cancel")
         self._handle.cancel_goal_async()
 
-    def _on_answer(self, future) -> None:
-        self._handle = future.result()
-        self.add(event="accepted" if self._handle.accepted else "rejected")
-        if self._handle.accepted:
-            self._handle.get_result_async().add_done_callback(self._on_result)
+    def _on_answer(self, future: Future) -> None:
+        self._handle = handle = future.result()
+        self.add(event="accepted" if handle.accepted else "rejected")
+        if handle.accepted:
+            handle.get_result_async().add_done_callback(self._on_result)
 
-    def _on_feedback(self, message) -> None:
+    def _on_feedback(self, message: Any) -> None:
         self.add(event="feedback", sequence=list(getattr(message.feedback, self._field)))
 
-    def _on_result(self, future) -> None:
+    def _on_result(self, future: Future) -> None:
         response = future.result()
         self.add(event=STATUS.get(response.status, "unknown"), sequence=list(response.result.sequence))
 
@@ -124,8 +141,11 @@ class GoalRecorder(Recorder):
         return self.wait_for(lambda table: table["event"].count("feedback") >= count, timeout)
 
     @property
-    def result(self) -> list | None:
-        """The sequence in the result; None before the end, and for a rejected goal.  Late feedback may come after it."""
+    def result(self) -> list[Any] | None:
+        """The sequence in the result; None before the end, and for a rejected goal.
+
+        Feedback that was still on its way may be recorded after it.
+        """
         table = self.table()
         return next(
             (sequence for event, sequence in zip(table["event"], table["sequence"], strict=True) if event in self.END),
@@ -133,29 +153,40 @@ class GoalRecorder(Recorder):
         )
 
     def wait_end(self, timeout: float = 10.0) -> str | None:
-        """Wait for the end, and return it (see the class); None after `timeout` s."""
+        """Wait for the event that ends the goal, and return it; None after `timeout` s."""
         self.wait_for(lambda table: any(event in self.END for event in table["event"]), timeout)
         return next((event for event in self.table()["event"] if event in self.END), None)
 
 
-class DecisionRecorder(Recorder):
-    """Each decision of a `course.nodes.ai_robot_controller.AIRobotController`: state, action, sectors and latency (s)."""
+class Observable(Protocol):
+    """A node that calls its observers with each of its decisions."""
 
-    def __init__(self, controller: Node):
+    observers: list[Callable[[dict[str, Any]], None]]
+
+
+class DecisionRecorder(Recorder):
+    """Each decision of an AIRobotController (course.nodes.ai_robot_controller).
+
+    The columns are the scan's stamp (s), the state, the action (m/s, rad/s), the sectors (m) and the latency (s).
+    """
+
+    def __init__(self, controller: Observable) -> None:
         super().__init__("stamp", "state", "linear", "angular", "front", "left", "right", "latency")
         controller.observers.append(lambda decision: self.add(**decision))
 
 
 class ParameterRecorder(Recorder):
-    """Every attempt to set a parameter of a node in this kernel, whoever makes it: `name`, `value`, `accepted`, `reason`.
+    """Every attempt to set a parameter of a node in this kernel, whoever makes it.
 
-    It begins with the node's declared parameters as they are.
+    The columns are `name`, `value`, `accepted` and `reason`; the first rows are the parameters' current values.
     """
 
-    def __init__(self, node: Node):
+    def __init__(self, node: Node) -> None:
         super().__init__("name", "value", "accepted", "reason")
         self._node = node
-        for name, parameter in sorted(node.get_parameters_by_prefix("").items()):
+        # rclpy 7.1.6 declares here that it returns values; it returns Parameters.
+        parameters = cast(dict[str, Parameter], node.get_parameters_by_prefix(""))
+        for name, parameter in sorted(parameters.items()):
             if name not in ("use_sim_time", "start_type_description_service"):  # rclpy's own
                 self.add(name=name, value=parameter.value, accepted=True, reason="")
         self._end = watch_parameters(node, self._on_set)
@@ -165,12 +196,12 @@ class ParameterRecorder(Recorder):
             self.add(name=parameter.name, value=parameter.value, accepted=result.successful, reason=result.reason)
 
     def range(self, name: str) -> tuple[float, ...]:
-        """The least and the greatest value that the descriptor of `name` allows; () when it sets no limits."""
+        """The lowest and the highest value that the descriptor of `name` allows; () when it sets no limits."""
         descriptor = self._node.describe_parameter(name)
         for limits in (*descriptor.floating_point_range, *descriptor.integer_range):
             return limits.from_value, limits.to_value
         return ()
 
     def close(self) -> None:
-        """Record no longer; what was recorded stays."""
+        """Stop recording; the table stays."""
         self._end()

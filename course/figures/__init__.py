@@ -1,7 +1,7 @@
-"""The course's figures: each takes a recorder (or its table) and gives a `Picture`; `live` redraws one as data comes.
+"""The course's figures: each takes what was recorded and returns a `Picture`; `live` redraws one as data comes in.
 
-One palette, colour-blind safe (Okabe and Ito, 2008), on an opaque light ground that reads in JupyterLab's light and dark
-themes alike.
+They share one palette, colour-blind safe (Okabe and Ito, 2008), on an opaque light ground that can be read in
+JupyterLab's light and dark themes alike.
 """
 
 from course.figures.actions import feedback, timeline

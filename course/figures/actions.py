@@ -1,10 +1,10 @@
-"""Figures of section 3.2: an action's feedback as it comes, and goals over time."""
+"""Figures of section 3.2: an action's feedback as it comes in, and goals over time."""
 
 from course.figures.palette import BLACK, BLUE, EVENTS, GREY, plain, style
 from course.figures.picture import Picture
 from course.recorders import GoalRecorder
 
-# Request and answer lie side by side within a millisecond: bars of different height show both.
+# Request and answer are less than a millisecond apart: bars of different heights keep both visible.
 MARKERS = {
     "goal": (600, "|"),
     "accepted": (200, "|"),
@@ -16,7 +16,7 @@ MARKERS = {
 
 @plain
 def feedback(goal: GoalRecorder, title: str = "Each feedback message brings one element more") -> Picture:
-    """The newest element of the sequence at the time of each feedback message."""
+    """The last element of the sequence at the time of each feedback message."""
     table = goal.table()
     rows = [
         (time, sequence)
@@ -40,7 +40,7 @@ def feedback(goal: GoalRecorder, title: str = "Each feedback message brings one 
 def timeline(
     *goals: GoalRecorder, labels: tuple[str, ...] = (), title: str = "A goal's life: request, feedback, end"
 ) -> Picture:
-    """One line a goal: sent, accepted or rejected, feedback, cancel requested, and how it ended."""
+    """One line for each goal: sent, accepted or rejected, feedback, cancel requested, and how it ended."""
     picture = Picture("timeline of goals", 1.4 + 0.6 * max(1, len(goals)))
     axes = style(picture.figure.add_subplot(), title, "time since the goal was sent (s)")
     seen = {}

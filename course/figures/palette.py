@@ -29,12 +29,12 @@ EVENTS = {
     "unknown": GREY,
 }
 
-# A decorator: a notebook that has set a style of its own (`dark_background`) would write white on our light ground.
+# A decorator: in a notebook with a style of its own (`dark_background`), text would be white on our light ground.
 plain = matplotlib.style.context("default")
 
 
 def style(axes: Axes, title: str, xlabel: str = "", ylabel: str = "") -> Axes:
-    """The look that all axes share; a title says what to see, labels have units."""
+    """Give `axes` the look that all figures share; the title says what to see, the labels have units."""
     axes.set_title(title, loc="left", fontsize=11, color=BLACK)
     axes.set_xlabel(xlabel)
     axes.set_ylabel(ylabel)

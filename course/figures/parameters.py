@@ -1,4 +1,4 @@
-"""The figure of section 3.3: what was set, when, and whether the node took it."""
+"""The figure of section 3.3: what was set, when, and whether the node accepted it."""
 
 import math
 
@@ -8,7 +8,7 @@ from course.figures.palette import BLACK, BLUE, GREEN, GREY, VERMILLION, plain, 
 from course.figures.picture import Picture
 from course.recorders import ParameterRecorder
 
-LISTED = 4  # reasons, the newest
+LISTED = 4  # rejections listed at most, the newest ones
 FAR = 1e6  # s, beyond every edge
 
 
@@ -16,8 +16,8 @@ FAR = 1e6  # s, beyond every edge
 def changes(record: ParameterRecorder, name: str, title: str = "A rejected set leaves the value as it was") -> Picture:
     """The value of the numeric parameter `name` over time, with accepted and rejected sets marked.
 
-    The axis reaches over the accepted values and the declared range (dashed); a rejected value beyond it is an arrow at
-    its edge.  Rejections have numbers, by which their values and reasons are listed below.
+    The axis covers the accepted values and the declared range (dashed lines); a rejected value beyond it is an arrow at
+    its edge.  Rejections are numbered, and their values and reasons are listed below the axis.
     """
     table = record.table()
     rows = [
@@ -32,7 +32,7 @@ def changes(record: ParameterRecorder, name: str, title: str = "A rejected set l
     limits = record.range(name) if isinstance(record, ParameterRecorder) else ()
     if accepted:
         axes.step(*zip(*accepted, strict=True), where="post", color=BLUE, label="value")
-        # It holds until it is set again: to the right edge, however far what else is drawn here moves that.
+        # The value holds until it is set again: to the right edge, wherever later drawing moves that edge.
         (last, value), line = accepted[-1], axes.lines[-1]
         axes.add_artist(
             Line2D([last, last + FAR], [value, value], color=BLUE, linewidth=line.get_linewidth(), zorder=line.zorder)

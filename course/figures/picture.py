@@ -1,25 +1,27 @@
-"""A finished figure as a value, and one that is redrawn in place while a cell runs."""
+"""A finished figure, and one that is redrawn in place while a cell runs."""
 
 import io
+import math
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Self
 
-from IPython.display import display
+from IPython.display import DisplayHandle, display
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from course.figures.palette import GROUND, plain
 from course.recorders import Recorder
+from course.waiting import wait_until
 
 WIDTH = 8.0  # inches: the width of a notebook
 
 
 class Picture:
-    """A still figure; a notebook shows it, `save` writes it.  As text it is its name alone, the same every time."""
+    """A still figure: a notebook shows it, `save` writes it.  As text it is only its name, the same every time."""
 
-    def __init__(self, name: str, height: float = 3.2):
+    def __init__(self, name: str, height: float = 3.2) -> None:
         """`height` in inches; draw on `figure`."""
         self.name = name
         self.figure = Figure(figsize=(WIDTH, height), facecolor=GROUND, layout="constrained")
@@ -36,20 +38,21 @@ class Picture:
 
     @plain
     def save(self, path: str | Path) -> None:
-        """Write the figure in the format of the path's ending."""
+        """Write the figure to a file, in the format that the file's ending names."""
         self.figure.savefig(path, dpi=150)
 
 
 class Live:
-    """A figure that is redrawn where it stands; it ends as one still picture.
+    """A figure that is redrawn in its place; after the `with` block it stays as a still picture.
 
-    Drawing is done by the main thread, in `wait`, at most `rate` times a second; callbacks only collect.
+    The main thread draws it, in `wait`, at most `rate` times a second; the nodes' callbacks only collect.
     """
 
-    def __init__(self, draw: Callable[[], Picture], recorder: Recorder, rate: float = 8.0):
+    def __init__(self, draw: Callable[[], Picture], recorder: Recorder, rate: float = 8.0) -> None:
         self._draw, self._recorder, self._pause = draw, recorder, 1.0 / rate
-        self._shown = None
-        self._rows = 0
+        self._shown: DisplayHandle | None = None
+        self._rows = 0  # drawn already
+        self._drawn = -math.inf  # s, when
 
     def __enter__(self) -> Self:
         self._shown = display(self._draw(), display_id=True)
@@ -57,25 +60,26 @@ class Live:
 
     def wait(self, condition: Callable[[], bool], timeout: float = 30.0) -> bool:
         """Redraw whenever there is something new, until `condition()` holds; False after `timeout` s."""
-        deadline = time.monotonic() + timeout
-        while not condition():
-            if time.monotonic() > deadline:
-                return False
-            began = time.monotonic()
-            if len(self._recorder) > self._rows:
+
+        def done() -> bool:
+            if holds := condition():
+                return holds
+            if len(self._recorder) > self._rows and time.monotonic() >= self._drawn + self._pause:
                 self._update()
-            self._recorder.wait_for(self._rows + 1, max(0.02, self._pause - (time.monotonic() - began)))
-        return True
+            return False
+
+        return wait_until(done, timeout)
 
     def _update(self) -> None:
         self._rows = len(self._recorder)
         if self._shown is not None:  # None outside IPython
             self._shown.update(self._draw())
+        self._drawn = time.monotonic()
 
-    def __exit__(self, *exception) -> None:
+    def __exit__(self, *exception: object) -> None:
         self._update()
 
 
 def live(figure: Callable[[Recorder], Picture], recorder: Recorder, rate: float = 8.0) -> Live:
-    """Show `figure(recorder)` and keep it up to date: `with live(feedback, recorder) as shown: shown.wait(...)`."""
+    """Show `figure(recorder)`, and keep it up to date: `with live(feedback, recorder) as shown: shown.wait(...)`."""
     return Live(lambda: figure(recorder), recorder, rate)

@@ -1,6 +1,10 @@
-"""The figure of a laser scan: what the robot sees, how the sectors cut it, and what it decided."""
+"""The figure of a laser scan: what the robot sees, how it is divided into sectors, and what it decides."""
+
+from collections.abc import Mapping
+from typing import cast
 
 import numpy as np
+from matplotlib.projections.polar import PolarAxes
 
 from course.figures.palette import BLACK, SECTORS, VERMILLION, plain, style
 from course.figures.picture import Picture
@@ -9,18 +13,21 @@ from course.robot import sectors as course_sectors
 
 @plain
 def sectors(
-    scan, action: dict | None = None, title: str = "What the robot sees, and what it decides", reach: float = 3.0
+    scan: course_sectors.Scan,
+    action: Mapping[str, float] | None = None,
+    title: str = "What the robot sees, and what it decides",
+    reach: float = 3.0,
 ) -> Picture:
     """A sensor_msgs/LaserScan in polar coordinates, forward at the top and left at the left.
 
-    The three sectors are shaded out to their nearest obstacle; `action` ({'linear': m/s, 'angular': rad/s}) is an
-    arrow: forward, or bent to the side that the robot turns to.  What is farther than `reach` (m) is not shown.
+    The three sectors are shaded up to their nearest obstacle; `action` ({'linear': m/s, 'angular': rad/s}) is an arrow:
+    forward, or bent to the side that the robot turns to.  Obstacles beyond `reach` (m) are not shown.
     """
-    angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
     ranges = course_sectors.usable(scan.ranges, scan.range_min, scan.range_max)
+    angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))
     seen = np.isfinite(ranges) & (ranges < reach)
     picture = Picture("sectors of a scan", 4.6)
-    axes = picture.figure.add_subplot(projection="polar")
+    axes = cast(PolarAxes, picture.figure.add_subplot(projection="polar"))
     style(axes, title)
     axes.set_theta_zero_location("N")
     axes.set_ylim(0, reach)
@@ -53,7 +60,7 @@ def sectors(
     return picture
 
 
-def _arrow(axes, angular: float, linear: float, reach: float) -> None:
+def _arrow(axes: PolarAxes, angular: float, linear: float, reach: float) -> None:
     length = 0.45 * reach
     if angular:
         sweep = np.linspace(0, np.sign(angular) * np.radians(75), 30)

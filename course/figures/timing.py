@@ -1,4 +1,4 @@
-"""Figures of time taken: service round trips, and decisions against their limit."""
+"""Figures of how long things take: service round trips, and decisions against their limit."""
 
 from collections.abc import Mapping, Sequence
 
@@ -12,7 +12,7 @@ LIMIT = 0.1  # s, one decision of a 10 Hz loop
 
 @plain
 def round_trips(series: Mapping[str, Sequence[float]], title: str = "How long a call takes, call by call") -> Picture:
-    """Round-trip times (s) of calls in order, one line for each name in `series`; logarithmic."""
+    """Round-trip times (s) of calls, in order, a colour for each name in `series`; the axis is logarithmic."""
     picture = Picture("service round trips")
     axes = style(picture.figure.add_subplot(), title, "call", "round trip (ms)")
     for (name, times), color in zip(series.items(), (BLUE, ORANGE, GREEN, PURPLE), strict=False):
@@ -34,7 +34,7 @@ def latencies(
     axes = style(picture.figure.add_subplot(), title, "latency of a decision (ms)", "decisions")
     values = [1e3 * np.asarray(times, dtype=float) for times in series.values()]
     every = np.concatenate([*values, [1e3 * limit]]) if values else np.array([1e3 * limit])
-    bins = np.geomspace(max(1e-3, every[every > 0].min() * 0.8), every.max() * 1.25, 50)
+    bins = np.geomspace(max(1e-3, every[every > 0].min() * 0.8), every.max() * 1.25, 50).tolist()
     for (name, _), times, color in zip(series.items(), values, (BLUE, ORANGE, GREEN, PURPLE), strict=False):
         late = float(np.mean(times > 1e3 * limit)) if len(times) else 0.0
         axes.hist(times, bins=bins, color=color, alpha=0.7, label=f"{name}: {late:.0%} too late")

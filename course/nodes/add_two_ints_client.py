@@ -1,45 +1,47 @@
 """Section 3.1.3: a service client, `python -m course.nodes.add_two_ints_client 5 3`."""
 
 import sys
+from typing import Any
 
 import rclpy
 from example_interfaces.srv import AddTwoInts
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
+from rclpy.task import Future
 from rclpy.utilities import remove_ros_args
 
-TIMEOUT = 5.0  # s, for the service to be there, and again for its answer
+TIMEOUT = 5.0  # s to wait for the service, and again for its answer
 
 
 class AddTwoIntsClient(Node):
-    """Asks `/add_two_ints`."""
+    """Calls the service `/add_two_ints`."""
 
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
         super().__init__("add_two_ints_client", **kwargs)
         self.client = self.create_client(AddTwoInts, "add_two_ints")
 
-    def wait_for_service(self, timeout_sec=TIMEOUT):
-        """Whether the service is there within `timeout_sec` s."""
+    def wait_for_service(self, timeout_sec: float = TIMEOUT) -> bool:
+        """Wait for the service; False when it is not available within `timeout_sec` s."""
         return self.client.wait_for_service(timeout_sec=timeout_sec)
 
-    def send_request(self, a, b):
+    def send_request(self, a: int, b: int) -> Future:
         """Send `a` and `b`; return the future of the response.
 
-        The request is a new one each time: a shared one would change while it is still being sent.
+        Each call makes a new request: a shared one could be changed while it is still being sent.
         """
         return self.client.call_async(AddTwoInts.Request(a=a, b=b))
 
 
-def numbers(words):
-    """The two 64-bit integers on the command line; raises ValueError."""
+def numbers(words: list[str]) -> tuple[int, int]:
+    """The two 64-bit integers on the command line; raises ValueError for anything else."""
     a, b = (int(word) for word in words)
     if not all(-(2**63) <= number < 2**63 for number in (a, b)):
         raise ValueError("a and b must fit into 64 bits")
     return a, b
 
 
-def main(args=None):
-    """Add the two numbers on the command line; 0 when it worked, 1 without an answer, 2 for a wrong command line."""
+def main(args: list[str] | None = None) -> int:
+    """Add the two numbers on the command line; return 0, or 1 without an answer and 2 for a wrong command line."""
     try:
         a, b = numbers(remove_ros_args(sys.argv[1:] if args is None else args))
     except ValueError:

@@ -2,6 +2,7 @@
 
 import time
 from collections import deque
+from typing import Any
 
 import rclpy
 from geometry_msgs.msg import Twist
@@ -9,56 +10,57 @@ from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan
 
 from course.robot.agent import ObstacleAvoidanceAI
 from course.robot.sectors import from_scan
 
-PERIOD = 0.1  # s, one decision
+PERIOD = 0.1  # s between two decisions
 
 
 class AIRobotController(Node):
-    """Lets the agent decide on the latest scan.
+    """Asks the agent what to do about the latest scan.
 
-    Publishes nothing before the first scan, as in the chapter.  A scan older than `scan_timeout` (s) is no ground to
-    drive on: the robot is then told to stop.  Parameter `obstacle_threshold` (m) can be changed while it drives.
+    Publishes nothing before the first scan, as in the chapter.  When the scan is older than the parameter
+    `scan_timeout` (s), the robot stops.  Both it and `obstacle_threshold` (m) can be changed while the robot drives.
     """
 
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
         super().__init__("ai_robot_controller", **kwargs)
         self.ai_agent = ObstacleAvoidanceAI(self._declare("obstacle_threshold", 0.5))
         self._scan_timeout = Duration(seconds=self._declare("scan_timeout", 0.5))
         self.add_post_set_parameters_callback(self.parameters_changed)
 
-        self.latest_laser_data = None
-        self.latencies = deque(maxlen=10_000)  # s, from the start of each decision until its command was published
-        self.observers = []  # called after each decision with a dict: see control_loop
-        self._scan_stamp = self._scan_received = None
+        self.latest_laser_data: dict[str, float] | None = None  # the nearest obstacle (m) in each sector
+        self.latencies: deque[float] = deque(maxlen=10_000)  # s, from the start of a decision to its published command
+        self.observers: list[Any] = []  # functions, called with each decision: see control_loop
+        self._scan_stamp, self._scan_received = 0.0, self.get_clock().now()
 
         self.cmd_vel_pub = self.create_publisher(Twist, "cmd_vel", 10)
         self.laser_sub = self.create_subscription(LaserScan, "scan", self.laser_callback, 10)
         self.timer = self.create_timer(PERIOD, self.control_loop)
         self.get_logger().info("AI Robot Controller started")
 
-    def _declare(self, name, default):
+    def _declare(self, name: str, default: float) -> float:
         limits = [FloatingPointRange(from_value=0.01, to_value=100.0)]
         return self.declare_parameter(name, default, ParameterDescriptor(floating_point_range=limits)).value
 
-    def parameters_changed(self, parameters):
-        """Use new values: they have been accepted and stored when this is called."""
+    def parameters_changed(self, parameters: list[Parameter]) -> None:
+        """Use the new values: they have already been accepted and stored."""
         for parameter in parameters:
             if parameter.name == "obstacle_threshold":
                 self.ai_agent.obstacle_threshold = parameter.value
             elif parameter.name == "scan_timeout":
                 self._scan_timeout = Duration(seconds=parameter.value)
 
-    def laser_callback(self, msg):
-        """Store the latest scan as what the agent needs of it."""
+    def laser_callback(self, msg: LaserScan) -> None:
+        """Keep what the agent needs from the latest scan."""
         self.latest_laser_data = from_scan(msg)
         self._scan_received = self.get_clock().now()
         self._scan_stamp = msg.header.stamp.sec + msg.header.stamp.nanosec * 1e-9
 
-    def control_loop(self):
+    def control_loop(self) -> None:
         """Decide, ten times a second."""
         if self.latest_laser_data is None:
             return  # no sensor data yet
@@ -71,7 +73,6 @@ class AIRobotController(Node):
         command.linear.x, command.angular.z = action["linear"], action["angular"]
         self.cmd_vel_pub.publish(command)
         self.latencies.append(time.perf_counter() - start)
-
         state = self.ai_agent.state.name
         self.get_logger().info(
             f"State: {state}, Cmd: linear={action['linear']:.2f}, angular={action['angular']:.2f}",
@@ -82,7 +83,7 @@ class AIRobotController(Node):
             observer({**decision, "latency": self.latencies[-1]})
 
 
-def main(args=None):
+def main(args: list[str] | None = None) -> None:
     """Run until Ctrl-C, which shuts rclpy down by itself."""
     rclpy.init(args=args)
     try:

@@ -1,6 +1,7 @@
 """Section 3.2.3: an action client, `python -m course.nodes.fibonacci_action_client 10`."""
 
 import sys
+from typing import Any
 
 import rclpy
 from action_msgs.msg import GoalStatus
@@ -11,23 +12,23 @@ from rclpy.node import Node
 from rclpy.task import Future
 from rclpy.utilities import remove_ros_args
 
-TIMEOUT = 5.0  # s, for the server to be there
+TIMEOUT = 5.0  # s to wait for the server
 
 
 class FibonacciActionClient(Node):
-    """Sends one goal to `/fibonacci`; the future `done` then gets the outcome.
+    """Sends a goal to `/fibonacci`; the future `done` receives the outcome.
 
     The outcome is the response of get_result_async (`.status`, `.result.sequence`), or None when the goal was rejected
-    or no server is there.
+    or no server is available.
     """
 
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
         super().__init__("fibonacci_action_client", **kwargs)
         self._action_client = ActionClient(self, Fibonacci, "fibonacci")
         self.goal_handle = None
         self.done = Future()
 
-    def send_goal(self, order):
+    def send_goal(self, order: int) -> Future:
         """Send the goal and register the callbacks; return the future `done`."""
         self.goal_handle, self.done = None, Future()
         self.get_logger().info("Waiting for action server...")
@@ -42,7 +43,7 @@ class FibonacciActionClient(Node):
         future.add_done_callback(self.goal_response_callback)
         return self.done
 
-    def goal_response_callback(self, future):
+    def goal_response_callback(self, future: Future) -> None:
         """The server has accepted or rejected the goal."""
         goal_handle = future.result()
         if not goal_handle.accepted:
@@ -53,19 +54,19 @@ class FibonacciActionClient(Node):
         self.goal_handle = goal_handle
         goal_handle.get_result_async().add_done_callback(self.get_result_callback)
 
-    def feedback_callback(self, feedback_msg):
+    def feedback_callback(self, feedback_msg: Any) -> None:
         """The server has done a step."""
         self.get_logger().info(f"Received feedback: {list(feedback_msg.feedback.partial_sequence)}")
 
-    def get_result_callback(self, future):
+    def get_result_callback(self, future: Future) -> None:
         """The goal is over: succeeded, cancelled or aborted."""
         outcome = future.result()
         self.get_logger().info(f"Result: {list(outcome.result.sequence)}")
         self.done.set_result(outcome)
 
 
-def main(args=None):
-    """Ask for the order on the command line, 10 by default; 0 when the goal succeeded, 2 for a wrong command line."""
+def main(args: list[str] | None = None) -> int:
+    """Send the order on the command line (default 10); return 0 if the goal succeeded, 2 for a wrong command line."""
     words = remove_ros_args(sys.argv[1:] if args is None else args)
     try:
         (order,) = (int(word) for word in words or ["10"])

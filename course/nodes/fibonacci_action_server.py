@@ -2,27 +2,29 @@
 
 import signal
 import time
+from typing import Any
 
 import rclpy
 from course_interfaces.action import Fibonacci
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 
 MAX_ORDER = 46  # element 47 does not fit into int32
-POLL = 0.01  # s; rclpy has no event for "cancel requested"
-THREADS = 10  # each goal that runs takes one, and a cancel request needs one more to be heard
+POLL = 0.01  # s between two looks at "cancel requested", for which rclpy has no event
+THREADS = 10  # one for each running goal, and one more to hear a cancel request
 
 
 class FibonacciActionServer(Node):
     """Computes elements 0 to `order`, one every `step_period` s (a parameter).
 
-    Spin it with a MultiThreadedExecutor of several threads: with one thread, a goal that runs keeps it, and a cancel
-    request is read only when the goal is over.
+    Spin it with a MultiThreadedExecutor of several threads: a running goal occupies one, and if there is no other, a
+    cancel request is read only when the goal is over.
     """
 
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
         super().__init__("fibonacci_action_server", **kwargs)
         self.declare_parameter("step_period", 1.0)
         self._action_server = ActionServer(
@@ -36,20 +38,20 @@ class FibonacciActionServer(Node):
         )
         self.get_logger().info("Fibonacci Action Server started")
 
-    def goal_callback(self, goal):
-        """Accept what can be computed."""
+    def goal_callback(self, goal: Fibonacci.Goal) -> GoalResponse:
+        """Accept the orders that can be computed."""
         if 0 <= goal.order <= MAX_ORDER:
             return GoalResponse.ACCEPT
         self.get_logger().warning(f"Goal rejected: order {goal.order} is not from 0 to {MAX_ORDER}")
         return GoalResponse.REJECT
 
-    def cancel_callback(self, _goal_handle):
-        """Agree to every cancel request; without this callback an ActionServer refuses them all."""
+    def cancel_callback(self, _goal_handle: ServerGoalHandle) -> CancelResponse:
+        """Accept every cancel request; without this callback an ActionServer rejects them all."""
         self.get_logger().info("Cancel requested")
         return CancelResponse.ACCEPT
 
-    def execute_callback(self, goal_handle):
-        """Compute the sequence; a cancelled goal gets what there is of it."""
+    def execute_callback(self, goal_handle: ServerGoalHandle) -> Fibonacci.Result:
+        """Compute the sequence; a cancelled goal returns what has been computed so far."""
         order = goal_handle.request.order
         self.get_logger().info(f"Executing goal: order={order}")
         sequence = [0, 1][: order + 1]
@@ -58,7 +60,6 @@ class FibonacciActionServer(Node):
             sequence.append(sequence[-1] + sequence[-2])
             goal_handle.publish_feedback(Fibonacci.Feedback(partial_sequence=sequence))
             self.get_logger().info(f"Feedback: {sequence}")
-
         result = Fibonacci.Result(sequence=sequence)
         if len(sequence) > order:
             goal_handle.succeed()
@@ -68,27 +69,27 @@ class FibonacciActionServer(Node):
             self.get_logger().info(f"Goal canceled: {sequence}")
         return result
 
-    def wait_step(self, goal_handle):
-        """Let a step's time pass; False as soon as the goal is to be cancelled or the program ends."""
+    def wait_step(self, goal_handle: ServerGoalHandle) -> bool:
+        """Wait for one step's time; False as soon as the goal is to be cancelled or the program ends."""
         end = time.monotonic() + self.get_parameter("step_period").value
         while self.context.ok() and not goal_handle.is_cancel_requested:
             left = end - time.monotonic()
             if left <= 0.0:
                 return True
-            time.sleep(min(left, POLL))
+            time.sleep(min(left, POLL))  # by hand: a robot to which this file is copied has no course.waiting
         return False
 
 
-def main(args=None):
+def main(args: list[str] | None = None) -> None:
     """Run until Ctrl-C, which shuts rclpy down by itself."""
-    # KeyboardInterrupt could strike the thread pool while it starts a thread, and the program would never end.
+    # A KeyboardInterrupt while the thread pool starts a thread would keep the program from ever ending.
     signal.signal(signal.SIGINT, lambda *_: None)
     rclpy.init(args=args)
     try:
         executor = MultiThreadedExecutor(num_threads=THREADS)
         executor.add_node(FibonacciActionServer())
         while rclpy.ok():
-            executor.spin_once(timeout_sec=1.0)  # without a limit, it can sleep through the end of the context
+            executor.spin_once(timeout_sec=1.0)  # without a limit, it could miss the shutdown
     except RuntimeError:  # rclpy's own, when a signal ends the context between two waits
         if rclpy.ok():
             raise

@@ -1,4 +1,6 @@
-"""Section 3.3.1: a node with parameters, which the command line can override and `ros2 param set` change."""
+"""Section 3.3.1: a node with parameters; the command line can override them, `ros2 param set` can change them."""
+
+from typing import Any
 
 import rclpy
 from rclpy.executors import ExternalShutdownException
@@ -6,9 +8,9 @@ from rclpy.node import Node
 
 
 class ParameterNode(Node):
-    """Logs its `max_speed` (m/s) every second, read anew each time, so that a change shows at once."""
+    """Logs its `max_speed` (m/s) every second; it reads it each time, so that a change shows at once."""
 
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
         super().__init__("parameter_node", **kwargs)
         self.declare_parameter("robot_name", "atlas")
         self.declare_parameter("max_speed", 1.5)  # m/s
@@ -19,12 +21,12 @@ class ParameterNode(Node):
         self.get_logger().info(f"Debug Mode: {self.get_parameter('debug_mode').value}")
         self.timer = self.create_timer(1.0, self.timer_callback)
 
-    def timer_callback(self):
-        """Use the parameter's value of now."""
+    def timer_callback(self) -> None:
+        """Use the parameter's current value."""
         self.get_logger().info(f"Max speed: {self.get_parameter('max_speed').value}")
 
 
-def main(args=None):
+def main(args: list[str] | None = None) -> None:
     """Run until Ctrl-C, which shuts rclpy down by itself."""
     rclpy.init(args=args)
     try:

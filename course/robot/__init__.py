@@ -1,1 +1,1 @@
-"""The robot's agent and what it sees of a laser scan, in plain Python and NumPy: no ROS."""
+"""The robot's agent, and the sectors of a laser scan that it decides on, in plain Python and NumPy: no ROS."""

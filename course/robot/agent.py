@@ -1,5 +1,6 @@
-"""The chapter's obstacle avoidance as plain Python: no ROS in it, so it can be tested and reused without a robot."""
+"""The chapter's obstacle avoidance in plain Python: without ROS, so it can be tested and reused without a robot."""
 
+from collections.abc import Mapping
 from enum import Enum
 
 INFINITY = float("inf")
@@ -17,15 +18,15 @@ class RobotState(Enum):
 class ObstacleAvoidanceAI:
     """Drives forward while the way is clear, and turns on the spot towards the more open side when it is not.
 
-    The next action depends on the distances alone, never on the state before: `state` tells what was decided last.
+    The next action depends on the distances alone, never on the previous state: `state` only names the last decision.
     """
 
-    def __init__(self, obstacle_distance_threshold=0.5):
+    def __init__(self, obstacle_distance_threshold: float = 0.5) -> None:
         """Start in FORWARD; an obstacle nearer than `obstacle_distance_threshold` (m) ahead makes the agent turn."""
         self.state = RobotState.FORWARD
         self.obstacle_threshold = obstacle_distance_threshold
 
-    def decide_action(self, laser_data):
+    def decide_action(self, laser_data: Mapping[str, float]) -> dict[str, float]:
         """Decide the next velocity command.
 
         Args:
@@ -51,7 +52,7 @@ class ObstacleAvoidanceAI:
         self.state = RobotState.TURNING_RIGHT
         return {"linear": 0.0, "angular": -0.5}
 
-    def stop(self):
-        """Give up moving, for want of data to decide on: the state becomes STOPPED, the action is zero."""
+    def stop(self) -> dict[str, float]:
+        """Stand still, because there is no fresh data to decide on; the state becomes STOPPED."""
         self.state = RobotState.STOPPED
         return {"linear": 0.0, "angular": 0.0}

@@ -1,4 +1,4 @@
-"""A small 2-D world for a robot with a laser: rooms, laser and robot in plain NumPy, and the ROS node that serves them.
+"""A small 2-D world for a robot with a laser: rooms, laser and robot in plain NumPy, and the ROS node around them.
 
 `course.world.node` holds the node; nothing else here imports ROS.
 """

@@ -1,35 +1,41 @@
-"""Straight segments in the plane, and the distances that a laser and a round robot need from them.
+"""Straight segments in the plane, and the distances from them that a laser and a round robot need.
 
 Segments are an array of shape (n, 2, 2): n segments, two end points each, x and y (m).
 """
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+Pose = tuple[float, float, float]  # x (m), y (m), heading (rad): 0 looks along x, counter-clockwise positive
 
 
-def polyline(points, closed=False):
-    """The segments that join `points` (m, shape (k, 2)) in turn; `closed` joins the last to the first as well."""
+def polyline(points: ArrayLike, closed: bool = False) -> Floats:
+    """The segments that join `points` (m, shape (k, 2)) in turn; `closed` also joins the last to the first."""
     points = np.asarray(points, dtype=float).reshape(-1, 2)
     if closed:
         points = np.vstack([points, points[:1]])
     return np.stack([points[:-1], points[1:]], axis=1)
 
 
-def box(x_min, y_min, x_max, y_max):
-    """The four sides of a rectangle (m)."""
+def box(x_min: float, y_min: float, x_max: float, y_max: float) -> Floats:
+    """The four sides of a rectangle (m), as segments of shape (4, 2, 2)."""
     return polyline([(x_min, y_min), (x_max, y_min), (x_max, y_max), (x_min, y_max)], closed=True)
 
 
-def circle(x, y, radius, sides=16):
-    """A regular polygon of `sides` sides around the circle (m), so that it lies nowhere inside of it."""
+def circle(x: float, y: float, radius: float, sides: int = 16) -> Floats:
+    """A regular polygon drawn around a circle (m), which touches it and never cuts into it: shape (`sides`, 2, 2)."""
     angles = 2.0 * np.pi * np.arange(sides) / sides
     outer = float(radius) / np.cos(np.pi / sides)
-    with np.errstate(invalid="ignore"):  # an infinite circle has points that are no numbers: for the caller to refuse
+    with np.errstate(invalid="ignore"):  # an infinite circle gives NaN, which Room.from_data refuses
         points = np.column_stack([x + outer * np.cos(angles), y + outer * np.sin(angles)])
     return polyline(points, closed=True)
 
 
-def clearance(point, segments):
-    """The distance (m) from `point` (x, y) to the nearest of `segments`; inf when there are none."""
+def clearance(point: ArrayLike, segments: Floats) -> float:
+    """The distance (m) from `point` (x m, y m) to the nearest of `segments`; inf when there are none."""
     if not len(segments):
         return np.inf
     start, along = segments[:, 0], segments[:, 1] - segments[:, 0]
@@ -41,20 +47,20 @@ def clearance(point, segments):
 
 
 class RayCaster:
-    """Distances along many beams to the nearest of many segments, by matrix products into buffers that are kept.
+    """Distances along many beams to the nearest of many segments, by matrix products into buffers used again and again.
 
     Seen from a beam's origin, with end points p and q of a segment and c = p x q, the line through p and q lies at
     1/distance = d x (q - p) / c in direction d: linear in d, as are d x p and d x q, whose signs differ when the
     segment crosses the beam's line.  So three products of (beams, 2) by (2, segments) answer for every pair at once.
     """
 
-    def __init__(self, segments):
+    def __init__(self, segments: ArrayLike) -> None:
         """Prepare for `segments` (m, shape (n, 2, 2))."""
-        self._segments = np.asarray(segments, dtype=float).reshape(-1, 2, 2)
+        self._segments: Floats = np.asarray(segments, dtype=float).reshape(-1, 2, 2)
         self._buffers = np.empty((3, 0, 0))
 
-    def distances(self, origin, angles):
-        """The distance (m, shape (beams,)) from `origin` (x, y) along each of `angles` (rad); inf where nothing is."""
+    def distances(self, origin: Sequence[float], angles: Floats) -> Floats:
+        """The distance (m, shape (beams,)) from `origin` (x, y in m) along each of `angles` (rad), or inf."""
         beams, count = len(angles), len(self._segments)
         if count == 0:
             return np.full(beams, np.inf)
@@ -66,7 +72,7 @@ class RayCaster:
         p = self._segments[:, 0] - origin
         q = self._segments[:, 1] - origin
         area = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
-        # A segment in line with the origin shows no side: its neighbours' ends are what a beam meets there.
+        # A segment that points at the origin cannot be hit on its side: a beam meets its neighbours' ends instead.
         scale = np.divide(1.0, area, out=np.zeros(count), where=np.abs(area) > 1e-12)
         turned = np.stack([np.column_stack([p[:, 1], -p[:, 0]]), np.column_stack([q[:, 1], -q[:, 0]])])
         np.matmul(directions, turned[0].T, out=first)

@@ -1,15 +1,18 @@
-"""A laser scanner: what sensor_msgs/LaserScan says it measures, in plain NumPy, with noise that a seed repeats."""
+"""A laser scanner as sensor_msgs/LaserScan describes it, in plain NumPy, with noise that a seed repeats."""
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+
+from course.world.geometry import Floats, Pose, RayCaster
 
 
 @dataclass(frozen=True)
 class Laser:
     """A scanner at the middle of the robot, its beams counter-clockwise from `angle_min`, 0 straight ahead.
 
-    The default is one turn of 360 beams, one a degree, that starts straight ahead.
+    The default has 360 beams, one for each degree, and starts straight ahead.
     """
 
     beams: int = 360
@@ -20,20 +23,20 @@ class Laser:
     noise: float = 0.01  # m, standard deviation of a measured distance
 
     @classmethod
-    def turn(cls, beams=360, angle_min=0.0, **others):
-        """A scanner whose `beams` share one full turn evenly."""
+    def turn(cls, beams: int = 360, angle_min: float = 0.0, **others: float) -> "Laser":
+        """A scanner whose `beams` are spread evenly over one full turn; `others` are further fields."""
         return cls(beams=beams, angle_min=angle_min, angle_increment=2.0 * np.pi / beams, **others)
 
     @property
-    def angles(self):
+    def angles(self) -> Floats:
         """The angle of each beam (rad, shape (beams,)), relative to the robot's heading."""
-        return self.angle_min + self.angle_increment * np.arange(self.beams)
+        return self.angle_min + self.angle_increment * np.arange(self.beams, dtype=np.float64)
 
-    def measure(self, caster, pose, random):
-        """Scan from `pose` (x m, y m, heading rad): ranges (m, float32, shape (beams,)).
+    def measure(self, caster: RayCaster, pose: Pose, random: np.random.Generator) -> NDArray[np.float32]:
+        """Scan from `pose` (x m, y m, heading rad): ranges (m, shape (beams,)).
 
-        `caster` is the room's `RayCaster`, `random` a numpy.random.Generator.  By REP 117 a beam that meets nothing up
-        to `range_max` reads +inf, and one that meets something nearer than `range_min` -inf.
+        `caster` holds the walls, `random` draws the noise.  As REP 117 asks, a beam that meets nothing up to
+        `range_max` reads +inf, and one that meets something nearer than `range_min` reads -inf.
         """
         ranges = caster.distances(pose[:2], self.angles + pose[2])
         if self.noise > 0.0:

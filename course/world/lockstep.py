@@ -1,60 +1,69 @@
-"""What keeps the world and the node that drives in step, when the world runs as fast as it computes."""
+"""Lockstep: the world and the node that drives wait for each other, so that simulated time may run at any speed."""
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 from rcl_interfaces.srv import GetParameters
+from rclpy.client import Client
+from rclpy.node import Node
 
 from course.rclpy_internals import RCLError
+from course.world.geometry import Floats
 from course.world.simulation import Collision
 
-NAME = re.compile(r"(?!.*_UNKNOWN_)(?:/[A-Za-z_]\w*)+", re.ASCII)  # not of a node that rmw has not heard of yet
+# A valid service name; rmw calls a node `_NODE_NAME_UNKNOWN_` until it has heard the node's name.
+NAME = re.compile(r"(?!.*_UNKNOWN_)(?:/[A-Za-z_]\w*)+", re.ASCII)
 
 
 @dataclass
 class Drive:
-    """What a drive in lockstep came to."""
+    """The outcome of a drive in lockstep."""
 
     room: str
-    seconds: float = 0.0  # simulated
+    seconds: float = 0.0  # s of simulated time
     answered: int = 0  # ticks for which the driver sent a command in time
     missed: int = 0  # ticks for which it did not
     distance: float = 0.0  # m
-    ground_covered: float = 0.0  # m2, see Simulation.ground_covered
+    ground_covered: float = 0.0  # m², see Simulation.ground_covered
     collisions: list[Collision] = field(default_factory=list)
-    path: np.ndarray = field(default_factory=lambda: np.empty((0, 4)), repr=False)  # time s, x m, y m, heading rad
+    # Shape (n, 4), rows of time (s), x (m), y (m), heading (rad).
+    path: Floats = field(default_factory=lambda: np.empty((0, 4)), repr=False)
 
-    def __str__(self):
+    def __str__(self) -> str:
         touched = f"{len(self.collisions)} collisions" if len(self.collisions) != 1 else "1 collision"
         return f"{self.room}: {self.distance:.1f} m in {self.seconds:.1f} s, {touched}"
 
 
 class Barrier:
-    """Tells when the nodes that publish on a topic have worked off the messages sent to them before.
+    """Tells when the nodes that publish on a topic have handled every message that was sent to them before.
 
     Every rclpy node answers for its parameters from the executor that runs its callbacks, and an executor takes what
-    is ready in the order timers, subscriptions, services.  So once a node has answered a request that was sent after a
-    message, it has met that message; and the timers that the message made ready by the time of the second answer.
+    is ready in the order timers, subscriptions, services.  So a node that has answered a request has handled the
+    messages sent before it; with its second answer it has also run the timers that those messages made ready.
     """
 
-    def __init__(self, node, topic, wait, notify):
+    def __init__(
+        self, node: Node, topic: str, wait: Callable[[Callable[[], bool], float], bool], notify: Callable[[], None]
+    ) -> None:
         """Watch the publishers of `topic` other than `node`.
 
-        `wait(condition, timeout)` lets messages in; `notify()` is called when that condition may have become true.
+        `wait(condition, timeout)` waits while messages come in, and returns the condition's last value; `notify()` is
+        called when that condition may have become true.
         """
         self._node, self._topic, self._wait, self._notify = node, topic, wait, notify
-        self._clients = {}
+        self._clients: dict[str, Client] = {}
 
-    def find(self, timeout):
-        """Look up who publishes now, and wait at most `timeout` s until all of them can be asked."""
+    def find(self, timeout: float) -> None:
+        """Look up who publishes, and wait at most `timeout` s until all of them can be asked."""
         self._wait(self._found, timeout)
 
-    def _found(self):
-        # Who owns a publisher may become known a little later than the publisher.
+    def _found(self) -> bool:
+        # A publisher may be known a little earlier than the name of its node.
         try:
             publishers = self._node.get_publishers_info_by_topic(self._topic)
-        except (RCLError, UnicodeDecodeError):  # a name that there cannot be
+        except (RCLError, UnicodeDecodeError):  # somebody publishes under an invalid name
             return False
         names = {f"{p.node_namespace.rstrip('/')}/{p.node_name}/get_parameters" for p in publishers}
         known = {name for name in names if NAME.fullmatch(name)}
@@ -64,8 +73,8 @@ class Barrier:
             self._clients[name] = self._node.create_client(GetParameters, name)
         return known == names and all(client.service_is_ready() for client in self._clients.values())
 
-    def cross(self, timeout):
-        """Wait until everyone has answered, at most `timeout` s; False when they have not, or nobody could be asked."""
+    def cross(self, timeout: float) -> bool:
+        """Wait at most `timeout` s until everyone has answered; False when somebody has not, or nobody can be asked."""
         ready = [client for client in self._clients.values() if client.service_is_ready()]
         if not ready or timeout <= 0.0:
             return False

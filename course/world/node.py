@@ -1,13 +1,16 @@
-"""The world as a ROS node: takes `cmd_vel`, gives `scan` and `odom`, and reports on `collision` when the robot hits.
+"""The world as a ROS node: it takes `cmd_vel`, publishes `scan` and `odom`, and reports each hit on `collision`.
 
-It runs at real time by itself, or (parameter `fast`) as fast as it computes, in lockstep with the node that drives: each
-tick of simulated time shows the driver one scan and waits for one command.  A drive then comes out the same on a busy
-machine as on an idle one.
+It runs in real time by itself, or (parameter `fast`) as fast as it computes, in lockstep with the driver, the node that
+publishes `cmd_vel`: each tick of simulated time publishes one scan and waits for one command.  A drive then ends the
+same way on a busy machine as on an idle one.
 """
 
 import math
 import threading
 import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import rclpy
 from builtin_interfaces.msg import Time
@@ -21,14 +24,16 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
+from course.waiting import wait_until
 from course.world.laser import Laser
 from course.world.lockstep import Barrier, Drive
+from course.world.rooms import Room
 from course.world.simulation import Robot, Simulation
 
-COMMAND_TIMEOUT = 0.5  # s of the world's time without a command, after which the robot's base stops by itself
-CLOCK_REPEAT = 0.05  # s; subscribers to /clock are best effort, so a tick that no one answers is told again
-FIND_SERVICES = 1.0  # s, how long a driver's parameter services are looked for
-SETTLE = 0.01  # s of silence that end a tick, for a driver without parameter services
+COMMAND_TIMEOUT = 0.5  # s of the world's time without a command, after which the robot stops by itself
+CLOCK_REPEAT = 0.05  # s; subscribers to /clock are best effort, so a tick that nobody answers is published again
+FIND_SERVICES = 1.0  # s to wait for the driver's parameter services
+SETTLE = 0.01  # s without a command that end a tick, for a driver without parameter services
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -42,11 +47,17 @@ class World(Node):
 
     Parameters, read once: `room` (a name in course.world.ROOMS or the path of a .json file), `seed` of the laser's
     noise, `noise` (m), `beams` (over one turn), `angle_min` (rad), `rate` (scans a second), `fast`.
-    `room`, `laser` and `robot` given as objects win over the parameters.  `simulation` holds the robot's pose,
-    path and collisions.  Raises ValueError for a room that is not there or not free at its start.
+    The arguments `room` and `laser` win over the parameters.  `simulation` holds the robot's pose, path and collisions.
+    Raises ValueError when there is no such room, or the robot touches an obstacle at its start.
     """
 
-    def __init__(self, room=None, laser=None, robot=None, **kwargs):
+    def __init__(
+        self,
+        room: str | Path | Room | None = None,
+        laser: Laser | None = None,
+        robot: Robot | None = None,
+        **kwargs: Any,
+    ) -> None:
         super().__init__("world", **kwargs)
         self._lock = threading.Condition(threading.RLock())
         self._room = room or self.declare_parameter("room", "hall").value
@@ -65,11 +76,11 @@ class World(Node):
 
         self._now = 0  # ns of simulated time
         self._received = 0
-        self._own_executor = None
+        self._own_executor: SingleThreadedExecutor | None = None
         self._barrier = Barrier(self, "cmd_vel", self._wait, self._wake)
         self.reset()
 
-        # The clock comes last: who has found it has found the scan as well.
+        # The clock comes last: a node that has found it has found the scan as well.
         self._scan_pub = self.create_publisher(LaserScan, "scan", 10)
         self._odom_pub = self.create_publisher(Odometry, "odom", 10)
         self._collision_pub = self.create_publisher(String, "collision", LATCHED)
@@ -80,8 +91,8 @@ class World(Node):
             self.create_timer(1.0 / rate, self._on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.get_logger().info(f"World started in room '{self.simulation.room.name}'")
 
-    def reset(self, room=None, seed=None):
-        """Put the robot at the start of `room` (by default the same one) at rest, nothing driven and nothing hit.
+    def reset(self, room: str | Path | Room | None = None, seed: int | None = None) -> None:
+        """Put the robot at the start of `room`, at rest and without a history; by default the room and seed stay.
 
         Simulated time goes on, because nodes that follow it must not see it run backwards.
         """
@@ -91,18 +102,18 @@ class World(Node):
             self.simulation = Simulation(self._room, self._laser, self._robot, self._seed)
             self._command, self._command_age = (0.0, 0.0), 0.0
 
-    def _on_command(self, message):
+    def _on_command(self, message: Twist) -> None:
         with self._lock:
             self._command, self._command_age = (message.linear.x, message.angular.z), 0.0
             self._received += 1
             self._lock.notify_all()
 
-    def _on_timer(self):
+    def _on_timer(self) -> None:
         with self._lock:
             self._move()
             self._show(self.get_clock().now().to_msg())
 
-    def _move(self):
+    def _move(self) -> None:
         """Drive for one period by the last command."""
         period = self._period / 1e9
         if self._command_age >= COMMAND_TIMEOUT - 1e-9:
@@ -113,8 +124,8 @@ class World(Node):
             self.get_logger().warning(f"Collision: {collision}")
             self._collision_pub.publish(String(data=str(collision)))
 
-    def _show(self, stamp):
-        """Publish where the robot is and what its laser sees, as of `stamp`; the scan last, odometry is then there."""
+    def _show(self, stamp: Time) -> None:
+        """Publish where the robot is and what its laser sees, with this `stamp`: odometry first, then the scan."""
         (x, y, heading), (linear, angular) = self.simulation.pose, self.simulation.velocity
         odometry = Odometry(child_frame_id="base_link")
         odometry.header.stamp, odometry.header.frame_id = stamp, "odom"
@@ -135,21 +146,29 @@ class World(Node):
 
     # Lockstep
 
-    def drive(self, seconds, *, on_step=None, find_within=10.0, answer_within=1.0, wall_limit=None):
-        """Drive for `seconds` of simulated time in lockstep with whoever publishes `cmd_vel`; return the `Drive`.
+    def drive(
+        self,
+        seconds: float,
+        *,
+        on_step: Callable[[], object] | None = None,
+        find_within: float = 10.0,
+        answer_within: float = 1.0,
+        wall_limit: float | None = None,
+    ) -> Drive:
+        """Drive for `seconds` of simulated time in lockstep with the driver; return what became of it.
 
         Each tick publishes the scan, then the clock, waits for a command at most `answer_within` s (not at all when
-        nobody publishes commands), and moves the robot by the newest one; without any for 0.5 s it stands.  The drive
-        begins with the first tick that is answered, the robot and the noise as at the start.  `on_step` is called
-        after each tick, in the caller's thread.  After `wall_limit` s of real time the drive ends where it is.  When it
-        returns, the driver is done with the callbacks that the drive set off.
+        nobody publishes commands), and moves the robot by the newest one; after 0.5 s without one, the robot stops.
+        The drive begins with the first tick that the driver answers, with the robot and the noise at their start.
+        `on_step` is called after each tick, in the caller's thread.  After `wall_limit` s of real time the drive ends,
+        wherever the robot is.  When `drive` returns, the driver has finished the callbacks that the drive triggered.
 
-        Blocks; spins the node itself unless an executor has it already.  Raises RuntimeError when the node is not in
+        Blocks; spins the node itself unless it has an executor already.  Raises RuntimeError when the node is not in
         fast mode, and TimeoutError when no driver (a publisher of `cmd_vel` and a subscriber of `scan`) is found
-        within `find_within` s; 0 drives without one.
+        within `find_within` s; with 0, no driver is needed.
         """
         if not self.fast:
-            raise RuntimeError("the world runs at real time: start it with the parameter fast:=true to drive it")
+            raise RuntimeError("the world runs in real time: start it with the parameter fast:=true to drive it")
         end = time.monotonic() + (math.inf if wall_limit is None else wall_limit)
         if find_within > 0.0:
             self._find_driver(min(find_within, end - time.monotonic()))
@@ -159,7 +178,7 @@ class World(Node):
         for _ in range(ticks):
             if time.monotonic() > end or not self.context.ok():
                 break
-            # The tick that met the driver is the first one of the drive.
+            # The first tick that the driver answered is also the first one of the drive.
             answered = self._met if pending else self._tick(min(answer_within, max(0.0, end - time.monotonic())))
             pending = False
             result.answered += answered
@@ -168,24 +187,24 @@ class World(Node):
                 self._move()
             if on_step is not None:
                 on_step()
-        # A driver goes on after it has sent its last command: to log it, to tell who watches it.
+        # After its last command a driver still has something to do: to log it, to call its observers.
         self._barrier.cross(min(answer_within, end - time.monotonic()))
         simulation = self.simulation
         result.seconds, result.distance, result.path = simulation.time, simulation.distance, simulation.path
         result.ground_covered, result.collisions = simulation.ground_covered(), list(simulation.collisions)
         return result
 
-    def _find_driver(self, timeout):
-        def found():
+    def _find_driver(self, timeout: float) -> None:
+        def found() -> bool:
             return self.count_publishers("cmd_vel") > 0 and self._scan_pub.get_subscription_count() > 0
 
         found_one = self._wait(found, timeout)
         self._barrier.find(min(timeout, FIND_SERVICES))
         if not found_one:
-            raise TimeoutError(f"within {timeout:g} s no node came that publishes cmd_vel and subscribes scan")
+            raise TimeoutError(f"within {timeout:g} s, no node appeared that publishes cmd_vel and subscribes to scan")
 
-    def _meet(self, timeout, answer_within):
-        """Tick with the robot held until the driver answers, so that a drive does not begin with it half connected."""
+    def _meet(self, timeout: float, answer_within: float) -> None:
+        """Tick, without moving the robot, until the driver answers: no drive begins before it is fully connected."""
         end = time.monotonic() + timeout
         self._met = False
         while not self._met and time.monotonic() < end and self.context.ok():
@@ -193,11 +212,12 @@ class World(Node):
                 self.simulation.reset()
             self._met = self._tick(min(answer_within, 5 * CLOCK_REPEAT))
 
-    def _tick(self, timeout):
-        """Show the driver the next moment of simulated time; whether it sent a command within `timeout` s.
+    def _tick(self, timeout: float) -> bool:
+        """Publish the next moment of simulated time; whether the driver sent a command within `timeout` s.
 
-        The driver has met the scan before the clock moves, so that a control loop on simulated time decides on a fresh
-        scan; and it has met the clock before the tick ends, so that no command of it is left over for the next one.
+        The driver has handled the scan before the clock moves on, so that a control loop on simulated time decides on a
+        fresh scan; and it has handled the clock before the tick ends, so that none of its commands is left over for the
+        next tick.
         """
         end = time.monotonic() + timeout
         self._now += self._period
@@ -223,28 +243,29 @@ class World(Node):
                 break
         return self._received > before
 
-    def _wake(self):
+    def _wake(self) -> None:
         with self._lock:
             self._lock.notify_all()
 
-    def _wait(self, condition, timeout):
-        """Let messages in until `condition()` or for `timeout` s; the condition's last value."""
+    def _wait(self, condition: Callable[[], bool], timeout: float) -> bool:
+        """Wait until `condition()`, at most `timeout` s, while messages come in; return the condition's last value."""
+        if self.executor is not None and self.executor is not self._own_executor:
+            return wait_until(condition, timeout, news=self._lock, unless=lambda: not self.context.ok())
+        if self._own_executor is None:
+            self._own_executor = SingleThreadedExecutor(context=self.context)
+            self._own_executor.add_node(self)
         end = time.monotonic() + timeout
-        if self.executor is None or self.executor is self._own_executor:
-            if self._own_executor is None:
-                self._own_executor = SingleThreadedExecutor(context=self.context)
-                self._own_executor.add_node(self)
-            while not condition() and (left := end - time.monotonic()) > 0.0 and self.context.ok():
-                self._own_executor.spin_once(timeout_sec=min(left, CLOCK_REPEAT))
-        else:
-            with self._lock:
-                while not condition() and (left := end - time.monotonic()) > 0.0 and self.context.ok():
-                    self._lock.wait(min(left, CLOCK_REPEAT))
+        # Not `wait_until`: messages come in only while this thread itself spins the node.
+        while not condition() and (left := end - time.monotonic()) > 0.0 and self.context.ok():
+            self._own_executor.spin_once(timeout_sec=min(left, CLOCK_REPEAT))
         return condition()
 
 
-def main(args=None):
-    """Run the world until Ctrl-C; with `fast`, drive for `duration` s (0: until Ctrl-C), 1 if the robot hit."""
+def main(args: list[str] | None = None) -> int:
+    """Run the world until Ctrl-C; with `fast`, for `duration` s of simulated time (0: until Ctrl-C).
+
+    Returns the exit status: 1 when the robot hit something in a drive that ended by itself, else 0.
+    """
     status = 0
     rclpy.init(args=args)
     try:

@@ -1,12 +1,15 @@
 """The rooms that the robot drives in, and how to make another from plain data."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from course.world import geometry
+from course.world.geometry import Floats, Pose
 
 PARTS = ("boxes", "circles", "polygons", "walls")
 
@@ -15,22 +18,22 @@ PARTS = ("boxes", "circles", "polygons", "walls")
 class Room:
     """Walls and obstacles as segments (m, shape (n, 2, 2)), and where the robot starts.
 
-    `start` is (x m, y m, heading rad): heading 0 looks along x, counter-clockwise positive (REP 103).
+    Heading 0 looks along x, counter-clockwise is positive (REP 103).
     """
 
     name: str
-    segments: np.ndarray = field(repr=False)
-    start: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    segments: Floats = field(repr=False)
+    start: Pose = (0.0, 0.0, 0.0)  # x (m), y (m), heading (rad)
     description: str = ""
 
     @classmethod
-    def from_data(cls, data):
-        """Make a room of a dict such as a JSON file holds; lengths in m, angles in rad, every part optional.
+    def from_data(cls, data: Mapping[str, Any]) -> "Room":
+        """Make a room from a dict, as a JSON file holds it: lengths in m, angles in rad, every part optional.
 
         Its keys: `name`, `description`, `start` [x, y, heading], `boxes` [[x_min, y_min, x_max, y_max], ...],
         `circles` [[x, y, radius], ...], `polygons` (closed) and `walls` (open), each a list of lists of points [x, y].
 
-        Raises ValueError for a key that is none of these, and for numbers that are missing, infinite or not numbers.
+        Raises ValueError for any other key, and for a number that is missing, infinite or not a number.
         """
         unknown = set(data) - {"name", "description", "start", *PARTS}
         if unknown:
@@ -51,75 +54,78 @@ class Room:
         return cls(name, together, (x, y, heading), str(data.get("description", "")))
 
     @property
-    def bounds(self):
-        """(x_min, y_min, x_max, y_max) of everything in the room and the start (m)."""
+    def bounds(self) -> tuple[float, float, float, float]:
+        """The smallest rectangle around the walls, the obstacles and the start: (x_min, y_min, x_max, y_max) in m."""
         points = np.vstack([self.segments.reshape(-1, 2), [self.start[:2]]])
-        return (*points.min(axis=0), *points.max(axis=0))
+        (x_min, y_min), (x_max, y_max) = points.min(axis=0), points.max(axis=0)
+        return x_min, y_min, x_max, y_max
 
 
-def load(path):
-    """The room in a JSON file (see `Room.from_data`); raises OSError or ValueError."""
+def load(path: str | Path) -> Room:
+    """The room in a JSON file (see `Room.from_data`); raises OSError for an unreadable file, else ValueError."""
     path = Path(path)
     data = json.loads(path.read_text(encoding="utf-8"))
     if not isinstance(data, dict):
-        raise ValueError(f"{path}: a room is a JSON object")  # noqa: TRY004
+        raise ValueError(f"{path}: a room is a JSON object")
     return Room.from_data({"name": path.stem, **data})
 
 
-def find(room):
-    """A room by its name in `ROOMS`, by the path of a `.json` file, or a `Room` as it is; raises ValueError."""
+def find(room: str | Path | Room) -> Room:
+    """The room of this name in `ROOMS`, or in this `.json` file; a `Room` is returned as it is.
+
+    Raises ValueError when there is no such room, and what `load` raises.
+    """
     if isinstance(room, Room):
         return room
     if str(room).endswith(".json"):
         return load(room)
-    if room not in ROOMS:
-        raise ValueError(f"there is no room '{room}': choose one of {', '.join(ROOMS)}, or a .json file")
-    return ROOMS[room]
+    name = str(room)
+    if name not in ROOMS:
+        raise ValueError(f"there is no room '{name}': choose one of {', '.join(ROOMS)}, or a .json file")
+    return ROOMS[name]
 
 
-ROOMS = {
-    data["name"]: Room.from_data(data)
-    for data in (
-        {
-            "name": "hall",
-            "description": "four walls and nothing else",
-            "start": [1.0, 1.2, 0.35],
-            "boxes": [[0.0, 0.0, 8.0, 6.0]],
-        },
-        {
-            "name": "pillars",
-            "description": "round pillars, wide apart, in a hall",
-            "start": [0.9, 3.2, 0.0],
-            "boxes": [[0.0, 0.0, 8.0, 6.0]],
-            "circles": [[2.4, 1.6, 0.3], [2.6, 4.6, 0.4], [4.3, 3.0, 0.35], [6.1, 1.5, 0.4], [6.0, 4.5, 0.3]],
-        },
-        {
-            "name": "corridor",
-            "description": "a corridor around a block, with chamfered outer corners",
-            "start": [2.0, 0.8, 0.0],
-            "boxes": [[1.7, 1.7, 6.3, 4.3]],
-            "polygons": [
-                [[1.0, 0.0], [7.0, 0.0], [8.0, 1.0], [8.0, 5.0], [7.0, 6.0], [1.0, 6.0], [0.0, 5.0], [0.0, 1.0]]
-            ],
-        },
-        {
-            "name": "office",
-            "description": "two rooms joined by a doorway, with desks and a plant",
-            "start": [1.2, 4.8, -0.6],
-            "boxes": [[0.0, 0.0, 9.0, 6.0], [0.6, 1.2, 2.0, 2.0], [6.8, 4.4, 8.2, 5.1], [6.6, 0.9, 8.0, 1.6]],
-            "walls": [[[4.5, 0.0], [4.5, 2.2]], [[4.5, 3.8], [4.5, 6.0]]],
-            "circles": [[3.6, 0.9, 0.25]],
-        },
-        {
-            "name": "bends",
-            "description": "a narrow way with right-angled bends, closed at both ends",
-            "start": [0.8, 0.6, 0.12],
-            "polygons": [
-                [
-                    [0.0, 0.0], [4.8, 0.0], [4.8, 3.0], [8.0, 3.0], [8.0, 6.0], [0.0, 6.0],
-                    [0.0, 4.4], [3.2, 4.4], [3.2, 1.6], [0.0, 1.6],
-                ]
-            ],
-        },
-    )
-}  # fmt: skip
+_DATA: tuple[dict[str, Any], ...] = (
+    {
+        "name": "hall",
+        "description": "four walls and nothing else",
+        "start": [1.0, 1.2, 0.35],
+        "boxes": [[0.0, 0.0, 8.0, 6.0]],
+    },
+    {
+        "name": "pillars",
+        "description": "round pillars, wide apart, in a hall",
+        "start": [0.9, 3.2, 0.0],
+        "boxes": [[0.0, 0.0, 8.0, 6.0]],
+        "circles": [[2.4, 1.6, 0.3], [2.6, 4.6, 0.4], [4.3, 3.0, 0.35], [6.1, 1.5, 0.4], [6.0, 4.5, 0.3]],
+    },
+    {
+        "name": "corridor",
+        "description": "a corridor around a block, with chamfered outer corners",
+        "start": [2.0, 0.8, 0.0],
+        "boxes": [[1.7, 1.7, 6.3, 4.3]],
+        "polygons": [
+            [[1.0, 0.0], [7.0, 0.0], [8.0, 1.0], [8.0, 5.0], [7.0, 6.0], [1.0, 6.0], [0.0, 5.0], [0.0, 1.0]]
+        ],
+    },
+    {
+        "name": "office",
+        "description": "two rooms joined by a doorway, with desks and a plant",
+        "start": [1.2, 4.8, -0.6],
+        "boxes": [[0.0, 0.0, 9.0, 6.0], [0.6, 1.2, 2.0, 2.0], [6.8, 4.4, 8.2, 5.1], [6.6, 0.9, 8.0, 1.6]],
+        "walls": [[[4.5, 0.0], [4.5, 2.2]], [[4.5, 3.8], [4.5, 6.0]]],
+        "circles": [[3.6, 0.9, 0.25]],
+    },
+    {
+        "name": "bends",
+        "description": "a narrow way with right-angled bends, closed at both ends",
+        "start": [0.8, 0.6, 0.12],
+        "polygons": [
+            [
+                [0.0, 0.0], [4.8, 0.0], [4.8, 3.0], [8.0, 3.0], [8.0, 6.0], [0.0, 6.0],
+                [0.0, 4.4], [3.2, 4.4], [3.2, 1.6], [0.0, 1.6],
+            ]
+        ],
+    },
+)  # fmt: skip
+ROOMS = {room.name: room for room in map(Room.from_data, _DATA)}

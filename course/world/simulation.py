@@ -2,27 +2,29 @@
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from course.world.geometry import RayCaster, clearance
+from course.world.geometry import Floats, Pose, RayCaster, clearance
 from course.world.laser import Laser
 from course.world.rooms import Room, find
 
 MAX_STEP = 0.01  # s, the longest move between two looks for a collision: 5 mm at the robot's full speed
-AWAY = 0.02  # m, how far the robot must come off an obstacle before touching it again is another collision
+AWAY = 0.02  # m, how far the robot must back off an obstacle before touching it again counts as a new collision
 
 
 @dataclass(frozen=True)
 class Robot:
-    """A round differential-drive robot; it takes any command, and moves no faster than it can."""
+    """A round differential-drive robot; it takes any command, and drives no faster than its limits."""
 
     radius: float = 0.18  # m
     max_linear: float = 0.5  # m/s, forwards and backwards
     max_angular: float = 2.0  # rad/s
 
-    def limit(self, linear, angular):
-        """The speeds (m/s, rad/s) that the wheels make of a command; a command that is no number stands still."""
+    def limit(self, linear: float, angular: float) -> tuple[float, float]:
+        """The speeds (m/s, rad/s) that the wheels can reach for a command; they stand still for NaN and infinity."""
         if not (math.isfinite(linear) and math.isfinite(angular)):
             return 0.0, 0.0
         return (
@@ -31,11 +33,11 @@ class Robot:
         )
 
 
-def advance(pose, linear, angular, duration):
-    """The pose (x m, y m, heading rad) after driving an arc at constant speeds (m/s, rad/s) for `duration` s."""
+def advance(pose: Pose, linear: float, angular: float, duration: float) -> Pose:
+    """The pose after driving from `pose` for `duration` s at constant speeds (m/s, rad/s), on an arc of a circle."""
     x, y, heading = pose
     turn = angular * duration
-    # The chord of the arc: sinc keeps it right when the robot goes straight.
+    # The chord of the arc; written with sinc, it also holds when the robot drives straight.
     chord = linear * duration * float(np.sinc(turn / (2.0 * math.pi)))
     middle = heading + turn / 2.0
     return x + chord * math.cos(middle), y + chord * math.sin(middle), math.remainder(heading + turn, 2.0 * math.pi)
@@ -43,29 +45,31 @@ def advance(pose, linear, angular, duration):
 
 @dataclass(frozen=True)
 class Collision:
-    """One touch of a wall, from the moment the robot meets it until it moves away."""
+    """The robot has hit an obstacle: once, from the moment it touches it until it moves away."""
 
     time: float  # s of simulated time
     x: float  # m
     y: float  # m
 
-    def __str__(self):
+    def __str__(self) -> str:
         return f"the robot hit an obstacle at x={self.x:.2f} m, y={self.y:.2f} m, {self.time:.1f} s"
 
 
 class Simulation:
     """One robot in one room.
 
-    `pose` (x m, y m, heading rad), `velocity` (m/s, rad/s) and `time` (s) are of now; `collisions` and `path` (rows of
-    time, x, y, heading) tell what has been.  The same room, laser, seed and commands give the same numbers every time.
+    `pose` (x m, y m, heading rad), `velocity` (m/s, rad/s) and `time` (s) are the current ones; `collisions` and `path`
+    hold the history.  The same room, laser, seed and commands give the same numbers every time.
     """
 
-    def __init__(self, room="hall", laser=None, robot=None, seed=0):
-        """Put the robot at the start of `room` (a name, a .json path or a Room).
+    def __init__(
+        self, room: str | Path | Room = "hall", laser: Laser | None = None, robot: Robot | None = None, seed: int = 0
+    ) -> None:
+        """Put the robot at the start of `room` (a name, the path of a .json file or a Room).
 
         Raises ValueError when there is no such room or the robot touches an obstacle where it starts.
         """
-        self.room: Room = find(room)
+        self.room = find(room)
         self.laser = laser or Laser()
         self.robot = robot or Robot()
         self.seed = seed
@@ -74,25 +78,25 @@ class Simulation:
             raise ValueError(f"room '{self.room.name}': the robot touches an obstacle at its start")
         self.reset()
 
-    def reset(self):
-        """Back to the start: time 0, nothing driven, no collision, the noise from its beginning."""
+    def reset(self) -> None:
+        """Put the robot back at the start: time 0, no history, and the noise begins again."""
         self.time = 0.0
-        self.pose = self.room.start
-        self.velocity = (0.0, 0.0)
+        self.pose: Pose = self.room.start
+        self.velocity: tuple[float, float] = (0.0, 0.0)
         self.distance = 0.0  # m driven
         self.touching = False
         self.collisions: list[Collision] = []
         self._random = np.random.default_rng(self.seed)
-        self._path = [(0.0, *self.pose)]
+        self._path: list[tuple[float, float, float, float]] = [(0.0, *self.pose)]
 
-    def _clearance(self, pose):
+    def _clearance(self, pose: Pose) -> float:
         return clearance(pose[:2], self.room.segments)
 
-    def scan(self):
-        """What the laser measures from here (m, float32, shape (beams,)); each call draws fresh noise."""
+    def scan(self) -> NDArray[np.float32]:
+        """What the laser measures at the current pose (m, shape (beams,)); each call draws fresh noise."""
         return self.laser.measure(self._caster, self.pose, self._random)
 
-    def step(self, linear, angular, duration):
+    def step(self, linear: float, angular: float, duration: float) -> Collision | None:
         """Drive at the commanded speeds (m/s, rad/s) for `duration` s.
 
         The robot stops where it would touch an obstacle, and can turn or drive away from there.  Returns the collision
@@ -110,7 +114,7 @@ class Simulation:
                 self.pose = ahead
                 self.touching = self.touching and (not linear or gap < AWAY)
                 continue
-            # Held by the obstacle: the wheels still turn the robot on the spot.
+            # The obstacle is in the way: the robot can still turn on the spot.
             self.pose = advance(self.pose, 0.0, angular, duration / pieces)
             if not self.touching:
                 self.touching = True
@@ -122,11 +126,11 @@ class Simulation:
         return begun
 
     @property
-    def path(self):
-        """Where the robot has been: an array of shape (n, 4), rows of time (s), x (m), y (m), heading (rad)."""
+    def path(self) -> Floats:
+        """Where the robot has been: shape (n, 4), rows of time (s), x (m), y (m), heading (rad)."""
         return np.array(self._path)
 
-    def ground_covered(self, cell=0.5):
-        """The area (m2) of the squares of side `cell` (m) that the robot's middle has been in."""
+    def ground_covered(self, cell: float = 0.5) -> float:
+        """The area (m²) of the grid squares of side `cell` (m) that the robot's centre has visited."""
         squares = np.unique(np.floor(self.path[:, 1:3] / cell), axis=0)
         return len(squares) * cell * cell
