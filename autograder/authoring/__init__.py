@@ -1,0 +1,1 @@
+"""What an author of exercises is given to begin with."""
