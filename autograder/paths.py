@@ -1,23 +1,34 @@
-"""Where things are: in this package, wherever it is installed, and in the repository, when it runs from a checkout."""
+"""Where things are: in this package, wherever it is installed, and in the checkout, when it runs from one."""
 
 from pathlib import Path
 
 import course
 from autograder.errors import UsageError
 
-PACKAGE = Path(__file__).resolve().parent  # kept out of sight of students' programs
+PACKAGE = Path(__file__).parent.resolve()  # first the folder: an installer may link each file to its cache
 HIDDEN = PACKAGE / "hidden"
-COURSE = Path(course.__file__).resolve().parent
+COURSE = Path(course.__file__).parent.resolve()
+
+
+def checkout() -> Path | None:
+    """The checkout that this package runs from, with notebooks and solutions; None when it was installed without."""
+    root = PACKAGE.parent
+    return root if (root / "notebooks").is_dir() and (root / "solutions").is_dir() else None
 
 
 def repository() -> Path:
-    """The checkout that this package runs from, with notebooks and solutions.
+    """The checkout that this package runs from.
 
-    Raises UsageError for an installation without them: it can grade, but not release.
+    Raises UsageError for an installation without notebooks and solutions: it can grade, but not release.
     """
-    root = PACKAGE.parent
-    if not (root / "notebooks").is_dir() or not (root / "solutions").is_dir():
+    root = checkout()
+    if root is None:
         raise UsageError(
-            f"{PACKAGE} was installed without the course's notebooks and solutions: run this from a checkout"
+            f"{PACKAGE} was installed without the course's notebooks and solutions; run this command from a checkout"
         )
     return root
+
+
+def private() -> list[Path]:
+    """The folders that no student's program may look into: the grader, and the checkout with tests and solutions."""
+    return [folder for folder in (checkout(), PACKAGE) if folder]

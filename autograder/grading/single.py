@@ -29,7 +29,8 @@ from autograder.records import (
     Submission,
     Verdict,
 )
-from autograder.sandbox.box import BOXES, ros_variables
+from autograder.sandbox.box import BOXES
+from autograder.sandbox.variables import ros_variables
 from autograder.submissions.exercises import Exercise, load
 from course.environment import prepare
 from course.interfaces import build

@@ -4,15 +4,18 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
+from autograder import paths
 from autograder.errors import SandboxUnavailable
-from autograder.paths import HIDDEN
-from autograder.sandbox import seccomp
-from autograder.sandbox.box import BOXES, INSIDE_UID, LIMITS, SPARE_UIDS, Sandbox, choose, ros_prefixes
+from autograder.sandbox import seccomp, users, view
+from autograder.sandbox.box import BOXES, LIMITS, Sandbox, choose
+from autograder.sandbox.variables import ros_prefixes
 
 PROBE = """
-import ctypes, json, os, resource, socket
+import ctypes, importlib.util, json, os, resource, socket
 
 def error(action):
     try:
@@ -24,6 +27,22 @@ def error(action):
 def call(number, *arguments):
     ctypes.set_errno(0)
     return ctypes.get_errno() if libc.syscall(number, *arguments) == -1 else 0
+
+def unexpected(folder):
+    # What can be seen in a folder that is none of EXPECTED, nor the way there.
+    names = [] if error(lambda: os.listdir(folder)) else os.listdir(folder)
+    for path in (os.path.join(folder, name) for name in names):
+        if path not in EXPECTED:
+            if any(place.startswith(path + '/') for place in EXPECTED) and not os.path.islink(path):
+                yield from unexpected(path)
+            else:
+                yield path
+
+def importable(name):
+    try:
+        return importlib.util.find_spec(name) is not None
+    except ModuleNotFoundError:
+        return False
 
 libc = ctypes.CDLL(None, use_errno=True)
 status = dict(line.split(':', 1) for line in open('/proc/self/status').read().splitlines())
@@ -38,10 +57,13 @@ print(json.dumps(dict(
     own=error(lambda: open('probe.py', 'a')), scratch=error(lambda: open('/tmp/large', 'w').write('x' * (100 << 20))),
     limits={name: resource.getrlimit(getattr(resource, 'RLIMIT_' + name.upper()))[1] for name in LIMITS},
     calls={name: call(number, 0, 0, 0, 0, 0) for name, number in CALLS.items()},
-    grader=[path for path in HIDDEN if os.path.exists(path)], variables=sorted(os.environ),
+    files=sorted({path for folder in ['/', *PRIVATE] if os.path.isdir(folder) for path in unexpected(folder)}),
+    grader=[name for name in GRADER if importable(name)], variables=sorted(os.environ),
 )))
 """
 TRIED = ("ptrace", "process_vm_readv", "unshare", "keyctl", "bpf", "io_uring_setup", "personality")
+GRADER = ("autograder.paths", "autograder.hidden")
+SECRET = "SECRET_OF_THE_GRADER"  # an environment variable
 
 
 @dataclass(frozen=True)
@@ -57,8 +79,14 @@ class Layer:
 def examine() -> list[Layer]:
     """Try each layer; raises SandboxUnavailable when programs cannot be confined at all."""
     box = choose()
-    places = ["/", "/usr", "/etc", "/dev", "/proc", "/opt", sys.prefix, *map(str, ros_prefixes())]
-    known = {"PLACES": places, "LIMITS": list(LIMITS), "HIDDEN": [str(HIDDEN), "/root"], "CALLS": _calls()}
+    known = {
+        "PLACES": ["/", "/usr", "/etc", "/dev", "/proc", "/opt", sys.prefix, *map(str, ros_prefixes())],
+        "LIMITS": list(LIMITS),
+        "CALLS": _calls(),
+        "EXPECTED": view.expected(),
+        "PRIVATE": [str(folder) for folder in paths.private()],
+        "GRADER": GRADER,
+    }
     probe = "".join(f"{name} = {value!r}\n" for name, value in known.items()) + PROBE
     with Sandbox(box, {"probe.py": probe.encode()}) as confined:
         command = [*BOXES[box], *confined.command(["probe.py"], domain=0)]
@@ -68,11 +96,16 @@ def examine() -> list[Layer]:
             text=True,
             pass_fds=confined.descriptors,
             timeout=60,
-            env=os.environ | {"SECRET_OF_THE_GRADER": "1"},
+            env=os.environ | {SECRET: "1"},
         )
     if done.returncode:
         raise SandboxUnavailable(f"the probe ended with status {done.returncode}: {done.stderr.strip()[-300:]}")
     return list(_layers(json.loads(done.stdout), box))
+
+
+def refused(layers: list[Layer]) -> bool:
+    """Whether grading must not be trusted to this machine."""
+    return not all(layer.holds for layer in layers if layer.required)
 
 
 def _calls() -> dict[str, int]:
@@ -80,10 +113,12 @@ def _calls() -> dict[str, int]:
     if not seccomp.available():
         return {}
     column = seccomp.MACHINES[os.uname().machine][1]
-    return {name: seccomp.DENIED[name][column] for name in TRIED}
+    return {name: number for name in TRIED if (number := seccomp.DENIED[name][column]) is not None}
 
 
-def _layers(seen: dict, box: str):
+def _layers(seen: dict[str, Any], box: str) -> Iterator[Layer]:
+    """What the probe has printed, layer by layer."""
+
     def apart(name: str) -> bool:
         return seen["namespaces"][name] != os.readlink(f"/proc/self/ns/{name}")
 
@@ -96,9 +131,9 @@ def _layers(seen: dict, box: str):
     yield Layer("IPC namespace", apart("ipc"), "shared memory of its own" if apart("ipc") else "the host's")
     yield Layer("host name namespace", apart("uts"), f"host name {seen['host']}")
     if box == "root":
-        yield Layer("user of its own", seen["uid"] in SPARE_UIDS, f"host user {seen['uid']}, no user namespace")
+        yield Layer("user of its own", seen["uid"] in users.SPARE, f"host user {seen['uid']}, no user namespace")
     else:
-        yield Layer("user namespace", apart("user") and seen["uid"] == INSIDE_UID, f"user {seen['uid']} inside")
+        yield Layer("user namespace", apart("user") and seen["uid"] == users.INSIDE, f"user {seen['uid']} inside")
     yield Layer(
         "no capabilities",
         not any(seen["capabilities"]) and seen["privileges"] == "1",
@@ -109,10 +144,11 @@ def _layers(seen: dict, box: str):
         not seen["written"] and bool(seen["own"]),
         f"could write to {', '.join(seen['written'])}" if seen["written"] else "nothing outside home and /tmp",
     )
+    secrets = [*seen["files"], *seen["grader"], *(name for name in seen["variables"] if name == SECRET)]
     yield Layer(
         "grader out of sight",
-        not seen["grader"] and "SECRET_OF_THE_GRADER" not in seen["variables"],
-        f"sees {', '.join(seen['grader'])}" if seen["grader"] else "no hidden suite, no environment",
+        not secrets,
+        f"sees {', '.join(secrets)}" if secrets else "no hidden suite, no environment variable, no file of others",
     )
     yield Layer(
         "limits",
@@ -126,8 +162,3 @@ def _layers(seen: dict, box: str):
         f"denied: {', '.join(denied) or 'none'}",
         required=False,
     )
-
-
-def refused(layers: list[Layer]) -> bool:
-    """Whether grading must not be trusted to this machine."""
-    return not all(layer.holds for layer in layers if layer.required)

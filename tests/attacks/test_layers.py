@@ -9,17 +9,17 @@ from pathlib import Path
 import pytest
 
 from autograder.errors import SandboxUnavailable
-from autograder.sandbox import box as sandbox
-from autograder.sandbox import doctor, seccomp
+from autograder.paths import PACKAGE
+from autograder.sandbox import doctor, seccomp, view
 
 AUTOGRADER = str(Path(sys.executable).with_name("autograder"))
 ALLOWED, DENIED = seccomp.ALLOW, seccomp._error(1)
 
 
-def run(filter: bytes, number: int, architecture: int, *arguments: int) -> int:
+def run(rules: bytes, number: int, architecture: int, *arguments: int) -> int:
     """What the kernel would do with a system call: an interpreter of the few operations in use."""
     seen = {0: number, 4: architecture, **{16 + 8 * at: value for at, value in enumerate(arguments)}}
-    code, at, register = list(struct.iter_unpack("HBBI", filter)), 0, 0
+    code, at, register = list(struct.iter_unpack("HBBI", rules)), 0, 0
     while True:
         operation, then, otherwise, value = code[at]
         at += 1
@@ -38,23 +38,23 @@ def run(filter: bytes, number: int, architecture: int, *arguments: int) -> int:
 
 @pytest.mark.parametrize("machine", seccomp.MACHINES)
 def test_filter(machine):
-    filter = seccomp.program(machine)
+    rules = seccomp.program(machine)
     abi, column = seccomp.MACHINES[machine]
     read, clone, ioctl, socket = (0, 63)[column], seccomp.CLONE[column], seccomp.IOCTL[column], seccomp.SOCKET[column]
-    assert run(filter, read, abi) == ALLOWED
-    assert run(filter, read, abi ^ 1) == seccomp.KILL
+    assert run(rules, read, abi) == ALLOWED
+    assert run(rules, read, abi ^ 1) == seccomp.KILL
     for name, numbers in seccomp.DENIED.items():
         if numbers[column] is not None:
-            assert run(filter, numbers[column], abi) == DENIED, name
-    assert run(filter, seccomp.CLONE3[column], abi) == seccomp._error(38)
-    assert run(filter, clone, abi, 0x3D0F00) == ALLOWED  # a thread, as glibc starts it
-    assert run(filter, clone, abi, 0x10000011) == DENIED  # a user namespace
-    assert run(filter, socket, abi, 2) == ALLOWED
-    assert run(filter, socket, abi, 40) == seccomp._error(97)  # AF_VSOCK, which no network namespace holds
-    assert run(filter, ioctl, abi, 1, 0x5412) == DENIED
-    assert run(filter, ioctl, abi, 1, 0x5401) == ALLOWED
+            assert run(rules, numbers[column], abi) == DENIED, name
+    assert run(rules, seccomp.CLONE3[column], abi) == seccomp._error(38)
+    assert run(rules, clone, abi, 0x3D0F00) == ALLOWED  # a thread, as glibc starts it
+    assert run(rules, clone, abi, 0x10000011) == DENIED  # a user namespace
+    assert run(rules, socket, abi, 2) == ALLOWED
+    assert run(rules, socket, abi, 40) == seccomp._error(97)  # AF_VSOCK, which no network namespace holds
+    assert run(rules, ioctl, abi, 1, 0x5412) == DENIED
+    assert run(rules, ioctl, abi, 1, 0x5401) == ALLOWED
     if machine == "x86_64":
-        assert run(filter, read | seccomp.X32, abi) == seccomp._error(38)
+        assert run(rules, read | seccomp.X32, abi) == seccomp._error(38)
 
 
 def test_doctor(box):
@@ -71,14 +71,23 @@ def test_doctor_refuses(tmp_path):
 
 
 def test_doctor_sees_what_does_not_hold(box, monkeypatch):
-    monkeypatch.setattr(sandbox.seccomp, "available", lambda: False)
+    monkeypatch.setattr(seccomp, "available", lambda: False)
     layers = {layer.name: layer for layer in doctor.examine()}
     assert not layers["system call filter"].holds
     assert not doctor.refused(list(layers.values()))
-    monkeypatch.setattr(
-        sandbox.Sandbox,
-        "_view",
-        lambda *_: ["--bind", "/", "/", "--proc", "/proc", "--dev", "/dev", "--tmpfs", sandbox.HOME],
-    )
+
+
+@pytest.mark.parametrize("shown", ["/var/log", str(PACKAGE), str(PACKAGE / "hidden")])
+def test_doctor_sees_a_file_too_many(box, monkeypatch, shown):
+    options = view.options
+    more = ["--perms", "0755", "--dir", str(Path(shown).parent), "--ro-bind", shown, shown, "--remount-ro", "/"]
+    monkeypatch.setattr(view, "options", lambda *given: [*options(*given)[:-2], *more])
+    refused = [layer for layer in doctor.examine() if not layer.holds and layer.required]
+    assert [layer.name for layer in refused] == ["grader out of sight"] and shown in refused[0].seen
+
+
+def test_doctor_refuses_when_nothing_is_confined(box, monkeypatch):
+    whole = ["--bind", "/", "/", "--proc", "/proc", "--dev", "/dev", "--tmpfs", view.HOME]
+    monkeypatch.setattr(view, "options", lambda *_: whole)
     with pytest.raises(SandboxUnavailable):  # the probe is not even there
         doctor.examine()

@@ -10,10 +10,11 @@ from pathlib import Path
 
 import pytest
 
-import autograder
+from autograder.paths import PACKAGE
 from autograder.sandbox import box as sandbox
-from autograder.sandbox import seccomp
+from autograder.sandbox import seccomp, view
 from autograder.sandbox.box import BOXES
+from autograder.sandbox.variables import ros_prefixes
 from course.waiting import wait_until
 
 from .answers import SOLUTIONS
@@ -22,6 +23,11 @@ from .conftest import no_program_is_left, processes
 
 AUTOGRADER = str(Path(sys.executable).with_name("autograder"))
 ORDINARY_USER = 61150  # a host user that is not root, and none of the sandbox's own
+
+# Where Python and ROS 2 are installed, and the folders that a program sees on the way there: /root, for one below it.
+INSTALLED = [sys.prefix, sys.base_prefix, *map(str, ros_prefixes())]
+PREFIXES = sorted({*INSTALLED, *map(os.path.realpath, INSTALLED)})
+ABOVE = sorted({str(folder) for prefix in PREFIXES for folder in Path(prefix).parents})
 
 PROBE = f"""
 import json, os, pathlib, resource, socket
@@ -32,14 +38,26 @@ def tried(action):
     except OSError as error:
         return type(error).__name__
 
+prefixes, above = {PREFIXES!r}, {ABOVE!r}
+
+def others(folder):
+    # What can be seen in a folder but prefixes and the way to them.
+    for name in os.listdir(folder) if os.path.isdir(folder) else []:
+        path = os.path.join(folder, name)
+        if path in above and path not in prefixes:
+            yield from others(path)
+        elif path not in prefixes:
+            yield path
+
 status = dict(line.split(':', 1) for line in open('/proc/self/status').read().splitlines())
 print(json.dumps(dict(
     uid=os.getuid(), files=sorted(os.listdir('.')), home=os.environ['HOME'], variables=sorted(os.environ),
     capabilities=[status[name].strip('\\t0') for name in ('CapInh', 'CapPrm', 'CapEff', 'CapBnd', 'CapAmb')],
     privileges=status['NoNewPrivs'].strip(), processes=sum(name.isdigit() for name in os.listdir('/proc')),
     descriptors=len(os.listdir('/proc/self/fd')),
-    seen=[path for path in ({str(Path(autograder.__file__).parent)!r}, {str(SOLUTIONS)!r}, '/root',
-                            '/etc/shadow', '/var', '/run', '/sys') if os.path.exists(path)],
+    seen=[path for path in ({str(SOLUTIONS)!r}, '/root', '/etc/shadow', '/var', '/run', '/sys')
+          if os.path.exists(path) and path not in above],
+    others=[path for folder in ({str(PACKAGE)!r}, '/root', '/var', '/run') for path in others(folder)],
     usr=tried(lambda: open('/usr/x', 'w')), root=tried(lambda: open('/x', 'w')), dev=tried(lambda: open('/dev/x', 'w')),
     own=tried(lambda: open('{SERVER}', 'a')), beside=tried(lambda: open('notes.txt', 'w')),
     tmp=tried(lambda: open('/tmp/x', 'w')), mine=tried(lambda: os.listdir('/tmp')),
@@ -58,12 +76,12 @@ def test_what_a_program_sees(box):
         done = subprocess.run(command, capture_output=True, text=True, timeout=30, pass_fds=confined.descriptors)
     seen = json.loads(done.stdout)
     assert seen["uid"] not in (0, os.getuid())
-    assert seen["files"] == [SERVER] and seen["home"] == sandbox.HOME
+    assert seen["files"] == [SERVER] and seen["home"] == view.HOME
     assert "SECRET_OF_THE_GRADER" not in seen["variables"]
     assert seen["capabilities"] == [""] * 5 and seen["privileges"] == "1"
     assert seen["processes"] <= 3  # bubblewrap, prlimit become python
     assert seen["descriptors"] <= 4
-    assert seen["seen"] == []
+    assert (seen["seen"], seen["others"]) == ([], [])
     assert "Error" in seen["usr"] and "Error" in seen["root"] and "Error" in seen["dev"] and "Error" in seen["own"]
     assert (seen["beside"], seen["tmp"], seen["mine"]) == (True, True, True)
     assert "Error" in seen["large"] and seen["out"] == "OSError"

@@ -1,0 +1,58 @@
+"""The environment variables of a student's program, and what the grader's own ROS 2 processes share with them."""
+
+import os
+import sys
+from pathlib import Path
+
+from course import environment
+
+
+def ros_prefixes() -> list[Path]:
+    """The install prefixes of ROS 2 packages: this environment's, and a sourced installation's."""
+    return [Path(entry) for entry in os.environ["AMENT_PREFIX_PATH"].split(os.pathsep) if Path(entry).is_dir()]
+
+
+def ros_variables(domain: int, own_network: bool) -> dict[str, str]:
+    """What the grader's and the student's ROS 2 processes have in common.
+
+    Over UDP, because the two share no /dev/shm; by multicast, because LOCALHOST discovery does not cross namespaces.
+    """
+    return {
+        "ROS_DOMAIN_ID": str(domain),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET" if own_network else "LOCALHOST",
+        "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp",
+        "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
+        "FASTRTPS_DEFAULT_PROFILES_FILE": str(environment.DISCOVERY_PROFILE),
+    }
+
+
+def of_program(domain: int, home: str, interfaces: str | None, profile: str, confined: bool) -> dict[str, str]:
+    """All environment variables of a program in ROS domain `domain`.
+
+    `home`, `interfaces` (the install prefix of an exercise's own interface package) and `profile` (Fast DDS's) are
+    paths as the program sees them.
+    """
+    prefixes = [str(folder) for folder in ros_prefixes()]
+    libraries = [entry for entry in os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep) if entry]
+    version = f"python{sys.version_info.major}.{sys.version_info.minor}"
+    python = [f"{prefix}/lib/{version}/site-packages" for prefix in prefixes if prefix != sys.prefix]
+    if interfaces:
+        prefixes.insert(0, interfaces)
+        python.insert(0, f"{interfaces}/lib/python")
+    return {
+        "PATH": f"{sys.prefix}/bin:/usr/local/bin:/usr/bin:/bin",
+        "HOME": home,
+        "LANG": "C.UTF-8",
+        "PYTHONUNBUFFERED": "1",  # what print() writes must be seen at once
+        "PYTHONDONTWRITEBYTECODE": "1",
+        "PYTHONPATH": os.pathsep.join(python),
+        "LD_LIBRARY_PATH": os.pathsep.join(libraries),
+        "AMENT_PREFIX_PATH": os.pathsep.join(prefixes),
+        "ROS_PYTHON_CHECK_FIELDS": "1",  # a field of a wrong type is an exception, not the end of the process
+        "ROS_DISTRO": os.environ.get("ROS_DISTRO", "jazzy"),
+        "ROS_VERSION": "2",
+        "ROS_LOG_DIR": "/tmp/log" if confined else f"{home}/log",
+        "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1",
+        **ros_variables(domain, confined),
+        "FASTRTPS_DEFAULT_PROFILES_FILE": profile,
+    }

@@ -1,0 +1,102 @@
+"""What a confined program sees of the file system, as options of bubblewrap.
+
+The system and the folders that Python and ROS 2 are installed in, read-only, and an empty home folder with the
+handed-in files in it.  Of the grader nothing, wherever it is: beside these folders (a checkout with its `.venv`),
+inside one of them (an installed package), or both (a checkout in /usr/src).
+"""
+
+import os
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from autograder import paths
+from autograder.sandbox.variables import ros_prefixes
+from course import environment
+
+HOME = "/home/student"
+INTERFACES = "/opt/interfaces"
+PROFILE = "/opt/discovery.xml"
+SYSTEM = ("bin", "sbin", "lib", "lib32", "lib64")  # on most systems links into /usr
+CONFIGURATION = ("/etc/ld.so.cache", "/etc/alternatives", "/etc/localtime")
+SYSTEM_FILES = {
+    "/etc/passwd": "root:x:0:0::/:/bin/false\nstudent:x:{uid}:{uid}::" + HOME + ":/bin/sh\n",
+    "/etc/group": "root:x:0:\nstudent:x:{uid}:\n",
+    "/etc/hosts": "127.0.0.1 localhost\n",
+    "/etc/nsswitch.conf": "passwd: files\ngroup: files\nhosts: files\n",
+}
+SCRATCH = 64 << 20  # bytes of the home folder, and of /tmp
+SHARED_MEMORY = 16 << 20  # bytes of /dev/shm
+
+
+def options(
+    uid: int, files: Mapping[str, bytes], interfaces: Path | None, to_read: Callable[[bytes], str]
+) -> list[str]:
+    """bubblewrap's options for the file system of a program that runs as user `uid` and has `files` in its home folder.
+
+    `interfaces` is the install prefix of an exercise's own interface package.  `to_read` makes a descriptor, which
+    bubblewrap inherits, of a file's content.
+    """
+    view = []
+    for name in SYSTEM:
+        link = Path("/", name).is_symlink()
+        view += (
+            ["--symlink", os.readlink(f"/{name}"), f"/{name}"] if link else ["--ro-bind-try", f"/{name}", f"/{name}"]
+        )
+    for path in CONFIGURATION:
+        view += ["--ro-bind-try", path, path]
+    for path, text in SYSTEM_FILES.items():
+        view += ["--perms", "0444", "--ro-bind-data", to_read(text.format(uid=uid).encode()), path]
+    view += ["--proc", "/proc", "--dev", "/dev"]
+    view += [*_scratch("/dev/shm", "1777", SHARED_MEMORY), "--remount-ro", "/dev"]
+    view += [*_scratch("/tmp", "1777", SCRATCH), *_scratch(HOME, "0777", SCRATCH)]
+    view += _installed(interfaces)
+    view += ["--perms", "0755", "--dir", "/opt", "--ro-bind", str(environment.DISCOVERY_PROFILE), PROFILE]
+    if interfaces:
+        view += ["--ro-bind", str(interfaces), INTERFACES]
+    for name, content in files.items():
+        view += ["--perms", "0444", "--file", to_read(content), f"{HOME}/{name}"]
+    return [*view, "--remount-ro", "/"]
+
+
+def expected() -> list[str]:
+    """What a program may see: these files, folders and all in them, and the way to each from the root folder."""
+    links = [f"/{name}" for name in SYSTEM]
+    mounted = ["/proc", "/dev", "/tmp", HOME, PROFILE, *CONFIGURATION, *SYSTEM_FILES]
+    return [*links, *mounted, *(str(folder) for folder, visible in _folders().items() if visible)]
+
+
+def _scratch(path: str, permissions: str, size: int) -> list[str]:
+    return ["--perms", permissions, "--size", str(size), "--tmpfs", path]
+
+
+def _installed(interfaces: Path | None) -> list[str]:
+    """The folders that Python and ROS 2 are installed in, without what is private in them."""
+    view: list[str] = []
+    decided: dict[Path, bool] = {}
+    for folder, visible in _folders().items():
+        around = next((decided[parent] for parent in folder.parents if parent in decided), False)
+        if visible == around or folder == interfaces:
+            continue
+        decided[folder] = visible
+        if visible:
+            # bubblewrap would make the folders above readable to root alone.
+            for parent in reversed(folder.parents[:-1]):
+                view += ["--perms", "0755", "--dir", str(parent)]
+            view += ["--ro-bind", str(folder), str(folder)]
+        else:
+            view += ["--perms", "0755", "--tmpfs", str(folder)]
+    hidden = [folder for folder, visible in decided.items() if not visible]
+    return view + [word for folder in hidden for word in ("--remount-ro", str(folder))]
+
+
+def _folders() -> dict[Path, bool]:
+    """The folders to show (True) and to hide (False), outer ones before inner ones, which overrule them."""
+    prefixes = [Path("/usr"), Path(sys.prefix), Path(sys.base_prefix), *ros_prefixes()]
+    shown = [place for prefix in prefixes for place in (prefix, prefix.resolve())]  # links are named and followed
+    folders = dict.fromkeys(shown, True)
+    for secret in paths.private():
+        for folder in shown:
+            if secret.is_relative_to(folder.resolve()):
+                folders[folder / secret.relative_to(folder.resolve())] = False
+    return dict(sorted(folders.items(), key=lambda item: len(item[0].parts)))
