@@ -1,1 +1,1 @@
-"""The `ros2` command where there is no ROS installation: the verbs of the chapter, with ros2cli's grammar and output."""
+"""The `ros2` command without a ROS installation: the chapter's verbs, with the grammar and output of ros2cli."""

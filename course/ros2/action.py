@@ -1,13 +1,23 @@
-"""`ros2 action`: which actions there are, who serves and calls them, and a goal sent to one."""
+"""`ros2 action`: list the actions, see who serves and calls them, and send one a goal."""
 
-from course.ros2 import completion, grammar, service
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
+
+from course.ros2 import completion, grammar, messages, service
 from course.ros2.grammar import Verb
 from course.ros2.graph import COMMAND_PREFIX, Graph, uninterrupted
+from course.ros2.messages import Message, Stamp
 
-CANCEL_TIMEOUT = 5.0  # s that a Ctrl-C waits for the server to take the cancellation
+if TYPE_CHECKING:  # loaded when the verb runs, and not for its help
+    from rclpy.action import ActionClient
+    from rclpy.action.client import ClientGoalHandle
+
+CANCEL_TIMEOUT = 5.0  # s that Ctrl-C waits for the server to accept the cancel request
 
 
-def add_list_arguments(parser) -> None:
+def add_list_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 action list`."""
     grammar.add_strategy_arguments(parser)
     parser.add_argument("-t", "--show-types", action="store_true", help="Additionally show the action type")
@@ -16,28 +26,29 @@ def add_list_arguments(parser) -> None:
     )
 
 
-def list_actions(args) -> None:
-    """Print the actions' names."""
+def list_actions(args: Namespace) -> None:
+    """Print the names of the actions."""
     with Graph(args) as graph:
         graph.settle()
         found = graph.actions()
     service.print_names(found, count=args.count_actions, types=args.show_types)
 
 
-def add_info_arguments(parser) -> None:
+def add_info_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 action info`."""
     grammar.add_strategy_arguments(parser)
-    parser.add_argument(
-        "action_name", help="Name of the ROS action to get info (e.g. '/fibonacci')"
-    ).completer = completion.action_names
+    grammar.complete_with(
+        parser.add_argument("action_name", help="Name of the ROS action to get info (e.g. '/fibonacci')"),
+        completion.action_names,
+    )
     parser.add_argument("-t", "--show-types", action="store_true", help="Additionally show the action type")
     parser.add_argument(
         "-c", "--count", action="store_true", help="Only display the number of action clients and action servers"
     )
 
 
-def info(args) -> None:
-    """Print the nodes that call and serve an action."""
+def info(args: Namespace) -> None:
+    """Print the nodes that call an action, and those that serve it."""
     from rclpy.expand_topic_name import expand_topic_name
     from rclpy.validate_full_topic_name import validate_full_topic_name
 
@@ -59,34 +70,39 @@ def info(args) -> None:
             print(f"    {node} [{', '.join(types)}]" if args.show_types else f"    {node}")
 
 
-def add_type_arguments(parser) -> None:
+def add_type_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 action type`."""
     grammar.add_strategy_arguments(parser)
-    parser.add_argument(
-        "action_name", help="Name of the ROS action to get type (e.g. '/fibonacci')"
-    ).completer = completion.action_names
+    grammar.complete_with(
+        parser.add_argument("action_name", help="Name of the ROS action to get type (e.g. '/fibonacci')"),
+        completion.action_names,
+    )
 
 
-def show_type(args) -> int:
-    """Print an action's type; status 1 if there is no such action."""
+def show_type(args: Namespace) -> int:
+    """Print the type of an action; return 1 if there is no such action."""
     with Graph(args) as graph:
         types = graph.types_of(args.action_name, graph.actions)
     print("\n".join(types), end="\n" if types else "")
     return 0 if types else 1
 
 
-def add_send_goal_arguments(parser) -> None:
+def add_send_goal_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 action send_goal`."""
-    parser.add_argument(
-        "action_name", help="Name of the ROS action (e.g. '/fibonacci')"
-    ).completer = completion.action_names
-    parser.add_argument(
-        "action_type", help="Type of the ROS action (e.g. 'example_interfaces/action/Fibonacci')"
-    ).completer = completion.action_type
+    grammar.complete_with(
+        parser.add_argument("action_name", help="Name of the ROS action (e.g. '/fibonacci')"), completion.action_names
+    )
+    grammar.complete_with(
+        parser.add_argument("action_type", help="Type of the ROS action (e.g. 'example_interfaces/action/Fibonacci')"),
+        completion.action_type,
+    )
     group = parser.add_mutually_exclusive_group()
-    group.add_argument(
-        "goal", nargs="?", default="{}", help="Goal request values in YAML format (e.g. '{order: 10}')"
-    ).completer = completion.goal_prototype
+    grammar.complete_with(
+        group.add_argument(
+            "goal", nargs="?", default="{}", help="Goal request values in YAML format (e.g. '{order: 10}')"
+        ),
+        completion.goal_prototype,
+    )
     group.add_argument("--stdin", action="store_true", help="Read goal from standard input")
     parser.add_argument("-f", "--feedback", action="store_true", help="Echo feedback messages for the goal")
     parser.add_argument(
@@ -98,17 +114,16 @@ def add_send_goal_arguments(parser) -> None:
     )
 
 
-def send_goal(args) -> int | str | None:
-    """Send a goal, print feedback and result; a Ctrl-C cancels it."""
+def send_goal(args: Namespace) -> int | str | None:
+    """Send a goal, print its feedback and result; Ctrl-C cancels it."""
     import yaml
-
-    from course.ros2 import messages
 
     try:
         action = messages.get_action(args.action_type)
     except messages.INVALID_TYPE:
         raise RuntimeError("The passed action type is invalid") from None
-    goal, stamps = action.Goal(), []
+    goal = action.Goal()
+    stamps: list[Stamp] = []
     try:
         messages.fill(goal, yaml.safe_load(grammar.read_stdin() if args.stdin else args.goal), stamps)
     except yaml.YAMLError as error:
@@ -125,16 +140,17 @@ def send_goal(args) -> int | str | None:
             client.destroy()
 
 
-def _follow(graph, client, goal, stamps, args) -> int | None:
-    from course.ros2 import messages
+def _follow(graph: Graph, client: ActionClient, goal: Message, stamps: list[Stamp], args: Namespace) -> int | None:
+    """Send the goal and print what becomes of it; return 1 when `--timeout` ends first."""
 
-    early = []  # feedback may overtake the answer to the goal: it is shown behind it
+    accepted = False
+    early: list[Message] = []  # feedback can arrive before the answer to the goal; it is printed after it
 
-    def show(feedback) -> None:
-        if early is not None:
-            early.append(feedback)
-        else:
+    def show(feedback: Message) -> None:
+        if accepted:
             print(f"Feedback:\n    {messages.to_yaml(feedback.feedback)}")
+        else:
+            early.append(feedback)
 
     print("Waiting for an action server to become available...")
     graph.wait_until(client.server_is_ready)
@@ -152,8 +168,8 @@ def _follow(graph, client, goal, stamps, args) -> int | None:
     try:
         with uninterrupted():
             print(f"Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n")
-            waiting, early = early, None
-            for feedback in waiting:
+            accepted = True
+            for feedback in early:
                 show(feedback)
             finished = handle.get_result_async()
         in_time = graph.spin(finished.done, args.timeout)
@@ -171,7 +187,7 @@ def _follow(graph, client, goal, stamps, args) -> int | None:
     return None
 
 
-def _cancel(graph, handle) -> None:
+def _cancel(graph: Graph, handle: ClientGoalHandle) -> None:
     print("Canceling goal...")
     cancelled = handle.cancel_goal_async()
     if not graph.spin(cancelled.done, CANCEL_TIMEOUT) or not cancelled.result().goals_canceling:
@@ -180,7 +196,7 @@ def _cancel(graph, handle) -> None:
 
 
 def _status(status: int) -> str:
-    """Return the status as its constant in action_msgs/msg/GoalStatus is called."""
+    """Return the name that action_msgs/msg/GoalStatus has for a status."""
     from action_msgs.msg import GoalStatus
 
     names = ("ACCEPTED", "EXECUTING", "CANCELING", "SUCCEEDED", "CANCELED", "ABORTED")
@@ -195,6 +211,6 @@ VERBS = {
 }
 
 
-def add_arguments(parser) -> None:
+def add_arguments(parser: ArgumentParser) -> None:
     """Add the verbs of `ros2 action`."""
     grammar.add_verbs(parser, "ros2 action", VERBS)

@@ -1,11 +1,14 @@
-"""`ros2 doctor`: checks and reports of the ROS setup, without the look-ups in the internet that ros2doctor makes."""
+"""`ros2 doctor`: checks the ROS setup and reports on it, without the internet look-ups that ros2doctor makes."""
 
 import os
 import platform
 import sys
 import warnings
+from argparse import ArgumentParser, Namespace
+from collections.abc import Callable, Iterator
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 from course.ros2.graph import Graph
 
@@ -13,12 +16,12 @@ INTERFACES = Path("/sys/class/net")
 # Flags of a network interface (linux/if.h).
 LOOPBACK, MULTICAST = 0x8, 0x1000
 FLAGS = {0x1: "UP", 0x2: "BROADCAST", LOOPBACK: "LOOPBACK", 0x40: "RUNNING", MULTICAST: "MULTICAST"}
-# Topics that every node publishes and hardly any subscribes to.
+# Every node publishes these topics, and few nodes subscribe to them.
 EXPECTED = ("/parameter_events", "/rosout")
 NEEDED = ("rclpy", "rcl_interfaces", "rmw_implementation", "std_msgs", "std_srvs", "example_interfaces")
 
 
-def add_arguments(parser) -> None:
+def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 doctor`."""
     group = parser.add_mutually_exclusive_group()
     group.add_argument("--report", "-r", action="store_true", help="Print all reports.")
@@ -33,8 +36,11 @@ def add_arguments(parser) -> None:
     parser.set_defaults(main=main)
 
 
+Report = list[tuple[str, object]]  # lines of a report: what it is, and its value
+
+
 class Result:
-    """What a check has found: errors and warnings, each printed to stderr with its place, as ros2doctor does."""
+    """Counts what a check finds: errors and warnings, each printed to stderr with file and line, as ros2doctor does."""
 
     def __init__(self) -> None:
         self.errors = self.warnings = 0
@@ -52,7 +58,13 @@ class Result:
     @staticmethod
     def _print(text: str) -> None:
         usual = warnings.formatwarning
-        warnings.formatwarning = lambda said, kind, file, line, code=None: f"{file}: {line}: {kind.__name__}: {said}\n"
+
+        def one_line(
+            message: Warning | str, category: type[Warning], filename: str, lineno: int, line: str | None = None
+        ) -> str:
+            return f"{filename}: {lineno}: {category.__name__}: {message}\n"
+
+        warnings.formatwarning = one_line
         with warnings.catch_warnings():
             warnings.simplefilter("always")
             warnings.warn(text, stacklevel=3)
@@ -63,7 +75,7 @@ class Result:
 
 
 def distribution() -> str | None:
-    """Return the ROS distribution: of the sourced installation, else of the wheels (`ros-jazzy-rclpy`)."""
+    """Return the ROS distribution: the sourced one, else that of the installed wheels (`ros-jazzy-rclpy`)."""
     if sourced := os.environ.get("ROS_DISTRO"):
         return sourced.lower()
     names = (found.metadata["Name"] or "" for found in metadata.distributions())
@@ -72,7 +84,7 @@ def distribution() -> str | None:
 
 
 def interface_flags() -> dict[str, int]:
-    """Return the flags of each network interface, by its name."""
+    """Return the flags of each network interface, by name."""
     return {
         path.name: int((path / "flags").read_text(), 16)
         for path in sorted(INTERFACES.glob("*"))
@@ -80,13 +92,16 @@ def interface_flags() -> dict[str, int]:
     }
 
 
-def topics(graph) -> list[str]:
-    """Return the topics that some node made on purpose."""
+def topics(graph: Graph) -> list[str]:
+    """Return the topics, without those that every node has."""
     return [name for name, _ in graph.topics() if name not in EXPECTED]
 
 
-def pairs(graph):
-    """Yield each topic with each publisher, each of its subscriptions, and whether their quality of service fits."""
+def pairs(graph: Graph) -> Iterator[tuple[str, Any, Any, Any, str]]:
+    """Yield every pair of publisher and subscription: topic, publisher, subscription, compatibility and reason.
+
+    The compatibility is rclpy's QoSCompatibility, the reason its explanation.
+    """
     from rclpy.qos import qos_check_compatible
 
     for topic in topics(graph):
@@ -99,8 +114,8 @@ def pairs(graph):
 # --- checks ---
 
 
-def check_middleware(graph, result) -> None:
-    """Publishers and subscriptions must agree in their quality of service."""
+def check_middleware(graph: Graph, result: Result) -> None:
+    """Publishers and subscriptions must have compatible quality of service."""
     from rclpy.qos import QoSCompatibility
 
     for topic, _, _, fits, reason in pairs(graph):
@@ -110,7 +125,7 @@ def check_middleware(graph, result) -> None:
             result.error(f"QoS compatibility error found on topic '{topic}': {reason}")
 
 
-def check_network(graph, result) -> None:
+def check_network(graph: Graph, result: Result) -> None:
     """There must be a loopback interface, and there should be multicast."""
     flags = interface_flags().values()
     if not any(each & LOOPBACK for each in flags):
@@ -121,8 +136,8 @@ def check_network(graph, result) -> None:
         result.warn("No multicast IP address is found.")
 
 
-def check_package(graph, result) -> None:
-    """What the course needs must be in the package index."""
+def check_package(graph: Graph, result: Result) -> None:
+    """The packages that the course needs must be in the package index."""
     from ament_index_python import get_packages_with_prefixes
 
     installed = get_packages_with_prefixes()
@@ -131,13 +146,13 @@ def check_package(graph, result) -> None:
             result.error(f"{name} is not installed.")
 
 
-def check_platform(graph, result) -> None:
+def check_platform(graph: Graph, result: Result) -> None:
     """The ROS distribution must be known."""
     if distribution() is None:
         result.error("ROS_DISTRO is not set.")
 
 
-def check_topic(graph, result) -> None:
+def check_topic(graph: Graph, result: Result) -> None:
     """A topic should have both a publisher and a subscriber."""
     for topic in topics(graph):
         publishers, subscribers = graph.counts(topic)
@@ -150,12 +165,12 @@ def check_topic(graph, result) -> None:
 # --- reports ---
 
 
-def report_middleware(graph) -> list[tuple[str, object]]:
-    """Tell the middleware, and of each publisher and subscription whether they fit."""
+def report_middleware(graph: Graph) -> Report:
+    """Report the middleware, and for each publisher and subscription whether they are compatible."""
     from rclpy.qos import QoSCompatibility
     from rclpy.utilities import get_rmw_implementation_identifier
 
-    items = [("middleware name", get_rmw_implementation_identifier())]
+    items: Report = [("middleware name", get_rmw_implementation_identifier())]
     for topic, publisher, subscription, fits, reason in pairs(graph):
         items += [
             ("topic [type]", f"{topic} [{publisher.topic_type}]"),
@@ -166,9 +181,9 @@ def report_middleware(graph) -> list[tuple[str, object]]:
     return items
 
 
-def report_network(graph) -> list[tuple[str, object]]:
-    """Tell the network interfaces."""
-    items = []
+def report_network(graph: Graph) -> Report:
+    """Report the network interfaces."""
+    items: Report = []
     for name, flags in interface_flags().items():
         items += [
             ("device", name),
@@ -178,14 +193,14 @@ def report_network(graph) -> list[tuple[str, object]]:
     return items
 
 
-def report_package(graph) -> list[tuple[str, object]]:
-    """Tell the version of every ROS package that pip installed."""
+def report_package(graph: Graph) -> Report:
+    """Report the version of every ROS package that pip installed."""
     versions = {found.metadata["Name"]: found.version for found in metadata.distributions()}
     return sorted((name, version) for name, version in versions.items() if name and name.startswith("ros-"))
 
 
-def report_platform(graph) -> list[tuple[str, object]]:
-    """Tell the operating system, Python and the ROS distribution."""
+def report_platform(graph: Graph) -> Report:
+    """Report the operating system, Python and the ROS distribution."""
     return [
         ("system", platform.system()),
         ("platform info", platform.platform()),
@@ -196,17 +211,17 @@ def report_platform(graph) -> list[tuple[str, object]]:
     ]
 
 
-def report_topic(graph) -> list[tuple[str, object]]:
-    """Tell each topic's publishers and subscribers."""
-    items = []
+def report_topic(graph: Graph) -> Report:
+    """Report how many publishers and subscribers each topic has."""
+    items: Report = []
     for topic in topics(graph):
         publishers, subscribers = graph.counts(topic)
         items += [("topic", topic), ("publisher count", publishers), ("subscriber count", subscribers)]
     return items or [("topic", "none"), ("publisher count", 0), ("subscriber count", 0)]
 
 
-# Each module of ros2doctor: its check, the title of its report, and the report.
-MODULES = {
+# For each module of ros2doctor: its check, the title of its report, and the report.
+MODULES: dict[str, tuple[Callable[[Graph, Result], None], str, Callable[[Graph], Report]]] = {
     "middleware": (check_middleware, "RMW MIDDLEWARE", report_middleware),
     "network": (check_network, "NETWORK CONFIGURATION", report_network),
     "package": (check_package, "PACKAGE VERSIONS", report_package),
@@ -215,8 +230,8 @@ MODULES = {
 }
 
 
-def print_report(graph, name: str) -> None:
-    """Print a module's report, its values in a column."""
+def print_report(graph: Graph, name: str) -> None:
+    """Print the report of a module, with its values in a column."""
     _, title, report = MODULES[name]
     items = report(graph)
     widest = max((len(key) for key, _ in items), default=0)
@@ -225,7 +240,7 @@ def print_report(graph, name: str) -> None:
         print(f"{key:{widest + 4 if widest >= 8 else 8}}: {value}")
 
 
-def main(args) -> None:
+def main(args: Namespace) -> None:
     """Run the checks, or print the reports; as in ros2cli, a failed check leaves the exit status 0."""
     names = [name for name in MODULES if not (name == "package" and args.exclude_packages)]
     with Graph(args, talks=True) as graph:

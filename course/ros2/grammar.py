@@ -1,19 +1,28 @@
-"""The command line's grammar: sub-commands and the options that many verbs share, laid out as ros2cli prints them."""
+"""The grammar of the command line: sub-commands, and the options that many verbs share, laid out as in ros2cli."""
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
+
+Completer = Callable[..., Iterable[str]]  # called by argcomplete with prefix, action, parser and parsed_args
 
 
 class Verb(NamedTuple):
-    """One sub-command: what `-h` says of it, what adds its arguments, and what runs it."""
+    """One sub-command: its summary for `-h`, the function that adds its arguments, and the one that runs it."""
 
     summary: str
     add_arguments: Callable[[argparse.ArgumentParser], None]
     main: Callable[[argparse.Namespace], int | str | None]
 
 
-def add_subparsers(parser: argparse.ArgumentParser, prog: str, summaries: dict[str, str]):
+def complete_with(argument: argparse.Action, completer: Completer) -> None:
+    """Have the Tab key offer for `argument` what `completer` returns."""
+    argument.completer = completer  # type: ignore[attr-defined]  # where argcomplete looks for it
+
+
+def add_subparsers(
+    parser: argparse.ArgumentParser, prog: str, summaries: dict[str, str]
+) -> dict[str, argparse.ArgumentParser]:
     """Give `parser` a sub-parser for each name; return them by name."""
     width = max(map(len, summaries))
     listing = "".join(f"{name.ljust(width)}  {summaries[name]}\n" for name in sorted(summaries))
@@ -30,7 +39,7 @@ def add_subparsers(parser: argparse.ArgumentParser, prog: str, summaries: dict[s
 
 
 def add_verbs(parser: argparse.ArgumentParser, prog: str, verbs: dict[str, Verb]) -> None:
-    """Add a family's verbs; without a verb the family prints its help."""
+    """Add the verbs of a command; without a verb, the command prints its help."""
     parser.set_defaults(main=lambda args: parser.print_help())
     parsers = add_subparsers(parser, prog, {name: verb.summary for name, verb in verbs.items()})
     for name, verb in verbs.items():
@@ -39,7 +48,7 @@ def add_verbs(parser: argparse.ArgumentParser, prog: str, verbs: dict[str, Verb]
 
 
 def add_direct_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a verb that makes a node."""
+    """Add the options of a verb that creates a node."""
     parser.add_argument(
         "--spin-time",
         type=float,
@@ -49,13 +58,13 @@ def add_direct_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_strategy_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a verb that, in ros2cli, may ask the daemon.  Here there is none, so it always looks itself."""
+    """Add the options of a verb that may ask the daemon in ros2cli; here there is no daemon, and it looks itself."""
     add_direct_arguments(parser)
     parser.add_argument("--no-daemon", action="store_true", help="Do not spawn nor use an already running daemon")
 
 
 def add_hidden(parser: argparse.ArgumentParser, *names: str, what: str, verb: bool = True) -> None:
-    """Add `--include-hidden-...`; on a verb it does not undo the same option given to the family."""
+    """Add `--include-hidden-...`; a verb's option leaves the same option alone when it was given to the command."""
     parser.add_argument(
         *names,
         action="store_true",
@@ -65,7 +74,7 @@ def add_hidden(parser: argparse.ArgumentParser, *names: str, what: str, verb: bo
 
 
 def nonnegative_int(text: str) -> int:
-    """Return a count of 0 or more, or raise ValueError, which argparse reports as `invalid nonnegative_int value`."""
+    """Return an integer of 0 or more; raises ValueError, which argparse reports as `invalid nonnegative_int value`."""
     value = int(text)
     if value < 0:
         raise ValueError("Value must be positive or zero")
@@ -73,7 +82,7 @@ def nonnegative_int(text: str) -> int:
 
 
 def positive_float(text: str) -> float:
-    """Return a number above 0, or raise ValueError."""
+    """Return a number above 0; raises ValueError for any other."""
     value = float(text)
     if value <= 0.0:
         raise ValueError("Value must be positive")
@@ -81,21 +90,21 @@ def positive_float(text: str) -> float:
 
 
 def unsigned_int(text: str) -> int:
-    """Return a count of 0 or more, or have argparse say so."""
+    """Return an integer of 0 or more; raises ArgumentTypeError, whose message argparse prints."""
     if not text.isdigit():
         raise argparse.ArgumentTypeError("value must be non-negative integer")
     return int(text)
 
 
 def positive_int(text: str) -> int:
-    """Return a count of 1 or more, or have argparse say so."""
+    """Return an integer of 1 or more; raises ArgumentTypeError, whose message argparse prints."""
     if not text.isdigit() or int(text) == 0:
         raise argparse.ArgumentTypeError("value must be a positive integer")
     return int(text)
 
 
 def read_stdin() -> str:
-    """Return what `--stdin` reads: all lines of the standard input."""
+    """Return all of standard input, for the option `--stdin`."""
     import sys
 
     return sys.stdin.read()

@@ -1,35 +1,37 @@
-"""`ros2 interface`: which messages, services and actions are installed, and their definitions."""
+"""`ros2 interface`: list the installed messages, services and actions, and show their definitions."""
 
-import argparse
 import re
 import sys
+from argparse import Action, ArgumentParser, Namespace
+from collections.abc import Iterator
+from typing import Any
 
 from course.ros2 import completion, grammar, messages
 from course.ros2.grammar import Verb
 
 TITLES = {"msg": "Messages", "srv": "Services", "action": "Actions"}
-# The field types that are not messages themselves (rosidl's primitive types).
+# rosidl's primitive types: the field types that are not messages themselves.
 PRIMITIVES = {
     "bool", "byte", "char", "float32", "float64", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64",
     "uint64", "string", "wstring",
 }  # fmt: skip
-# A line's text before its comment: quotes may hold a hash sign.
+# The part of a line before its comment; a string in quotes may hold a hash sign.
 BEFORE_COMMENT = re.compile(r"""(?:[^#"']|"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*'|["'])*""")
 # A field: its type without array and string bounds, then its name; a constant has `=` after the name.
 FIELD = re.compile(r"^(?P<type>[\w/]+)(?:<=\d+)?(?:\[[^\]]*\])?\s+\w+\s*(?!\s*=)(?:\s|$)")
 
 
-def _add_kind_arguments(parser) -> None:
+def _add_kind_arguments(parser: ArgumentParser) -> None:
     for option, kind, word in (("-m", "msgs", "message"), ("-s", "srvs", "service"), ("-a", "actions", "action")):
         parser.add_argument(option, f"--only-{kind}", action="store_true", help=f"Print out only the {word} types")
 
 
-def _kinds(args) -> list[str]:
+def _kinds(args: Namespace) -> list[str]:
     chosen = {"msg": args.only_msgs, "srv": args.only_srvs, "action": args.only_actions}
     return [kind for kind in messages.KINDS if chosen[kind] or not any(chosen.values())]
 
 
-def list_interfaces(args) -> None:
+def list_interfaces(args: Namespace) -> None:
     """Print all interfaces, by kind."""
     for kind in _kinds(args):
         print(f"{TITLES[kind]}:")
@@ -37,15 +39,16 @@ def list_interfaces(args) -> None:
             print(f"    {name}")
 
 
-def add_package_arguments(parser) -> None:
+def add_package_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 interface package`."""
     _add_kind_arguments(parser)
-    parser.add_argument(
-        "package_name", help="Name of the ROS package (e.g. 'example_interfaces')"
-    ).completer = completion.interface_packages
+    grammar.complete_with(
+        parser.add_argument("package_name", help="Name of the ROS package (e.g. 'example_interfaces')"),
+        completion.interface_packages,
+    )
 
 
-def package(args) -> str | None:
+def package(args: Namespace) -> str | None:
     """Print the interfaces of a package."""
     try:
         names = messages.interfaces_of(args.package_name)
@@ -57,10 +60,12 @@ def package(args) -> str | None:
     return None
 
 
-class _ReadStdinPipe(argparse.Action):
-    """Take the type from a pipe if it is `-`."""
+class _ReadStdinPipe(Action):
+    """Read the type from a pipe when it is given as `-`."""
 
-    def __call__(self, parser, namespace, values, option_string=None):
+    def __call__(
+        self, parser: ArgumentParser, namespace: Namespace, values: Any, option_string: str | None = None
+    ) -> None:
         if values == "-":
             if sys.stdin.isatty():
                 parser.error("expected stdin pipe")
@@ -70,23 +75,26 @@ class _ReadStdinPipe(argparse.Action):
         setattr(namespace, self.dest, values)
 
 
-def add_show_arguments(parser) -> None:
+def add_show_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 interface show`."""
     group = parser.add_mutually_exclusive_group()
     group.add_argument(
         "--all-comments", action="store_true", help="Show all comments, including for nested interface definitions"
     )
     group.add_argument("--no-comments", action="store_true", help="Show no comments or whitespace")
-    parser.add_argument(
-        "type",
-        action=_ReadStdinPipe,
-        help="Show an interface definition (e.g. 'example_interfaces/msg/String'). Passing '-' reads the argument "
-        "from stdin (e.g. 'ros2 topic type /chatter | ros2 interface show -').",
-    ).completer = completion.interface_types
+    grammar.complete_with(
+        parser.add_argument(
+            "type",
+            action=_ReadStdinPipe,
+            help="Show an interface definition (e.g. 'example_interfaces/msg/String'). Passing '-' reads the argument "
+            "from stdin (e.g. 'ros2 topic type /chatter | ros2 interface show -').",
+        ),
+        completion.interface_types,
+    )
 
 
-def show(args) -> str | None:
-    """Print a definition with the definitions of its fields' messages below them, indented by tabs."""
+def show(args: Namespace) -> str | None:
+    """Print a definition; below each field that is a message, that message's definition, indented by tabs."""
     try:
         for line in definition(args.type, not args.no_comments, args.all_comments):
             print(line)
@@ -95,12 +103,14 @@ def show(args) -> str | None:
     return None
 
 
-def definition(identifier: str, comments: bool = True, nested_comments: bool = False, indent: str = ""):
-    """Yield the lines of an interface's definition; raises as `messages.definition_path`."""
+def definition(
+    identifier: str, comments: bool = True, nested_comments: bool = False, indent: str = ""
+) -> Iterator[str]:
+    """Yield the lines of an interface's definition; raises what `messages.definition_path` raises."""
     path = messages.definition_path(identifier)
-    for line in path.read_text(encoding="utf-8").splitlines():
-        line = line.rstrip()
-        code = BEFORE_COMMENT.match(line).group().rstrip()
+    for line in map(str.rstrip, path.read_text(encoding="utf-8").splitlines()):
+        before = BEFORE_COMMENT.match(line)
+        code = before.group().rstrip() if before else ""
         shown = line if comments else code
         if shown:
             yield indent + shown
@@ -120,6 +130,6 @@ VERBS = {
 }
 
 
-def add_arguments(parser) -> None:
+def add_arguments(parser: ArgumentParser) -> None:
     """Add the verbs of `ros2 interface`."""
     grammar.add_verbs(parser, "ros2 interface", VERBS)

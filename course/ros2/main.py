@@ -1,4 +1,4 @@
-"""The command itself: hand over to a real `ros2` if there is one, else parse the command line and run the verb."""
+"""The `ros2` command: hand over to a real `ros2` if there is one, else parse the command line and run the verb."""
 
 import argparse
 import importlib
@@ -38,7 +38,7 @@ def find_real() -> str | None:
 
 
 def hand_over(path: str) -> None:
-    """Become the real `ros2`; its Python must not load this environment's libraries."""
+    """Become the real `ros2`, whose Python must not load this environment's libraries."""
     libraries = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
     kept = [folder for folder in libraries if folder and not folder.startswith(sys.prefix + os.sep)]
     os.environ.pop("LD_LIBRARY_PATH", None)
@@ -49,7 +49,7 @@ def hand_over(path: str) -> None:
 
 
 def make_parser(words: list[str]) -> argparse.ArgumentParser:
-    """Return the parser for `words`: every command by name, and in full the one that they select."""
+    """Return the parser for `words`: it knows the names of all commands, and the arguments of the one in `words`."""
     parser = argparse.ArgumentParser(
         prog="ros2",
         description="ros2 is an extensible command-line tool for ROS 2.",
@@ -70,7 +70,7 @@ def make_parser(words: list[str]) -> argparse.ArgumentParser:
 
 
 def complete(parser: argparse.ArgumentParser) -> None:
-    """Answer the shell's request for completions, if this is one, and exit."""
+    """If the shell asks for completions, print them and exit."""
     if "_ARGCOMPLETE" in os.environ:
         import argcomplete
 
@@ -78,7 +78,7 @@ def complete(parser: argparse.ArgumentParser) -> None:
 
 
 def words_to_complete() -> list[str]:
-    """Return the words typed so far when the shell asks for completions; an open quote leaves them uncut."""
+    """Return the words typed so far when the shell asks for completions; an open quote is taken as part of a word."""
     line = os.environ.get("COMP_LINE", "")
     try:
         return shlex.split(line)[1:]
@@ -87,7 +87,7 @@ def words_to_complete() -> list[str]:
 
 
 def main() -> int | str | None:
-    """Run the command line; return its exit status, or a message that goes to stderr with status 1."""
+    """Run the command line; return its exit status, or a message for stderr, which means exit status 1."""
     prepare()
     real = find_real()
     if real:
@@ -96,10 +96,10 @@ def main() -> int | str | None:
     complete(parser)
     args = parser.parse_args()
     if not args.use_python_default_buffering:
-        sys.stdout.reconfigure(line_buffering=True)
-    # rclpy warns, after it has refused a name, of what it could not undo.
+        sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]  # a TextIOWrapper unless replaced
+    # After rclpy has rejected a name, it warns about what it could not clean up.
     warnings.simplefilter("ignore", RuntimeWarning)
-    # Ctrl-C may come while rclpy makes an executor, whose __del__ then complains of what it has not got.
+    # When Ctrl-C comes while rclpy makes an executor, its __del__ complains about attributes that it does not have.
     sys.unraisablehook = lambda unraisable: None
     try:
         return args.main(args)
@@ -108,11 +108,11 @@ def main() -> int | str | None:
     except (RuntimeError, ValueError) as error:
         return str(error)
     except BrokenPipeError:
-        # The reader of the output has gone (`ros2 topic echo /x | head`): nothing is left to say to it.
+        # Nobody reads the output any more (`ros2 topic echo /x | head`).
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except Exception as error:
-        # rclpy's errors for the name of a node, topic or service say what is wrong with it, and where.
+        # rclpy's errors about the name of a node, topic or service say what is wrong, and where.
         if type(error).__module__ == "rclpy.exceptions":
             return str(error)
         raise

@@ -1,20 +1,36 @@
-"""Interfaces by name, and messages as YAML, CSV and back: what ros2cli takes from rosidl_runtime_py."""
+"""Interfaces by name, messages as YAML or CSV, and messages from YAML: what ros2cli takes from rosidl_runtime_py."""
 
 import array
 import importlib
 import sys
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
+from typing import Any, NamedTuple
 
 KINDS = ("msg", "srv", "action")
+Message = Any  # an object of a generated message class; those come without types
+Stamp = Callable[[Any], None]  # sets a field to the time (builtin_interfaces/msg/Time) that it is given
+
+
+class Limits(NamedTuple):
+    """How much of a message is printed."""
+
+    length: int | None = None  # longer arrays and strings are cut here
+    no_arr: bool = False  # of an array, print its type and length alone
+    no_str: bool = False  # of a string, print its length alone
+
+
+ALL = Limits()
 
 
 # --- types ---
 
 
-def _load(identifier: str, kind: str, parts: tuple[str, ...]):
-    """Return the class `package/kind/Name`, or `package/Name`.
+def _load(identifier: str, kind: str, parts: tuple[str, ...]) -> Any:
+    """Return the class `package/kind/Name`, or `package/Name`; it must have all of `parts`.
 
-    Raises ValueError, ModuleNotFoundError or AttributeError if there is none of that kind.
+    Raises one of INVALID_TYPE if there is no such class of that kind.
     """
     words = identifier.split("/")
     if len(words) == 2:
@@ -27,18 +43,18 @@ def _load(identifier: str, kind: str, parts: tuple[str, ...]):
     return loaded
 
 
-def get_message(identifier: str):
-    """Return the message class of that name; raises as `_load`."""
+def get_message(identifier: str) -> Any:
+    """Return the message class of this name; raises one of INVALID_TYPE."""
     return _load(identifier, "msg", ("SLOT_TYPES",))
 
 
-def get_service(identifier: str):
-    """Return the service class of that name; raises as `_load`."""
+def get_service(identifier: str) -> Any:
+    """Return the service class of this name; raises one of INVALID_TYPE."""
     return _load(identifier, "srv", ("Request", "Response"))
 
 
-def get_action(identifier: str):
-    """Return the action class of that name; raises as `_load`."""
+def get_action(identifier: str) -> Any:
+    """Return the action class of this name; raises one of INVALID_TYPE."""
     return _load(identifier, "action", ("Goal", "Result", "Feedback"))
 
 
@@ -56,7 +72,7 @@ def interface_packages() -> list[str]:
 
 
 def interfaces_of(package: str) -> list[str]:
-    """Return a package's interfaces as `kind/Name`, sorted; raises LookupError for a package that is not there."""
+    """Return the interfaces of a package as `kind/Name`, sorted; raises LookupError for an unknown package."""
     from ament_index_python import get_resource, has_resource
 
     if not has_resource("packages", package):
@@ -64,7 +80,7 @@ def interfaces_of(package: str) -> list[str]:
     if not has_resource("rosidl_interfaces", package):
         return []
     names = (Path(line) for line in get_resource("rosidl_interfaces", package)[0].splitlines())
-    # What rosidl derives (`Fibonacci_Goal`) has an underscore, which no interface's own name may have.
+    # rosidl's derived types (`Fibonacci_Goal`) have an underscore, which the name of an interface may not have.
     return sorted({str(name.with_suffix("")) for name in names if "_" not in str(name) and name.suffix != ".json"})
 
 
@@ -81,7 +97,7 @@ def all_types(kind: str) -> list[str]:
 def definition_path(identifier: str) -> Path:
     """Return the file that defines `package/kind/Name`.
 
-    Raises ValueError for a malformed name and LookupError for one that is not installed, with ros2cli's messages.
+    Raises ValueError for an invalid name and LookupError for one that is not installed, with ros2cli's messages.
     """
     words = identifier.split("/")
     if len(words) != 3:
@@ -106,8 +122,8 @@ def definition_path(identifier: str) -> Path:
 # --- messages to text ---
 
 
-def _type_name(definition) -> str:
-    """Return a sequence's element type as its .msg file has it."""
+def _type_name(definition: Any) -> str:
+    """Return the element type of a sequence, as in the .msg file."""
     if hasattr(definition, "typename"):
         return definition.typename
     if hasattr(definition, "namespaced_name"):
@@ -115,8 +131,8 @@ def _type_name(definition) -> str:
     return "wstring" if "WString" in type(definition).__name__ else "string"
 
 
-def _length_only(value, definition) -> str:
-    """Return what `--no-arr` shows of an array."""
+def _length_only(value: Sequence[Any], definition: Any) -> str:
+    """Return what `--no-arr` prints for an array."""
     name = _type_name(definition.value_type)
     if hasattr(definition, "size"):
         return f"<array type: {name}[{definition.size}]>"
@@ -124,66 +140,64 @@ def _length_only(value, definition) -> str:
     return f"<sequence type: {name}{bound}, length: {len(value)}>"
 
 
-def _is_sequence(value) -> bool:
+def _is_sequence(value: object) -> bool:
     return isinstance(value, (list, tuple, array.array)) or type(value).__module__ == "numpy"
 
 
-def to_plain(value, definition=None, *, length: int | None = None, no_arr: bool = False, no_str: bool = False):
-    """Return a message, or a field's value, as dicts, lists and YAML's scalars; `length` truncates what is longer."""
-    limits = {"length": length, "no_arr": no_arr, "no_str": no_str}
+def _cut(text: str, length: int | None) -> str:
+    return text if length is None or len(text) <= length else text[:length] + "..."
+
+
+def to_plain(value: Any, limits: Limits = ALL, definition: Any = None) -> Any:
+    """Return a message, or the value of a field, as dicts, lists and YAML's scalars.
+
+    `definition` is the field's type as rosidl_parser describes it, which `no_arr` prints.
+    """
     if hasattr(value, "SLOT_TYPES"):
         names = value.get_fields_and_field_types()
         return {
-            name: to_plain(getattr(value, name), slot, **limits)
+            name: to_plain(getattr(value, name), limits, slot)
             for name, slot in zip(names, value.SLOT_TYPES, strict=True)
         }
     if isinstance(value, bytes):
-        value = value.decode("latin-1")
-        return value if length is None or len(value) <= length else value[:length] + "..."
+        return _cut(value.decode("latin-1"), limits.length)
     if isinstance(value, str):
-        if no_str:
-            return f"<string length: <{len(value)}>>"
-        return value if length is None or len(value) <= length else value[:length] + "..."
+        return f"<string length: <{len(value)}>>" if limits.no_str else _cut(value, limits.length)
     if hasattr(value, "item"):
         value = value.item() if getattr(value, "ndim", 1) == 0 else value
     if _is_sequence(value):
-        if no_arr and definition is not None:
+        if limits.no_arr and definition is not None:
             return _length_only(value, definition)
-        cut = length is not None and len(value) > length
-        plain = [to_plain(item, **limits) for item in (value[:length] if cut else value)]
-        return [*plain, "..."] if cut else plain
+        plain = [to_plain(item, limits) for item in value[: limits.length]]
+        return [*plain, "..."] if len(plain) < len(value) else plain
     return value
 
 
-def to_yaml(message, *, flow_style: bool = False, **limits) -> str:
-    """Return a message in YAML, fields in the order of their definition."""
+def to_yaml(message: Message, limits: Limits = ALL, *, flow_style: bool = False) -> str:
+    """Return a message in YAML, its fields in the order of their definition."""
     import yaml
 
     return yaml.dump(
-        to_plain(message, **limits),
-        sort_keys=False,
-        allow_unicode=True,
-        width=sys.maxsize,
-        default_flow_style=flow_style,
+        to_plain(message, limits), sort_keys=False, allow_unicode=True, width=sys.maxsize, default_flow_style=flow_style
     )
 
 
-def to_csv(message, *, length: int | None = None, no_arr: bool = False, no_str: bool = False) -> str:
-    """Return all of a message's fields, recursively, separated by commas."""
-    limits = {"length": length, "no_arr": no_arr, "no_str": no_str}
+def to_csv(message: Message, limits: Limits = ALL) -> str:
+    """Return all of a message's fields, those of nested messages too, separated by commas."""
+    length = limits.length
 
-    def text(value, definition=None) -> str:
+    def text(value: Any, definition: Any = None) -> str:
         if hasattr(value, "SLOT_TYPES"):
-            return to_csv(value, **limits)
+            return to_csv(value, limits)
         if _is_sequence(value):
-            if no_arr and definition is not None:
+            if limits.no_arr and definition is not None:
                 return _length_only(value, definition)
             cut = length is not None and len(value) > length
             return ",".join([text(item) for item in value[:length]] + (["..."] if cut else []))
         if isinstance(value, bytes) and length is not None and len(value) > length:
             return str(value[:length] + b"...")
         if isinstance(value, str):
-            return to_plain(value, length=length, no_str=no_str)
+            return to_plain(value, limits)
         return str(value)
 
     return ",".join(
@@ -195,12 +209,12 @@ def to_csv(message, *, length: int | None = None, no_arr: bool = False, no_str: 
 # --- text to messages ---
 
 
-def fill(message, values, stamps: list | None = None) -> None:
-    """Set a message's fields from a YAML mapping.
+def fill(message: Message, values: Any, stamps: list[Stamp] | None = None) -> None:
+    """Set the fields of a message from a YAML mapping.
 
-    With `stamps`, `auto` for a std_msgs/Header and `now` for a Time are left for later: a function that sets the time
-    is appended to it.  Raises AttributeError for an unknown field, TypeError, ValueError or AssertionError for a value
-    that does not fit.
+    With `stamps`, `auto` for a std_msgs/Header and `now` for a Time are set later: for each, a function that sets the
+    time is appended to `stamps`.  Raises AttributeError for an unknown field, and TypeError, ValueError or
+    AssertionError for a value that does not fit.
     """
     if not isinstance(values, dict):
         raise TypeError(f"Value '{values}' is expected to be a dictionary but is a {type(values).__name__}")
@@ -209,16 +223,16 @@ def fill(message, values, stamps: list | None = None) -> None:
         current = getattr(message, str(name))
         kind = type(current)
         if stamps is not None and value == "auto" and kind.__module__ == "std_msgs.msg._header":
-            stamps.append(lambda now, header=current: setattr(header, "stamp", now))
+            stamps.append(partial(setattr, current, "stamp"))
             continue
         if stamps is not None and value == "now" and kind.__module__ == "builtin_interfaces.msg._time":
-            stamps.append(lambda now, name=name: setattr(message, name, now))
+            stamps.append(partial(setattr, message, name))
             continue
         setattr(message, name, _converted(value, current, slots.get(name), stamps))
 
 
-def _converted(value, current, definition, stamps):
-    """Return `value` as the type of a field whose present value is `current`."""
+def _converted(value: Any, current: Any, definition: Any, stamps: list[Stamp] | None) -> Any:
+    """Return `value` in the type of a field whose current value is `current`."""
     kind = type(current)
     if hasattr(current, "SLOT_TYPES"):
         filled = kind()
@@ -232,7 +246,7 @@ def _converted(value, current, definition, stamps):
         return numpy.array(value, dtype=current.dtype)
     if type(value) is not kind:
         value = kind(value)
-    element = getattr(definition, "value_type", None)
+    element: Any = getattr(definition, "value_type", None)
     if hasattr(element, "namespaces"):
         loaded = getattr(importlib.import_module(".".join(element.namespaces)), element.name)
         items = [loaded() for _ in value]

@@ -1,6 +1,7 @@
-"""`ros2 node`: which nodes there are, and what each of them offers."""
+"""`ros2 node`: list the nodes, and show what each of them offers."""
 
 import sys
+from argparse import ArgumentParser, Namespace
 
 from course.ros2 import completion, grammar
 from course.ros2.grammar import Verb
@@ -10,7 +11,7 @@ SHARED_NAME = (
     "WARNING: Be aware that there are nodes in the graph that share an exact name, "
     "which can have unintended side effects."
 )
-# The sections of `info`, in ros2cli's order, with the graph's word for each.
+# The sections of `info` in ros2cli's order, each with its kind as `Graph.of_node` takes it.
 SECTIONS = (
     ("Subscribers", "subscriber"),
     ("Publishers", "publisher"),
@@ -21,15 +22,15 @@ SECTIONS = (
 )
 
 
-def add_list_arguments(parser) -> None:
+def add_list_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 node list`."""
     grammar.add_strategy_arguments(parser)
     parser.add_argument("-a", "--all", action="store_true", help="Display all nodes even hidden ones")
     parser.add_argument("-c", "--count-nodes", action="store_true", help="Only display the number of nodes discovered")
 
 
-def list_nodes(args) -> None:
-    """Print the nodes' full names, sorted; warn if two share one."""
+def list_nodes(args: Namespace) -> None:
+    """Print the full names of the nodes, sorted; warn if two nodes share one."""
     with Graph(args) as graph:
         graph.settle(names_only=True)
         names = sorted(node.full_name for node in graph.nodes(hidden=args.all))
@@ -42,19 +43,19 @@ def list_nodes(args) -> None:
         print(name)
 
 
-def add_info_arguments(parser) -> None:
+def add_info_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 node info`."""
     grammar.add_strategy_arguments(parser)
-    parser.add_argument(
-        "node_name", help="Fully qualified node name to request information"
-    ).completer = completion.node_names
+    grammar.complete_with(
+        parser.add_argument("node_name", help="Fully qualified node name to request information"), completion.node_names
+    )
     parser.add_argument(
         "--include-hidden", action="store_true", help="Display hidden topics, services, and actions as well"
     )
 
 
-def info(args) -> str | None:
-    """Print what a node publishes, subscribes to, serves and calls."""
+def info(args: Namespace) -> str | None:
+    """Print the topics, services and actions of a node."""
     with Graph(args) as graph:
         graph.settle()
         names = [node.full_name for node in graph.nodes(hidden=args.include_hidden)]
@@ -81,6 +82,6 @@ VERBS = {
 }
 
 
-def add_arguments(parser) -> None:
+def add_arguments(parser: ArgumentParser) -> None:
     """Add the verbs of `ros2 node`."""
     grammar.add_verbs(parser, "ros2 node", VERBS)

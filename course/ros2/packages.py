@@ -1,4 +1,4 @@
-"""Packages and their executables: the course's own, those of the reader's folder, and the installed ones."""
+"""Packages and their executables: the course, the packages in the current folder, and the installed ones."""
 
 import os
 import sys
@@ -9,9 +9,9 @@ NODES = Path(__file__).parent.parent / "nodes"
 
 
 def own_folders() -> dict[str, Path]:
-    """Return the packages of the current folder: each folder, under its name, and each that has a package.xml.
+    """Return the packages in the current folder: each folder under its own name, or under that in its package.xml.
 
-    A package.xml counts in the current folder and one or two below it (`src/my_package/package.xml`).
+    A package.xml is looked for in the current folder and up to two folders below (`src/my_package/package.xml`).
     """
     here = Path.cwd()
     folders = {path.name: path for path in sorted(here.iterdir()) if path.is_dir() and path.name[0] not in "._"}
@@ -22,7 +22,7 @@ def own_folders() -> dict[str, Path]:
 
 
 def package_name(manifest: Path) -> str | None:
-    """Return the name that a package.xml gives, or None if it cannot be read."""
+    """Return the package's name in a package.xml, or None if it cannot be read."""
     from xml.etree import ElementTree
 
     try:
@@ -32,8 +32,8 @@ def package_name(manifest: Path) -> str | None:
 
 
 def own_executables(name: str, folder: Path) -> dict[str, list[str]]:
-    """Return the command of each Python file of a package's folder, and of its folder of the same name."""
-    found = {}
+    """Return the command that runs each Python file in a package's folder, or in the folder of its name in there."""
+    found: dict[str, list[str]] = {}
     for place in (folder / name, folder):
         for path in sorted(place.glob("*.py")):
             if path.name not in ("__init__.py", "setup.py", "conftest.py"):
@@ -44,7 +44,7 @@ def own_executables(name: str, folder: Path) -> dict[str, list[str]]:
 def installed_executables(name: str) -> dict[str, list[str]] | None:
     """Return the command of each executable of an ament package (`lib/<package>`), or None for an unknown package.
 
-    Raises RuntimeError if two files have one name.
+    Raises RuntimeError if two files have the same name.
     """
     from ament_index_python import PackageNotFoundError, get_package_prefix
 
@@ -52,7 +52,7 @@ def installed_executables(name: str) -> dict[str, list[str]] | None:
         base = Path(get_package_prefix(name), "lib", name)
     except (PackageNotFoundError, ValueError):
         return None
-    found = {}
+    found: dict[str, list[str]] = {}
     for folder, folders, files in os.walk(base):
         folders[:] = sorted(each for each in folders if not each.startswith("."))
         for path in (Path(folder, file) for file in sorted(files)):
@@ -78,7 +78,7 @@ def find_executables(name: str) -> dict[str, list[str]] | None:
 
 
 def all_packages() -> list[str]:
-    """Return the names that `ros2 run` completes: packages that have something to run."""
+    """Return the names of the packages that have something to run."""
     from ament_index_python import get_packages_with_prefixes
 
     installed = [name for name, prefix in get_packages_with_prefixes().items() if Path(prefix, "lib", name).is_dir()]

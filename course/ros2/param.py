@@ -1,7 +1,9 @@
-"""`ros2 param`: a node's parameters read, described, set, saved and loaded, through its parameter services."""
+"""`ros2 param`: get, describe, set, save and load the parameters of a node, through its parameter services."""
 
 import re
 import sys
+from argparse import ArgumentParser, Namespace
+from typing import Any
 
 from course.ros2 import completion, grammar
 from course.ros2.grammar import Verb
@@ -13,7 +15,7 @@ TYPE_NAMES = (
     "not set", "boolean", "integer", "double", "string",
     "byte array", "boolean array", "integer array", "double array", "string array",
 )  # fmt: skip
-# What `get` says before a value, with the field of rcl_interfaces/msg/ParameterValue that holds it.
+# What `get` prints before a value, and the field of rcl_interfaces/msg/ParameterValue that holds it.
 VALUES = (
     ("Parameter not set.", None),
     ("Boolean value is:", "bool_value"),
@@ -28,8 +30,8 @@ VALUES = (
 )
 
 
-def report(result, done: str, failed: str) -> None:
-    """Print what came of a change: a success to stdout, a failure to stderr, each with the node's reason."""
+def report(result: Any, done: str, failed: str) -> None:
+    """Print the outcome in a SetParametersResult: success to stdout, failure to stderr, each with the node's reason."""
     text = (done if result.successful else failed) + (f": {result.reason}" if result.reason else "")
     print(text, file=sys.stdout if result.successful else sys.stderr)
 
@@ -37,15 +39,16 @@ def report(result, done: str, failed: str) -> None:
 # --- grammar ---
 
 
-def _add_node_argument(parser, *, optional: bool = False) -> None:
+def _add_node_argument(parser: ArgumentParser, *, optional: bool = False) -> None:
     grammar.add_strategy_arguments(parser)
-    parser.add_argument(
-        "node_name", help="Name of the ROS node", nargs="?" if optional else None
-    ).completer = completion.node_names
+    grammar.complete_with(
+        parser.add_argument("node_name", help="Name of the ROS node", nargs="?" if optional else None),
+        completion.node_names,
+    )
     grammar.add_hidden(parser, "--include-hidden-nodes", what="nodes", verb=False)
 
 
-def _add_timeout(parser) -> None:
+def _add_timeout(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--timeout",
         metavar="N",
@@ -55,11 +58,14 @@ def _add_timeout(parser) -> None:
     )
 
 
-def _add_name_argument(parser) -> None:
-    parser.add_argument("parameter_name", help="Name of the parameter").completer = completion.parameter_names
+def _add_name_argument(parser: ArgumentParser) -> None:
+    grammar.complete_with(
+        parser.add_argument("parameter_name", help="Name of the parameter"), completion.parameter_names
+    )
 
 
-def _found(graph, args) -> bool:
+def _found(graph: Graph, args: Namespace) -> bool:
+    """Whether the node that the command line names is there, within its timeout."""
     timeout = getattr(args, "timeout", 0)
     return graph.find_node(args.node_name, hidden=args.include_hidden_nodes, timeout=timeout)
 
@@ -67,7 +73,7 @@ def _found(graph, args) -> bool:
 # --- verbs ---
 
 
-def add_list_arguments(parser) -> None:
+def add_list_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 param list`."""
     _add_node_argument(parser, optional=True)
     parser.add_argument(
@@ -81,8 +87,8 @@ def add_list_arguments(parser) -> None:
     parser.add_argument("--param-type", action="store_true", help="Print parameter types with parameter names")
 
 
-def list_verb(args) -> str | None:
-    """Print the parameters of one node, or of each."""
+def list_verb(args: Namespace) -> str | None:
+    """Print the parameters of one node, or of every node."""
     try:
         pattern = re.compile(args.filter[0] if args.filter else "")
     except re.error as error:
@@ -115,7 +121,7 @@ def list_verb(args) -> str | None:
     return None
 
 
-def add_get_arguments(parser) -> None:
+def add_get_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 param get`."""
     _add_node_argument(parser)
     _add_name_argument(parser)
@@ -123,8 +129,8 @@ def add_get_arguments(parser) -> None:
     _add_timeout(parser)
 
 
-def get(args) -> str | None:
-    """Print a parameter's value."""
+def get(args: Namespace) -> str | None:
+    """Print the value of a parameter."""
     with Graph(args, talks=True) as graph:
         if not _found(graph, args):
             return "Node not found"
@@ -142,7 +148,7 @@ def get(args) -> str | None:
     return None
 
 
-def add_set_arguments(parser) -> None:
+def add_set_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 param set`."""
     _add_node_argument(parser)
     _add_name_argument(parser)
@@ -150,8 +156,8 @@ def add_set_arguments(parser) -> None:
     _add_timeout(parser)
 
 
-def set_verb(args) -> str | None:
-    """Set a parameter to a value whose type YAML tells; a refusal goes to stderr, with status 0 as in ros2cli."""
+def set_verb(args: Namespace) -> str | None:
+    """Set a parameter to a value written in YAML; a rejection goes to stderr, with exit status 0 as in ros2cli."""
     import yaml
     from rclpy.parameter import get_parameter_value
 
@@ -167,14 +173,14 @@ def set_verb(args) -> str | None:
     return None
 
 
-def add_delete_arguments(parser) -> None:
+def add_delete_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 param delete`."""
     _add_node_argument(parser)
     _add_name_argument(parser)
     _add_timeout(parser)
 
 
-def delete(args) -> str | None:
+def delete(args: Namespace) -> str | None:
     """Undeclare a parameter."""
     from rcl_interfaces.msg import ParameterValue
 
@@ -186,17 +192,17 @@ def delete(args) -> str | None:
     return None
 
 
-def add_describe_arguments(parser) -> None:
+def add_describe_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 param describe`."""
     _add_node_argument(parser)
-    parser.add_argument(
-        "parameter_names", nargs="+", help="Names of the parameters"
-    ).completer = completion.parameter_names
+    grammar.complete_with(
+        parser.add_argument("parameter_names", nargs="+", help="Names of the parameters"), completion.parameter_names
+    )
     _add_timeout(parser)
 
 
-def describe(args) -> str | None:
-    """Print parameters' types, descriptions and constraints."""
+def describe(args: Namespace) -> str | None:
+    """Print the types, descriptions and constraints of parameters."""
     with Graph(args, talks=True) as graph:
         if not _found(graph, args):
             return "Node not found"
@@ -219,14 +225,14 @@ def describe(args) -> str | None:
     return None
 
 
-def add_dump_arguments(parser) -> None:
+def add_dump_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 param dump`."""
     _add_node_argument(parser)
     _add_timeout(parser)
 
 
-def dump(args) -> str | None:
-    """Print a node's parameters as the YAML file that `load` and `--params-file` read."""
+def dump(args: Namespace) -> str | None:
+    """Print the parameters of a node in YAML, as `load` and `--params-file` read it."""
     import yaml
     from rclpy.parameter import PARAMETER_SEPARATOR_STRING, parameter_value_to_python
 
@@ -235,7 +241,7 @@ def dump(args) -> str | None:
             return "Node not found"
         names = list_parameters(graph, args.node_name)
         values = call(graph, args.node_name, "GetParameters", names=names).values if names else []
-    tree = {}
+    tree: dict[str, Any] = {}
     for name, value in zip(names, values, strict=False):
         *groups, last = name.split(PARAMETER_SEPARATOR_STRING)
         branch = tree
@@ -246,7 +252,7 @@ def dump(args) -> str | None:
     return None
 
 
-def add_load_arguments(parser) -> None:
+def add_load_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 param load`."""
     _add_node_argument(parser)
     parser.add_argument("parameter_file", help="Parameter file")
@@ -256,8 +262,8 @@ def add_load_arguments(parser) -> None:
     _add_timeout(parser)
 
 
-def load(args) -> str | None:
-    """Set a node's parameters from a YAML file."""
+def load(args: Namespace) -> str | None:
+    """Set the parameters of a node from a YAML file."""
     import yaml
     from rclpy.parameter import parameter_dict_from_yaml_file
 
@@ -287,6 +293,6 @@ VERBS = {
 }
 
 
-def add_arguments(parser) -> None:
+def add_arguments(parser: ArgumentParser) -> None:
     """Add the verbs of `ros2 param`."""
     grammar.add_verbs(parser, "ros2 param", VERBS)

@@ -1,14 +1,19 @@
-"""A node's parameter services: what `ros2 param` and the Tab key ask of them."""
+"""A node's parameter services, as `ros2 param` and the Tab key call them."""
 
 import re
+from collections.abc import Iterable
+from typing import Any
 
-from course.ros2.graph import absolute
+from course.ros2.graph import Graph, absolute
 
-SERVICE_TIMEOUT = 5.0  # s until a node's parameter service is given up
+SERVICE_TIMEOUT = 5.0  # s to wait for a node's parameter service
 
 
-def call(graph, node_name: str, kind: str, **fields):
-    """Call a node's service `kind` (ListParameters, ...); raises RuntimeError if it is not there within 5 s."""
+def call(graph: Graph, node_name: str, kind: str, **fields: Any) -> Any:
+    """Call a node's service `kind` (ListParameters, ...) and return the response.
+
+    Raises RuntimeError when the service is not available within 5 s, or the call fails.
+    """
     from rcl_interfaces import srv
 
     service = getattr(srv, kind)
@@ -23,13 +28,13 @@ def call(graph, node_name: str, kind: str, **fields):
     return future.result()
 
 
-def list_parameters(graph, node_name: str, prefixes=()) -> list[str]:
-    """Return the names of a node's parameters that begin with one of `prefixes`, sorted."""
+def list_parameters(graph: Graph, node_name: str, prefixes: Iterable[str] = ()) -> list[str]:
+    """Return the names of a node's parameters, sorted; with `prefixes`, only those that begin with one of them."""
     return sorted(call(graph, node_name, "ListParameters", prefixes=list(prefixes)).result.names)
 
 
-def set_parameter(graph, node_name: str, name: str, value):
-    """Set one parameter; return its rcl_interfaces/msg/SetParametersResult."""
+def set_parameter(graph: Graph, node_name: str, name: str, value: Any) -> Any:
+    """Set a parameter to an rcl_interfaces/msg/ParameterValue; return its SetParametersResult."""
     from rcl_interfaces.msg import Parameter
 
     return call(graph, node_name, "SetParameters", parameters=[Parameter(name=name, value=value)]).results[0]

@@ -1,5 +1,9 @@
 """Quality of service on the command line: the `--qos-...` options of `ros2 topic echo` and `pub`."""
 
+from argparse import ArgumentParser, Namespace
+from collections.abc import Iterable
+from typing import Any
+
 # The short names of rclpy.qos, written out so that `-h` and completion need no rclpy.
 PROFILES = (
     "unknown", "default", "system_default", "sensor_data", "services_default", "parameters", "parameter_events",
@@ -13,7 +17,7 @@ POLICIES = {
 }
 
 
-def add_arguments(parser, purpose: str, default: str) -> None:
+def add_arguments(parser: ArgumentParser, purpose: str, default: str) -> None:
     """Add `--qos-...`, for a publisher or a subscription."""
     compatible = "default: Compatible profile with running endpoints )"
     notes = {
@@ -47,8 +51,8 @@ def add_arguments(parser, purpose: str, default: str) -> None:
     )
 
 
-def make_profile(args):
-    """Return the rclpy QoSProfile that the options ask for, and whether they ask for more than a profile."""
+def make_profile(args: Namespace) -> tuple[Any, bool]:
+    """Return the rclpy QoSProfile that the options describe, and whether any of them changes the preset."""
     from rclpy import qos
     from rclpy.duration import Duration
 
@@ -73,8 +77,11 @@ def make_profile(args):
     return profile, any(chosen.values()) or args.qos_depth is not None or lease is not None
 
 
-def match_publishers(profile, publishers) -> None:
-    """Set reliability and durability so that `profile` takes messages from all of `publishers`."""
+def match_publishers(profile: Any, publishers: Iterable[Any]) -> None:
+    """Set reliability and durability of a QoSProfile so that it is compatible with all publishers.
+
+    `publishers` are their endpoints, as rclpy's TopicEndpointInfo.
+    """
     from rclpy import qos
 
     for policy, kind, strict, loose in (

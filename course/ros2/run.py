@@ -1,32 +1,33 @@
-"""`ros2 run`: start a node of the course, of the reader's own folder, or of any installed ament package."""
+"""`ros2 run`: start a node of the course, of a package in the current folder, or of an installed ament package."""
 
-import argparse
+import contextlib
 import os
 import shlex
 import signal
 import subprocess
+from argparse import REMAINDER, ArgumentParser, Namespace
 
-from course.ros2 import completion
+from course.ros2 import completion, grammar
 from course.ros2.packages import COURSE, find_executables, own_folders
 
 PREFIX = "[ros2run]:"
 
 
-def add_arguments(parser) -> None:
+def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 run`."""
     parser.add_argument(
         "--prefix",
         help="Prefix command, which should go before the executable. Command must be wrapped in quotes if it contains "
         "spaces (e.g. --prefix 'gdb -ex run --args').",
     )
-    parser.add_argument("package_name", help="Name of the ROS package").completer = completion.packages
-    parser.add_argument("executable_name", help="Name of the executable").completer = completion.executables
-    parser.add_argument("argv", nargs=argparse.REMAINDER, help="Pass arbitrary arguments to the executable")
+    grammar.complete_with(parser.add_argument("package_name", help="Name of the ROS package"), completion.packages)
+    grammar.complete_with(parser.add_argument("executable_name", help="Name of the executable"), completion.executables)
+    parser.add_argument("argv", nargs=REMAINDER, help="Pass arbitrary arguments to the executable")
     parser.set_defaults(main=main)
 
 
-def main(args) -> int | str:
-    """Start the executable and return its exit status once it has ended; Ctrl-C is left to the child."""
+def main(args: Namespace) -> int | str:
+    """Start the executable, wait until it ends and return its exit status; Ctrl-C is left to the executable."""
     executables = find_executables(args.package_name)
     if executables is None:
         raise RuntimeError(f"Package '{args.package_name}' not found")
@@ -40,10 +41,8 @@ def main(args) -> int | str:
         return f"{error.strerror}: '{error.filename}'"
     signal.signal(signal.SIGTERM, lambda number, frame: child.terminate())
     while child.returncode is None:
-        try:
+        with contextlib.suppress(KeyboardInterrupt):  # the child receives it too: wait on until it ends
             child.wait()
-        except KeyboardInterrupt:
-            pass  # the child has been sent it too, and is waited for
     if child.returncode < 0:
         print(PREFIX, signal.strsignal(-child.returncode))
     elif child.returncode > 0:
@@ -52,7 +51,7 @@ def main(args) -> int | str:
 
 
 def child_environment(name: str) -> dict[str, str]:
-    """Return the child's environment: a package of the reader's own can be imported by its name."""
+    """Return the child's environment, in which a package in the current folder can be imported by its name."""
     folder = own_folders().get(name)
     environment = dict(os.environ)
     if name != COURSE and folder:

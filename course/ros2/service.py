@@ -1,14 +1,17 @@
-"""`ros2 service`: which services there are, of which type, and a call to one."""
+"""`ros2 service`: list the services, show their types, and call one."""
 
 import time
+from argparse import ArgumentParser, Namespace
+from collections.abc import Collection
 
-from course.ros2 import completion, grammar
+from course.ros2 import completion, grammar, messages
 from course.ros2.grammar import Verb
 from course.ros2.graph import COMMAND_PREFIX, Graph
+from course.ros2.messages import Stamp
 
 
-def print_names(found, *, count: bool, types: bool) -> None:
-    """Print names, with `types` in brackets, or with `count` just how many there are."""
+def print_names(found: Collection[tuple[str, list[str]]], *, count: bool, types: bool) -> None:
+    """Print the names, with `types` also their types, or with `count` only how many there are."""
     if count:
         print(len(found))
         return
@@ -16,12 +19,12 @@ def print_names(found, *, count: bool, types: bool) -> None:
         print(f"{name} [{', '.join(its_types)}]" if types else name)
 
 
-def add_hidden(parser, *, verb: bool = True) -> None:
+def add_hidden(parser: ArgumentParser, *, verb: bool = True) -> None:
     """Add `--include-hidden-services`."""
     grammar.add_hidden(parser, "--include-hidden-services", what="services", verb=verb)
 
 
-def add_list_arguments(parser) -> None:
+def add_list_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 service list`."""
     grammar.add_strategy_arguments(parser)
     parser.add_argument("-t", "--show-types", action="store_true", help="Additionally show the service type")
@@ -31,43 +34,49 @@ def add_list_arguments(parser) -> None:
     add_hidden(parser)
 
 
-def list_services(args) -> None:
-    """Print the services' names."""
+def list_services(args: Namespace) -> None:
+    """Print the names of the services."""
     with Graph(args) as graph:
         graph.settle()
         found = graph.services(hidden=args.include_hidden_services)
     print_names(found, count=args.count_services, types=args.show_types)
 
 
-def add_type_arguments(parser) -> None:
+def add_type_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 service type`."""
     grammar.add_strategy_arguments(parser)
-    parser.add_argument(
-        "service_name", help="Name of the ROS service to get type (e.g. '/talker/list_parameters')"
-    ).completer = completion.service_names
+    grammar.complete_with(
+        parser.add_argument(
+            "service_name", help="Name of the ROS service to get type (e.g. '/talker/list_parameters')"
+        ),
+        completion.service_names,
+    )
 
 
-def show_type(args) -> int:
-    """Print a service's type; status 1 if there is no such service."""
+def show_type(args: Namespace) -> int:
+    """Print the type of a service; return 1 if there is no such service."""
     with Graph(args) as graph:
         types = graph.types_of(args.service_name, lambda: graph.services(hidden=args.include_hidden_services))
     print("\n".join(types), end="\n" if types else "")
     return 0 if types else 1
 
 
-def add_find_arguments(parser) -> None:
+def add_find_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 service find`."""
     grammar.add_strategy_arguments(parser)
-    parser.add_argument(
-        "service_type", help="Name of the ROS service type to filter for (e.g. 'rcl_interfaces/srv/ListParameters')"
-    ).completer = completion.service_types
+    grammar.complete_with(
+        parser.add_argument(
+            "service_type", help="Name of the ROS service type to filter for (e.g. 'rcl_interfaces/srv/ListParameters')"
+        ),
+        completion.service_types,
+    )
     parser.add_argument(
         "-c", "--count-services", action="store_true", help="Only display the number of services discovered"
     )
     add_hidden(parser)
 
 
-def find(args) -> None:
+def find(args: Namespace) -> None:
     """Print the services of a type."""
     with Graph(args) as graph:
         graph.settle()
@@ -76,16 +85,17 @@ def find(args) -> None:
     print_names(found, count=args.count_services, types=False)
 
 
-def add_info_arguments(parser) -> None:
+def add_info_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 service info`."""
     grammar.add_strategy_arguments(parser)
-    parser.add_argument(
-        "service_name", help="Name of the ROS service to get info (e.g. '/add_two_ints')"
-    ).completer = completion.service_names
+    grammar.complete_with(
+        parser.add_argument("service_name", help="Name of the ROS service to get info (e.g. '/add_two_ints')"),
+        completion.service_names,
+    )
 
 
-def info(args) -> str | None:
-    """Print a service's type and how many clients and servers it has."""
+def info(args: Namespace) -> str | None:
+    """Print the type of a service, and how many clients and servers it has."""
     with Graph(args) as graph:
         graph.settle()
         types = dict(graph.services(hidden=args.include_hidden_services)).get(args.service_name)
@@ -98,31 +108,34 @@ def info(args) -> str | None:
     return None
 
 
-def add_call_arguments(parser) -> None:
+def add_call_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 service call`."""
-    parser.add_argument(
-        "service_name", help="Name of the ROS service to call to (e.g. '/add_two_ints')"
-    ).completer = completion.service_names
-    parser.add_argument(
-        "service_type", help="Type of the ROS service (e.g. 'std_srvs/srv/Empty')"
-    ).completer = completion.service_type
+    grammar.complete_with(
+        parser.add_argument("service_name", help="Name of the ROS service to call to (e.g. '/add_two_ints')"),
+        completion.service_names,
+    )
+    grammar.complete_with(
+        parser.add_argument("service_type", help="Type of the ROS service (e.g. 'std_srvs/srv/Empty')"),
+        completion.service_type,
+    )
     group = parser.add_mutually_exclusive_group()
-    group.add_argument(
-        "values",
-        nargs="?",
-        default="{}",
-        help="Values to fill the service request with in YAML format (e.g. '{a: 1, b: 2}'), "
-        "otherwise the service request will be published with default values",
-    ).completer = completion.request_prototype
+    grammar.complete_with(
+        group.add_argument(
+            "values",
+            nargs="?",
+            default="{}",
+            help="Values to fill the service request with in YAML format (e.g. '{a: 1, b: 2}'), "
+            "otherwise the service request will be published with default values",
+        ),
+        completion.request_prototype,
+    )
     group.add_argument("--stdin", action="store_true", help="Read values from standard input")
     parser.add_argument("-r", "--rate", metavar="N", type=float, help="Repeat the call at a specific rate in Hz")
 
 
-def call(args) -> str | None:
+def call(args: Namespace) -> str | None:
     """Wait for the service, call it once or at a rate, and print requests and responses."""
     import yaml
-
-    from course.ros2 import messages
 
     if args.rate is not None and args.rate <= 0:
         raise RuntimeError("rate must be greater than zero")
@@ -130,7 +143,8 @@ def call(args) -> str | None:
         service = messages.get_service(args.service_type)
     except messages.INVALID_TYPE:
         raise RuntimeError("The passed service type is invalid") from None
-    request, stamps = service.Request(), []
+    request = service.Request()
+    stamps: list[Stamp] = []
     try:
         messages.fill(request, yaml.safe_load(grammar.read_stdin() if args.stdin else args.values), stamps)
     except Exception as error:
@@ -139,7 +153,7 @@ def call(args) -> str | None:
     with Graph(talks=True, node_name=f"{COMMAND_PREFIX}_requester_{words[0]}_{words[-1]}") as graph:
         client = graph.node.create_client(service, args.service_name)
         ready = client.service_is_ready
-        # ros2cli looks once, before anything can be discovered; its line is for a service that keeps one waiting.
+        # ros2cli prints this line when its first look, before discovery, finds nothing; here, when one has to wait.
         if not graph.settle(ready):
             print("waiting for service to become available...")
             graph.wait_until(ready)
@@ -155,7 +169,7 @@ def call(args) -> str | None:
             print(f"response:\n{future.result()!r}\n")
             if args.rate is None:
                 return None
-            time.sleep(max(0.0, began + 1.0 / args.rate - time.monotonic()))
+            time.sleep(max(0.0, began + 1.0 / args.rate - time.monotonic()))  # the rate, not a condition
 
 
 VERBS = {
@@ -167,7 +181,7 @@ VERBS = {
 }
 
 
-def add_arguments(parser) -> None:
+def add_arguments(parser: ArgumentParser) -> None:
     """Add the verbs of `ros2 service`."""
     add_hidden(parser, verb=False)
     grammar.add_verbs(parser, "ros2 service", VERBS)

@@ -1,23 +1,30 @@
-"""`ros2 topic`: which topics there are, and who publishes and subscribes; their messages are in `topic_traffic` and `topic_pub`."""
+"""`ros2 topic`: list the topics, and show who publishes and subscribes.
+
+The verbs for messages are in `topic_traffic` and `topic_pub`.
+"""
+
+from argparse import ArgumentParser, Namespace
+from typing import Any
 
 from course.ros2 import completion, grammar, service, topic_pub, topic_traffic
 from course.ros2.grammar import Verb
 from course.ros2.graph import Graph
 
 
-def add_hidden(parser, *, verb: bool = True) -> None:
+def add_hidden(parser: ArgumentParser, *, verb: bool = True) -> None:
     """Add `--include-hidden-topics`."""
     grammar.add_hidden(parser, "--include-hidden-topics", what="topics", verb=verb)
 
 
-def _add_name_argument(parser, purpose: str) -> None:
+def _add_name_argument(parser: ArgumentParser, purpose: str) -> None:
     grammar.add_strategy_arguments(parser)
-    parser.add_argument(
-        "topic_name", help=f"Name of the ROS topic to {purpose} (e.g. '/chatter')"
-    ).completer = completion.topic_names
+    grammar.complete_with(
+        parser.add_argument("topic_name", help=f"Name of the ROS topic to {purpose} (e.g. '/chatter')"),
+        completion.topic_names,
+    )
 
 
-def add_list_arguments(parser) -> None:
+def add_list_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 topic list`."""
     grammar.add_strategy_arguments(parser)
     parser.add_argument("-t", "--show-types", action="store_true", help="Additionally show the topic type")
@@ -28,8 +35,8 @@ def add_list_arguments(parser) -> None:
     parser.add_argument("-v", "--verbose", action="store_true", help="List full details about each topic")
 
 
-def list_topics(args) -> None:
-    """Print the topics' names, or with -v each one's type, publishers and subscribers."""
+def list_topics(args: Namespace) -> None:
+    """Print the names of the topics, or with -v also the type, publishers and subscribers of each."""
     with Graph(args, talks=True) as graph:
         graph.settle()
         found = graph.topics(hidden=args.include_hidden_topics)
@@ -45,7 +52,7 @@ def list_topics(args) -> None:
         print()
 
 
-def add_info_arguments(parser) -> None:
+def add_info_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 topic info`."""
     _add_name_argument(parser, "get info")
     parser.add_argument(
@@ -57,15 +64,15 @@ def add_info_arguments(parser) -> None:
     )
 
 
-def info(args) -> str | None:
-    """Print a topic's type and how many publish and subscribe; with -v each endpoint and its quality of service."""
+def info(args: Namespace) -> str | None:
+    """Print the type of a topic and the number of publishers and subscriptions; with -v, every one of them."""
     with Graph(args, talks=True) as graph:
         graph.settle()
         types = dict(graph.topics(hidden=True)).get(args.topic_name)
         if not types:
             return f"Unknown topic '{args.topic_name}'"
         counts = graph.counts(args.topic_name)
-        endpoints = ([], [])
+        endpoints: tuple[list[Any], list[Any]] = ([], [])
         if args.verbose:
             endpoints = (
                 graph.node.get_publishers_info_by_topic(args.topic_name),
@@ -80,32 +87,33 @@ def info(args) -> str | None:
     return None
 
 
-def add_type_arguments(parser) -> None:
+def add_type_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 topic type`."""
     _add_name_argument(parser, "get type")
 
 
-def show_type(args) -> int:
-    """Print a topic's type; status 1 if there is no such topic."""
+def show_type(args: Namespace) -> int:
+    """Print the type of a topic; return 1 if there is no such topic."""
     with Graph(args, talks=True) as graph:
         types = graph.types_of(args.topic_name, lambda: graph.topics(hidden=args.include_hidden_topics))
     print("\n".join(types), end="\n" if types else "")
     return 0 if types else 1
 
 
-def add_find_arguments(parser) -> None:
+def add_find_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 topic find`."""
     grammar.add_strategy_arguments(parser)
-    parser.add_argument(
-        "topic_type", help="Name of the ROS topic type to filter for (e.g. 'std_msgs/msg/String')"
-    ).completer = completion.message_types
+    grammar.complete_with(
+        parser.add_argument("topic_type", help="Name of the ROS topic type to filter for (e.g. 'std_msgs/msg/String')"),
+        completion.message_types,
+    )
     parser.add_argument(
         "-c", "--count-topics", action="store_true", help="Only display the number of topics discovered"
     )
     add_hidden(parser)
 
 
-def find(args) -> None:
+def find(args: Namespace) -> None:
     """Print the topics of a type."""
     with Graph(args, talks=True) as graph:
         graph.settle()
@@ -125,7 +133,7 @@ VERBS = {
 }
 
 
-def add_arguments(parser) -> None:
+def add_arguments(parser: ArgumentParser) -> None:
     """Add the verbs of `ros2 topic`."""
     add_hidden(parser, verb=False)
     grammar.add_verbs(parser, "ros2 topic", VERBS)

@@ -1,24 +1,33 @@
-"""`ros2 topic pub`: messages to a topic."""
+"""`ros2 topic pub`: publish messages to a topic."""
 
 import time
+from argparse import ArgumentParser, Namespace
 
-from course.ros2 import completion, grammar, qos
+from course.ros2 import completion, grammar, messages, qos
 from course.ros2.graph import Graph
+from course.ros2.messages import Stamp
 
 
-def add_arguments(parser) -> None:
+def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 topic pub`."""
     add = parser.add_argument
-    add("topic_name", help="Name of the ROS topic to publish to (e.g. '/chatter')").completer = completion.topic_names
-    add("message_type", help="Type of the ROS message (e.g. 'std_msgs/String')").completer = completion.topic_type
+    grammar.complete_with(
+        add("topic_name", help="Name of the ROS topic to publish to (e.g. '/chatter')"), completion.topic_names
+    )
+    grammar.complete_with(
+        add("message_type", help="Type of the ROS message (e.g. 'std_msgs/String')"), completion.topic_type
+    )
     group = parser.add_mutually_exclusive_group()
-    group.add_argument(
-        "values",
-        nargs="?",
-        default="{}",
-        help="Values to fill the message with in YAML format (e.g. 'data: Hello World'), otherwise the message will "
-        "be published with default values",
-    ).completer = completion.message_prototype
+    grammar.complete_with(
+        group.add_argument(
+            "values",
+            nargs="?",
+            default="{}",
+            help="Values to fill the message with in YAML format (e.g. 'data: Hello World'), otherwise the message "
+            "will be published with default values",
+        ),
+        completion.message_prototype,
+    )
     group.add_argument("--stdin", action="store_true", help="Read values from standard input")
     add(
         "-r", "--rate", metavar="N", type=grammar.positive_float, default=1.0, help="Publishing rate in Hz (default: 1)"
@@ -54,11 +63,9 @@ def add_arguments(parser) -> None:
     grammar.add_direct_arguments(parser)
 
 
-def pub(args) -> str | None:
-    """Publish a message once, some times, or at a rate until Ctrl-C."""
+def pub(args: Namespace) -> str | None:
+    """Publish a message once, several times, or at a rate until Ctrl-C."""
     import yaml
-
-    from course.ros2 import messages
 
     times = 1 if args.once else args.times
     wanted = args.wait_matching_subscriptions
@@ -75,7 +82,7 @@ def pub(args) -> str | None:
         values = None
     if not isinstance(values, dict):
         return "The passed value needs to be a dictionary in YAML format"
-    stamps = []
+    stamps: list[Stamp] = []
     try:
         messages.fill(message, values, stamps)
     except Exception as error:
@@ -110,6 +117,6 @@ def pub(args) -> str | None:
         publish()
         if times != 1:
             graph.node.create_timer(1.0 / args.rate, publish)
-            graph.spin((lambda: count >= times) if times else None)
-        time.sleep(args.keep_alive)  # what `--keep-alive` is for: the last message leaves while the node lives
+            graph.spin(lambda: times and count >= times)
+        time.sleep(args.keep_alive)  # until the last message has left
     return None

@@ -1,11 +1,15 @@
-"""`ros2 topic echo` and `hz`: messages from a topic."""
+"""`ros2 topic echo` and `hz`: print the messages of a topic, or their rate."""
 
 import itertools
 import math
 import time
+from argparse import ArgumentParser, Namespace
+from collections.abc import Callable
+from typing import Any
 
-from course.ros2 import completion, grammar, qos
+from course.ros2 import completion, grammar, messages, qos
 from course.ros2.graph import Graph
+from course.ros2.messages import Message
 
 TRUNCATE_LENGTH = 128
 WINDOW = 10000
@@ -14,15 +18,13 @@ WINDOW = 10000
 # --- a topic's type ---
 
 
-def find_message_type(graph, topic: str, *, wait: bool):
-    """Return the message class of a topic; None if nobody has it, or `wait` until somebody does.
+def find_message_type(graph: Graph, topic: str, *, wait: bool) -> Any:
+    """Return the message class of a topic; for an unknown topic None, or `wait` until it is known.
 
-    Raises RuntimeError for a topic of several types or of one that is not installed.
+    Raises RuntimeError for a topic with several types, or with a type that is not installed.
     """
     from rclpy.expand_topic_name import expand_topic_name
     from rclpy.validate_full_topic_name import validate_full_topic_name
-
-    from course.ros2 import messages
 
     name = expand_topic_name(topic, graph.node.get_name(), graph.node.get_namespace())
     validate_full_topic_name(name)
@@ -45,8 +47,11 @@ def find_message_type(graph, topic: str, *, wait: bool):
         raise RuntimeError(f"The message type '{types[0]}' is invalid") from None
 
 
-def _filter(expression: str | None):
-    """Return the test that `--filter` writes in Python, of the message `m`; raises RuntimeError if it is no Python."""
+def _filter(expression: str | None) -> Callable[[Message], Any]:
+    """Return the test that `--filter` gives as a Python expression of the message `m`.
+
+    Raises RuntimeError if it is not valid Python.
+    """
     if not expression:
         return lambda m: True
     try:
@@ -59,15 +64,17 @@ def _filter(expression: str | None):
 # --- echo ---
 
 
-def add_echo_arguments(parser) -> None:
+def add_echo_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 topic echo`."""
     grammar.add_strategy_arguments(parser)
-    parser.add_argument(
-        "topic_name", help="Name of the ROS topic to listen to (e.g. '/chatter')"
-    ).completer = completion.topic_names
-    parser.add_argument(
-        "message_type", nargs="?", help="Type of the ROS message (e.g. 'std_msgs/msg/String')"
-    ).completer = completion.topic_type
+    grammar.complete_with(
+        parser.add_argument("topic_name", help="Name of the ROS topic to listen to (e.g. '/chatter')"),
+        completion.topic_names,
+    )
+    grammar.complete_with(
+        parser.add_argument("message_type", nargs="?", help="Type of the ROS message (e.g. 'std_msgs/msg/String')"),
+        completion.topic_type,
+    )
     qos.add_arguments(parser, "subscribe", "sensor_data")
     add = parser.add_argument
     add(
@@ -114,9 +121,8 @@ def add_echo_arguments(parser) -> None:
     add("--include-message-info", "-i", action="store_true", help="Shows the associated message info.")
 
 
-def echo(args) -> str | None:
-    """Print a topic's messages until Ctrl-C, `--once` or `--timeout`."""
-    from course.ros2 import messages
+def echo(args: Namespace) -> str | None:
+    """Print the messages of a topic until Ctrl-C, until the first with `--once`, or for `--timeout` s."""
 
     fields = [field for field in (args.field or "").split(".") if field]
     if args.field is not None and not fields:
@@ -136,9 +142,10 @@ def echo(args) -> str | None:
             graph.settle(lambda: graph.node.get_publishers_info_by_topic(args.topic_name))
         if not overridden and (publishers := graph.node.get_publishers_info_by_topic(args.topic_name)):
             qos.match_publishers(profile, publishers)
-        printed = []
+        printed = False
 
-        def show(message, info) -> None:
+        def show(message: Message, info: dict[str, Any]) -> None:
+            nonlocal printed
             part = message
             for field in fields:
                 try:
@@ -151,20 +158,25 @@ def echo(args) -> str | None:
                 raise RuntimeError(f"Invalid filter expression '{args.filter_expr}': {error}") from None
             if accepted and not (args.once and printed):
                 _print(part, info, args)
-                printed.append(True)
+                printed = True
 
         graph.node.create_subscription(
-            message_type, args.topic_name, show, profile, event_callbacks=_lost(args), raw=args.raw
+            message_type,
+            args.topic_name,
+            show,  # type: ignore[arg-type]  # rclpy also passes the info to a callback of two arguments
+            profile,
+            event_callbacks=_lost(args),
+            raw=args.raw,
         )
-        graph.spin((lambda: printed) if args.once else None, args.timeout)
+        graph.spin(lambda: args.once and printed, args.timeout)
     return None
 
 
-def _lost(args):
+def _lost(args: Namespace) -> Any:
     """Return the event callbacks that report lost messages, or None."""
     from rclpy.event_handler import SubscriptionEventCallbacks
 
-    def lost(status) -> None:
+    def lost(status: Any) -> None:
         print(
             f"A message was lost!!!\n\ttotal count change:{status.total_count_change}"
             f"\n\ttotal count: {status.total_count}",
@@ -174,39 +186,34 @@ def _lost(args):
     return None if args.no_lost_messages else SubscriptionEventCallbacks(message_lost=lost)
 
 
-def _print(part, info, args) -> None:
-    """Print a message, or a field of one, as the options ask."""
+def _print(part: Any, info: dict[str, Any], args: Namespace) -> None:
+    """Print a message, or one of its fields, as the options ask."""
     import yaml
 
-    from course.ros2 import messages
-
-    limits = {
-        "length": None if args.full_length else args.truncate_length,
-        "no_arr": args.no_arr,
-        "no_str": args.no_str,
-    }
+    limits = messages.Limits(None if args.full_length else args.truncate_length, args.no_arr, args.no_str)
     if not hasattr(part, "SLOT_TYPES"):
         if args.include_message_info:
             print(f"---Got new message, message info:---\n{info}\n---Message data:---")
         print(part, end="\n---\n")
     elif args.csv:
         prefix = ",".join(str(value) for value in info.values()) + "," if args.include_message_info else ""
-        print(prefix + messages.to_csv(part, **limits))
+        print(prefix + messages.to_csv(part, limits))
     else:
         if args.include_message_info:
             print(yaml.dump(info), end="---\n")
-        print(messages.to_yaml(part, flow_style=args.flow_style, **limits), end="---\n")
+        print(messages.to_yaml(part, limits, flow_style=args.flow_style), end="---\n")
 
 
 # --- hz ---
 
 
-def add_hz_arguments(parser) -> None:
+def add_hz_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `ros2 topic hz`."""
     grammar.add_strategy_arguments(parser)
-    parser.add_argument(
-        "topic_name", help="Name of the ROS topic to listen to (e.g. '/chatter')"
-    ).completer = completion.topic_names
+    grammar.complete_with(
+        parser.add_argument("topic_name", help="Name of the ROS topic to listen to (e.g. '/chatter')"),
+        completion.topic_names,
+    )
     parser.add_argument(
         "--window",
         "-w",
@@ -230,17 +237,19 @@ def add_hz_arguments(parser) -> None:
     )
 
 
-def hz(args) -> None:
-    """Print about once a second the average rate at which messages arrive, over the window."""
+def hz(args: Namespace) -> None:
+    """Print, about once a second, the average rate at which the messages in the window arrived."""
     from rclpy.qos import qos_profile_sensor_data
 
     accepts = _filter(args.filter_expr)
     with Graph(args, talks=True) as graph:
         message_type = find_message_type(graph, args.topic_name, wait=True)
         clock = graph.node.get_clock()
-        arrivals, printed = [], [None]
+        arrivals: list[int] = []  # ns
+        printed: int | None = None  # ns
 
-        def count(message) -> None:
+        def count(message: Message) -> None:
+            nonlocal printed
             if not accepts(message):
                 return
             now = time.time_ns() if args.use_wtime else clock.now().nanoseconds
@@ -253,10 +262,10 @@ def hz(args) -> None:
             del arrivals[: -args.window_size - 1]
             if len(arrivals) < 2:
                 return
-            if printed[0] is None or now < printed[0]:
-                printed[0] = now
-            elif now >= printed[0] + 1e9:
-                printed[0] = now
+            if printed is None or now < printed:
+                printed = now
+            elif now >= printed + 1e9:
+                printed = now
                 print(rate(arrivals))
 
         graph.node.create_subscription(message_type, args.topic_name, count, qos_profile_sensor_data)
@@ -264,7 +273,7 @@ def hz(args) -> None:
 
 
 def rate(arrivals: list[int]) -> str:
-    """Return the line that `hz` prints for two or more times of arrival (ns)."""
+    """Return the text that `hz` prints for two or more times of arrival (ns)."""
     steps = [(after - before) * 1e-9 for before, after in itertools.pairwise(arrivals)]
     mean = sum(steps) / len(steps)
     deviation = math.sqrt(sum((step - mean) ** 2 for step in steps) / len(steps))

@@ -1,5 +1,6 @@
 """The chapter's nodes do what the chapter says, as programs and in a private context."""
 
+import contextlib
 import os
 import re
 import signal
@@ -73,10 +74,8 @@ class Spun:
         return node
 
     def _spin(self, executor):
-        try:
+        with contextlib.suppress(ExternalShutdownException):
             executor.spin()
-        except ExternalShutdownException:
-            pass
 
     def stop(self):
         for executor, thread, node in self.running:

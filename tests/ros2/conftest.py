@@ -6,7 +6,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ import pytest
 
 from course.environment import prepare
 from course.ros2.graph import participants_here
+from course.waiting import wait_until
 
 HERE = Path(__file__).parent
 SECONDS = 20  # s until a command that should have ended is killed
@@ -147,9 +147,6 @@ def until():
     """A way to wait for what another process does."""
 
     def wait(ready, seconds: float = SECONDS) -> None:
-        end = time.monotonic() + seconds
-        while not ready():
-            assert time.monotonic() < end, "it did not happen in time"
-            time.sleep(0.02)
+        assert wait_until(ready, seconds), "it did not happen in time"
 
     return wait
