@@ -12,6 +12,7 @@ from course.ros2.parameters import list_parameters
 
 def quietly(completer: Callable[[Namespace], list[str]]) -> Completer:
     """Offer nothing when the graph or a type cannot be found: a completion never prints an error."""
+
     def safe(prefix: str, parsed_args: Namespace, **kwargs: object) -> list[str]:
         try:
             return completer(parsed_args)

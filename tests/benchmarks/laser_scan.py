@@ -1,4 +1,7 @@
-"""How long one scan takes against 200 segments, beside the time that a scan may take: `python tests/benchmarks/laser_scan.py`."""
+"""How long one scan takes against 200 segments, beside the time that it may take.
+
+Run it with `python tests/benchmarks/laser_scan.py`.
+"""
 
 import time
 

@@ -1,4 +1,4 @@
-"""Figures: each draws what is recorded, and as text is the same every time, so that a stored notebook can be compared."""
+"""Figures: each draws what is recorded; as text it never changes, so that a stored notebook can be compared."""
 
 import math
 import threading

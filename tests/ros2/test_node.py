@@ -4,7 +4,7 @@ import contextlib
 import subprocess
 import sys
 
-from course.live import session
+from course.live import domains
 from course.ros2 import graph
 
 from .conftest import Command
@@ -92,7 +92,7 @@ def test_list_in_a_domain_whose_ports_cannot_be_counted(alone):
 
 def test_every_session_is_in_a_domain_whose_nodes_can_be_counted():
     """There `ros2` knows when it has seen them all."""
-    assert set(session.DOMAINS) <= set(graph.COUNTABLE)
+    assert set(domains.DOMAINS) <= set(graph.COUNTABLE)
 
 
 def test_list_warns_of_two_nodes_with_one_name(alone):
