@@ -1,1 +1,1 @@
-"""The hidden suites, a folder an exercise: what it asks for (exercise.toml), its tests (suite.py) and what they share."""
+"""The hidden suites, one folder for each exercise: what is handed in (exercise.toml), the tests (suite.py), helpers."""

@@ -1,1 +1,47 @@
-"""What a hidden suite is written with: the student's programs while they run, the grader's own ends of ROS 2, and verdicts."""
+"""What a hidden suite is written with: the student's programs while they run, the grader's ends of ROS 2, and verdicts.
+
+A suite's author finds everything here: `from autograder.suitekit import Server, Wrong, points`.  Importing this package
+loads ROS 2, so only the process that grades does it, never the coordinator.
+"""
+
+from autograder.errors import Crashed, TimedOut, Wrong
+from autograder.suitekit.actions import ActionCaller, Goal, serve
+from autograder.suitekit.bench import Bench
+from autograder.suitekit.judge import on_wrong, points, twice
+from autograder.suitekit.lifecycle import ANSWER, SETTLED, START, Alive
+from autograder.suitekit.live import LiveProgram, Offers, Server, offer
+from autograder.suitekit.output import numbers
+from autograder.suitekit.parameters import Parameters
+from autograder.suitekit.ros import Ros
+from autograder.suitekit.runs import Run, expect_gives_up, expect_usage
+from autograder.suitekit.topics import Heard, Listener, speaker
+
+__all__ = [
+    "ANSWER",
+    "SETTLED",
+    "START",
+    "ActionCaller",
+    "Alive",
+    "Bench",
+    "Crashed",
+    "Goal",
+    "Heard",
+    "Listener",
+    "LiveProgram",
+    "Offers",
+    "Parameters",
+    "Ros",
+    "Run",
+    "Server",
+    "TimedOut",
+    "Wrong",
+    "expect_gives_up",
+    "expect_usage",
+    "numbers",
+    "offer",
+    "on_wrong",
+    "points",
+    "serve",
+    "speaker",
+    "twice",
+]

@@ -1,8 +1,9 @@
-"""The grader's ends of an action: a client that keeps what it hears, and a server that follows a script."""
+"""The grader's ends of an action: a client that keeps all that it hears, and a server that follows a script."""
 
 import threading
 import time
 from collections.abc import Callable
+from typing import Any
 
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
@@ -14,8 +15,8 @@ from autograder.suitekit.topics import Heard
 from course.waiting import wait_until
 
 DEPTH = 200  # feedback messages that may wait to be read
-LISTENED = 5.0  # s until a client's subscription of the feedback must be seen
-MATCHED = 0.2  # s more until it is heard there
+LISTENED = 5.0  # s to wait until a client has subscribed to the feedback
+MATCHED = 0.2  # s more until the client hears it: Fast DDS tells nobody when the client's side has matched
 STATUS = {
     GoalStatus.STATUS_SUCCEEDED: "SUCCEEDED",
     GoalStatus.STATUS_CANCELED: "CANCELED",
@@ -24,29 +25,32 @@ STATUS = {
 
 
 class Goal:
-    """A goal that was sent, and what came of it so far."""
+    """A goal that was sent, and what has come of it so far; all times are of time.monotonic (s)."""
 
     def __init__(self, alive: Callable[[], bool]):
+        """`alive` tells whether the program that got the goal still runs."""
         self.sent = time.monotonic()
         self.accepted: bool | None = None  # None: no answer yet
         self.feedback: list[Heard] = []
-        self.cancel_sent = 0.0  # time.monotonic()
-        self.cancel_accepted: bool | None = None
-        self.status = ""  # how it ended, a word of STATUS
-        self.result = None
-        self.ended = 0.0  # time.monotonic()
-        self._alive, self._news, self._handle = alive, threading.Condition(), None
+        self.cancel_sent = 0.0
+        self.cancel_accepted: bool | None = None  # None: no answer yet
+        self.status = ""  # how it ended, a word of STATUS; empty while it runs
+        self.result: Any = None
+        self.ended = 0.0
+        self._alive, self._news = alive, threading.Condition()
+        self._handle: Any = None
 
     def wait(self, condition: Callable[["Goal"], object], timeout: float) -> bool:
-        """Wait until `condition(goal)`; False after `timeout` s, or when the program is no longer alive."""
+        """Wait until `condition(goal)` is true; False after `timeout` s, or when the program is no longer alive."""
         return bool(wait_until(lambda: condition(self), timeout, news=self._news, unless=lambda: not self._alive()))
 
     def cancel(self) -> None:
-        """Ask for its end; does not wait for the answer."""
+        """Ask the server to cancel it; does not wait for the answer."""
         self.cancel_sent = time.monotonic()
         self._handle.cancel_goal_async().add_done_callback(self._on_cancel)
 
-    def _on_answer(self, future) -> None:
+    def on_answer(self, future: Any) -> None:
+        """The server has accepted or rejected the goal."""
         handle = future.result()
         with self._news:
             self._handle, self.accepted = handle, handle.accepted
@@ -54,24 +58,25 @@ class Goal:
         if handle.accepted:
             handle.get_result_async().add_done_callback(self._on_end)
 
-    def _on_feedback(self, message) -> None:
+    def on_feedback(self, message: Any) -> None:
+        """Feedback has come."""
         with self._news:
             self.feedback.append(Heard(time.monotonic(), sensible(message.feedback)))
             self._news.notify_all()
 
-    def _on_cancel(self, future) -> None:
+    def _on_cancel(self, future: Any) -> None:
         with self._news:
             self.cancel_accepted = bool(future.result().goals_canceling)
             self._news.notify_all()
 
-    def _on_end(self, future) -> None:
+    def _on_end(self, future: Any) -> None:
         with self._news:
             self.status = STATUS.get(future.result().status, "UNKNOWN")
             self.result, self.ended = sensible(future.result().result), time.monotonic()
             self._news.notify_all()
 
 
-class Caller:
+class ActionCaller:
     """A client of an action."""
 
     def __init__(self, ros: Ros, action: str, kind: type):
@@ -81,17 +86,22 @@ class Caller:
         """Whether the action is offered."""
         return self._client.server_is_ready()
 
-    def send(self, goal, alive: Callable[[], bool]) -> Goal:
-        """Send a goal; does not wait for the answer."""
+    def send(self, goal: Any, alive: Callable[[], bool]) -> Goal:
+        """Send a goal to a program; does not wait for the answer."""
         sent = Goal(alive)
-        self._client.send_goal_async(goal, feedback_callback=sent._on_feedback).add_done_callback(sent._on_answer)
+        self._client.send_goal_async(goal, feedback_callback=sent.on_feedback).add_done_callback(sent.on_answer)
         return sent
 
 
-def serve(ros: Ros, action: str, kind: type, execute: Callable, accept: Callable[[object], bool] = lambda goal: True):
-    """Offer an action: `accept` decides on a goal, `execute` is its execute callback.  `ros` needs several threads."""
+def serve(
+    ros: Ros, action: str, kind: type, execute: Callable[[Any], Any], accept: Callable[[Any], bool] = lambda goal: True
+) -> ActionServer:
+    """Offer an action: `accept` decides about a goal, `execute` is its execute callback.
 
-    def heard(handle):
+    `ros` needs several threads, one for each goal that runs and one more for requests to cancel.
+    """
+
+    def heard(handle: Any) -> Any:
         wait_until(lambda: ros.node.count_subscribers(f"{action}/_action/feedback"), LISTENED)
         time.sleep(MATCHED)
         return execute(handle)

@@ -1,13 +1,13 @@
-"""The time that a submission may take."""
+"""How much time is left for a submission, and how long a single wait may be."""
 
 import time
 
 
 class Clock:
-    """The time that a submission may take, and how long a single wait may be."""
+    """How much time is left for a submission, and how long a single wait may be."""
 
     def __init__(self, limit: float, patience: float = 1.0):
-        """`limit` s for all tests together; `patience` stretches every single wait, for slow machines."""
+        """All tests together may take `limit` s; `patience` multiplies every single wait, for slow machines."""
         self._end = time.monotonic() + limit
         self.patience = patience
 
@@ -17,5 +17,5 @@ class Clock:
         return self._end - time.monotonic()
 
     def allow(self, seconds: float) -> float:
-        """How long a wait that should take less than `seconds` may be."""
+        """How long (s) to wait for something that should take less than `seconds`."""
         return max(0.05, min(seconds * self.patience, self.left))

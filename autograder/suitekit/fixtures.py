@@ -9,7 +9,7 @@ from autograder.suitekit.judge import BENCH
 
 
 @pytest.fixture(scope="session")
-def bench(pytestconfig) -> Bench:
+def bench(pytestconfig: pytest.Config) -> Bench:
     """The submission being graded."""
     return pytestconfig.stash[BENCH]
 
@@ -21,6 +21,6 @@ def submission(bench: Bench) -> dict[str, bytes]:
 
 
 @pytest.fixture
-def rng(bench: Bench, request) -> random.Random:
-    """Random numbers of a test's own."""
+def rng(bench: Bench, request: pytest.FixtureRequest) -> random.Random:
+    """A test's own random numbers: the same whenever it runs again with the same seed."""
     return bench.random(request.node.name)

@@ -1,90 +1,123 @@
 """How a hidden test ends, and the pytest plugin that turns each end into a verdict.
 
-A test ends well, or raises a `Fault`: the student's program did wrong, died or did not answer.  Anything else that it
-raises is the grader's own failure, and no verdict.
+A test returns, and is passed; or it raises a `Fault`: the student's program did something wrong, died or gave no
+answer.  Anything else that it raises is a failure of the grader itself, and no verdict.
 """
 
+import functools
 import signal
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager
+from typing import ParamSpec, TypeVar
 
 import pytest
 
-from autograder.errors import Fault, TimedOut
+from autograder.errors import Fault, TimedOut, Wrong
 from autograder.records import PASSED, Verdict
+from autograder.suitekit.bench import Bench
 
-BENCH = pytest.StashKey()
+BENCH = pytest.StashKey[Bench]()
+POSTPONED = 1.0  # s until the time is looked at again, when it was used up between two tests
+
+Parameters = ParamSpec("Parameters")
+Result = TypeVar("Result")
 
 
-def points(number: float, cell: str) -> Callable:
-    """Mark a hidden test with its points, and the notebook's grade cell that they belong to.
+def points(number: float, cell: str) -> pytest.MarkDecorator:
+    """Mark a hidden test with its points, and with the notebook's grade cell that they belong to.
 
-    `exercises` reads both from the source, so they must be written as literals.
+    `submissions.exercises` reads both from the source, so they must be written as literals.
     """
     return pytest.mark.points(number, cell=cell)
 
 
-class Judge:
-    """The pytest plugin: reports one verdict a test, and stops at the first fault of the grader's own."""
+def twice(test: Callable[Parameters, None]) -> Callable[Parameters, None]:
+    """Run a test again when it finds something wrong: a message is lost once, but a mistake shows every time."""
 
-    def __init__(self, bench, report: Callable[[Verdict], None]):
-        """`bench` (a `session.Bench`) is what the suites' fixture of that name gives."""
+    @functools.wraps(test)
+    def judge(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
+        try:
+            test(*args, **kwargs)
+        except Wrong:
+            test(*args, **kwargs)
+
+    return judge
+
+
+@contextmanager
+def on_wrong(again: Callable[[], None]) -> Iterator[None]:
+    """Call `again` when the block finds something wrong, to prepare a new sample for the second run of `@twice`."""
+    try:
+        yield
+    except Wrong:
+        again()
+        raise
+
+
+class Judge:
+    """The pytest plugin: reports one verdict for each test, and stops when the grader itself fails."""
+
+    def __init__(self, bench: Bench, report: Callable[[Verdict], None]):
+        """`bench` is what the suites' fixture of that name returns."""
         self.bench = bench
         self.report = report
         self.fault = ""  # the grader's own, as a traceback
-        self._ends: dict[str, BaseException | None] = {}
+        self._ends: dict[str, BaseException] = {}  # what a test raised first, by its name
         self._in_test = False
 
-    def interrupt(self, *_) -> None:
-        """End the test that goes on after the time is used up; a handler of SIGALRM."""
+    def interrupt(self, *_: object) -> None:
+        """End the test that still runs when the time is used up; a handler of SIGALRM."""
         if self._in_test:
             raise TimedOut("Your programs were so slow in this test that the time for all tests was used up.")
-        signal.setitimer(signal.ITIMER_REAL, 1.0)  # not in the middle of pytest
+        signal.setitimer(signal.ITIMER_REAL, POSTPONED)  # raised inside pytest, it would end pytest
 
     @pytest.hookimpl(wrapper=True)
-    def pytest_runtest_call(self, item):
-        """A test runs."""
+    def pytest_runtest_call(self) -> Generator[None, Result, Result]:
+        """Let a running test be interrupted."""
         return (yield from self._interruptible())
 
     @pytest.hookimpl(wrapper=True)
-    def pytest_fixture_setup(self, fixturedef, request):
-        """What a test needs is made."""
+    def pytest_fixture_setup(self) -> Generator[None, Result, Result]:
+        """Let a fixture be interrupted while it is set up."""
         return (yield from self._interruptible())
 
-    def _interruptible(self):
+    def _interruptible(self) -> Generator[None, Result, Result]:
         before, self._in_test = self._in_test, True
         try:
             return (yield)
         finally:
             self._in_test = before
 
-    def pytest_configure(self, config):
-        """Hand the bench to the suites, and know their one marker."""
+    def pytest_configure(self, config: pytest.Config) -> None:
+        """Hand the bench to the fixtures, and tell pytest of the suites' marker."""
         config.stash[BENCH] = self.bench
-        config.addinivalue_line("markers", "points(number, cell): what a test is worth, and where")
+        config.addinivalue_line("markers", "points(number, cell): what a test is worth, and in which grade cell")
 
-    def pytest_collectreport(self, report):
-        """A suite that cannot be loaded has no tests."""
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+        """Keep why a suite cannot be loaded."""
         if report.failed:
             self.fault = self.fault or str(report.longrepr)
 
     @pytest.hookimpl(tryfirst=True)
-    def pytest_runtest_setup(self, item):
+    def pytest_runtest_setup(self) -> None:
         """Start no test when the time is used up."""
         if self.bench.clock.left <= 0:
-            raise TimedOut("Not tried: your programs were too slow in the tests before, and the time was used up.")
+            raise TimedOut("Not tested: your programs were so slow in the tests before that the time was used up.")
 
     @pytest.hookimpl(wrapper=True)
-    def pytest_runtest_makereport(self, item, call):
-        """Judge by what the phases of a test raised."""
+    def pytest_runtest_makereport(
+        self, item: pytest.Item, call: pytest.CallInfo[None]
+    ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+        """Judge a test by what its set-up, its call and its tear-down raised."""
         report = yield
-        if call.excinfo is not None and not self._ends.get(item.name):
-            self._ends[item.name] = call.excinfo.value
+        if call.excinfo is not None:
+            self._ends.setdefault(item.name, call.excinfo.value)
         if call.when == "teardown":
             self._conclude(item)
         return report
 
-    def _conclude(self, item) -> None:
+    def _conclude(self, item: pytest.Item) -> None:
         end = self._ends.pop(item.name, None)
         if end is None:
             self.report(Verdict(item.name, PASSED))

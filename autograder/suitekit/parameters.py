@@ -1,7 +1,7 @@
-"""Another node's parameters, spoken of over the services that every node has."""
+"""The parameters of a student's node, read and set over the services that every node has."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from rcl_interfaces.msg import ParameterDescriptor, ParameterValue, SetParametersResult
@@ -9,11 +9,12 @@ from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters,
 from rclpy.parameter import Parameter, parameter_value_to_python
 
 from autograder.errors import Wrong
-from autograder.suitekit.live import Live
+from autograder.suitekit.lifecycle import Alive
+from autograder.suitekit.live import LiveProgram, Offers
 from autograder.suitekit.ros import graph
 
 OFFER = "its parameters"
-ALONE = 1.0  # s after which no other node of the program is waited for
+ALONE = 1.0  # s to wait for the right node of a program, before any node of it is taken
 KINDS = {
     "get_parameters": GetParameters,
     "describe_parameters": DescribeParameters,
@@ -23,48 +24,49 @@ KINDS = {
 
 
 class Parameters:
-    """The parameters of a program's node: of the one that subscribes `topic` or serves `service`, or else of any."""
+    """The parameters of a program's node: of the one that subscribes to `topic` or serves `service`, or else of any."""
 
-    def __init__(self, live: Live, topic: str = "", service: str = ""):
+    def __init__(self, live: LiveProgram, topic: str = "", service: str = ""):
         self._live, self._topic, self._service = live, topic, service
-        self._clients: dict[str, Any] = {}
+        self._clients: dict[str, Any] = {}  # by service, once the node is found
+        self._first_seen = 0.0  # when any node of the program could be asked (s of time.monotonic)
 
-    def connect(self) -> dict[str, Callable[[], bool]]:
-        """For `live.connect`, at each start of the program: what it must offer to be asked."""
-        self._clients = {}
-        self._first = 0.0
+    def connect(self) -> Offers:
+        """For `LiveProgram.connect`, at each start of the program: what it must offer to be asked."""
+        self._clients, self._first_seen = {}, 0.0
         return {OFFER: self._ready}
 
     def get(self, *names: str) -> dict[str, Any]:
-        """The values of some parameters; those that are not declared are left out."""
+        """The values of these parameters; those that are not declared are left out."""
         values = self._call("get_parameters", GetParameters.Request(names=names)).values
         if len(values) == len(names):
             return {name: _value(name, value) for name, value in zip(names, values, strict=True)}
         if len(names) == 1:
             return {}
-        return {name: value for one in names for name, value in self.get(one).items()}  # one unknown name voids all
+        return {
+            name: value for one in names for name, value in self.get(one).items()
+        }  # one undeclared name makes the whole answer empty
 
     def describe(self, name: str) -> ParameterDescriptor:
-        """What is declared of a parameter; an empty descriptor when it is not declared."""
+        """A parameter's descriptor; an empty one when the parameter is not declared."""
         found = self._call("describe_parameters", DescribeParameters.Request(names=[name])).descriptors
         return found[0] if found else ParameterDescriptor()
 
     def set(self, values: Mapping[str, Any]) -> list[SetParametersResult]:
-        """Set some parameters one after the other, as `ros2 param set` does: a result for each."""
+        """Set parameters one after the other, as `ros2 param set` does: a result for each."""
         return self._call("set_parameters", SetParameters.Request(parameters=_messages(values))).results
 
     def set_together(self, values: Mapping[str, Any]) -> SetParametersResult:
-        """Set some parameters at once, all or none."""
+        """Set parameters together: all of them, or none."""
         return self._call(
             "set_parameters_atomically", SetParametersAtomically.Request(parameters=_messages(values))
         ).result
 
-    def _call(self, service: str, request):
-        return self._live.converse(
-            lambda limit, alive: self._live.ros.call(self._clients[service], request, limit, alive),
-            f"a request to its service {service}",
-            OFFER,
-        )
+    def _call(self, service: str, request: Any) -> Any:
+        def question(limit: float, alive: Alive) -> Any:
+            return self._live.ros.call(self._clients[service], request, limit, alive)
+
+        return self._live.converse(question, f"a request to its service {service}", OFFER)
 
     def _ready(self) -> bool:
         if not self._clients:
@@ -78,8 +80,8 @@ class Parameters:
             services = dict(graph(node.get_service_names_and_types_by_node, name, namespace))
             if any(f"{prefix}/{service}" not in services for service in KINDS):
                 continue
-            self._first = self._first or time.monotonic()
-            if self._wanted(name, namespace) or time.monotonic() > self._first + ALONE:
+            self._first_seen = self._first_seen or time.monotonic()
+            if self._wanted(name, namespace) or time.monotonic() > self._first_seen + ALONE:
                 self._clients = {
                     service: node.create_client(kind, f"{prefix}/{service}") for service, kind in KINDS.items()
                 }
@@ -98,9 +100,9 @@ def _value(name: str, value: ParameterValue) -> Any:
         return parameter_value_to_python(value)
     except RuntimeError:
         raise Wrong(
-            f"The parameter {name} has a type that there is not in rcl_interfaces/msg/ParameterType.", value
+            f"The parameter {name} has a type that rcl_interfaces/msg/ParameterType does not define.", value
         ) from None
 
 
-def _messages(values: Mapping[str, Any]) -> list:
+def _messages(values: Mapping[str, Any]) -> list[Any]:
     return [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]

@@ -1,11 +1,11 @@
-"""The grader's own side of the conversation: a node in a ROS domain, spun in the background."""
+"""The grader's own node in a ROS domain, spun in the background, and what it sees of other nodes."""
 
 import secrets
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import rclpy
 from rcl_interfaces.msg import Log
@@ -18,18 +18,20 @@ from course.live.spinner import Spinner
 from course.rclpy_internals import NodeNameNonExistentError, RCLError, patch
 
 AGAIN = 3.0  # s without an answer until a request is sent again
-ALIVE = 0.1  # s between two looks whether a silent program is alive
+ALIVE = 0.1  # s between two looks at whether a silent program is still alive
 HEARD = 1000  # log messages that are kept
-LONG = 100_000  # characters or elements of a field: nothing that is asked for comes near
+LOG_LENGTH = 1000  # characters of a log message that are kept
+LONGEST = 100_000  # characters or elements of a field: no right answer comes near
 ARGUMENTS = ["--ros-args", "--disable-stdout-logs", "--disable-rosout-logs", "--disable-external-lib-logs"]
 
 
 class Ros:
-    """A node of the grader's in `domain`.  Its name tells nothing: a program must behave the same for everybody."""
+    """A node of the grader's in `domain`, with a random name, so that no program can treat it differently."""
 
     names: ClassVar[set[str]] = set()  # of all of them
 
     def __init__(self, domain: int, threads: int = 1):
+        """`threads` threads run the node's callbacks."""
         patch()
         self.domain = domain
         self._context = Context()
@@ -38,24 +40,27 @@ class Ros:
         self.names.add(self.node.get_name())
         self._heard: deque[str] = deque(maxlen=HEARD)
         self.node.create_subscription(
-            Log,
-            "/rosout",
-            lambda log: self._heard.append(log.msg[:1000]),
-            QoSProfile(depth=HEARD, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+            Log, "/rosout", self._on_log, QoSProfile(depth=HEARD, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         )
         self._spinner = Spinner(self.node, threads)
+
+    def _on_log(self, log: Any) -> None:
+        self._heard.append(log.msg[:LOG_LENGTH])
 
     def close(self) -> None:
         """Leave the domain."""
         self._spinner.stop()
         self._context.try_shutdown()
 
-    def call(self, client, request, timeout: float, alive: Callable[[], bool], again: float = AGAIN):
-        """Send `request` and return the response, or None after `timeout` s or when the program is no longer `alive`.
+    def call(
+        self, client: Any, request: Any, timeout: float, alive: Callable[[], bool], again: float = AGAIN
+    ) -> Any | None:
+        """Send `request` and return the response; None after `timeout` s, or when the program is no longer `alive`.
 
         A request can be lost when a program has only just been found, so it is sent again every `again` s.
         """
-        start, futures = time.monotonic(), []
+        start = time.monotonic()
+        futures: list[Any] = []
 
         def answered() -> bool:
             return any(future.done() for future in futures)
@@ -72,15 +77,15 @@ class Ros:
 
     @property
     def rosout(self) -> str:
-        """What the nodes of the domain have logged, a message a line."""
+        """What the nodes of the domain have logged, one message per line."""
         return "\n".join(list(self._heard))
 
     def others(self) -> list[tuple[str, str]]:
-        """The nodes in the domain that are not the grader's, by name and namespace."""
+        """The name and namespace of each node in the domain that is not the grader's."""
         return [node for node in graph(self.node.get_node_names_and_namespaces) if node[0] not in self.names]
 
     def offered(self) -> list[str]:
-        """The services of these nodes with their types, without those that every node has."""
+        """The services of these nodes with their types, except those that every node has."""
         return sorted(
             f"{service} ({types[0]})"
             for node in self.others()
@@ -89,10 +94,10 @@ class Ros:
         )
 
 
-def graph(query: Callable, *names: str) -> list:
-    """What `query` tells of the graph; nothing when a node has gone meanwhile, or has a name that there cannot be.
+def graph(query: Callable[..., list[Any]], *names: str) -> list[Any]:
+    """What `query` finds in the ROS graph; nothing when a node has gone meanwhile, or has an invalid name.
 
-    A program has any name in the graph that it likes, by rmw.  Whoever asks, asks again.
+    Below rclpy, a program can give its node any name.  Callers poll, so that a node missed once is found later.
     """
     try:
         return query(*names)
@@ -100,7 +105,7 @@ def graph(query: Callable, *names: str) -> list:
         return []
 
 
-def sensible(message):
-    """A message as it came; an empty one in the place of one that is longer than any right answer."""
+def sensible(message: Any) -> Any:
+    """The message as it came; an empty one instead of a message that is longer than any right answer."""
     fields = (getattr(message, name) for name in message.get_fields_and_field_types())
-    return message if all(len(field) <= LONG for field in fields if hasattr(field, "__len__")) else type(message)()
+    return message if all(len(field) <= LONGEST for field in fields if hasattr(field, "__len__")) else type(message)()

@@ -1,35 +1,37 @@
-"""The grader's ends of a topic: what a student's node hears, and what is heard of it, each with its moment."""
+"""The grader's ends of a topic: a publisher for a student's node, and a listener that notes when each message came."""
 
 import threading
 import time
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from autograder.suitekit.ros import Ros, graph, sensible
 from course.waiting import wait_until
 
-DEPTH = 50
+DEPTH = 50  # messages that may wait to be read
+
+Found = TypeVar("Found")
 
 
 class Heard(NamedTuple):
-    """A message, and when it came (time.monotonic, s)."""
+    """A message, and when it came (s of time.monotonic)."""
 
     time: float
     message: Any
 
 
-def speaker(ros: Ros, topic: str, kind: type):
-    """A publisher that fits every subscription: reliable, and late subscribers are told what was said before."""
+def speaker(ros: Ros, topic: str, kind: type) -> Any:
+    """A publisher that fits every subscription: reliable, and late subscribers get what was published before."""
     return ros.node.create_publisher(kind, topic, QoSProfile(depth=DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL))
 
 
 class Listener:
-    """Every message that comes on a topic, in order."""
+    """A subscription that keeps every message of a topic, in order."""
 
     def __init__(self, ros: Ros, topic: str, kind: type):
-        """Make it before the clients of the same node: who has answered one of these is known to hear this as well."""
+        """Make it before the node's clients: a program that has answered one of them has then found this as well."""
         self.heard: list[Heard] = []
         self._ros, self._topic, self._kind = ros, topic, kind
         self._news = threading.Condition()
@@ -37,7 +39,7 @@ class Listener:
 
     @property
     def ready(self) -> bool:
-        """Whether somebody publishes on the topic, and is heard."""
+        """Whether somebody publishes on the topic, with a quality of service that is heard here."""
         publishers = graph(self._ros.node.get_publishers_info_by_topic, self._topic)
         offered = {publisher.qos_profile.reliability for publisher in publishers}
         if offered == {ReliabilityPolicy.BEST_EFFORT} and self._reliability == ReliabilityPolicy.RELIABLE:
@@ -45,8 +47,10 @@ class Listener:
             self._subscribe(ReliabilityPolicy.BEST_EFFORT)
         return self._subscription.get_publisher_count() > 0
 
-    def wait(self, enough: Callable[[list[Heard]], Any], timeout: float, alive: Callable[[], bool] = lambda: True):
-        """Wait for `enough(heard)` to be true, and return it; None after `timeout` s or when no longer `alive`."""
+    def wait(
+        self, enough: Callable[[list[Heard]], Found], timeout: float, alive: Callable[[], bool] = lambda: True
+    ) -> Found | None:
+        """Wait until `enough(heard)` is true, and return it; None after `timeout` s or when no longer `alive`."""
         return wait_until(lambda: enough(self.heard), timeout, news=self._news, unless=lambda: not alive()) or None
 
     def _subscribe(self, reliability: ReliabilityPolicy) -> None:
@@ -55,7 +59,7 @@ class Listener:
             self._kind, self._topic, self._hear, QoSProfile(depth=DEPTH, reliability=reliability)
         )
 
-    def _hear(self, message) -> None:
+    def _hear(self, message: Any) -> None:
         with self._news:
             self.heard.append(Heard(time.monotonic(), sensible(message)))
             self._news.notify_all()

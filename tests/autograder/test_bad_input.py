@@ -23,7 +23,7 @@ SERVERS = {
     "syntax": ("def main(:\n    pass\n", CRASHED, "SyntaxError: invalid syntax (calculator_server.py, line 1)"),
     "ends": ("print('hello')\n", CRASHED, "ended by itself right after its start"),
     "raises": ("import nothing_of_that_name\n", CRASHED, "ModuleNotFoundError: No module named 'nothing_of_that_name'"),
-    "never_starts": ("import time\ntime.sleep(1000)\n", TIMED_OUT, "there was no node"),
+    "never_starts": ("import time\ntime.sleep(1000)\n", TIMED_OUT, "no node appeared"),
     "prints": ("while True:\n    print('x' * 1000)\n", CRASHED, "printed more than 64 MiB"),
     "forks": (
         "import os\nwhile True:\n    try:\n        os.fork()\n    except OSError:\n        pass\n",
@@ -45,7 +45,7 @@ SERVERS = {
         CRASHED,
         "ended by itself right after its start",
     ),
-    "stops_itself": ("import os, signal\nos.kill(os.getpid(), signal.SIGSTOP)\n", TIMED_OUT, "there was no node"),
+    "stops_itself": ("import os, signal\nos.kill(os.getpid(), signal.SIGSTOP)\n", TIMED_OUT, "no node appeared"),
 }
 
 

@@ -1,27 +1,28 @@
 """The student's programs, all started before the first test waits for any of them."""
 
+from typing import Any
+
 import pytest
 from course_interfaces.action import Fibonacci
 
 from autograder.hidden.actions.conversation import ACTION, CLIENT, Cancelled, Encounter, Quick
-from autograder.suitekit.actions import serve
-from autograder.suitekit.bench import Run
+from autograder.suitekit import Bench, Run, serve
 
 
 @pytest.fixture(scope="session")
-def quick(bench) -> Quick:
+def quick(bench: Bench) -> Quick:
     """The student's server with a short step period."""
     return Quick(bench, bench.random("quick"))
 
 
 @pytest.fixture(scope="session")
-def cancelled(bench) -> Cancelled:
+def cancelled(bench: Bench) -> Cancelled:
     """The student's server with the default step period, and a goal that is cancelled."""
     return Cancelled(bench)
 
 
 @pytest.fixture(scope="session")
-def clients(bench) -> dict[str, Encounter]:
+def clients(bench: Bench) -> dict[str, Encounter]:
     """The client's runs with a server, by what the server does."""
     after = bench.random("cancel").randrange(2, 5)
     return {
@@ -33,26 +34,26 @@ def clients(bench) -> dict[str, Encounter]:
 
 
 @pytest.fixture(scope="session")
-def misused(bench) -> dict[str, Run]:
+def misused(bench: Bench) -> dict[str, Run]:
     """The client's runs with a wrong command line, by what is wrong."""
-    commands = {
+    commands: dict[str, list[str]] = {
         "without ORDER": [],
         "with a word in the place of ORDER": ["ten"],
         "with --cancel-after but no number": ["5", "--cancel-after"],
     }
-    ros = bench.enter(bench.new_domain(), threads=4)
+    ros = bench.enter(bench.new_domain(), threads=len(commands) + 1)
     serve(ros, ACTION, Fibonacci, succeed)
-    return {about: Run(bench, CLIENT, *args, domain=ros.domain) for about, args in commands.items()}
+    return {about: bench.run(CLIENT, *args, domain=ros.domain) for about, args in commands.items()}
 
 
-def succeed(handle):
+def succeed(handle: Any) -> Any:
     """An execute callback that has nothing to do."""
     handle.succeed()
     return Fibonacci.Result()
 
 
 @pytest.fixture(scope="session", autouse=True)
-def begun(cancelled, quick, request):
+def begun(cancelled: Cancelled, quick: Quick, request: pytest.FixtureRequest) -> None:
     """Have all programs start at once."""
     cancelled.begin()
     quick.begin()

@@ -1,15 +1,22 @@
-"""Rooms that nobody has seen: drawn anew for each grading, and driven by the agent of the course when in doubt."""
+"""Rooms that nobody has seen: drawn anew for each grading, and driven by the course's own agent when in doubt."""
 
 import math
 import random
+from typing import NamedTuple
 
 from course.robot.agent import ObstacleAvoidanceAI
 from course.robot.sectors import sectors
 from course.world import Laser, Room, Simulation
 
 SECONDS = 30.0  # of simulated time
-GROUND = 3.0  # m2 that must be covered, in squares of 0.5 m; the agent of the course never covers less than 4
-PERIOD = 0.1  # s
+GROUND = 3.0  # m² that must be covered, in squares of 0.5 m; the course's own agent never covers less than 4
+PERIOD = 0.1  # s between two decisions
+ROBOT = 0.3  # m around the start of a drive that stay free
+PILLARS, DRAWN = 4, 100  # pillars at most, and places that are tried for them
+CORNERS = 16  # of the polygon that stands for a round pillar
+WALL = 1.2  # m from a wall to the middle of a pillar, at least
+GAP = 0.9  # m between two pillars, at least: the robot is 0.36 m wide
+SLANT = 0.3  # rad that the robot may be turned against the corridor's direction at first
 KINDS = ("hall", "pillars", "corridor")
 LASERS = {
     "hall": Laser.turn(beams=720, angle_min=-math.pi),
@@ -18,11 +25,43 @@ LASERS = {
 }
 
 
+Point = tuple[float, float]  # m
+Polygon = list[Point]
+
+
+class Pose(NamedTuple):
+    """Where the robot starts."""
+
+    x: float  # m
+    y: float  # m
+    heading: float  # rad
+
+
 def draw(kind: str, rng: random.Random) -> Room:
     """A room of that kind, turned by any angle."""
     width, depth = rng.uniform(6.0, 9.0), rng.uniform(5.0, 7.0)
-    corner = rng.uniform(0.8, 1.2)
-    outer = [
+    polygons = [outline(width, depth, rng.uniform(0.8, 1.2))]
+    start = Pose(rng.uniform(1.5, 2.5), rng.uniform(1.5, 2.5), rng.uniform(-math.pi, math.pi))
+    if kind == "pillars":
+        polygons += pillars(rng, width, depth, start)
+    if kind == "corridor":
+        wide = rng.uniform(1.5, 1.8)
+        polygons.append([(wide, wide), (width - wide, wide), (width - wide, depth - wide), (wide, depth - wide)])
+        along = rng.uniform(2.0, width / 2)
+        start = Pose(along, wide / 2, rng.choice([0.0, math.pi]) + rng.uniform(-SLANT, SLANT))
+    angle = rng.uniform(-math.pi, math.pi)
+    return Room.from_data(
+        {
+            "name": kind,
+            "start": (*turned((start.x, start.y), angle), start.heading + angle),
+            "polygons": [[turned(point, angle) for point in polygon] for polygon in polygons],
+        }
+    )
+
+
+def outline(width: float, depth: float, corner: float) -> Polygon:
+    """The walls of a room (m), whose corners are cut off by `corner` m."""
+    return [
         (corner, 0),
         (width - corner, 0),
         (width, corner),
@@ -32,37 +71,27 @@ def draw(kind: str, rng: random.Random) -> Room:
         (0, depth - corner),
         (0, corner),
     ]
-    polygons, start = [outer], (rng.uniform(1.5, 2.5), rng.uniform(1.5, 2.5), rng.uniform(-math.pi, math.pi))
-    if kind == "pillars":
-        taken = [(*start[:2], 0.3)]
-        for _ in range(100):
-            x, y, radius = rng.uniform(1.2, width - 1.2), rng.uniform(1.2, depth - 1.2), rng.uniform(0.25, 0.45)
-            if len(taken) < 5 and all(math.hypot(x - a, y - b) > radius + other + 0.9 for a, b, other in taken):
-                taken.append((x, y, radius))
-        polygons += [
-            [
-                (x + radius * math.cos(turn * math.pi / 8), y + radius * math.sin(turn * math.pi / 8))
-                for turn in range(16)
-            ]
-            for x, y, radius in taken[1:]
-        ]
-    if kind == "corridor":
-        wide = rng.uniform(1.5, 1.8)
-        polygons.append([(wide, wide), (width - wide, wide), (width - wide, depth - wide), (wide, depth - wide)])
-        start = (rng.uniform(2.0, width / 2), wide / 2, rng.choice([0.0, math.pi]) + rng.uniform(-0.3, 0.3))
-    angle = rng.uniform(-math.pi, math.pi)
-    cos, sin = math.cos(angle), math.sin(angle)
 
-    def turned(x, y):
-        return x * cos - y * sin, x * sin + y * cos
 
-    return Room.from_data(
-        {
-            "name": kind,
-            "start": (*turned(*start[:2]), start[2] + angle),
-            "polygons": [[turned(*point) for point in polygon] for polygon in polygons],
-        }
-    )
+def pillars(rng: random.Random, width: float, depth: float, start: Pose) -> list[Polygon]:
+    """Up to four round pillars, with room for the robot between them and around its start."""
+    taken = [(start.x, start.y, ROBOT)]
+    for _ in range(DRAWN):
+        x, y = rng.uniform(WALL, width - WALL), rng.uniform(WALL, depth - WALL)
+        radius = rng.uniform(0.25, 0.45)
+        if len(taken) <= PILLARS and all(math.hypot(x - a, y - b) > radius + other + GAP for a, b, other in taken):
+            taken.append((x, y, radius))
+    corners = [turn * 2 * math.pi / CORNERS for turn in range(CORNERS)]
+    return [
+        [(x + radius * math.cos(corner), y + radius * math.sin(corner)) for corner in corners]
+        for x, y, radius in taken[1:]
+    ]
+
+
+def turned(point: Point, angle: float) -> Point:
+    """A point, turned around the origin by `angle` rad."""
+    x, y = point
+    return x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle)
 
 
 def passed(driven: Simulation) -> bool:

@@ -2,18 +2,18 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 from calculator_interfaces.srv import Calculate
 
-from autograder.errors import Crashed, Fault, TimedOut, Wrong
-from autograder.suitekit.bench import Run
-from autograder.suitekit.live import ANSWER, Server, numbers
-from autograder.suitekit.ros import Ros
+from autograder.errors import Fault
+from autograder.suitekit import Bench, Run, Server, Wrong, numbers
 from course.waiting import wait_until
 
-ANSWERS = {
+SERVICE = "/calculator"
+ANSWERS: dict[str, Callable[[float, float], float]] = {
     "add": lambda a, b: a + b,
     "subtract": lambda a, b: a - b,
     "multiply": lambda a, b: a * b,
@@ -21,17 +21,20 @@ ANSWERS = {
 }
 SIGNS = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
 CLIENT = "calculator_client.py"
-CHATTER = 300  # numbers like the wanted one that a program may show beside it: who shows all there are, shows none
+ABOUT_RIGHT = 1e-2  # relative error of a result that the right operation may have given, rounded
+CHATTER = 300  # numbers like the right one that a program may print beside it: printing all of them shows none
+
+Question = tuple[float, str, float]  # a, the operation, b
 
 
 class Calculator(Server):
     """The student's server."""
 
-    def __init__(self, bench):
-        super().__init__(bench, "calculator_server.py", {"/calculator": Calculate})
-        self._first: dict = {}  # by operation, a question of the beginning with its response
+    def __init__(self, bench: Bench):
+        super().__init__(bench, "calculator_server.py", {SERVICE: Calculate})
+        self._first: dict[str, tuple[Question, Any]] = {}  # by operation, the first question with its response
 
-    def ask(self, a: float, operation: str, b: float):
+    def ask(self, a: float, operation: str, b: float) -> Any:
         """Its response."""
         self.bench.hide(a, operation if operation not in ANSWERS else "", b)
         return self.call(Calculate.Request(a=a, b=b, operation=operation))
@@ -55,7 +58,7 @@ class Calculator(Server):
             if all(map(has_right_result, questions, responses)):
                 right[operation] = all(response.success for response in responses)
         if not right:
-            raise Wrong("No operation gives the right result.")
+            raise Wrong("None of the four operations gives the right result.")
         return right
 
     def expect_refusal(self, a: float, operation: str, b: float, about: str) -> None:
@@ -65,118 +68,111 @@ class Calculator(Server):
         if response.success:
             raise Wrong(f"{about}: success must be False.", got)
         if not response.message.strip():
-            raise Wrong(f"{about}: message must tell what is wrong; it is empty.", got)
+            raise Wrong(f"{about}: message must say what is wrong; it is empty.", got)
 
     def provoke(self, a: float, operation: str, b: float) -> str:
-        """The message of an answer that is judged elsewhere; empty when there is none."""
+        """The message of a response that other tests judge; empty when there is none."""
         try:
-            return self.ask(a, operation, b).message
+            return str(self.ask(a, operation, b).message)
         except Fault:
             return ""
 
     def logs_of(
-        self,
-        a: float,
-        operation: str,
-        b: float,
-        wanted: Callable[[set[float]], bool],
-        like: tuple[float, float],
-        limit: float,
+        self, question: Question, right: Callable[[set[float]], bool], like: tuple[float, float], limit: float
     ) -> bool:
-        """Whether the log has `wanted` numbers after a request, which it had not before: without their signs.
+        """Whether the numbers that a request adds to the log are `right` within `limit` s; their signs do not count.
 
         A program that logs all the numbers between those of `like` has not logged those of the request.
         """
         before = Counter(map(abs, numbers(self.log)))
-        self.ask(a, operation, b)
+        self.ask(*question)
 
         def logged() -> bool:
             new = Counter(map(abs, numbers(self.log))) - before
             alike = sum(count for number, count in new.items() if like[0] <= number <= like[1])
-            return alike <= CHATTER and wanted(set(new))
+            return alike <= CHATTER and right(set(new))
 
         return wait_until(logged, limit)
 
-    def answers(self, pairs: list[tuple[float, float]]) -> dict:
+    def answers(self, pairs: Sequence[tuple[float, float]]) -> dict[Question, Any]:
         """What it answers to each pair and operation, right or wrong, but does not refuse; there must be some.
 
-        What it was asked at the beginning it must answer still as it did then.
+        What it was asked first it must still answer as it did then.
         """
         for question, before in self._first.values():
             if not same(self.ask(*question), before):
                 raise Wrong(
-                    "A request that was answered before gets another answer now: does the server change with "
-                    "the requests, or with time?",
+                    "The same request was answered differently earlier: an answer must depend on its own request "
+                    "alone, not on the requests before it or on the time.",
                     f"{question}: {before}",
                 )
-        asked = [(a, operation, b) for a, b in pairs for operation in ANSWERS]
-        answers = {question: self.ask(*question) for question in asked}
-        answers = {question: response for question, response in answers.items() if is_answer(question, response)}
+        asked = {(a, operation, b): self.ask(a, operation, b) for a, b in pairs for operation in ANSWERS}
+        answers = {question: response for question, response in asked.items() if is_answer(question, response)}
         if not answers:
             raise Wrong("The server answers no ordinary request with success True.")
         if len(answers) > 1 and len({response.result for response in answers.values()}) == 1:
-            raise Wrong("The server answers requests with different numbers and operations by the same result.")
+            raise Wrong("The server gives the same result for different numbers and operations.")
         return answers
 
-    def ask_from_two(self, questions: list[tuple[float, str, float]]) -> list[tuple]:
-        """Each question with its response, from two clients that ask at the same time in different order."""
-        self.up()
-        second = self.bench.enter(self.ros.domain)
-        client = second.node.create_client(Calculate, "/calculator")
-        wait_until(client.service_is_ready, self.bench.clock.allow(ANSWER))
-
-        def ask_all(ros, client, questions):
-            return [(question, self.ask_with(ros, client, *question)) for question in questions]
-
-        with ThreadPoolExecutor(2) as pool:
-            asked = [
-                pool.submit(ask_all, self.ros, self.clients["/calculator"], questions),
-                pool.submit(ask_all, second, client, questions[::-1]),
-            ]
-            return [answer for future in asked for answer in future.result()]
-
-    def ask_with(self, ros: Ros, client, a: float, operation: str, b: float):
-        """The response to another client; the program is not started again."""
-        limit = self.bench.clock.allow(ANSWER)
-        response = ros.call(client, Calculate.Request(a=a, b=b, operation=operation), limit, lambda: self.program.alive)
-        if response is not None:
-            return response
-        if self.program.alive:
-            raise TimedOut("With two clients at once, a request got no answer.")
-        raise Crashed(f"{self.file} died while two clients called it: {self.program.last_words()}.")
+    def ask_from_two(self, questions: Sequence[Question]) -> list[tuple[Question, Any]]:
+        """Each question with its response, from two clients that ask at the same time in opposite order."""
+        orders = [questions, questions[::-1]]
+        requests = [[Calculate.Request(a=a, b=b, operation=operation) for a, operation, b in order] for order in orders]
+        responses = self.call_at_once(requests)
+        return [pair for order, got in zip(orders, responses, strict=True) for pair in zip(order, got, strict=True)]
 
 
-def has_right_result(question: tuple[float, str, float], response) -> bool:
+def has_right_result(question: Question, response: Any) -> bool:
     """Whether the result is about right."""
     a, operation, b = question
-    return math.isclose(response.result, ANSWERS[operation](a, b), rel_tol=1e-2)
+    return math.isclose(response.result, ANSWERS[operation](a, b), rel_tol=ABOUT_RIGHT)
 
 
-def is_answer(question: tuple[float, str, float], response) -> bool:
-    """Whether it is no refusal.  Who forgets `success` loses the points of the operations, not all others too."""
+def is_answer(question: Question, response: Any) -> bool:
+    """Whether it is no refusal.  A server that forgets `success` loses the operations' points, not all others too."""
     return response.success or has_right_result(question, response)
 
 
-def same(response, other) -> bool:
+def same(response: Any, other: Any) -> bool:
     """Whether two responses say the same; their messages may tell a time or a count."""
     return (response.success, response.result) == (other.success, other.result)
 
 
 class Counterpart:
-    """The grader's own /calculator for the student's client.  What it answers cannot be computed from the request."""
+    """The grader's own /calculator for the student's client.  Its answer cannot be computed from the request."""
 
-    def __init__(self, bench, **response):
+    def __init__(self, bench: Bench, *, result: float, success: bool, message: str):
         self._bench = bench
         self._domain = bench.new_domain()
-        self._response = Calculate.Response(**response)
-        bench.hide(response["result"], *response["message"].split())
-        self.requests: list = []
-        bench.enter(self._domain).node.create_service(Calculate, "/calculator", self._answer)
+        self._response = Calculate.Response(result=result, success=success, message=message)
+        bench.hide(result, *message.split())
+        self.requests: list[Any] = []
+        bench.enter(self._domain).node.create_service(Calculate, SERVICE, self._answer)
 
     def run(self, *args: str) -> Run:
         """A run of the student's client that can call this."""
-        return Run(self._bench, CLIENT, *args, domain=self._domain)
+        return self._bench.run(CLIENT, *args, domain=self._domain)
 
-    def _answer(self, request, _):
+    def _answer(self, request: Any, _: Any) -> Any:
         self.requests.append(request)
         return self._response
+
+
+@dataclass(frozen=True)
+class Answered:
+    """A run of the client with a server that answers."""
+
+    run: Run
+    sent: tuple[str, str, str]  # its command line
+    requests: list[Any]  # that came to the server
+    result: float  # that the server answers
+
+
+@dataclass(frozen=True)
+class ClientRuns:
+    """The runs of the student's client."""
+
+    answered: Answered
+    refused: Run  # by a server that answers with success False
+    reason: str  # and this message
+    misused: dict[str, Run]  # with a wrong command line, by what is wrong with it

@@ -1,45 +1,52 @@
-"""The grader's side of the conversation: it sets the PID node's parameters, sends errors and hears the efforts."""
+"""The grader's side of the conversation: it sets the PID node's parameters, sends errors and hears efforts."""
 
 import time
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 from std_msgs.msg import Float64
 
-from autograder.errors import Wrong
-from autograder.suitekit.live import Live
-from autograder.suitekit.parameters import OFFER, Parameters
-from autograder.suitekit.topics import Listener, speaker
+from autograder.suitekit import Alive, Bench, Listener, LiveProgram, Offers, Parameters, Wrong, speaker
+from autograder.suitekit.parameters import OFFER
 
 ERROR = "a subscription to the topic error (std_msgs/Float64)"
 EFFORT = "a publisher of the topic effort (std_msgs/Float64)"
-DEFAULTS = {"kp": 1.0, "ki": 0.0, "kd": 0.0, "output_min": -10.0, "output_max": 10.0, "joint_name": "elbow"}
+DEFAULTS: dict[str, Any] = {
+    "kp": 1.0,
+    "ki": 0.0,
+    "kd": 0.0,
+    "output_min": -10.0,
+    "output_max": 10.0,
+    "joint_name": "elbow",
+}
 RANGES = {"kp": (0.0, 100.0), "ki": (0.0, 50.0), "kd": (0.0, 10.0)}
 WIDE = {"output_min": -1e6, "output_max": 1e6}  # limits that clamp nothing
 JOINTS = ["wrist", "shoulder", "hip", "knee", "ankle", "neck"]
+ROUNDING = 1e-9  # of a number's size: several ways to compute the same are right
+TIMING = 0.02  # of a number's size: what a node may gain or lose by when it reads the clock
 
 
 class Answer(NamedTuple):
-    """An effort; the node met the error that it answers between `sent` and `came` (s)."""
+    """An effort; the node got the error between `sent` and `came` (s of time.monotonic)."""
 
     effort: float
     sent: float
     came: float
 
 
-class PidNode(Live):
+class PidNode(LiveProgram):
     """The student's node."""
 
     advice = "every message on error must be answered with one on effort, and no callback may wait"
 
-    def __init__(self, bench, *args: str):
+    def __init__(self, bench: Bench, *args: str):
         super().__init__(bench, "pid_node.py", *args)
         self.parameters = Parameters(self, topic="error")
 
-    def connect(self):
-        """A publisher, a subscription and the clients of the parameter services."""
+    def connect(self) -> Offers:
+        """A publisher of errors, a subscription of efforts, and the clients of the parameter services."""
         self.efforts = Listener(self.ros, "effort", Float64)
         self.errors = speaker(self.ros, "error", Float64)
-        self.fresh = True  # no error has been sent to this start of the program
         return {
             ERROR: lambda: self.errors.get_subscription_count() > 0,
             EFFORT: lambda: self.efforts.ready,
@@ -50,85 +57,80 @@ class PidNode(Live):
         """The answer to an error; raises Crashed or TimedOut when there is none."""
         self.bench.hide(error)
 
-        def ask(limit, alive):
+        def ask(limit: float, alive: Alive) -> Answer | None:
             self.fresh = False
             before, sent = len(self.efforts.heard), time.monotonic()
             self.errors.publish(Float64(data=error))
             heard = self.efforts.wait(lambda heard: heard[before:], limit, alive)
-            return heard and Answer(heard[0].message.data, sent, heard[0].time)
+            return Answer(heard[0].message.data, sent, heard[0].time) if heard else None
 
         return self.converse(ask, "a message on error", OFFER, ERROR, EFFORT)
 
-    def get(self) -> dict:
-        """Its parameters, as far as they are declared."""
+    def get(self) -> dict[str, Any]:
+        """The values of those of its parameters that are declared."""
         return self.parameters.get(*DEFAULTS)
 
     def arrange(self, **values: float) -> None:
-        """Set gains and limits, by default no gain and no limit, for a test of something else."""
+        """Set gains and limits (by default gains of 0, and limits that clamp nothing), to test something else."""
         self.bench.hide(*values.values())
         everything = {"kp": 0.0, "ki": 0.0, "kd": 0.0} | WIDE | values
         if not self.parameters.set_together(everything).successful:
-            for _ in (1, 2):  # the first round may have to make room for a limit
+            for _ in range(2):  # a limit may have to wait in the first round until the other limit has moved
                 self.parameters.set(everything)
         got = self.get()
         for name, value in values.items():
             if name in RANGES and got.get(name) != value:
                 raise Wrong(f"It must be possible to set {name} to any value in its range.", f"{name} {value}: {got}")
 
-    def expect_refusal(self, about: str, **values) -> str:
-        """A set of these at once is refused and changes nothing; `about` tells the student what they are."""
+    def expect_refusal(self, about: str, **values: float | str) -> None:
+        """It must refuse to set these together, and change nothing; `about` tells the student what they are."""
         before = self.get()
-        if len(values) > 1:
-            results = [self.parameters.set_together(values)]
-        else:
-            results = self.parameters.set(values)
+        together = len(values) > 1
+        results = [self.parameters.set_together(values)] if together else self.parameters.set(values)
         after = self.get()
         got = f"{values}: {results}, {before} became {after}"
         if any(result.successful for result in results):
             raise Wrong(f"{about} must be refused.", got)
         if after != before:
-            raise Wrong(f"{about} must be refused, and then nothing may have changed.", got)
+            raise Wrong(f"{about} must be refused, and must then change nothing.", got)
         if not all(result.reason.strip() for result in results):
-            raise Wrong(f"{about}: a refusal must give its reason; it is empty.", got)
+            raise Wrong(f"{about}: the refusal must give a reason; it is empty.", got)
 
-    def expect_set(self, about: str, **values) -> None:
-        """A set of these at once is accepted."""
+    def expect_set(self, about: str, **values: float) -> None:
+        """It must accept these when they are set together; `about` tells the student what they are."""
         result, after = self.parameters.set_together(values), self.get()
         if not result.successful or any(after.get(name) != value for name, value in values.items()):
             raise Wrong(f"{about} must be accepted.", f"{values}: {result}, {after}")
 
     def expect_effort(self, error: float, effort: float, about: str) -> Answer:
-        """It answers with this effort."""
+        """It must answer with this effort; `about` tells the student which effort is right."""
         answer = self.send(error)
         if not near(answer.effort, effort):
             raise Wrong(f"{about}.", f"error {error}: expected {effort}, got {answer.effort}, parameters {self.get()}")
         return answer
 
-    def ensure_fresh(self) -> None:
+    def start_fresh(self) -> None:
         """Have the program running, and no error sent to it yet."""
-        if not self.fresh:
-            self.program.kill()
-            self.begin()
-        self.up(OFFER, ERROR, EFFORT)
-        self.get()  # who has answered, has met the grader's publisher and subscription too
+        self.ensure_fresh(OFFER, ERROR, EFFORT)
+        self.get()  # a node that has answered has found the grader's publisher and subscription too
 
 
 def near(got: float, right: float) -> bool:
-    """Whether two numbers are the same but for rounding."""
-    return abs(got - right) <= 1e-9 * max(1.0, abs(right))
+    """Whether two numbers are the same except for rounding."""
+    return abs(got - right) <= ROUNDING * max(1.0, abs(right))
 
 
-def between(got: float, ends: tuple[float, float], tolerance: float = 0.02) -> bool:
-    """Whether a number lies between two, in any order, widened by `tolerance` of the larger."""
+def between(got: float, ends: Sequence[float]) -> bool:
+    """Whether a number lies between two others, in any order, with some room for how the node takes the time."""
     low, high = sorted(ends)
-    room = tolerance * max(abs(low), abs(high)) + 1e-9
+    room = TIMING * max(abs(low), abs(high)) + ROUNDING
     return low - room <= got <= high + room
 
 
-def overrides(bench, purpose: str) -> dict:
-    """Values for all parameters that are none of the defaults."""
+def overrides(bench: Bench, purpose: str) -> dict[str, Any]:
+    """Values for all parameters, each different from its default."""
     rng = bench.random(purpose)
-    values = {
+    values: dict[str, Any] = {
         "kp": rng.randrange(9, 160) / 4,
         "ki": rng.randrange(5, 40) / 8,
         "kd": rng.randrange(5, 40) / 16,

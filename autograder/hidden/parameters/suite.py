@@ -1,60 +1,65 @@
 """What the task asks of the PID node, as a conversation over its parameters and its two topics.
 
-Time steps are the node's own, by the wall clock.  What depends on them is judged by bounds: the node met an error after
-the grader had sent it and before its answer came, however busy the machine was.
+The node measures time steps itself, by the wall clock.  What depends on them is judged by bounds: the node got an error
+after the grader had sent it and before its answer came, however busy the machine was.
 Points add up to 20.
 """
 
+import random
 import time
+from collections.abc import Mapping
+from typing import Any
 
-from autograder.errors import Wrong
-from autograder.hidden.parameters.conversation import DEFAULTS, RANGES, between
-from autograder.suitekit.judge import points
-from autograder.suitekit.live import twice
+from autograder.hidden.parameters.conversation import DEFAULTS, RANGES, ROUNDING, Answer, PidNode, between
+from autograder.suitekit import Wrong, points, twice
 from course.waiting import wait_until
 
 EXTRA = 0.2  # s in which a second answer to one error would come
+INSTANT = 1e-6  # s, the shortest time between two errors that a node can have measured
+ALMOST_NOTHING = 1e-9  # of an error: it adds nothing to the integral, but it is a message to measure time from
+
+Overridden = tuple[PidNode, Mapping[str, Any]]  # a node with the values that it was started with
 
 
 @points(1, cell="pid-node")
-def test_defaults(by_start):
+def test_defaults(by_start: Mapping[str, Any]) -> None:
     """The parameters are declared, with their default values."""
     for name, value in DEFAULTS.items():
         if name not in by_start:
             raise Wrong(f"The node must declare the parameter {name}.", by_start)
         if by_start[name] != value or type(by_start[name]) is not type(value):
-            raise Wrong(f"The parameter {name} must be {value!r} when nobody sets it.", by_start)
+            raise Wrong(f"The default of the parameter {name} must be {value!r}.", by_start)
 
 
 @points(1, cell="pid-node")
-def test_descriptors(pid):
+def test_descriptors(pid: PidNode) -> None:
     """The ranges of the gains, and that joint_name is read-only, can be read from their descriptors."""
     for name, (low, high) in RANGES.items():
         ranges = pid.parameters.describe(name).floating_point_range
         if [(limits.from_value, limits.to_value) for limits in ranges] != [(low, high)]:
             raise Wrong(f"The descriptor of {name} must have the range from {low} to {high}.", ranges)
     if not pid.parameters.describe("joint_name").read_only:
-        raise Wrong("The descriptor of joint_name must say read_only.")
+        raise Wrong("The descriptor of joint_name must set read_only to True.")
 
 
 @points(1, cell="pid-node")
 @twice
-def test_first_message(pid, rng):
-    """The first effort has no integral and no derivative part, for no time has passed before it."""
-    pid.ensure_fresh()
+def test_first_message(pid: PidNode, rng: random.Random) -> None:
+    """The first effort has no integral and no derivative part, because no time step comes before it."""
+    pid.start_fresh()
     kp, error = rng.randrange(5, 20) / 4, rng.choice([-1, 1]) * rng.randrange(5, 14) / 8
     pid.arrange(kp=kp, ki=float(rng.randrange(8, 40)), kd=rng.randrange(8, 40) / 4)
     pid.expect_effort(
         error,
         kp * error,
-        "The first error must be answered with its proportional part alone: "
-        "before it there is no message to measure time from",
+        "The first error must be answered with the proportional part alone: there is no earlier message to measure "
+        "a time step from",
     )
 
 
 @points(1, cell="pid-node")
 @twice
-def test_proportional(pid, rng):
+def test_proportional(pid: PidNode, rng: random.Random) -> None:
     """With kp alone the effort is kp × error, one for each error."""
     kp = rng.randrange(9, 30) / 8
     pid.arrange(kp=kp)
@@ -64,38 +69,38 @@ def test_proportional(pid, rng):
     wait_until(lambda: len(pid.efforts.heard) > before + len(errors) + 1, EXTRA)
     if len(pid.efforts.heard) != before + len(errors) + 1:
         raise Wrong(
-            "Each error must be answered with one effort, and nothing be published without an error.",
+            "Each error must be answered with exactly one effort, and nothing may be published without an error.",
             f"{len(errors) + 1} errors, {len(pid.efforts.heard) - before} efforts",
         )
 
 
 @points(1, cell="pid-node")
 @twice
-def test_new_gain(pid, rng):
-    """A new gain counts from the very next message."""
+def test_new_gain(pid: PidNode, rng: random.Random) -> None:
+    """A new gain is used from the very next message on."""
     error = rng.randrange(5, 15) / 8
     for kp in rng.sample(range(10, 40), 3):
         pid.arrange(kp=kp / 8)
-        pid.expect_effort(error, kp / 8 * error, "After kp was set, the very next effort must be by the new kp")
+        pid.expect_effort(error, kp / 8 * error, "After kp was set, the very next effort must use the new kp")
 
 
 @points(2, cell="pid-node")
 @twice
-def test_clamped(pid, rng):
+def test_clamped(pid: PidNode, rng: random.Random) -> None:
     """The effort stays within output_min and output_max, as they are at that moment."""
     kp = float(rng.randrange(10, 40))
     for _ in range(2):
         low, high = -rng.randrange(10, 60) / 4, rng.randrange(10, 60) / 4
         pid.arrange(kp=kp, output_min=low, output_max=high)
-        pid.expect_effort(rng.uniform(5, 9), high, "An effort above output_max must become output_max, as it is now")
-        pid.expect_effort(rng.uniform(-9, -5), low, "An effort below output_min must become output_min, as it is now")
+        pid.expect_effort(rng.uniform(5, 9), high, "An effort above output_max must become the current output_max")
+        pid.expect_effort(rng.uniform(-9, -5), low, "An effort below output_min must become the current output_min")
         error = rng.choice([-1, 1]) / 64
         pid.expect_effort(error, kp * error, "An effort between output_min and output_max must stay as it is")
 
 
 @points(2, cell="pid-node")
 @twice
-def test_integral(pid, rng):
+def test_integral(pid: PidNode, rng: random.Random) -> None:
     """The integral part grows by ki × error × the seconds since the message before."""
     ki, error = rng.randrange(8, 32) / 4, rng.choice([-1, 1]) * rng.randrange(5, 10) / 8
     last = begin_integral(pid, error, ki=ki)
@@ -105,8 +110,8 @@ def test_integral(pid, rng):
         grown = answer.effort - last.effort
         if not between(grown, expected := tuple(ki * error * step for step in steps(last, answer))):
             raise Wrong(
-                "With ki alone, from one message to the next the effort must grow by "
-                "ki × error × seconds between the two.",
+                "With ki alone, the effort must grow from one message to the next by ki × error × the seconds between "
+                "the two.",
                 f"{pause} s: expected {expected}, got {grown}",
             )
         last = answer
@@ -114,8 +119,8 @@ def test_integral(pid, rng):
 
 @points(1, cell="pid-node")
 @twice
-def test_derivative(pid, rng):
-    """The derivative part is kd × the change of the error a second."""
+def test_derivative(pid: PidNode, rng: random.Random) -> None:
+    """The derivative part is kd × the change of the error per second."""
     kd, errors = rng.randrange(4, 8) / 16, [rng.uniform(-0.5, -0.2), rng.uniform(0.2, 0.5), rng.uniform(-0.2, 0)]
     pid.arrange(kd=kd)
     last, before = pid.send(errors[0]), errors[0]
@@ -124,7 +129,7 @@ def test_derivative(pid, rng):
         answer = pid.send(error)
         if not between(answer.effort, expected := tuple(kd * (error - before) / step for step in steps(last, answer))):
             raise Wrong(
-                "With kd alone, the effort must be kd × (error − error before) / seconds between the two.",
+                "With kd alone, the effort must be kd × (error − error before) / the seconds between the two.",
                 f"{before} to {error}: expected {expected}, got {answer.effort}",
             )
         last, before = answer, error
@@ -132,40 +137,39 @@ def test_derivative(pid, rng):
 
 @points(1, cell="pid-node")
 @twice
-def test_ki_starts_the_integral_again(pid, rng):
+def test_ki_starts_the_integral_again(pid: PidNode, rng: random.Random) -> None:
     """When ki is set to another value, the integral starts again from zero."""
     ki, error = rng.randrange(8, 32) / 4, rng.randrange(5, 10) / 8
     last = fill_integral(pid, error, ki=ki)
     pid.arrange(ki=ki + 1.5)
     answer = pid.send(error)
-    # Whether the time since the message before still counts is left open.
+    # Whether the time step since the message before still counts is left open.
     most = (ki + 1.5) * max(last.effort / ki / 2, error * (answer.came - last.sent))
     if not 0.0 <= answer.effort <= most:
         raise Wrong(
-            "After ki was set to another value, the integral must have started again from zero.",
-            f"{last} then {answer}",
+            "After ki was set to another value, the integral must start again from zero.", f"{last} then {answer}"
         )
 
 
 @points(1, cell="pid-node")
 @twice
-def test_nothing_else_starts_it_again(pid, rng):
-    """Other parameters leave the integral as it is."""
+def test_nothing_else_starts_it_again(pid: PidNode, rng: random.Random) -> None:
+    """Setting other parameters leaves the integral as it is."""
     error = rng.randrange(5, 10) / 8
     last = fill_integral(pid, error, ki=rng.randrange(8, 32) / 4)
     pid.parameters.set({"kp": 0.5, "kd": 0.25, "output_min": -2e6, "output_max": 2e6})
     pid.parameters.set_together({"kp": 0.0, "kd": 0.0})
-    expect_no_less(pid, error, last, "After kp, kd or a limit was set, the integral must go on from where it was")
+    expect_no_less(pid, error, last, "After kp, kd or a limit was set, the integral must continue from where it was")
 
 
-def begin_integral(pid, error, **gains):
-    """The first answer to an error, with all time before it left behind."""
+def begin_integral(pid: PidNode, error: float, **gains: float) -> Answer:
+    """The first answer to an error, whose time step starts at a message just before it."""
     pid.arrange(**gains)
-    pid.send(error * 1e-9)
+    pid.send(error * ALMOST_NOTHING)
     return pid.send(error)
 
 
-def fill_integral(pid, error, **gains):
+def fill_integral(pid: PidNode, error: float, **gains: float) -> Answer:
     """The last of several answers to a positive error, while the integral grows; raises Wrong when it does not."""
     first = begin_integral(pid, error, **gains)
     for _ in range(5):
@@ -174,29 +178,29 @@ def fill_integral(pid, error, **gains):
     last = pid.send(error)
     if not last.effort > first.effort:
         raise Wrong(
-            "With a ki above 0 and the same positive error again and again, the effort must grow: without an "
-            "integral part nothing can be said of when it starts again.",
+            "With ki above 0 and the same positive error again and again, the effort must grow: without an integral "
+            "part it cannot be tested when that starts again.",
             f"ki {gains['ki']}: {first} then {last}",
         )
     return last
 
 
-def expect_no_less(pid, error, last, about):
-    """To the same positive error again it answers with no less effort than it did last: nothing has been taken away."""
+def expect_no_less(pid: PidNode, error: float, last: Answer, about: str) -> None:
+    """The same positive error again must be answered with no less effort than last: the integral is still there."""
     answer = pid.send(error)
-    if not answer.effort >= last.effort - 1e-9:
+    if not answer.effort >= last.effort - ROUNDING:
         raise Wrong(f"{about}.", f"{last} then {answer}")
 
 
-def steps(last, answer):
+def steps(last: Answer, answer: Answer) -> tuple[float, float]:
     """The shortest and the longest time (s) that the node can have measured between two errors."""
-    return max(1e-6, answer.sent - last.came), answer.came - last.sent
+    return max(INSTANT, answer.sent - last.came), answer.came - last.sent
 
 
 @points(1, cell="pid-node")
 @twice
-def test_out_of_range(pid, rng):
-    """A gain out of its range is refused with a reason, and changes nothing."""
+def test_out_of_range(pid: PidNode, rng: random.Random) -> None:
+    """A gain outside its range is refused with a reason, and changes nothing."""
     pid.arrange(**{name: (low + high) / 4 for name, (low, high) in RANGES.items()})
     for name, (low, high) in RANGES.items():
         for value in (high + rng.randrange(1, 80) / 8, low - rng.randrange(1, 80) / 8):
@@ -206,38 +210,41 @@ def test_out_of_range(pid, rng):
 
 @points(2, cell="pid-node")
 @twice
-def test_limits_in_order(pid, rng):
-    """An output_min that is not below output_max is refused with a reason, alone or in a set of several."""
+def test_limits_in_order(pid: PidNode, rng: random.Random) -> None:
+    """An output_min that is not below output_max is refused with a reason, set alone or together with others."""
     low, high = -rng.randrange(5, 30) / 4, rng.randrange(5, 30) / 4
     pid.arrange(kp=1.0, output_min=low, output_max=high)
     if (got := pid.get()).get("output_min") != low or got.get("output_max") != high:
-        raise Wrong("It must be possible to set output_min and output_max in order.", f"{low}, {high}: {got}")
+        raise Wrong(
+            "It must be possible to set output_min and output_max when output_min is the smaller one.",
+            f"{low}, {high}: {got}",
+        )
     pid.expect_refusal("An output_min above output_max", output_min=high + 1.5)
     pid.expect_refusal("An output_max below output_min", output_max=low - 1.5)
     pid.expect_refusal("An output_min equal to output_max", output_min=high)
     pid.expect_refusal("An output_max equal to output_min", output_max=low)
-    pid.expect_refusal("A set of both limits at once, in the wrong order,", output_min=high, output_max=low)
+    pid.expect_refusal("Setting both limits together, in the wrong order,", output_min=high, output_max=low)
     pid.expect_refusal(
-        "A set of both limits at once, in the wrong order,", output_max=high + 2.5, output_min=high + 4.0
+        "Setting both limits together, in the wrong order,", output_max=high + 2.5, output_min=high + 4.0
     )
-    pid.expect_refusal("A set of both limits at once, to the same value,", output_min=low + 1, output_max=low + 1)
+    pid.expect_refusal("Setting both limits together, to the same value,", output_min=low + 1, output_max=low + 1)
 
 
 @points(1, cell="pid-node")
 @twice
-def test_limits_together(pid, rng):
-    """Both limits can be moved beyond the old ones in one set."""
+def test_limits_together(pid: PidNode, rng: random.Random) -> None:
+    """Both limits, set together, can be moved beyond the old ones."""
     pid.arrange(kp=1.0, output_min=-5.0, output_max=5.0)
     above, below = rng.randrange(60, 90) / 4, -rng.randrange(100, 140) / 4
-    about = "A set of both limits at once, in order but both {} the old ones,"
+    about = "Setting both limits together, in order and both {} the old ones,"
     pid.expect_set(about.format("above"), output_min=above, output_max=above + 2.5)
     pid.expect_set(about.format("below"), output_max=below + 2.5, output_min=below)
 
 
 @points(1, cell="pid-node")
 @twice
-def test_all_or_nothing(pid, rng):
-    """A set of several at once with a bad one among them changes nothing at all."""
+def test_all_or_nothing(pid: PidNode, rng: random.Random) -> None:
+    """Setting several parameters together, one of them to a bad value, changes nothing at all."""
     gains = {"kp": rng.randrange(9, 30) / 8, "ki": rng.randrange(8, 32) / 4}
     error = rng.randrange(5, 10) / 8
     last, refused = fill_integral(pid, error, **gains), 0
@@ -252,23 +259,23 @@ def test_all_or_nothing(pid, rng):
             refused += 1
             if (after := pid.get()) != before:
                 raise Wrong(
-                    "A refused set of several parameters must change none of them.",
+                    "When several parameters are set together and refused, none of them may change.",
                     f"{values}: {before} became {after}",
                 )
             expect_no_less(
                 pid,
                 error,
                 last,
-                "After a refused set of several parameters the node must go on as if "
-                "nothing had been asked: by the old gains, and with its integral",
+                "After a refusal to set several parameters together, the node must continue as if nothing had been "
+                "asked: with the old gains and with its integral",
             )
     if not refused:
-        raise Wrong("A set of several parameters with a bad one among them must be refused.")
+        raise Wrong("Setting several parameters together must be refused when one of the values is bad.")
 
 
 @points(1, cell="pid-node")
 @twice
-def test_joint_name_is_read_only(pid, by_start, rng):
+def test_joint_name_is_read_only(pid: PidNode, by_start: Mapping[str, Any], rng: random.Random) -> None:
     """joint_name cannot be set while the node runs."""
     if "joint_name" not in by_start:
         raise Wrong("The node must declare the parameter joint_name.")
@@ -277,21 +284,21 @@ def test_joint_name_is_read_only(pid, by_start, rng):
 
 @points(1, cell="pid-node")
 @twice
-def test_command_line(by_command_line, rng):
+def test_command_line(by_command_line: Overridden, rng: random.Random) -> None:
     """Values from the command line win over the defaults."""
     expect_overridden(*by_command_line, rng, "on the command line (--ros-args -p NAME:=VALUE)")
 
 
 @points(1, cell="pid-node")
 @twice
-def test_parameter_file(by_file, rng):
+def test_parameter_file(by_file: Overridden, rng: random.Random) -> None:
     """Values from a YAML file win over the defaults."""
     expect_overridden(*by_file, rng, "in a parameter file (--ros-args --params-file FILE)")
 
 
-def expect_overridden(node, values, rng, where):
-    """The parameters have these values from the start, and the node works by them."""
-    node.ensure_fresh()
+def expect_overridden(node: PidNode, values: Mapping[str, Any], rng: random.Random, where: str) -> None:
+    """The parameters must have these values from the start, and the node must use them."""
+    node.start_fresh()
     got = node.get()
     for name, value in values.items():
         if got.get(name) != value:
@@ -299,4 +306,4 @@ def expect_overridden(node, values, rng, where):
     node.parameters.set({"ki": 0.0})
     node.parameters.set({"kd": 0.0})
     error = rng.choice([-1, 1]) / 64
-    node.expect_effort(error, values["kp"] * error, f"The effort must be by the values given {where}")
+    node.expect_effort(error, values["kp"] * error, f"The effort must be computed from the values given {where}")

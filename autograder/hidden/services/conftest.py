@@ -3,28 +3,30 @@
 import pytest
 
 from autograder.hidden.services.conversation import Motors, Relay
+from autograder.suitekit import Bench
 
 
 @pytest.fixture(scope="session")
-def motors(bench) -> Motors:
+def motors(bench: Bench) -> Motors:
     """The student's motor service, running."""
     return Motors(bench)
 
 
 @pytest.fixture(scope="session")
-def relay(bench) -> Relay:
+def relay(bench: Bench) -> Relay:
     """The student's relay, running where the grader serves /add_two_ints."""
     return Relay(bench, bench.random("relay"), served=True)
 
 
 @pytest.fixture(scope="session")
-def lonely(bench) -> Relay:
+def lonely(bench: Bench) -> Relay:
     """The student's relay, running where nobody serves /add_two_ints."""
     return Relay(bench, bench.random("lonely"), served=False)
 
 
 @pytest.fixture(scope="session", autouse=True)
-def begun(motors, relay, lonely):
+def begun(motors: Motors, relay: Relay, lonely: Relay) -> None:
     """Have all programs start at once."""
-    for program in (motors, relay, lonely):
-        program.begin()
+    motors.begin()
+    relay.begin()
+    lonely.begin()

@@ -4,48 +4,45 @@ import random
 import re
 import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 from example_interfaces.srv import AddTwoInts
 from rclpy.callback_groups import ReentrantCallbackGroup
 from std_srvs.srv import SetBool, Trigger
 
-from autograder.errors import Crashed, TimedOut, Wrong
-from autograder.suitekit.live import ANSWER, SETTLED, Server, numbers
-from autograder.suitekit.parameters import Parameters
-from autograder.suitekit.ros import Ros
+from autograder.suitekit import SETTLED, Alive, Bench, Offers, Parameters, Ros, Server, Wrong, numbers, offer
 from course.waiting import wait_until
 
 ENABLE, STATUS = "/motors/enable", "/motors/status"
 WORDS = {True: "enabled", False: "disabled"}
+RELAY, ADD = "/relay", "/add_two_ints"
 CALLERS = 6  # at once
-SLOW = 0.15  # s that /add_two_ints takes then
-STUCK = "it was stuck with several callers"
+SLOW = 0.15  # s that /add_two_ints takes then, so that the calls overlap
 SENT = 2.0  # s until a request has arrived, when its answer was not waited for
 
 
 class Motors(Server):
     """The student's motor_service.py, with two clients for each of its services."""
 
-    def __init__(self, bench):
+    def __init__(self, bench: Bench):
         super().__init__(bench, "motor_service.py", {ENABLE: SetBool, STATUS: Trigger})
 
-    def connect(self):
-        """The clients, of this node and of a second."""
+    def connect(self) -> Offers:
+        """The clients, of the grader's node and of a second one."""
         self.second = self.bench.enter(self.ros.domain)
         self.second_clients = {name: self.second.node.create_client(kind, name) for name, kind in self.services.items()}
         return super().connect()
 
-    def enable(self, on: bool, second: bool = False):
-        """The response to switching."""
+    def enable(self, on: bool, second: bool = False) -> Any:
+        """The response to switching the motors on or off, asked by the first or the second client."""
         return self._call(ENABLE, SetBool.Request(data=on), second)
 
-    def status(self, second: bool = False):
-        """The response to the question for the state."""
+    def status(self, second: bool = False) -> Any:
+        """The response to asking for the state."""
         return self._call(STATUS, Trigger.Request(), second)
 
     def bring(self, on: bool) -> None:
-        """Have the motors in that state before a test begins."""
+        """Bring the motors into that state before a test begins."""
         if says(self.status().message) is not on:
             self.enable(on)
 
@@ -54,41 +51,41 @@ class Motors(Server):
         message = self.status().message
         if says(message) is not on:
             raise Wrong(
-                f"{when}, the message of {STATUS} must have the word '{WORDS[on]}' (and not '{WORDS[not on]}').",
+                f"{when}, the message of {STATUS} must contain the word '{WORDS[on]}' (and not '{WORDS[not on]}').",
                 f"got {message!r}",
             )
 
-    def _call(self, name, request, second):
-        def question(limit, alive):
+    def _call(self, name: str, request: Any, second: bool) -> Any:
+        def question(limit: float, alive: Alive) -> Any:
             ros, clients = (self.second, self.second_clients) if second else (self.ros, self.clients)
             return ros.call(clients[name], request, limit, alive)
 
-        return self.converse(question, f"a request to {name}", f"the service {name}")
+        return self.converse(question, f"a request to {name}", offer(name))
 
 
 def says(message: str) -> bool | None:
-    """The one state that a message says, or None."""
+    """The one state that a message names; None when it names none or both."""
     words = set(re.findall(r"(?<![a-z])(?:enabled|disabled)(?![a-z])", message.lower()))
     return next(iter(words)) == WORDS[True] if len(words) == 1 else None
 
 
-def told(response) -> object:
-    """What a response tells, in whatever words: to be compared with another."""
+def told(response: Any) -> object:
+    """What a response tells, in whatever words, to be compared with another."""
     state = says(response.message)
     return response.message if state is None else state
 
 
 class Adder:
-    """The grader's own /add_two_ints.  Each response is a number of its own, which cannot be computed."""
+    """The grader's own /add_two_ints.  Each response is another random number, which cannot be computed."""
 
     def __init__(self, ros: Ros, rng: random.Random):
         self.delay = 0.0  # s that an answer takes
         self.requests: list[tuple[int, int]] = []
         self.sums: list[int] = []
         self._rng, self._lock = rng, threading.Lock()
-        ros.node.create_service(AddTwoInts, "/add_two_ints", self._answer, callback_group=ReentrantCallbackGroup())
+        ros.node.create_service(AddTwoInts, ADD, self._answer, callback_group=ReentrantCallbackGroup())
 
-    def _answer(self, request, response):
+    def _answer(self, request: Any, response: Any) -> Any:
         with self._lock:
             response.sum = self._rng.randrange(10**8, 10**12)
             self.requests.append((request.a, request.b))
@@ -98,92 +95,99 @@ class Adder:
 
 
 class Relay(Server):
-    """The student's relay.py, started with two numbers; with an /add_two_ints to call, or without."""
+    """The student's relay.py, started with two numbers; /add_two_ints is there to be called, or not."""
 
     advice = "a callback that waits for an answer must not keep the answer from being taken in"
 
-    def __init__(self, bench, rng: random.Random, served: bool):
+    def __init__(self, bench: Bench, rng: random.Random, served: bool):
         self.rng, self.served = rng, served
         self.numbers = a, b = draw(rng)
         bench.hide(a, b)
-        super().__init__(bench, "relay.py", {"/relay": Trigger}, "--ros-args", "-p", f"a:={a}", "-p", f"b:={b}")
-        self.parameters = Parameters(self, service="/relay")
-        self.failed = 0  # which of its starts has answered with success False
-        self._settled = 0
+        super().__init__(bench, "relay.py", {RELAY: Trigger}, "--ros-args", "-p", f"a:={a}", "-p", f"b:={b}")
+        self.parameters = Parameters(self, service=RELAY)
+        self.failed = 0  # which of its starts answered with success False last
+        self._settled = 0  # which of its starts has had time to find /add_two_ints
+        self._adder: Adder | None = None
 
-    def connect(self):
+    @property
+    def adder(self) -> Adder:
+        """What the relay has to call; only there when it is served."""
+        if self._adder is None:
+            raise RuntimeError("nobody serves /add_two_ints to this relay")
+        return self._adder
+
+    def connect(self) -> Offers:
         """The client, and the server for the program's own client."""
-        self.adder = None
+        self._adder = None
         if self.served:
             self.serve()
         return super().connect() | self.parameters.connect()
 
     def serve(self) -> None:
-        """Offer /add_two_ints, if that is not done yet."""
-        self.adder = self.adder or Adder(self.bench.enter(self.ros.domain, threads=CALLERS + 2), self.rng)
+        """Offer /add_two_ints, unless it is offered already."""
+        self._adder = self._adder or Adder(self.bench.enter(self.ros.domain, threads=CALLERS + 2), self.rng)
 
-    def relay(self):
-        """Its response, once it has had time to find /add_two_ints."""
+    def relay(self) -> Any:
+        """Its response; with a server to call, once it has had time to find it."""
         response = self._relay()
         if self.served and self._settled != self.starts:
-            end = time.monotonic() + self.bench.clock.allow(SETTLED)
-            while not response.success and time.monotonic() < end:
-                time.sleep(0.1)
-                response = self._relay()
+            response = response if response.success else self.wait_for_success()
             self._settled = self.starts
         if not response.success:
             self.failed = self.starts
         return response
 
-    def _relay(self):
-        return self.converse(  # once: who waits for a server that is not there shall not have to do so again
-            lambda limit, alive: self.ros.call(self.clients["/relay"], Trigger.Request(), limit, alive, again=limit),
-            "a request to /relay",
-            "the service /relay",
-        )
+    def wait_for_success(self) -> Any:
+        """Its response, asked again and again until that has success True, or the time to find a server is over."""
+        responses: list[Any] = []
+
+        def succeeds() -> bool:
+            responses.append(self._relay())
+            return responses[-1].success
+
+        wait_until(succeeds, self.allow(SETTLED))
+        return responses[-1]
+
+    def _relay(self) -> Any:
+        def question(limit: float, alive: Alive) -> Any:
+            # Sent once: a relay that waits for a server that is not there shall not have to do so again.
+            return self.ros.call(self.clients[RELAY], Trigger.Request(), limit, alive, again=limit)
+
+        return self.converse(question, f"a request to {RELAY}", offer(RELAY))
 
     def asked(self) -> tuple[int, int]:
-        """The numbers that it asked /add_two_ints for in one more call."""
+        """The numbers that it sends to /add_two_ints when it is called once more."""
         self.relay()  # whatever was set before is in effect now
         before = len(self.adder.requests)
         self.relay()
         if not wait_until(lambda: len(self.adder.requests) > before, self.bench.clock.allow(SENT)):
-            raise Wrong("For each call of /relay, the relay must call /add_two_ints; it did not.")
+            raise Wrong("The relay must call /add_two_ints each time that /relay is called; it did not.")
         return self.adder.requests[-1]
 
     def change(self, numbers: tuple[int, int]) -> None:
-        """Set its parameters while it runs."""
+        """Set its parameters a and b while it runs."""
         self.bench.hide(*numbers)
         if not all(result.successful for result in self.parameters.set(dict(zip("ab", numbers, strict=True)))):
-            raise Wrong("The parameters a and b must be declared, and accept every whole number while the relay runs.")
+            raise Wrong(
+                "The parameters a and b must be declared, and must accept every whole number while the relay runs."
+            )
 
     def sum_in(self, message: str) -> int | None:
-        """The answer of /add_two_ints that a message has, or None."""
+        """The answer of /add_two_ints that a message contains, or None."""
         return next((int(number) for number in numbers(message) if number in self.adder.sums), None)
 
-    def together(self) -> list:
-        """The responses to some callers at once, while /add_two_ints takes its time; the program is not started again."""
-        self.up()
+    def together(self) -> list[Any]:
+        """The responses to several callers at once, while /add_two_ints takes its time."""
+        self.up(offer(RELAY))  # a new start has a new adder
         self.adder.delay = SLOW
-        clients = [self.ros.node.create_client(Trigger, "/relay") for _ in range(CALLERS)]
-        wait_until(lambda: all(client.service_is_ready() for client in clients), self.bench.clock.allow(ANSWER))
-        limit = self.bench.clock.allow(ANSWER)
-        with ThreadPoolExecutor(CALLERS) as pool:
-            responses = [
-                *pool.map(
-                    lambda client: self.ros.call(client, Trigger.Request(), limit, lambda: self.program.alive), clients
-                )
-            ]
-        self.adder.delay = 0.0
-        if None not in responses:
-            return responses
-        if self.program.alive:
-            self.program.kill(STUCK)
-            raise TimedOut(
-                f"With {CALLERS} callers of /relay at once, not each got an answer within {limit:.0f} s: "
-                "do they all wait, and nobody is left to take in the answers of /add_two_ints?"
+        try:
+            responses = self.call_at_once(
+                [[Trigger.Request()]] * CALLERS,
+                ": do all threads wait, so that none is left to take in the answers of /add_two_ints?",
             )
-        raise Crashed(f"relay.py died while {CALLERS} clients called it: {self.program.last_words()}.")
+        finally:
+            self.adder.delay = 0.0
+        return [response for (response,) in responses]
 
 
 def draw(rng: random.Random) -> tuple[int, int]:

@@ -1,8 +1,8 @@
-"""What the hidden suites read out of a program's words."""
+"""What the hidden suites read from what a program has printed."""
 
 import pytest
 
-from autograder.suitekit.live import numbers
+from autograder.suitekit.output import numbers
 
 
 @pytest.mark.parametrize(

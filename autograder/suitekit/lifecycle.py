@@ -1,0 +1,260 @@
+"""The life of a handed-in program that runs until the grader ends it, as a state machine that knows no ROS.
+
+A program that has died is started again for the next question, so that each test judges its own behaviour.  Only what
+happens repeatedly, or what a program itself owns up to with a traceback, is held against it.
+
+```mermaid
+stateDiagram-v2
+    [*] --> DOWN
+    DOWN --> STARTING: begin()
+    STARTING --> SERVING: it offers what is wanted
+    STARTING --> DOWN: it died, or shows no node in time; a second try, then a fault for what was wanted
+    SERVING --> SERVING: it answers, or offers more of what is wanted
+    SERVING --> DOWN: it does not offer the rest in time, as above
+    SERVING --> DOWN: it died while it was asked; asked once more, unless it raised or was stopped
+    SERVING --> DOWN: it was silent, and is killed; asked once more, unless it was silent often
+    SERVING --> DOWN: it ended between two questions, which costs a spare life
+    SERVING --> DOWN: end() by the grader
+    SERVING --> HOPELESS: no spare life is left
+    SERVING --> HOPELESS: it was silent once too often, and has never answered
+    HOPELESS --> [*]: every further question gets the same fault
+```
+
+A running program that offers something, but not what is wanted, stays as it is: it can still be asked for the rest.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from enum import Enum, auto
+from functools import partial
+from typing import Protocol, TypeVar
+
+from autograder.errors import Crashed, Fault, TimedOut, Wrong
+
+START = 20.0  # s that a program may take to offer what is wanted, on the first try; half of it on the second
+SETTLED = 6.0  # s, the same once it shows a node
+ANSWER = 10.0  # s that an answer may take
+SHORT = 3.0  # s, the same for a program that was silent PATIENCE times
+PATIENCE = 2  # silences that are forgiven; after the next one the question is not asked again
+SPARE_LIVES = 2  # times that a program may end between two questions
+DYING = 0.2  # s in which a program that gives no answer may turn out to be dying
+REAPED = 1.0  # s until the output of a program that has died is read
+SPIN = "main() must spin the node until it is stopped"
+
+Answer = TypeVar("Answer")
+Alive = Callable[[], bool]  # whether the program that was asked still runs
+Question = Callable[[float, Alive], Answer | None]  # asks, waits at most so many s, and returns what came or None
+
+
+class Running(Protocol):
+    """What must be known of one start of a program; `sandbox.program.Program` is one."""
+
+    stopped: str  # why the grader ended it, or empty
+
+    @property
+    def alive(self) -> bool:
+        """Whether it still runs."""
+
+    @property
+    def exit_status(self) -> int | None:
+        """What it ended with, or None."""
+
+    @property
+    def raised(self) -> bool:
+        """Whether it died of a Python exception, which it has printed."""
+
+    def wait(self, timeout: float) -> bool:
+        """Wait until it has ended; False when it still runs after `timeout` s."""
+
+    def kill(self, why: str = "") -> None:
+        """End it."""
+
+    def last_words(self) -> str:
+        """Why it ended, in a line for the student."""
+
+
+class State(Enum):
+    """Where a program stands between two questions."""
+
+    DOWN = auto()  # not started yet; or ended, and that is accounted for
+    STARTING = auto()  # started, and nobody has seen it offer what is wanted
+    SERVING = auto()  # it has offered what was wanted, and is asked
+    HOPELESS = auto()  # never started again
+
+
+class Lifecycle(ABC):
+    """A handed-in program that runs until the grader ends it: started, asked, started again, given up."""
+
+    advice = "no callback may wait for long"  # to the student whose program is silent
+    program: Running  # the latest start
+
+    def __init__(self, file: str):
+        self.file = file
+        self.state = State.DOWN
+        self.starts = 0
+        self.fresh = True  # set to False by whoever says something to this start that changes how it behaves
+        self._offered: set[tuple[str, ...]] = set()  # by this start, of what was wanted
+        self._missed: dict[tuple[str, ...], Fault] = {}  # what the program has failed twice to offer
+        self._given_up: Fault | None = None  # why it is HOPELESS
+        self._answered = False  # a question, at any time
+        self._silences = 0
+        self._lives = SPARE_LIVES
+
+    @abstractmethod
+    def launch(self) -> Running:
+        """Start the program where nobody has spoken to it."""
+
+    @abstractmethod
+    def missing(self, wanted: tuple[str, ...]) -> list[str]:
+        """What the program does not offer of what is `wanted`; by default of everything that it must offer."""
+
+    @abstractmethod
+    def has_node(self) -> bool:
+        """Whether the program shows any node."""
+
+    @abstractmethod
+    def other_services(self) -> list[str]:
+        """The services that the program's nodes offer, beyond those that every node has."""
+
+    @abstractmethod
+    def allow(self, seconds: float) -> float:
+        """How long a wait may be that should take less than `seconds`."""
+
+    @abstractmethod
+    def wait_until(self, condition: Callable[[], bool], timeout: float) -> bool:
+        """Wait until `condition()` is true, at most `timeout` s; its last value."""
+
+    def begin(self) -> None:
+        """Start the program, without waiting for it."""
+        self.program = self.launch()
+        self.state, self.fresh = State.STARTING, True
+        self._offered.clear()
+        self.starts += 1
+
+    def end(self, why: str = "") -> None:
+        """End the program, which is not held against it; `why` goes into its last words."""
+        self.program.kill(why)
+        self._is_down()
+
+    def up(self, *wanted: str) -> None:
+        """Have the program run and offer what is `wanted` (by default all); raises a Fault when that fails twice."""
+        if self.state is State.SERVING and not self.program.alive:
+            self._is_down()
+            self._lose_life()
+        if known := self._missed.get(wanted) or self._given_up:
+            raise known
+        if self.state is State.SERVING and wanted in self._offered:
+            return
+        for limit in (START, START / 2):
+            if self.state is State.DOWN:
+                self.begin()
+            if self._comes_up(wanted, limit):
+                self._offered.add(wanted)
+                self.state = State.SERVING
+                return
+            fault = self._why_not_up(wanted)
+            if isinstance(fault, Wrong):
+                break
+            self.end()
+        self._missed[wanted] = fault
+        raise fault
+
+    def ensure_fresh(self, *wanted: str) -> None:
+        """Have a start of the program up to which nothing has been said (see `fresh`); raises a Fault as `up` does."""
+        if self.state is not State.DOWN and not self.fresh:
+            self.end()
+        self.up(*wanted)
+
+    def converse(self, question: Question[Answer], what: str, *wanted: str) -> Answer:
+        """What `question(limit, alive)` returns, as soon as that is not None; raises Crashed or TimedOut.
+
+        `what` names the question to the student ("a request to /sum"); `wanted` is what must be offered before.
+        """
+        died = False
+        for _ in range(2):
+            self.up(*wanted)
+            limit = self.allow(ANSWER if self._silences < PATIENCE else SHORT)
+            answer = question(limit, partial(_is_alive, self.program))
+            if answer is not None:
+                self._answered = True
+                if died:  # not of this question, which it has answered now
+                    self._lose_life()
+                return answer
+            died = not self.program.alive or self.program.wait(DYING)
+            fault, again = self._on_death(what) if died else self._on_silence(what, limit)
+            if not again:
+                break
+        raise fault
+
+    def _comes_up(self, wanted: tuple[str, ...], limit: float) -> bool:
+        """Whether the started program offers what is wanted within `limit` s, or soon after it shows a node."""
+
+        def decided() -> bool:
+            return not self.missing(wanted) or not self.program.alive
+
+        if self.wait_until(lambda: decided() or self.has_node(), self.allow(limit)):
+            self.wait_until(decided, self.allow(SETTLED))
+        return self.program.alive and not self.missing(wanted)
+
+    def _why_not_up(self, wanted: tuple[str, ...]) -> Fault:
+        promise = " and ".join(self.missing(wanted) or wanted) or "what the task asks for"
+        if not self.program.alive:
+            self.program.wait(REAPED)
+            if self.program.exit_status == 0:
+                return Crashed(
+                    f"{self.file} ended by itself right after its start: main() must spin the node, and be called at "
+                    "the end of the file."
+                )
+            return Crashed(f"{self.file} did not start: {self.program.last_words()}.")
+        if services := self.other_services():
+            return Wrong(f"{self.file} runs, but does not offer {promise}. It offers: {', '.join(services)[:300]}.")
+        if self.has_node():
+            return Wrong(f"{self.file} runs a node, but it does not offer {promise}.")
+        return TimedOut(
+            f"{self.file} was started, but within {self.allow(START):.0f} s no node appeared, and {promise} was never "
+            "offered: does the program wait for something before it creates its node?"
+        )
+
+    def _on_silence(self, what: str, limit: float) -> tuple[Fault, bool]:
+        """The fault of a program that runs and gives no answer, and whether it is asked once more."""
+        self.end()
+        self._silences += 1
+        fault = TimedOut(f"{self.file} runs, but {what} got no answer within {limit:.0f} s: {self.advice}.")
+        if self._silences > PATIENCE and not self._answered:
+            self._give_up(fault)
+        return fault, self._silences <= PATIENCE
+
+    def _on_death(self, what: str) -> tuple[Fault, bool]:
+        """The fault of a program that ended when it was asked, and whether it is asked once more."""
+        program = self.program
+        program.wait(REAPED)
+        self._is_down()
+        if program.exit_status == 0 and not program.stopped:
+            fault = Crashed(f"{self.file} ended by itself when it got {what}: {SPIN}.")
+        else:
+            words = program.last_words()
+            hint = f": {self.advice}" if words.startswith("TypeError (") else ""  # rclpy raises it without a message
+            fault = Crashed(f"{self.file} died while it answered {what}: {words}{hint}.")
+        return fault, not (program.raised or program.stopped)
+
+    def _lose_life(self) -> None:
+        """Count an end that no question explains; too many of them are the program's fault."""
+        self._lives -= 1
+        if self._lives >= 0:
+            return
+        how = ""
+        if not self.program.alive:
+            self.program.wait(REAPED)
+            how = f" ({self.program.last_words()})"
+        self._give_up(Crashed(f"{self.file} answered, but ended by itself afterwards, again and again{how}: {SPIN}."))
+
+    def _is_down(self) -> None:
+        if self.state is not State.HOPELESS:
+            self.state = State.DOWN
+
+    def _give_up(self, fault: Fault) -> None:
+        self.state, self._given_up = State.HOPELESS, fault
+
+
+def _is_alive(program: Running) -> bool:
+    return program.alive
