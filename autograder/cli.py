@@ -1,48 +1,56 @@
-"""The command line: `autograder check` for one submission, `autograder grade` for a folder of them."""
+"""The command line: `autograder check` grades one submission, `autograder grade` a folder of them."""
 
 import contextlib
 import json
 import logging
-import os
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NoReturn, cast
 
 import typer
 
 from autograder.errors import ClusterError, SandboxUnavailable, UsageError
-from autograder.grading import batch
-from autograder.grading.single import FAULT
-from autograder.grading.single import grade as grade_one
-from autograder.records import GRADED, INFRASTRUCTURE_ERROR, PASSED, Report
-from autograder.results import output, progress, storage
-from autograder.results.progress import line, printable
+from autograder.grading import batch, regrade, single
+from autograder.records import INFRASTRUCTURE_ERROR, Report
+from autograder.results import output, progress, summary
+from autograder.results.text import describe, printable
 from autograder.sandbox.box import choose
 from autograder.submissions import exercises, listing, reading
 
+# Rooms that take a second to load (Dask, nbgrader, numpy) are imported by the commands that need them.
+
 USAGE, INFRASTRUCTURE, INTERRUPTED = 2, 3, 130  # exit codes
-UsageProblem = typer.BadParameter.__base__  # typer carries a click of its own, and gives this class no name
+# typer carries a click of its own, and gives click's UsageError no name.
+UsageProblem = cast(type[typer.BadParameter], typer.BadParameter.__base__)
 
 app = typer.Typer(
     add_completion=False, pretty_exceptions_enable=False, help="Grade ROS 2 programs with hidden tests, in a sandbox."
 )
+Assignment = Annotated[str | None, typer.Option(help="Only this exercise.")]
+Students = Annotated[list[str] | None, typer.Option(help="Only this student; repeat the option for several.")]
 Unsafe = Annotated[
     bool, typer.Option("--unsafe", help="Run students' programs without a sandbox, and flag the results.")
 ]
 Seed = Annotated[int | None, typer.Option(help="Draw the hidden inputs from this seed instead of a new one.")]
-Jobs = Annotated[int | None, typer.Option(min=1, help="Gradings at a time; default: one for each core.")]
+Jobs = Annotated[
+    int | None, typer.Option(min=1, help="How many submissions to grade at a time; default: one for each core.")
+]
 Scheduler = Annotated[
     str | None, typer.Option(help="Grade on the Dask cluster at tcp://HOST:PORT instead of this machine.")
 ]
-NoGradebook = Annotated[bool, typer.Option("--no-gradebook", help="Leave nbgrader's gradebook alone.")]
+NoGradebook = Annotated[bool, typer.Option("--no-gradebook", help="Write no scores to nbgrader's gradebook.")]
 GradebookUrl = Annotated[
     str | None,
     typer.Option(
         "--gradebook",
-        help="The gradebook's database URL; default: the course's that SUBMITTED lies in, or one in OUTPUT.",
+        help="The database URL of the gradebook; default: that of the course around SUBMITTED, or else one in OUTPUT.",
     ),
 ]
-Patience = Annotated[float, typer.Option(min=0.1, help="Stretch every wait by this factor, for a slow machine.")]
+Patience = Annotated[
+    float, typer.Option(min=0.1, help="Wait this many times as long for students' programs, on a slow machine.")
+]
+Out = Annotated[Path, typer.Argument(metavar="OUTPUT", help="The output folder of `autograder grade`.")]
 
 
 @app.command()
@@ -61,65 +69,59 @@ def check(
     place = folder.resolve()
     student = (place.parent if place.name == assignment else place).name
     handed_in = reading.read(folder, student, assignment, exercise.files)
-    report = grade_one(handed_in, choose(unsafe), seed, patience)
-    print(json.dumps(report.public(), indent=2) if as_json else printable(_describe(report)))
-    raise typer.Exit(INFRASTRUCTURE if report.status == INFRASTRUCTURE_ERROR else 0)
+    report = single.grade(handed_in, choose(unsafe), seed, patience)
+    print(json.dumps(report.public(), indent=2) if as_json else printable(describe(report)))
+    raise typer.Exit(_exit_code([report]))
 
 
 @app.command()
 def grade(
     submitted: Annotated[Path, typer.Argument(help="The folder with STUDENT/ASSIGNMENT/FILES.")],
-    out: Annotated[Path, typer.Option("--output", help="Where results.jsonl and the feedback go.")],
-    assignment: Annotated[str | None, typer.Option(help="Only this exercise.")] = None,
-    student: Annotated[list[str] | None, typer.Option(help="Only this student; may be given again.")] = None,
+    out: Annotated[Path, typer.Option("--output", help="The folder for the results and the students' feedback.")],
+    assignment: Assignment = None,
+    student: Students = None,
     jobs: Jobs = None,
     scheduler: Scheduler = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with what OUTPUT does not have yet.")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="Grade what has no result in OUTPUT yet.")] = False,
     no_gradebook: NoGradebook = False,
     gradebook: GradebookUrl = None,
     unsafe: Unsafe = False,
     seed: Seed = None,
     patience: Patience = 1.0,
 ) -> None:
-    """Grade a folder of submissions, write results, feedback and gradebook."""
+    """Grade a folder of submissions; write results, feedback and the gradebook."""
     _one_of(jobs, scheduler)
     found = listing.find(submitted, assignment, student or [])
-    with output.Output(out, resume) as results, _scores(no_gradebook, gradebook, submitted, out) as scores:
-        if scores:
-            for report in results.done.values():
-                scores.write(report)
+    with output.Output(out, resume) as results, _gradebook(no_gradebook, gradebook, submitted, out) as enter:
+        for report in results.done.values():
+            enter(report)
         seeds = batch.draw(results.left(found), seed)
-        with _workers(jobs, scheduler, unsafe, len(seeds)) as client, progress.shown(len(seeds)) as show_progress:
-            for report, origin in batch.grade(client, submitted, seeds, patience, unsafe):
+        with batch.workers(len(seeds), jobs, scheduler, unsafe) as client, progress.shown(len(seeds)) as show_progress:
+            for report, origin in batch.run(client, submitted, seeds, patience, unsafe):
                 results.write(report, origin)
-                if scores:
-                    scores.write(report)
+                enter(report)
                 show_progress(report)
         reports = [results.done[key] for key in found]
-        known = output.origins(out, lost=True)
-        changed = [key for key in found if key not in seeds and key in known and batch.outdated(known[key], key)]
-    from autograder.results.summary import show
-
-    show(reports)
+        changed = batch.changed(out, [key for key in found if key not in seeds])
+    summary.show(reports)
     if hints := listing.overlooked(submitted):
-        print(printable("\n".join(["Not graded, for want of the form STUDENT/ASSIGNMENT/FILES:", *hints])))
+        print(printable("\n".join(["Not graded, because it is not in the form STUDENT/ASSIGNMENT/FILES:", *hints])))
     if changed:
-        print(
-            printable(
-                f"Handed in again, or graded by an older suite: {', '.join(map('/'.join, changed))}.\n"
-                f"`autograder regrade {out}` grades these again."
-            )
-        )
+        names = ", ".join(map("/".join, changed))
+        print(printable(f"Handed in again, or graded by an older version of the hidden tests: {names}."))
+        print(printable(f"`autograder regrade {out}` grades them again."))
     print(f"Results: {out / output.RESULTS}")
-    raise typer.Exit(INFRASTRUCTURE if any(report.status == INFRASTRUCTURE_ERROR for report in reports) else 0)
+    raise typer.Exit(_exit_code(reports))
 
 
 @app.command("regrade")
 def regrade_command(
-    out: Annotated[Path, typer.Argument(metavar="OUTPUT", help="The output folder of `autograder grade`.")],
-    assignment: Annotated[str | None, typer.Option(help="Only this exercise.")] = None,
-    student: Annotated[list[str] | None, typer.Option(help="Only this student; may be given again.")] = None,
-    everything: Annotated[bool, typer.Option("--all", help="Also what the suite as it is has graded.")] = False,
+    out: Out,
+    assignment: Assignment = None,
+    student: Students = None,
+    everything: Annotated[
+        bool, typer.Option("--all", help="Grade again even if neither the hidden tests nor the files have changed.")
+    ] = False,
     apply: Annotated[bool, typer.Option("--apply", help="Write the new results, feedback and gradebook.")] = False,
     jobs: Jobs = None,
     scheduler: Scheduler = None,
@@ -128,64 +130,56 @@ def regrade_command(
     unsafe: Unsafe = False,
     patience: Patience = 1.0,
 ) -> None:
-    """Grade again what a changed suite or a new hand-in touches, with the seeds of before, and show who moves and why."""
+    """Grade again, with the same seeds, what changed tests or new hand-ins touch; show which scores change, and why."""
     _one_of(jobs, scheduler)
     if not output.read_results(out):
         raise UsageError(f"no results in {out}")
-    from autograder.grading import regrade
-
     with (
         output.Output(out, resume=True) as results,
         regrade.Regrading(results, assignment, student or [], everything) as again,
     ):
         count = len(again.waiting)
-        with _workers(jobs, scheduler, unsafe, count) as client, progress.shown(count) as show_progress:
-            for report in again.grade(client, patience, unsafe):
+        with batch.workers(count, jobs, scheduler, unsafe) as client, progress.shown(count) as show_progress:
+            for report in again.run(client, patience, unsafe):
                 show_progress(report)
         moves = again.moves()
         for move in moves:
             if move.why or move.moved:
-                print(printable(f"{move.old.student}/{move.old.assignment}: {_score(move.old)} -> {_score(move.new)}"))
-                print(printable("".join(f"    {reason}\n" for reason in move.why)), end="")
-        moved = sum(move.moved for move in moves)
-        print(f"{len(moves)} graded again, {moved} of them with another score.")
+                print(printable(move.describe()))
+        print(f"{len(moves)} graded again, {sum(move.moved for move in moves)} of them with a different score.")
         if apply and moves:
             submitted = Path(next(iter(again.origins.values())).submitted)
-            with _scores(no_gradebook, gradebook, submitted, out) as scores:
-                again.apply(scores)
-            print(f"Written; the results of before are in {out / output.HISTORY}.")
+            with _gradebook(no_gradebook, gradebook, submitted, out) as enter:
+                again.apply(enter)
+            print(f"Written; the old results are in {out / output.HISTORY}.")
         elif moves:
-            print("Nothing is written yet: --apply writes it.")
-    raise typer.Exit(INFRASTRUCTURE if any(move.new.status == INFRASTRUCTURE_ERROR for move in moves) else 0)
+            print("Nothing is written yet; the same command with --apply writes the new results.")
+    raise typer.Exit(_exit_code([move.new for move in moves]))
 
 
 @app.command("report")
 def report_command(
-    out: Annotated[Path, typer.Argument(metavar="OUTPUT", help="The output folder of `autograder grade`.")],
-    html: Annotated[Path | None, typer.Option(help="The page; default: report.html in OUTPUT.")] = None,
+    out: Out,
+    html: Annotated[Path | None, typer.Option(help="Where to write the page; default: report.html in OUTPUT.")] = None,
 ) -> None:
-    """Write one HTML page on the class: scores, each hidden test, time, and what needs a look."""
-    from autograder.results.summary import page
-
+    """Write one HTML page about the class: scores, each hidden test, grading times, and what needs a look."""
     reports = output.read_results(out)
     if not reports:
         raise UsageError(f"no results in {out}")
     target = html or out / "report.html"
-    storage.replace(target, page(list(reports.values())).encode(errors="replace"), storage.PRIVATE)
+    summary.write(list(reports.values()), target)
     print(target)
 
 
 @app.command()
 def show(
     folder: Annotated[Path, typer.Argument(help="The output folder of `autograder grade`.")],
-    student: Annotated[str | None, typer.Option(help="Only this student.")] = None,
-    assignment: Annotated[str | None, typer.Option(help="Only this exercise.")] = None,
+    student: Annotated[str | None, typer.Option(help="Only this student, with what the programs printed.")] = None,
+    assignment: Assignment = None,
 ) -> None:
-    """Show results to an instructor: with the hidden inputs, what was expected and got, and the seed."""
-    from autograder.results.show import reports
-
-    for report, details in reports(folder, student, assignment):
-        print(printable(_describe(report, details)))
+    """Show results to an instructor: also the hidden inputs, what was expected, what came instead, and the seed."""
+    for report, details in output.read_with_details(folder, student, assignment):
+        print(printable(describe(report, details)))
         for name, log in report.logs.items() if student else ():
             print(printable(f"\n{name} printed:\n{log}"))
 
@@ -193,23 +187,25 @@ def show(
 @app.command()
 def similar(
     folder: Annotated[Path, typer.Argument(help="The output folder of `autograder grade`, or the submissions.")],
-    assignment: Annotated[str | None, typer.Option(help="Only this exercise.")] = None,
-    html: Annotated[Path | None, typer.Option(help="Write a page with the texts of each pair side by side.")] = None,
-    top: Annotated[int, typer.Option(min=1, help="How many pairs of each exercise.")] = 20,
+    assignment: Assignment = None,
+    html: Annotated[
+        Path | None, typer.Option(help="Also write a page here that shows the texts of each pair side by side.")
+    ] = None,
+    top: Annotated[int, typer.Option(min=1, help="How many pairs of each exercise to list.")] = 20,
 ) -> None:
     """List the pairs of submissions that are most alike: a reason to look at them, not a verdict."""
-    from autograder.similarity.similar import describe, find, write
+    from autograder.similarity import find, presenting
 
     findings = find(folder, assignment, top)
     if html:
-        write(findings, html)
+        presenting.write(findings, html)
     for finding in findings:
-        print(printable(describe(finding)))
+        print(printable(presenting.describe(finding)))
 
 
-@app.command()
-def doctor() -> None:
-    """Show which layers of the sandbox hold on this machine; exit code 1 when grading is refused."""
+@app.command("doctor")
+def doctor_command() -> None:
+    """Show which layers of the sandbox hold on this machine; exit code 1 when it cannot grade safely."""
     from rich.console import Console
     from rich.table import Table
 
@@ -230,14 +226,14 @@ def doctor() -> None:
 @app.command("release")
 def release_command(
     assignment: Annotated[list[str] | None, typer.Argument(help="The notebooks to release; default: all.")] = None,
-    course: Annotated[Path, typer.Option(help="nbgrader's course folder; made if there is none.")] = Path("."),
+    course: Annotated[Path, typer.Option(help="nbgrader's course folder; made if it does not exist.")] = Path("."),
     notebooks: Annotated[Path | None, typer.Option(help="Where the notebooks are; default: this course's.")] = None,
     students: Annotated[
         Path | None,
-        typer.Option(help="Lay out here what students get: the released notebooks with all that they need to run."),
+        typer.Option(help="Put here what students get: the released notebooks and everything needed to run them."),
     ] = None,
 ) -> None:
-    """Make the student version of notebooks, and refuse what would show a solution or a hidden test."""
+    """Make the student version of notebooks; refuse it if it would show a solution or a hidden test."""
     from autograder.gradebook.release import hand_out, release
 
     released = release(course, assignment or [], notebooks)
@@ -249,7 +245,7 @@ def release_command(
 
 
 def main() -> None:
-    """Run the command line; whatever the user can mend is one line and exit code 2."""
+    """Run the command line; a problem that the user can solve is one line and exit code 2."""
     logging.basicConfig(format="%(message)s", level=logging.WARNING)
     try:
         code = app(standalone_mode=False)
@@ -259,6 +255,8 @@ def main() -> None:
         _fail(str(error.args[0]))
     except SandboxUnavailable as error:
         _fail(f"{error}; --unsafe grades without a sandbox")
+    except ClusterError as error:
+        _fail(f"stopped, what is done is kept: {error}", INFRASTRUCTURE)
     except OSError as error:
         _fail(f"stopped, what is done is kept: {error.filename or 'writing'}: {error.strerror}", INFRASTRUCTURE)
     if code == INTERRUPTED:  # typer makes an exit code of Ctrl-C
@@ -266,7 +264,7 @@ def main() -> None:
     raise SystemExit(code)
 
 
-def _fail(message: str, code: int = USAGE) -> None:
+def _fail(message: str, code: int = USAGE) -> NoReturn:
     print(f"autograder: {message}", file=sys.stderr)
     raise SystemExit(code)
 
@@ -276,55 +274,17 @@ def _one_of(jobs: int | None, scheduler: str | None) -> None:
         raise UsageError("give --jobs, for this machine, or --scheduler, for a cluster; not both")
 
 
-def _score(report: Report) -> str:
-    return report.status if report.score is None else f"{report.score:g} of {report.max_score:g}"
-
-
 @contextlib.contextmanager
-def _workers(jobs: int | None, scheduler: str | None, unsafe: bool, count: int):
-    """A client of the workers that are to grade `count` submissions; None when there are none to grade."""
-    if not count:
-        yield None
-        return
-    if not scheduler:
-        choose(unsafe)  # says what is missing before the workers do
-    from autograder.grading import cluster  # takes a second to load
-
-    try:
-        with cluster.remote(scheduler) if scheduler else cluster.local(min(count, jobs or _cores())) as client:
-            yield client
-    except ClusterError as error:
-        _fail(f"stopped, what is done is kept: {error}", INFRASTRUCTURE)
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0))
-
-
-def _scores(no_gradebook: bool, url: str | None, submitted: Path, output: Path):
-    """The gradebook to write to, or a context that gives None."""
+def _gradebook(no_gradebook: bool, url: str | None, submitted: Path, out: Path) -> Iterator[Callable[[Report], object]]:
+    """What enters a report into the gradebook; with `no_gradebook`, it does nothing."""
     if no_gradebook:
-        return contextlib.nullcontext()
-    from autograder.gradebook.book import Scores, default_url  # nbgrader takes a second to load
+        yield lambda report: None
+        return
+    from autograder.gradebook.book import Scores, default_url
 
-    return Scores(url or default_url(submitted, output), submitted)
+    with Scores(url or default_url(submitted, out), submitted) as scores:
+        yield scores.write
 
 
-def _describe(report: Report, details: dict[str, str] | None = None) -> str:
-    """A report for a person at a terminal; `details` are for instructors."""
-    lines = []
-    if report.status == GRADED:
-        for test in report.tests:
-            mark = "+" if test.outcome == PASSED else "-"
-            outcome = "" if test.outcome == PASSED else f" [{test.outcome.replace('_', ' ')}]"
-            lines.append(f" {mark} {test.points:g}/{test.max_points:g}  {test.title}{outcome}")
-            lines += [f"         {test.message}"] if test.message else []
-            if detail := (details or {}).get(test.id):
-                lines.append(f"         > {detail}")
-    else:
-        lines.append(f" {report.tests[0].message}")
-        if fault := (details or {}).get(FAULT):
-            lines += [f"         > {said}" for said in fault.splitlines()]
-    flags = f", {', '.join(report.flags)}" if report.flags else ""
-    lines.append(f"{line(report)} (seed {report.seed}{flags})")
-    return "\n".join(lines)
+def _exit_code(reports: list[Report]) -> int:
+    return INFRASTRUCTURE if any(report.status == INFRASTRUCTURE_ERROR for report in reports) else 0

@@ -10,6 +10,7 @@ AutograderError
     InfrastructureError     the grader itself failed: nothing is known of the submission, exit status 3
         SandboxError        a program could not be started in the sandbox
         ClusterError        the workers cannot be reached, or are lost
+            WorkerLost      one worker is gone: what it was grading is graded again
     Fault                   the student's program is at fault: a hidden test's verdict
         Wrong, Crashed, TimedOut
 """
@@ -57,6 +58,10 @@ class SandboxError(InfrastructureError):
 
 class ClusterError(InfrastructureError):
     """The cluster cannot be used, or is lost; the message says what to do."""
+
+
+class WorkerLost(ClusterError):
+    """A grading was broken off: its worker, or the way to it, is gone."""
 
 
 class Fault(AutograderError):

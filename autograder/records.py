@@ -1,6 +1,7 @@
-"""The plain records that pass between the coordinator, the worker that grades, and whoever reads the results.
+"""The plain records that pass between the roles of a grading, and the lines of JSON that carry them.
 
-No logic and no ROS here: everything can be written as JSON, a record a line.
+The coordinator reads submissions and writes results; a worker process runs the hidden suite of one submission at a
+time.  No ROS here, and no decisions.
 """
 
 import base64
@@ -9,7 +10,7 @@ from dataclasses import asdict, dataclass, field
 
 # A test's outcome.  Only PASSED earns points.
 PASSED = "passed"
-FAILED = "failed"  # the student's program did something else than the task says
+FAILED = "failed"  # the student's program did something other than what the task says
 CRASHED = "crashed"  # the student's program died
 TIMED_OUT = "timed_out"  # the student's program did not answer
 NOT_RUN = "not_run"  # the submission could not be judged at all
@@ -17,8 +18,99 @@ OUTCOMES = (PASSED, FAILED, CRASHED, TIMED_OUT, NOT_RUN)
 
 # A submission's status.
 GRADED = "graded"
-INVALID_SUBMISSION = "invalid_submission"  # the student's to mend: files missing or refused
-INFRASTRUCTURE_ERROR = "infrastructure_error"  # ours: retried, and never a score
+INVALID_SUBMISSION = "invalid_submission"  # the student's fault: files are missing or were refused
+INFRASTRUCTURE_ERROR = "infrastructure_error"  # the grader's fault: tried again, and never a score
+
+# A report's flags.
+UNSAFE = "unsafe"  # graded without a sandbox
+KILLED_WORKERS = "killed_workers"  # given up, because workers died while they graded it
+
+FAULT = "fault"  # the key in a report's details that says how the grader itself failed
+
+
+# What was handed in, as the coordinator reads it.
+
+
+@dataclass(frozen=True)
+class Submission:
+    """What a student handed in: the files of the exercise, or why they were refused."""
+
+    student: str
+    assignment: str
+    files: dict[str, bytes] = field(default_factory=dict)  # content by name
+    problems: list[str] = field(default_factory=list)  # for the student; if there are any, the submission is invalid
+
+
+# Coordinator to worker, through the worker's stdin.
+
+
+@dataclass(frozen=True)
+class Job:
+    """Grade these files."""
+
+    exercise: str  # its name
+    hidden: str  # the folder that holds the exercise's folder
+    files: dict[str, bytes]  # handed in; content by name
+    seed: int  # what the hidden inputs are drawn from
+    box: str  # how programs are confined: a key of `sandbox.box.BOXES`
+    interfaces: str  # install prefix of the exercise's own interface package, or ""
+    patience: float = 1.0  # stretches every wait, for slow machines
+
+
+# Worker to coordinator, through the worker's stdout: a Verdict for each test, one Finished, one Ended.
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One test is done."""
+
+    id: str  # the test function's name
+    outcome: str  # one of OUTCOMES; anything but PASSED is the fault of the student's program
+    message: str = ""  # for the student, in terms of the task; never a hidden input
+    detail: str = ""  # for the instructor: the inputs, what was expected, what came
+
+
+@dataclass(frozen=True)
+class Finished:
+    """The suite has run to its end.  Missing after a crash or a kill, which is the grader's fault."""
+
+    exit_status: int  # pytest's own; it proves nothing, and helps to find a fault of the grader's
+    fault: str  # how the grader itself failed, as a traceback; "" when it did not
+    logs: dict[str, str]  # what each program printed, cleaned for the student, by file
+
+
+@dataclass(frozen=True)
+class Ended:
+    """The process that graded has ended; the worker is ready for the next job."""
+
+    status: int  # its exit status, or minus the signal that killed it; anything but 0 is the grader's fault
+
+
+Message = Job | Verdict | Finished | Ended
+MESSAGES: dict[str, type[Message]] = {kind.__name__: kind for kind in (Job, Verdict, Finished, Ended)}
+
+
+def to_line(message: Message) -> bytes:
+    """The message as one line of JSON that says which record it is."""
+    fields = asdict(message)
+    if isinstance(message, Job):
+        fields["files"] = {name: base64.b64encode(content).decode() for name, content in message.files.items()}
+    return json.dumps({"record": type(message).__name__, **fields}).encode() + b"\n"
+
+
+def from_line(line: bytes) -> Message:
+    """The message in a line that `to_line` wrote; raises ValueError for anything else."""
+    fields = json.loads(line)
+    try:
+        kind = MESSAGES[fields.pop("record")]
+        if kind is Job:
+            fields["files"] = {name: base64.b64decode(content) for name, content in fields["files"].items()}
+        return kind(**fields)
+    except (AttributeError, KeyError, TypeError) as error:
+        raise ValueError(f"not a message between coordinator and worker ({error}): {line[:200]!r}") from None
+
+
+# What grading a submission gives, as the coordinator writes it.
 
 
 @dataclass(frozen=True)
@@ -68,46 +160,3 @@ class Mark:
     max_points: float  # 0 for what only takes points off
     comment: str = ""
     waiting: bool = False  # still to be marked
-
-
-@dataclass(frozen=True)
-class Submission:
-    """What a student handed in: the wanted files, or why they were refused."""
-
-    student: str
-    assignment: str
-    files: dict[str, bytes] = field(default_factory=dict)
-    problems: list[str] = field(default_factory=list)  # for the student; not empty: an invalid submission
-
-
-@dataclass(frozen=True)
-class Job:
-    """Coordinator to worker: grade these files."""
-
-    exercise: str
-    hidden: str  # the folder that its folder is in
-    files: dict[str, bytes]
-    seed: int
-    box: str  # how programs are confined: a name in `sandbox.BOXES`
-    interfaces: str  # install prefix of the exercise's own interface package, or ""
-    patience: float = 1.0  # stretches every wait, for slow machines
-
-    def to_line(self) -> str:
-        """As the line of JSON that `from_line` reads."""
-        return json.dumps(asdict(self) | {"files": {k: base64.b64encode(v).decode() for k, v in self.files.items()}})
-
-    @classmethod
-    def from_line(cls, line: str) -> "Job":
-        """The record in a line."""
-        fields = json.loads(line)
-        return cls(**fields | {"files": {k: base64.b64decode(v) for k, v in fields["files"].items()}})
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """Worker to coordinator: one test is done."""
-
-    id: str
-    outcome: str
-    message: str = ""
-    detail: str = ""  # for the instructor: the inputs, what was expected, what came

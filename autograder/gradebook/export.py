@@ -34,7 +34,7 @@ from traitlets import Bool, Dict, Enum, Unicode
 from autograder.errors import CannotExport
 from autograder.gradebook import late
 from autograder.results import storage
-from autograder.results.progress import printable
+from autograder.results.text import printable
 
 DONE, WAITING, MISSING = "graded", "waiting for marks", "not handed in"
 

@@ -1,26 +1,53 @@
 """Grading a folder of submissions: the reports as they come, and whether a result is still what grading would give."""
 
+import contextlib
 import os
 import secrets
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from autograder.records import Report, Submission
+from autograder.results import output
 from autograder.results.output import Origin
+from autograder.sandbox.box import choose
 from autograder.submissions import exercises
 from autograder.submissions.listing import digest, read
 
+if TYPE_CHECKING:
+    from distributed import Client  # takes a second to load
 
-def grade(
-    client, submitted: Path, seeds: dict[tuple[str, str], int], patience: float, unsafe: bool
+
+@contextlib.contextmanager
+def workers(count: int, jobs: int | None, scheduler: str | None, unsafe: bool) -> "Iterator[Client | None]":
+    """A client of the workers for `count` submissions; None when there are none.
+
+    The workers are those of the Dask scheduler at the address `scheduler`, or else `jobs` processes of this machine, by
+    default one for each core.  Raises ClusterError and SandboxUnavailable.
+    """
+    if not count:
+        yield None
+        return
+    if not scheduler:
+        choose(unsafe)  # says what is missing before the workers do
+    from autograder.grading import cluster
+
+    here = jobs or len(os.sched_getaffinity(0))
+    with cluster.remote(scheduler) if scheduler else cluster.local(min(count, here)) as client:
+        yield client
+
+
+def run(
+    client: "Client | None", submitted: Path, seeds: dict[tuple[str, str], int], patience: float, unsafe: bool
 ) -> Iterator[tuple[Report, Origin]]:
     """Grade the (student, assignment) pairs in `seeds`, each with its seed; reports come in the order they are done.
 
-    `client` is what `cluster.local` or `cluster.remote` gives; None will do when there is nothing to grade.
+    `client` is what `workers` gives.
     """
     if not seeds:
         return
-    from autograder.grading import cluster  # takes a second to load
+    assert client, "there are submissions, so there are workers"
+    from autograder.grading import cluster
 
     origins = {}
 
@@ -30,14 +57,21 @@ def grade(
             origins[key] = Origin(str(submitted.resolve()), exercises.pack(key[1]).digest, digest(found))
             yield found, seed
 
-    for report in cluster.grade(client, handed_in(), patience, unsafe):
+    for report in cluster.run(client, handed_in(), patience, unsafe):
         yield report, origins.pop((report.student, report.assignment))
 
 
+def changed(out: Path, keys: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Of these results in the output folder `out`, those that are outdated."""
+    known = output.origins(out, lost=True)
+    return [key for key in keys if key in known and outdated(known[key], key)]
+
+
 def outdated(origin: Origin, key: tuple[str, str]) -> bool:
-    """Whether a result is by another suite or of other files than there are now; what is gone was not handed in again."""
+    """Whether the suite or the files handed in have changed since a result; files that are gone have not changed."""
     now = current(origin, key)
-    return origin.suite != now.suite or origin.files != now.files and os.path.lexists(Path(origin.submitted, *key))
+    there = os.path.lexists(Path(origin.submitted, *key))
+    return origin.suite != now.suite or (there and origin.files != now.files)
 
 
 def current(origin: Origin, key: tuple[str, str]) -> Origin:

@@ -1,47 +1,35 @@
 """Grading many submissions at once, in worker processes of this machine or of a Dask cluster.
 
-A submission, its exercise and its seed travel as bytes; a worker needs nothing but this package, installed.  Each
-submission is sent to one worker.  When that dies, it is graded again by another one; a submission that has killed two is
-given up.
+A submission, its exercise and its seed travel as bytes; a worker needs nothing but this package, installed.
 """
 
 import contextlib
 import logging
-import queue
 import signal
 import tempfile
-import time
-from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError
-from dataclasses import dataclass, replace
 from functools import cache
-from importlib.metadata import version
 
-from distributed import Client, Future, KilledWorker, LocalCluster, get_worker
+from distributed import Client, Future, KilledWorker, LocalCluster, Worker, get_worker
 from distributed.security import Security
 
-from autograder.errors import ClusterError, SandboxUnavailable
-from autograder.grading.single import given_up
-from autograder.grading.single import grade as grade_one
+from autograder.errors import ClusterError, SandboxUnavailable, WorkerLost
+from autograder.grading import installed, single
+from autograder.grading.dispatch import WELCOME, Dispatcher, Grading, Task
 from autograder.records import Report, Submission
 from autograder.sandbox.box import choose
 from autograder.submissions import exercises
 
-LIVES = 2  # workers that a submission may kill until it is given up
 HELLO = 10.0  # s until a scheduler answers
-WELCOME = 30.0  # s until there is a worker, at first and whenever all have gone, or a lost scheduler is back
-GLANCE = 0.5  # s between two looks whether they are there
-KILLED_WORKERS = "killed_workers"  # the flag of a submission that was given up
-DISTRIBUTION = "ros2-course"
 
 
 @contextlib.contextmanager
 def local(jobs: int) -> Iterator[Client]:
-    """So many worker processes on this machine.
+    """A client of `jobs` worker processes on this machine.
 
-    They are reached over TLS with keys that are made for the occasion: without it, everybody with an account on this
-    machine could have them run what they like.
+    They are reached over TLS with keys that are made for the occasion: otherwise everybody with an account on this
+    machine could have them run any code.
     """
     _silence()
     security = Security.temporary()
@@ -62,7 +50,7 @@ def local(jobs: int) -> Iterator[Client]:
         yield client
 
 
-def dask_setup(worker) -> None:
+def dask_setup(worker: Worker) -> None:
     """What Dask calls in each local worker: Ctrl-C in the terminal is for the coordinator, which ends its workers."""
     _silence()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -77,7 +65,10 @@ def _silence() -> None:
 
 @contextlib.contextmanager
 def remote(address: str) -> Iterator[Client]:
-    """The cluster of the scheduler at `address`, for example tcp://HOST:8786; raises ClusterError."""
+    """A client of the Dask scheduler at `address`, for example tcp://HOST:8786.
+
+    Raises ClusterError when the scheduler does not answer, has no workers, or has one with other code than here.
+    """
     _silence()
     try:
         client = Client(address, timeout=HELLO)
@@ -90,25 +81,29 @@ def remote(address: str) -> Iterator[Client]:
             raise ClusterError(
                 f"the scheduler at {address} has no workers: start some with `dask worker {address}`"
             ) from None
-        mine = version(DISTRIBUTION)
-        for worker, other in client.run(_version, on_error="return").items():
-            if other != mine:
-                found = f"version {other}" if isinstance(other, str) else other
-                raise ClusterError(f"the worker {worker} needs {DISTRIBUTION} {mine} installed; it has: {found}")
+        check_code(client.run(installed.digests, on_error="return"))
         yield client
 
 
-@dataclass(frozen=True)
-class _Job:
-    """A submission on its way."""
+def check_code(found: Mapping[str, dict[str, str] | Exception]) -> None:
+    """Compare the workers' code, by address, with this process's; raises ClusterError for the first that differs.
 
-    submission: Submission
-    seed: int
-    killed: int = 0  # workers that died of it, or beside it
-    worker: str = ""  # that has it
+    What is found is a worker's `installed.digests()`, or what asking it for them raised.
+    """
+    mine = installed.digests()
+    for worker, theirs in found.items():
+        if isinstance(theirs, Exception):
+            raise ClusterError(
+                f"the worker {worker} cannot grade ({theirs}): install the course on its machine, as it is on this one"
+            )
+        if difference := installed.difference(mine, theirs):
+            raise ClusterError(
+                f"the worker {worker} has another version of the course ({difference}): "
+                "install the same one on both machines, then start the worker again"
+            )
 
 
-def grade(
+def run(
     client: Client, submissions: Iterable[tuple[Submission, int]], patience: float, unsafe: bool
 ) -> Iterator[Report]:
     """Grade submissions, each with the seed of its hidden inputs; the reports come as they are done.
@@ -116,75 +111,53 @@ def grade(
     Submissions are taken one by one as workers are free.  Call it from the main thread.  Raises ClusterError when the
     cluster is lost, SandboxUnavailable when a worker cannot confine programs, and KeyboardInterrupt.
     """
-    waiting = (_Job(submission, seed) for submission, seed in submissions)
-    more, again = True, []
-    running: dict[Future, _Job] = {}
-    done: queue.SimpleQueue[Future | None] = queue.SimpleQueue()
-    seen = time.monotonic()  # when there was a worker
-    # Python would raise KeyboardInterrupt anywhere, also where Dask only prints it.
-    interrupted = signal.signal(signal.SIGINT, lambda *_: done.put(None))
-    try:
-        while True:
-            workers = _workers(client)
-            if workers:
-                seen = time.monotonic()
-            elif time.monotonic() > seen + WELCOME:
-                raise ClusterError(f"for {WELCOME:.0f} s there was no worker")
-            for future in [future for future, job in running.items() if workers and job.worker not in workers]:
-                again.append(_killed(running.pop(future)))
-                future.cancel(force=True)
-            for job in [job for job in again if job.killed >= LIVES]:
-                again.remove(job)
-                yield given_up(job.submission, exercises.load(job.submission.assignment), job.seed, KILLED_WORKERS)
-            free = Counter(workers) - Counter(job.worker for job in running.values())
-            for worker in free.elements():
-                job = again.pop() if again else next(waiting, None)
-                more = more and job is not None
-                if job is None:
-                    break
-                future = client.submit(
-                    _grade,
-                    job.submission,
-                    exercises.pack(job.submission.assignment),
-                    job.seed,
-                    patience,
-                    unsafe,
-                    pure=False,
-                    workers=[worker],
-                    allow_other_workers=False,
-                )
-                running[future] = replace(job, worker=worker)
-                future.add_done_callback(done.put)
-            if not (running or again or more):
-                return
-            try:
-                future = done.get(timeout=GLANCE)
-            except queue.Empty:
-                continue
-            if future is None:
-                raise KeyboardInterrupt
-            job = running.pop(future, None)
-            if job is None:
-                continue  # it was taken for lost
-            try:
-                report = future.result(timeout=HELLO)
-            except (KilledWorker, CancelledError, TimeoutError):
-                again.append(_killed(job) if _workers(client) else job)  # without the scheduler all are cancelled
-            else:
-                yield report
-    finally:
-        with contextlib.suppress(Exception):  # the cluster may be gone
-            client.cancel([*running], force=True)
-        signal.signal(signal.SIGINT, interrupted)
+    tasks = (Task(submission, seed) for submission, seed in submissions)
+    return Dispatcher(DaskPool(client, patience, unsafe), tasks).run()
 
 
-def _killed(job: _Job) -> _Job:
-    return replace(job, killed=job.killed + 1, worker="")
+class DaskPool:
+    """The workers of a Dask client, as a `dispatch.Pool`."""
+
+    def __init__(self, client: Client, patience: float, unsafe: bool):
+        self._client, self._patience, self._unsafe = client, patience, unsafe
+
+    def workers(self) -> Mapping[str, int]:
+        """How many submissions each worker can grade at once; none while the scheduler cannot be reached."""
+        try:
+            return self._client.nthreads() if self._client.status == "running" else {}
+        except (OSError, TypeError, ValueError):
+            return {}
+
+    def send(self, task: Task) -> Future:
+        """Have the task's worker grade it."""
+        return self._client.submit(
+            _grade,
+            task.submission,
+            exercises.pack(task.submission.assignment),
+            task.seed,
+            self._patience,
+            self._unsafe,
+            pure=False,
+            workers=[task.worker],
+            allow_other_workers=False,
+        )
+
+    def report(self, grading: Grading) -> Report:
+        """What came of it; raises WorkerLost, or what the worker raised."""
+        assert isinstance(grading, Future)
+        try:
+            return grading.result(timeout=HELLO)
+        except (KilledWorker, CancelledError, TimeoutError) as error:
+            raise WorkerLost(str(error)) from None
+
+    def cancel(self, gradings: list[Grading]) -> None:
+        """Break these off."""
+        self._client.cancel(gradings, force=True)
 
 
 def _grade(submission: Submission, packed: exercises.Packed, seed: int, patience: float, unsafe: bool) -> Report:
-    """On a worker."""
-    return grade_one(submission, _box(unsafe), seed, patience, exercises.unpack(packed))
+    """Grade a submission; called on a worker."""
+    return single.grade(submission, _box(unsafe), seed, patience, exercises.unpack(packed))
 
 
 @cache
@@ -193,15 +166,3 @@ def _box(unsafe: bool) -> str:
         return choose(unsafe)
     except SandboxUnavailable as error:
         raise SandboxUnavailable(f"on the worker {get_worker().address}, {error}") from None
-
-
-def _version() -> str:
-    return version(DISTRIBUTION)
-
-
-def _workers(client: Client) -> dict[str, int]:
-    """How many gradings each worker can run at once, by its address; none while the scheduler is not there."""
-    try:
-        return client.nthreads() if client.status == "running" else {}
-    except (OSError, TypeError, ValueError):
-        return {}

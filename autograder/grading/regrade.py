@@ -1,20 +1,25 @@
-"""Grading again what a change to a hidden suite, or a new hand-in, touches: who moves is shown before a result is replaced.
+"""Grading again what a change to a hidden suite, or a new hand-in, touches: first new scores are shown, then written.
 
-The new results are first kept in `OUTPUT/regrade`, so that looking and writing cost one grading, and a regrading that was
-killed goes on.
+The new results are first kept in `OUTPUT/regrade`, so that looking first and writing then grades only once, and a
+regrading that was killed goes on.
 """
 
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from autograder.errors import UsageError
 from autograder.grading import batch
 from autograder.records import INFRASTRUCTURE_ERROR, Report
-from autograder.results.output import Output, origins
+from autograder.results import text
+from autograder.results.output import Origin, Output, origins
 from autograder.submissions import exercises
+
+if TYPE_CHECKING:
+    from distributed import Client  # takes a second to load
 
 PENDING = "regrade"
 
@@ -25,7 +30,7 @@ class Move:
 
     old: Report
     new: Report
-    why: list[str]  # the tests that end differently
+    why: list[str]  # what differs: tests that end differently, are new or gone, other files
 
     @property
     def moved(self) -> bool:
@@ -33,67 +38,48 @@ class Move:
         old, new = self.old, self.new
         return (old.status, old.score, old.max_score) != (new.status, new.score, new.max_score)
 
+    def describe(self) -> str:
+        """The move for a person at a terminal."""
+        head = f"{self.old.student}/{self.old.assignment}: {text.score(self.old)} -> {text.score(self.new)}"
+        return "\n".join([head, *(f"    {reason}" for reason in self.why)])
+
 
 class Regrading:
     """What is to be graded again in an output folder that is open, and the new results so far.
 
-    A context: the new results that are not applied are kept for the next regrading.
+    A context: new results that are not applied are kept for the next regrading.
     """
 
     def __init__(self, results: Output, assignment: str | None, students: list[str], everything: bool):
-        """With `everything`, results by the suite and of the files as they are, are graded again too.
+        """Choose the results of an older suite or of other files than there are now; with `everything`, all results.
 
-        Raises UsageError when it is not known where the results are from, or a submission is no longer there, and
+        Raises UsageError when it is not known where the results are from, or when a submission is no longer there, and
         UnknownExercise.
         """
-        name = assignment and exercises.load(assignment).name
-        known = origins(results.folder)
-        if missing := sorted(results.done.keys() - known.keys()):
-            raise UsageError(
-                f"it is not known what {'/'.join(missing[0])} was graded from: grade it with --resume first"
-            )
-        if absent := {*students} - {student for student, _ in results.done}:
-            raise UsageError(f"no result of student {min(absent)!r} in {results.folder}")
         self.results = results
+        self.origins = _chosen(results, assignment, students, everything)
         self.pending = Output(results.folder / PENDING, resume=True)
         self._fresh = origins(self.pending.folder)
-        self.origins = {
-            key: origin
-            for key, origin in known.items()
-            if key in results.done
-            and name in (None, key[1])
-            and (not students or key[0] in students)
-            and (everything or batch.outdated(origin, key))
-        }
         for key, origin in self.origins.items():
             if not os.path.lexists(Path(origin.submitted, *key)):
                 raise UsageError(f"{'/'.join(key)} is no longer in {origin.submitted}: its result would be lost")
-        # A pending result counts as long as neither the suite nor what was handed in has changed again.
-        self.waiting = {
-            key
-            for key in self.origins
-            if not (
-                key in self.pending.done
-                and self.pending.done[key].status != INFRASTRUCTURE_ERROR
-                and self._fresh[key] == batch.current(self.origins[key], key)
-            )
-        }
+        self.waiting = {key for key in self.origins if not self._is_pending(key)}
 
-    def __enter__(self):
+    def __enter__(self) -> "Regrading":
         return self
 
-    def __exit__(self, *exception):
+    def __exit__(self, *exception: object) -> None:
         self.pending.__exit__(*exception)
 
-    def grade(self, client, patience: float, unsafe: bool) -> Iterator[Report]:
-        """Grade what waits, with the seed that it had; the reports as they come."""
+    def run(self, client: "Client | None", patience: float, unsafe: bool) -> Iterator[Report]:
+        """Grade what waits, each with the seed that it had; the reports as they come."""
         for folder in {self.origins[key].submitted for key in self.waiting}:
             seeds = {
                 key: self.results.done[key].seed
                 for key in sorted(self.waiting)
                 if self.origins[key].submitted == folder
             }
-            for report, origin in batch.grade(client, Path(folder), seeds, patience, unsafe):
+            for report, origin in batch.run(client, Path(folder), seeds, patience, unsafe):
                 self.pending.write(report, origin)
                 self._fresh[report.student, report.assignment] = origin
                 yield report
@@ -102,14 +88,21 @@ class Regrading:
         """Before and after of all that were graded again."""
         return [Move(self.results.done[key], self.pending.done[key], self._why(key)) for key in sorted(self.origins)]
 
-    def apply(self, scores) -> None:
-        """Put the new results in the place of the old ones, which go to the history; `scores`: the gradebook, or None."""
+    def apply(self, enter: Callable[[Report], object]) -> None:
+        """Replace the old results, which go to the history, and `enter` each of the new ones into the gradebook."""
         for key in sorted(self.origins):
             if self.pending.done[key].status != INFRASTRUCTURE_ERROR:
                 self.results.write(self.pending.done[key], self._fresh[key])
-                if scores:
-                    scores.write(self.pending.done[key])
+                enter(self.pending.done[key])
         shutil.rmtree(self.pending.folder)
+
+    def _is_pending(self, key: tuple[str, str]) -> bool:
+        """Whether there is a new result that neither a change of the suite nor a hand-in has made old again."""
+        return (
+            key in self.pending.done
+            and self.pending.done[key].status != INFRASTRUCTURE_ERROR
+            and self._fresh[key] == batch.current(self.origins[key], key)
+        )
 
     def _why(self, key: tuple[str, str]) -> list[str]:
         old, new = self.results.done[key], self.pending.done[key]
@@ -123,3 +116,23 @@ class Regrading:
             elif (was.outcome, was.points) != (test.outcome, test.points):
                 why.append(f"{test.title}: {was.outcome}, {was.points:g} -> {test.outcome}, {test.points:g}{said}")
         return why + [f"gone: {test.title}: {test.outcome}, {test.points:g}" for test in before.values()]
+
+
+def _chosen(
+    results: Output, assignment: str | None, students: list[str], everything: bool
+) -> dict[tuple[str, str], Origin]:
+    """The results to make again, each with what it was made from."""
+    name = assignment and exercises.load(assignment).name
+    known = origins(results.folder)
+    if missing := sorted(results.done.keys() - known.keys()):
+        raise UsageError(f"it is not known what {'/'.join(missing[0])} was graded from: grade it with --resume first")
+    if absent := {*students} - {student for student, _ in results.done}:
+        raise UsageError(f"no result of student {min(absent)!r} in {results.folder}")
+    return {
+        key: origin
+        for key, origin in known.items()
+        if key in results.done
+        and name in (None, key[1])
+        and (not students or key[0] in students)
+        and (everything or batch.outdated(origin, key))
+    }

@@ -1,8 +1,8 @@
-"""An output folder that never loses what it holds: results.jsonl, the students' pages, and what is the instructor's alone.
+"""An output folder that never loses what it holds: results.jsonl, the students' pages, and the instructor's details.
 
 One coordinator writes at a time.  A result counts when its line in results.jsonl is on the disk; feedback and gradebook
 follow from it and can be made again, so a batch that was killed resumes where it stood.  A submission that is graded
-again has two lines until the folder is closed or opened again; then the older one is in history.jsonl.
+again has two lines until the folder is closed, or opened the next time; then the older one moves to history.jsonl.
 """
 
 import contextlib
@@ -18,7 +18,7 @@ from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.results import feedback, storage
 
 RESULTS = "results.jsonl"
-HISTORY = "history.jsonl"  # results that newer ones have taken the place of
+HISTORY = "history.jsonl"  # results that were replaced by newer ones
 DETAILS = "details.jsonl"  # for instructors alone
 
 
@@ -56,10 +56,10 @@ class Output:
             if not self._feedback(report).exists():
                 self._write_feedback(report)
 
-    def __enter__(self):
+    def __enter__(self) -> "Output":
         return self
 
-    def __exit__(self, *exception):
+    def __exit__(self, *exception: object) -> None:
         os.close(self._results)
         os.close(self._details)
         with contextlib.suppress(OSError):  # the next to open the folder does it
@@ -67,27 +67,19 @@ class Output:
         os.close(self._lock)
 
     def left(self, found: list[tuple[str, str]]) -> list[tuple[str, str]]:
-        """Of the submissions found, those that have no lasting result."""
+        """Of the submissions found, those without a result, or with an infrastructure error for one."""
         return [key for key in found if key not in self.done or self.done[key].status == INFRASTRUCTURE_ERROR]
 
     def write(self, report: Report, origin: Origin) -> None:
-        """Append a result, for good, the instructor's details before it, and write the student's page."""
-        _append(
-            self._details,
-            {
-                "student": report.student,
-                "assignment": report.assignment,
-                "seed": report.seed,
-                "details": report.details,
-                **asdict(origin),
-            },
-        )
+        """Append the instructor's details and then the result, both to stay, and write the student's page."""
+        who = {"student": report.student, "assignment": report.assignment, "seed": report.seed}
+        _append(self._details, {**who, "details": report.details, **asdict(origin)})
         _append(self._results, report.public())
         self.done[report.student, report.assignment] = report
         self._write_feedback(report)
 
     def _retire(self) -> None:
-        """Move the results that newer ones have taken the place of to the history, and cut off half a line."""
+        """Move results that were replaced by newer ones to the history, and cut off a last line that is incomplete."""
         path = self.folder / RESULTS
         if not path.exists():
             return
@@ -115,7 +107,7 @@ class Output:
 
 
 def read_results(folder: Path) -> dict[tuple[str, str], Report]:
-    """The last report of each submission, in the order first written; a line cut off by a kill is left out."""
+    """The last report of each submission, in the order first written; an incomplete last line is left out."""
     try:
         lines = (folder / RESULTS).read_bytes().splitlines(keepends=True)
     except FileNotFoundError:
@@ -124,22 +116,45 @@ def read_results(folder: Path) -> dict[tuple[str, str], Report]:
     return {(report.student, report.assignment): report for report in reports}
 
 
+def read_with_details(
+    folder: Path, student: str | None = None, assignment: str | None = None
+) -> Iterator[tuple[Report, dict[str, str]]]:
+    """The last report of each submission, of only one student or assignment when given, with the details by test.
+
+    Raises UsageError when there is none.
+    """
+    found = read_results(folder)
+    chosen = {
+        key: report for key, report in found.items() if student in (None, key[0]) and assignment in (None, key[1])
+    }
+    if not chosen:
+        which = " of that student and assignment" if found else f": it has no {RESULTS}, or an empty one"
+        raise UsageError(f"no results in {folder}{which}")
+    details = {
+        (entry["student"], entry["assignment"], entry["seed"]): entry["details"] for entry in _read_details(folder)
+    }
+    for key, report in chosen.items():
+        yield report, details.get((*key, report.seed), {})
+
+
 def origins(folder: Path, lost: bool = False) -> dict[tuple[str, str], Origin]:
-    """Where each result of an output folder is from; raises UsageError when a folder of submissions is gone, unless `lost`."""
+    """What each result of an output folder was made from.
+
+    Raises UsageError when a folder of submissions does not exist any more, unless `lost` allows it.
+    """
     known = {field.name for field in fields(Origin)}
     found = {
         (entry["student"], entry["assignment"]): Origin(**{name: entry[name] for name in known})
-        for entry in read_details(folder)
+        for entry in _read_details(folder)
         if known <= entry.keys()
     }
-    if not lost and (
-        gone := sorted(place for place in {origin.submitted for origin in found.values()} if not Path(place).is_dir())
-    ):
+    gone = sorted(place for place in {origin.submitted for origin in found.values()} if not Path(place).is_dir())
+    if gone and not lost:
         raise UsageError(f"the submissions of {folder} are no longer in {gone[0]}")
     return found
 
 
-def read_details(folder: Path) -> Iterator[dict]:
+def _read_details(folder: Path) -> Iterator[dict]:
     """What is for the instructor alone, in the order written."""
     if (folder / DETAILS).exists():
         with open(folder / DETAILS, "rb") as file:
@@ -147,14 +162,14 @@ def read_details(folder: Path) -> Iterator[dict]:
 
 
 def _appending(path: Path) -> int:
-    """The file opened to append to, after its last whole line; nobody else may read it."""
+    """A descriptor to append to the file, after its last complete line; only this user may read the file."""
     descriptor = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC, storage.PRIVATE)
     os.ftruncate(descriptor, path.read_bytes().rfind(b"\n") + 1)
     return descriptor
 
 
 def _append(descriptor: int, record: dict) -> None:
-    """Write a line, for good or not at all."""
+    """Write a line that stays, or nothing at all."""
     size = os.fstat(descriptor).st_size
     try:
         _write_all(descriptor, json.dumps(record).encode() + b"\n")

@@ -1,4 +1,4 @@
-"""What is seen of a batch while it runs: a bar in a terminal, a line for each submission elsewhere."""
+"""The progress of a batch: a bar in a terminal, elsewhere a line for each submission that is done."""
 
 import contextlib
 import sys
@@ -17,23 +17,12 @@ from rich.progress import (
 )
 
 from autograder.records import GRADED, Report
-
-
-def line(report: Report) -> str:
-    """A report in a line."""
-    if report.status != GRADED:
-        return f"{report.student}/{report.assignment}: {report.status}"
-    return f"{report.student}/{report.assignment}: {report.score:g} of {report.max_score:g}, {report.duration_s:.1f} s"
-
-
-def printable(text: str) -> str:
-    """Without what would command the terminal: names and messages are a student's."""
-    return "".join(c if c == "\n" or c.isprintable() else f"\\x{ord(c):02x}" for c in text)
+from autograder.results.text import line, printable
 
 
 @contextlib.contextmanager
 def shown(total: int) -> Iterator[Callable[[Report], None]]:
-    """Show how many of `total` submissions are graded; call what this gives with each report."""
+    """Show how many of `total` submissions are graded; gives a function to call with each report."""
     if not sys.stdout.isatty():
         yield _lines(total)
         return

@@ -1,4 +1,4 @@
-"""Files that are whole: whoever reads one, now or after a power cut, finds the content of before or the new one."""
+"""Replacing a file as a whole: whoever reads it, also after a power cut, finds either the old content or the new."""
 
 import os
 from collections.abc import Iterable
@@ -8,7 +8,7 @@ PRIVATE, PRIVATE_FOLDER = 0o600, 0o700  # what is for the instructor alone
 
 
 def replace(path: Path, content: bytes | Iterable[bytes], mode: int = 0o666) -> None:
-    """Write a file, in the place of the one that is there; `mode` as for open(2).  Raises OSError, with nothing changed."""
+    """Write a file, or replace it; `mode` as for open(2).  When it raises OSError, nothing has changed."""
     draft = path.with_name(f".{path.name}.part")
     draft.unlink(missing_ok=True)  # left by a writer that was killed, perhaps with another mode
     with open(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, mode), "wb") as file:

@@ -4,6 +4,7 @@ import statistics
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 
 from rich.console import Console
 from rich.markup import escape
@@ -21,8 +22,8 @@ from autograder.records import (
     Report,
     Result,
 )
-from autograder.results.feedback import template
-from autograder.results.progress import printable
+from autograder.results import pages, storage
+from autograder.results.text import printable
 
 ODD = -0.2  # a correlation below it is hardly chance
 BARS = 10  # classes of the score distribution
@@ -149,13 +150,19 @@ def show(reports: list[Report], console: Console | None = None) -> None:
 
 def page(reports: list[Report]) -> str:
     """The summary as an HTML page with plots; everything in it is escaped."""
-    return template("report.html").render(
+    return pages.render(
+        "report.html",
         classes=classes(reports),
         looks=needs_a_look(reports),
         bars=BARS,
         fmean=statistics.fmean,
         median=statistics.median,
     )
+
+
+def write(reports: list[Report], target: Path) -> None:
+    """Write the page, for the instructor alone."""
+    storage.replace(target, page(reports).encode(errors="replace"), storage.PRIVATE)
 
 
 def _class(name: str, reports: list[Report]) -> Class:
@@ -168,7 +175,7 @@ def _class(name: str, reports: list[Report]) -> Class:
         name,
         Counter(report.status for report in reports),
         max(report.max_score for report in reports),
-        [report.score for report in graded],
+        [report.score for report in graded if report.score is not None],
         [report.duration_s for report in graded],
         [_item(found) for found in tests.values()],
     )
@@ -177,7 +184,7 @@ def _class(name: str, reports: list[Report]) -> Class:
 def _item(found: list[tuple[Report, Result]]) -> Item:
     counts = Counter(result.outcome for _, result in found)
     passed = [float(result.outcome == PASSED) for _, result in found]
-    rest = [report.score - result.points for report, result in found]
+    rest = [(report.score or 0.0) - result.points for report, result in found]
     varied = len({*passed}) > 1 and len({*rest}) > 1
     _, first = found[0]
     return Item(

@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from autograder.grading import single as grading
+from autograder.grading import single
 from autograder.records import Submission
 from autograder.sandbox import cleaning
 from tests.autograder.answers.calculator import CLIENT, REFERENCE, SERVER, SRV
@@ -133,7 +133,7 @@ def test_a_class_of_names_and_notebooks(box, tmp_path):
     assert subprocess.run([AUTOGRADER, "show", str(out), "--student", "nobody"], capture_output=True).returncode == 2
 
     # The same seed makes the same grading.
-    again = grading.grade(Submission("other", "calculator", handed_in(WRONG)), box, seed=7)
+    again = single.grade(Submission("other", "calculator", handed_in(WRONG)), box, seed=7)
     assert again.details == details["details"]
     assert again.score == 11
 

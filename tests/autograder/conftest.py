@@ -8,8 +8,8 @@ import psutil
 import pytest
 
 from autograder.errors import SandboxUnavailable
-from autograder.grading import single as grading
-from autograder.grading.single import WORKER
+from autograder.grading import single
+from autograder.grading.process import WORKER
 from autograder.records import Submission
 from autograder.sandbox import box as sandbox
 from autograder.submissions import exercises
@@ -31,7 +31,7 @@ def grade(box):
     with ThreadPoolExecutor(os.cpu_count() + 1) as pool:
 
         def begin(files, exercise="calculator", **options):
-            return pool.submit(grading.grade, Submission("student", exercise, files), box, **options)
+            return pool.submit(single.grade, Submission("student", exercise, files), box, **options)
 
         yield begin
 

@@ -1,4 +1,4 @@
-"""Which hidden test sees which mistake: `python -m tests.autograder.table [EXERCISE]...` grades all answers and prints it.
+"""Which hidden test sees which mistake: `python -m tests.autograder.table [EXERCISE]...` grades all answers and shows.
 
 A row is an answer, a column a test: `x` is lost as it should be, `!` is lost but should not be, `?` should be lost.
 Exits with 1 when there is a `!` or a `?`.
@@ -11,7 +11,7 @@ import time
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 
-from autograder.grading import single as grading
+from autograder.grading import single
 from autograder.records import GRADED, PASSED, Submission
 from autograder.sandbox import box as sandbox
 from autograder.submissions import exercises
@@ -46,7 +46,7 @@ def show(name: str, pool: ThreadPoolExecutor, box: str, options) -> int:
     start = time.monotonic()
     reports = {
         style: pool.submit(
-            grading.grade,
+            single.grade,
             Submission("student", name, files),
             box,
             patience=answers.patience(name, style),
@@ -59,8 +59,8 @@ def show(name: str, pool: ThreadPoolExecutor, box: str, options) -> int:
     for number, test in enumerate(exercise.tests):
         print(f"{' ' * width} {'| ' * number}{tests[number]} ({test.points:g})")
     good, seen = Counter(), Counter()
-    for style, report in reports.items():
-        report, wanted = report.result(), expected[style][1]
+    for style, grading in reports.items():
+        report, wanted = grading.result(), expected[style][1]
         lost = {test.id.removeprefix("test_") for test in report.tests if test.outcome != PASSED}
         good[style in module.WRONG] += lost == wanted and report.status == GRADED
         seen.update(lost & wanted)

@@ -9,7 +9,7 @@ from . import answers
 
 
 def cases(kind: str) -> list:
-    """All answers of a kind; those that are not among the QUICK of their module run with `-m matrix` alone: many minutes."""
+    """All answers of a kind; those that are not in their module's QUICK run only with `-m matrix`, for many minutes."""
     return [
         pytest.param(exercise, name, marks=() if answers.is_quick(exercise, name) else pytest.mark.matrix)
         for exercise in answers.names()

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from autograder import cli
 from autograder.errors import BrokenExercise, UnknownExercise
-from autograder.grading import single as grading
+from autograder.grading import single
 from autograder.paths import HIDDEN
 from autograder.records import INFRASTRUCTURE_ERROR, Submission
+from autograder.results.text import describe
 from autograder.submissions import exercises
 
 ROOT = Path(__file__).parents[2]
@@ -50,10 +50,10 @@ def test_a_mistake_in_a_test_is_no_score_and_is_told_the_instructor_alone(box, t
     suite.write_text(suite.read_text() + f"\n\n{name}.__globals__['twice_two'] = undefined_name\n")
     files = {path.name: path.read_bytes() for path in (ROOT / "solutions" / "services").iterdir() if path.is_file()}
     exercise = exercises.load("services", tmp_path / "hidden")
-    report = grading.grade(Submission("ada", "services", files), box, exercise=exercise)
+    report = single.grade(Submission("ada", "services", files), box, exercise=exercise)
     assert (report.status, report.score) == (INFRASTRUCTURE_ERROR, None)
-    assert "undefined_name" not in str(report.public()) and "undefined_name" in cli._describe(report, report.details)
-    assert [record.getMessage().count("\n") for record in caplog.records] == [0] * grading.TRIES
+    assert "undefined_name" not in str(report.public()) and "undefined_name" in describe(report, report.details)
+    assert [record.getMessage().count("\n") for record in caplog.records] == [0] * single.TRIES
 
 
 def test_a_difference_between_notebook_and_suite_is_told(tmp_path):

@@ -49,10 +49,10 @@ def run(client, out, assignment=None, students=(), everything=False, apply=False
         Scores(f"sqlite:///{out / 'gradebook.db'}") as scores,
         regrade.Regrading(results, assignment, list(students), everything) as again,
     ):
-        graded = len([*again.grade(client, 1.0, False)])
+        graded = len([*again.run(client, 1.0, False)])
         moves = again.moves()
         if apply:
-            again.apply(scores)
+            again.apply(scores.write)
     return graded, moves
 
 
@@ -63,7 +63,7 @@ def test_who_moves_is_told_first_and_written_when_asked(client, suite, tmp_path)
     program = submitted / "bob" / "services" / "motor_service.py"
     program.write_text(program.read_text().replace("self.enabled = request.data", "self.enabled = True"))
     with output.Output(out, resume=False) as results, Scores(f"sqlite:///{out / 'gradebook.db'}") as scores:
-        for report, origin in batch.grade(
+        for report, origin in batch.run(
             client, submitted, batch.draw(listing.find(submitted, None, []), 7), 1.0, False
         ):
             results.write(report, origin)
@@ -116,7 +116,7 @@ def nothing_handed_in(client, folder: Path) -> tuple[Path, Path]:
     submitted, out = folder / "submitted", folder / "out"
     (submitted / "ada" / "services").mkdir(parents=True)
     with output.Output(out, resume=False) as results:
-        for report, origin in batch.grade(client, submitted, {("ada", "services"): 7}, 1.0, False):
+        for report, origin in batch.run(client, submitted, {("ada", "services"): 7}, 1.0, False):
             results.write(report, origin)
     return submitted, out
 

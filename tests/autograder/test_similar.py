@@ -13,7 +13,9 @@ import pytest
 from autograder import cli
 from autograder.errors import UsageError
 from autograder.results import output
-from autograder.similarity import similar
+from autograder.similarity import find, presenting, sources
+from autograder.similarity.comparing import compare
+from autograder.similarity.tokens import clean, tokens
 from autograder.submissions import exercises
 
 from . import answers
@@ -84,7 +86,7 @@ def copy(files: dict[str, bytes]) -> dict[str, str]:
 
 @pytest.fixture(scope="module")
 def known() -> list[str]:
-    return similar.given("calculator")
+    return sources.given("calculator")
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +95,7 @@ def finding(known):
     handed_in = [(name, programs(files)) for name, files in OTHERS.items()]
     handed_in += [("reference", programs(REFERENCE)), ("copy of the reference", copy(REFERENCE))]
     first = next(iter(OTHERS))
-    return first, similar.compare("calculator", [*handed_in, ("copy of another", copy(OTHERS[first]))], known, 1000)
+    return first, compare("calculator", [*handed_in, ("copy of another", copy(OTHERS[first]))], known, 1000)
 
 
 def test_copies_stand_out(finding):
@@ -115,16 +117,14 @@ def test_what_everybody_has_counts_little(known):
     """Ten hand in the same, two of them something else as well."""
     same, more = programs(REFERENCE), copy(OTHERS[next(iter(OTHERS))])
     both = same | {"calculator_client.py": same["calculator_client.py"] + more["calculator_server.py"]}
-    found = similar.compare(
-        "calculator", [(f"s{i}", same) for i in range(10)] + [("a", both), ("b", both)], known, 1000
-    )
+    found = compare("calculator", [(f"s{i}", same) for i in range(10)] + [("a", both), ("b", both)], known, 1000)
     assert {found.pairs[0].left, found.pairs[0].right} == {"a", "b"} and found.pairs[0].score > 30
     assert found.pairs[1].shared == 100 and found.pairs[1].score < found.pairs[0].score / 2
 
 
 def test_what_was_given_is_not_compared(known):
     stubs = {f"s{i}": {"calculator_server.py": text} for i, text in enumerate(known) if "rclpy" in text}
-    found = similar.compare("calculator", stubs.items(), known, 10)
+    found = compare("calculator", stubs.items(), known, 10)
     assert len(stubs) > 5 and found.pairs == [] and set(found.scores) == {0}
 
 
@@ -143,9 +143,9 @@ def test_what_was_given_is_not_compared(known):
 )
 def test_layout_comments_and_names_are_nothing(change):
     text = programs(REFERENCE)["calculator_server.py"]
-    kinds = [token.kind for token in similar.tokens(similar._clean(text))]
+    kinds = [token.kind for token in tokens(clean(text))]
     assert len(kinds) > 100
-    assert [token.kind for token in similar.tokens(similar._clean(change(text)))] == kinds
+    assert [token.kind for token in tokens(clean(change(text)))] == kinds
 
 
 def test_one_line_or_two():
@@ -157,7 +157,7 @@ def test_one_line_or_two():
         ("x = f'{a + b}'", "x = 'ab'"),
         ("x = f'{a:{b}}' 'c'", "x = ''"),
     ):
-        assert [token.kind for token in similar.tokens(one)] == [token.kind for token in similar.tokens(two)]
+        assert [token.kind for token in tokens(one)] == [token.kind for token in tokens(two)]
 
 
 @pytest.mark.parametrize(
@@ -182,19 +182,19 @@ def test_one_line_or_two():
     ],
 )
 def test_what_is_no_python_stops_nothing(text):
-    text = similar._clean(text + "\n" + programs(REFERENCE)["calculator_server.py"])
-    for token in similar.tokens(text):
+    text = clean(text + "\n" + programs(REFERENCE)["calculator_server.py"])
+    for token in tokens(text):
         assert 0 <= token.start <= token.end <= len(text) + 1
-    found = similar.compare("calculator", [("a", {"x.py": text}), ("b", {"x.py": text})], [], 5)
+    found = compare("calculator", [("a", {"x.py": text}), ("b", {"x.py": text})], [], 5)
     for pair in found.pairs:
-        for _, left, right in pair.files:
-            assert "".join(piece.text for piece in left) == text == "".join(piece.text for piece in right)
+        for file in pair.files:
+            assert "".join(piece.text for piece in file.left) == text == "".join(piece.text for piece in file.right)
 
 
 def test_after_an_error_the_rest_is_read():
     whole = programs(REFERENCE)["calculator_server.py"]
     broken = "x = = $ 'unfinished\n   y\n  z\n" + whole
-    assert len(similar.tokens(broken)) >= len(similar.tokens(whole)) - 5
+    assert len(tokens(broken)) >= len(tokens(whole)) - 5
 
 
 def test_three_hundred_in_seconds(known):
@@ -210,7 +210,7 @@ def test_three_hundred_in_seconds(known):
         for number in range(300)
     ]
     begin = time.process_time()
-    found = similar.compare("calculator", handed_in, known, 20)
+    found = compare("calculator", handed_in, known, 20)
     assert time.process_time() - begin < 10
     assert found.programs == 300 and len(found.scores) == 300 * 299 / 2 and len(found.pairs) == 20
 
@@ -229,8 +229,8 @@ def test_the_page_marks_alike_and_runs_nothing(known, tmp_path):
     name = "calculator_server.py"
     text = f"# {HOSTILE} \udcff\n" + programs(REFERENCE)[name] + f"x = '{HOSTILE}'\n"
     handed_in = [(f"ada {HOSTILE}", {name: text}), ("bob", copy({name: REFERENCE[name]}))]
-    found = similar.compare("calculator", handed_in, known, 5)
-    similar.write([found], tmp_path / "page.html")
+    found = compare("calculator", handed_in, known, 5)
+    presenting.write([found], tmp_path / "page.html")
     assert (tmp_path / "page.html").stat().st_mode & 0o77 == 0
     page = (tmp_path / "page.html").read_text()
     tags = Tags(page).found
@@ -292,7 +292,7 @@ def test_the_output_of_grade_tells_where_the_submissions_are(submitted, tmp_path
     assert capsys.readouterr().out.startswith("calculator: 0 submissions, 0 pairs\n")
     submitted.rename(tmp_path / "elsewhere")
     with pytest.raises(UsageError, match="are no longer in .*submitted: give their folder instead"):
-        similar.find(out, None, 5)
+        find(out, None, 5)
     (out / output.DETAILS).unlink()
     with pytest.raises(UsageError, match="does not tell where the submissions are"):
-        similar.find(out, None, 5)
+        find(out, None, 5)

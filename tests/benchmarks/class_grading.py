@@ -132,9 +132,8 @@ def main() -> None:
         print(f"{'stock nbgrader autograde':28}{stock:8.1f}{60 * count / stock:10.1f}{1:8.1f}")
         for jobs in (1, cores, 2 * cores):
             seconds = by_this_grader(folder, "calculator", "--jobs", str(jobs))
-            print(
-                f"{f'autograder grade --jobs {jobs}':28}{seconds:8.1f}{60 * count / seconds:10.1f}{stock / seconds:8.1f}"
-            )
+            name = f"autograder grade --jobs {jobs}"
+            print(f"{name:28}{seconds:8.1f}{60 * count / seconds:10.1f}{stock / seconds:8.1f}")
     if options.many:
         with tempfile.TemporaryDirectory() as scratch:
             many(Path(scratch), options.many)

@@ -1,0 +1,43 @@
+"""Reports as text for a terminal."""
+
+from collections.abc import Mapping
+
+from autograder.records import FAULT, GRADED, PASSED, Report
+
+
+def printable(text: str) -> str:
+    """The text with escapes in place of control characters: a student's names and messages may hold any."""
+    return "".join(c if c == "\n" or c.isprintable() else f"\\x{ord(c):02x}" for c in text)
+
+
+def line(report: Report) -> str:
+    """A report in one line: who, what, and the score with the time it took, or the status."""
+    name = f"{report.student}/{report.assignment}"
+    if report.status != GRADED:
+        return f"{name}: {report.status}"
+    return f"{name}: {report.score:g} of {report.max_score:g}, {report.duration_s:.1f} s"
+
+
+def score(report: Report) -> str:
+    """The score out of the maximum, or the status when there is no score."""
+    return report.status if report.score is None else f"{report.score:g} of {report.max_score:g}"
+
+
+def describe(report: Report, details: Mapping[str, str] | None = None) -> str:
+    """A report test by test; `details`, by test, are for instructors alone."""
+    details = details or {}
+    lines = []
+    if report.status == GRADED:
+        for test in report.tests:
+            mark = "+" if test.outcome == PASSED else "-"
+            outcome = "" if test.outcome == PASSED else f" [{test.outcome.replace('_', ' ')}]"
+            lines.append(f" {mark} {test.points:g}/{test.max_points:g}  {test.title}{outcome}")
+            lines += [f"         {test.message}"] if test.message else []
+            if detail := details.get(test.id):
+                lines.append(f"         > {detail}")
+    else:
+        lines.append(f" {report.tests[0].message}")
+        lines += [f"         > {said}" for said in details.get(FAULT, "").splitlines()]
+    flags = f", {', '.join(report.flags)}" if report.flags else ""
+    lines.append(f"{line(report)} (seed {report.seed}{flags})")
+    return "\n".join(lines)

@@ -1,0 +1,103 @@
+"""How alike submissions are: every one is compared with every other."""
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autograder.similarity.marking import SideBySide, side_by_side
+from autograder.similarity.tokens import tokens
+from autograder.similarity.winnowing import Program, grams, program
+from autograder.submissions import exercises
+
+ENOUGH = 10  # fingerprints: a shorter program counts as if it had as many, for it shows little
+LEAST = 1  # score of a pair that is shown
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two submissions that are alike."""
+
+    left: str  # student
+    right: str  # student
+    score: float  # 0 to 100: the share of the shorter one that is in the other, and hardly anywhere else
+    shared: float  # 0 to 100: the same, wherever else it is
+    identical: list[str]  # files that are the same to the byte
+    files: list[SideBySide] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """All about one exercise."""
+
+    assignment: str
+    programs: int  # how many were compared
+    pairs: list[Pair]  # the most alike first
+    scores: list[float]  # of all pairs, rising
+    left_out: list[str]  # students who handed in no Python file that can be read
+
+    @property
+    def title(self) -> str:
+        """The exercise, as students know it."""
+        return exercises.load(self.assignment).title
+
+    def below(self, percent: float) -> float:
+        """The score below which this share of all pairs lies."""
+        return self.scores[min(len(self.scores) - 1, int(len(self.scores) * percent / 100))] if self.scores else 0.0
+
+
+def compare(
+    assignment: str, handed_in: Iterable[tuple[str, dict[str, str]]], known: Iterable[str], top: int
+) -> Finding:
+    """Compare every submission with every other, and lay the `top` most alike pairs side by side.
+
+    `handed_in` has the texts of each student, by file; what is in the texts `known` to all is not compared.
+    """
+    boilerplate = {gram for text in known for gram in grams(tokens(text))}
+    every = [program(student, texts, boilerplate) for student, texts in handed_in]
+    programs = [one for one in every if one.texts]
+    owners: dict[int, list[int]] = defaultdict(list)  # numbers of the programs that have a fingerprint
+    for number, one in enumerate(programs):
+        for gram in one.prints:
+            owners[gram].append(number)
+    scores, shared = _scores(programs, owners)
+    above = np.triu_indices(len(programs), 1)
+    order = [place for place in np.argsort(-scores[above], kind="stable")[:top] if scores[above][place] >= LEAST]
+    counts = {gram: len(those) for gram, those in owners.items()}
+    pairs = []
+    for left, right in zip(above[0][order], above[1][order], strict=True):
+        one, other = programs[left], programs[right]
+        pairs.append(
+            Pair(
+                one.student,
+                other.student,
+                float(scores[left, right]),
+                float(shared[left, right]),
+                [name for name in one.texts if one.texts[name] == other.texts.get(name)],
+                side_by_side(one, other, counts, len(programs)),
+            )
+        )
+    left_out = [one.student for one in every if not one.texts]
+    return Finding(assignment, len(programs), pairs, sorted(map(float, scores[above])), left_out)
+
+
+def _scores(programs: list[Program], owners: dict[int, list[int]]) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
+    """For each two programs, shape (programs, programs), the score and what they share, both 0 to 100."""
+    weight = np.zeros((len(programs), len(programs)), dtype=np.float32)
+    count = np.zeros_like(weight)
+    for those in owners.values():
+        if len(those) > 1:
+            block = np.ix_(those, those)
+            weight[block] += _rarity(len(those), len(programs))
+            count[block] += 1
+    sizes = np.array([len(one.prints) for one in programs], dtype=np.float32)
+    shorter = np.minimum.outer(sizes, sizes)
+    return 100 * weight / np.maximum(shorter, ENOUGH), 100 * count / np.maximum(shorter, 1)
+
+
+def _rarity(owners: int, programs: int) -> float:
+    """How much a fingerprint counts: 1 when only two have it, less the more there are, little when all have it."""
+    return math.log((programs + 1) / owners) / math.log((programs + 1) / 2)

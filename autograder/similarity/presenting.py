@@ -1,0 +1,31 @@
+"""The findings as text for a terminal, and as a page with the texts of each pair side by side."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from autograder.results import pages, storage
+from autograder.similarity.comparing import Finding
+
+
+def describe(finding: Finding) -> str:
+    """The pairs for a person at a terminal."""
+    head = f"{finding.assignment}: {finding.programs} submissions, {len(finding.scores)} pairs"
+    if finding.scores:
+        head += f"; half score at most {finding.below(50):.0f}, 95 of 100 at most {finding.below(95):.0f}"
+    lines = [head]
+    for pair in finding.pairs:
+        same = f", the same to the letter: {', '.join(pair.identical)}" if pair.identical else ""
+        lines.append(f"{pair.score:4.0f}  {pair.left} and {pair.right} ({pair.shared:.0f} % in common{same})")
+    if finding.left_out:
+        lines.append(f"      not compared, for want of a program that can be read: {', '.join(finding.left_out)}")
+    return "\n".join(lines)
+
+
+def page(findings: Iterable[Finding]) -> str:
+    """The pairs side by side, as an HTML page that stands alone.  Everything in it is escaped."""
+    return pages.render("similar.html", findings=list(findings), number=lambda value: f"{value:.0f}")
+
+
+def write(findings: Iterable[Finding], target: Path) -> None:
+    """Write the page, for the instructor alone."""
+    storage.replace(target, page(findings).encode(errors="replace"), storage.PRIVATE)

@@ -1,0 +1,61 @@
+"""What is compared, and where it is read from: the programs handed in, and what students were given."""
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+from autograder.errors import UsageError
+from autograder.paths import COURSE, repository
+from autograder.results import output
+from autograder.similarity.tokens import clean
+from autograder.submissions import exercises, listing, reading
+from course.notebook import cells
+from course.notebook.cells import SOLUTION
+
+COMMAND = re.compile(r"^[%!].*$", re.MULTILINE)  # Jupyter's, not Python's
+
+
+def places(folder: Path, assignment: str | None) -> dict[tuple[str, str], Path]:
+    """For each student and assignment the folder of submissions.
+
+    The folder is one of submissions, or an output of `autograder grade`.  Raises UsageError when it holds nothing, or
+    when an output does not say where the submissions are.
+    """
+    if not (folder / output.RESULTS).exists():
+        return dict.fromkeys(listing.find(folder, assignment, []), folder)
+    wanted = assignment and exercises.load(assignment).name
+    try:
+        origins = output.origins(folder)
+    except UsageError as error:
+        raise UsageError(f"{error}: give their folder instead") from None
+    found = {key: Path(origin.submitted) for key, origin in origins.items() if wanted in (None, key[1])}
+    if not found:
+        raise UsageError(f"{folder} does not tell where the submissions are: give their folder instead")
+    return found
+
+
+def files(submitted: Path, student: str, assignment: str) -> dict[str, str]:
+    """The Python files of a submission that can be read, also when others are missing."""
+    found = {}
+    if not (submitted / student).is_symlink():
+        for name in exercises.load(assignment).files:
+            if name.endswith(".py"):
+                read = reading.read(submitted / student / assignment, student, assignment, [name]).files
+                found.update({name: clean(text.decode(errors="replace")) for name, text in read.items()})
+    return found
+
+
+def given(assignment: str, courses: Iterable[Path] = ()) -> list[str]:
+    """The programs that students were given: what the notebooks show, and the chapter's nodes.
+
+    `courses` are folders of submissions: the course folder around each may have its own version of the notebook.
+    """
+    books = [*(repository() / "notebooks").glob("*/*.ipynb")]
+    books += [folder.resolve().parent / "release" / assignment / f"{assignment}.ipynb" for folder in courses]
+    texts = [path.read_text(encoding="utf-8") for path in sorted((COURSE / "nodes").glob("*.py"))]
+    for path in books:
+        if path.exists():
+            texts += [
+                COMMAND.sub("", SOLUTION.sub("", cell.source)) for cell in cells.read(path) if cell.kind == "code"
+            ]
+    return texts

@@ -1,0 +1,68 @@
+"""The fingerprints of programs (Schleimer, Wilkerson, Aiken: Winnowing, SIGMOD 2003).
+
+Of every K tokens in a row a hash is made, a gram; of every WINDOW grams in a row the smallest is a fingerprint.  So two
+programs with a run of K + WINDOW - 1 tokens in common share a fingerprint, wherever the run stands.
+"""
+
+from collections import defaultdict
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from hashlib import blake2b
+from typing import NamedTuple
+
+from autograder.similarity.tokens import Token, tokens
+
+K = 12  # tokens in a row that are hashed together
+WINDOW = 5  # grams of which one is kept
+MAX_PLACES = 20  # that are shown of one fingerprint in a submission: a million equal lines must not take hours
+
+
+class Place(NamedTuple):
+    """Where a fingerprint is found; places are in order by file, then by token."""
+
+    file: str
+    token: int  # the number of its first token in the file
+
+
+@dataclass(frozen=True)
+class Program:
+    """What one student handed in for an exercise: its Python files."""
+
+    student: str
+    texts: Mapping[str, str]  # by file
+    tokens: Mapping[str, list[Token]]  # by file
+    prints: Mapping[int, list[Place]]  # the places of each fingerprint
+
+
+def program(student: str, texts: Mapping[str, str], boilerplate: Collection[int]) -> Program:
+    """What a student handed in, `texts` by file, with its fingerprints; the grams in `boilerplate` are none."""
+    found = {name: tokens(text) for name, text in texts.items()}
+    prints: dict[int, list[Place]] = defaultdict(list)
+    for name, these in found.items():
+        hashes = grams(these)
+        for number in winnow(hashes, boilerplate):
+            if len(prints[hashes[number]]) < MAX_PLACES:
+                prints[hashes[number]].append(Place(name, number))
+    return Program(student, texts, found, dict(prints))
+
+
+def grams(found: list[Token]) -> list[int]:
+    """The hash of every K tokens in a row."""
+    kinds = [token.kind.encode() for token in found]
+    return [
+        int.from_bytes(blake2b(b" ".join(kinds[i : i + K]), digest_size=8).digest()) for i in range(len(kinds) - K + 1)
+    ]
+
+
+def winnow(hashes: list[int], boilerplate: Collection[int]) -> list[int]:
+    """The numbers of the fingerprints: in each window the smallest gram, of equal ones the last, but no boilerplate."""
+    numbers = set()
+    for begin in range(max(1, len(hashes) - WINDOW + 1)):
+        window = [
+            (gram, -number)
+            for number, gram in enumerate(hashes[begin : begin + WINDOW], begin)
+            if gram not in boilerplate
+        ]
+        if window:
+            numbers.add(-min(window)[1])
+    return sorted(numbers)
