@@ -13,7 +13,9 @@ import psutil
 import pytest
 from nbgrader.api import Gradebook
 
-from autograder.errors import UsageError
+from autograder.errors import ClusterError, UsageError
+from autograder.grading import cluster, installed
+from autograder.paths import COURSE, PACKAGE
 from autograder.results import output
 from autograder.submissions import exercises, listing
 from course.waiting import wait_until
@@ -216,14 +218,19 @@ class DaskCluster:
         assert wait_until(lambda: self.file.exists() and self.file.read_text().endswith("}"), SLOW)
         self.address = json.loads(self.file.read_text())["address"]
 
-    def _start(self, *command):
+    def _start(self, *command, **environment):
         return subprocess.Popen(
-            [BIN / "dask", *command], cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+            [BIN / "dask", *command],
+            cwd=self.folder,
+            env=os.environ | environment,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
         )
 
-    def worker(self) -> subprocess.Popen:
+    def worker(self, **environment: str) -> subprocess.Popen:
         """One more, that nobody starts again when it dies."""
-        self.processes.append(self._start("worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard"))
+        options = ["--nthreads", "1", "--no-nanny", "--no-dashboard"]
+        self.processes.append(self._start("worker", self.address, *options, **environment))
         return self.processes[-1]
 
     def close(self) -> None:
@@ -296,6 +303,41 @@ def test_a_cluster_that_is_lost_is_told(box, submitted, dask_cluster, tmp_path):
     assert code == 3 and errors.startswith("autograder: stopped, what is done is kept: ") and errors.count("\n") == 1
     assert end(begin(submitted, tmp_path / "out", "--resume"))[::2] == (0, "")
     assert scores(tmp_path / "out") == ALL
+
+
+def test_a_worker_with_other_code_is_refused(submitted, dask_cluster, tmp_path):
+    """What differs is told, and what to do; its hidden suites may be others, for those travel."""
+    for package in (PACKAGE, COURSE):
+        shutil.copytree(package, tmp_path / "other" / package.name, ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / "other" / "autograder" / "hidden" / "services" / "suite.py").write_text("")
+    with open(tmp_path / "other" / "autograder" / "sandbox" / "box.py", "a") as file:
+        file.write("LIMITS.clear()\n")
+    dask_cluster.worker(PYTHONPATH=str(tmp_path / "other"))
+    code, _, errors = end(begin(submitted, tmp_path / "out", "--scheduler", dask_cluster.address))
+    assert code == 3 and errors.startswith("autograder: stopped, what is done is kept: the worker tcp://127.0.0.1:")
+    assert errors.endswith(
+        " has another version of the course (autograder/sandbox/box.py differs): "
+        "install the same one on both machines, then start the worker again\n"
+    )
+
+
+def test_the_code_of_workers_is_compared(tmp_path):
+    mine = installed.digests()
+    assert {"autograder/grading/worker.py", "course/discovery.xml", "course/live/session.py"} <= mine.keys()
+    assert not [name for name in mine if "__pycache__" in name or "hidden" in name]
+    assert installed.difference(mine, dict(reversed(mine.items()))) == ""
+    cluster.check_code({"tcp://a": mine, "tcp://b": mine})
+    names = sorted(mine)
+    other = {**mine, "course/new.py": "1", names[0]: "2"}
+    del other[names[1]]
+    assert installed.difference(mine, other) == (
+        f"{names[0]} differs, {names[1]} is missing there, course/new.py is missing here"
+    )
+    assert installed.difference(mine, {}).endswith(f"is missing there, and so on, {len(mine)} files in all")
+    with pytest.raises(
+        ClusterError, match=r"the worker tcp://b cannot grade \(No module.*\): install the course on its"
+    ):
+        cluster.check_code({"tcp://a": mine, "tcp://b": ModuleNotFoundError("No module named 'autograder'")})
 
 
 def test_a_worker_needs_no_suite_of_its_own(tmp_path):
