@@ -36,7 +36,7 @@ def new(name: str) -> list[Path]:
         places["notebook"] / f"{name}.ipynb": _text(notebook),
         places["solution"] / f"{name}.py": _solution(notebook),
     }
-    for file in ("exercise.toml", "conftest.py", "suite.py"):
+    for file in ("exercise.toml", "conversation.py", "conftest.py", "suite.py"):
         written[places["hidden"] / file] = _render(f"{file}.jinja", name)
     written[places["answers"]] = _render("answers.py.jinja", name)
     for path, text in written.items():
