@@ -3,6 +3,7 @@
 import contextlib
 import json
 import logging
+import os
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -12,6 +13,7 @@ import typer
 
 from autograder.errors import ClusterError, SandboxUnavailable, UsageError
 from autograder.grading import batch, regrade, single
+from autograder.paths import repository
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.results import output, progress, summary
 from autograder.results.text import describe, printable
@@ -242,6 +244,18 @@ def release_command(
     if students:
         hand_out(students, released)
         print(f"{students}: what students need, without the answers")
+
+
+@app.command("new")
+def new_command(
+    name: Annotated[str, typer.Argument(help="The exercise's name, for example greeter: lower case, as in Python.")],
+) -> None:
+    """Make a new exercise, a small one that works, to be changed into yours; docs/ADDING.md shows how."""
+    from autograder.authoring.new import new
+
+    for path in new(name):
+        print(os.path.relpath(path))
+    print(f"Try it: autograder check {os.path.relpath(repository() / 'solutions' / name)} --assignment {name}")
 
 
 def main() -> None:

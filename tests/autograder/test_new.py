@@ -1,0 +1,135 @@
+"""`autograder new`: what it makes can be graded, released and tested at once; a wrong name writes nothing."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from autograder.authoring import new as authoring
+from autograder.errors import UsageError
+
+ROOT = Path(__file__).parents[2]
+NAME = "wave_hello"
+MADE = [
+    f"notebooks/{NAME}/{NAME}.ipynb",
+    f"solutions/{NAME}/{NAME}.py",
+    f"autograder/hidden/{NAME}/exercise.toml",
+    f"autograder/hidden/{NAME}/conversation.py",
+    f"autograder/hidden/{NAME}/conftest.py",
+    f"autograder/hidden/{NAME}/suite.py",
+    f"tests/autograder/answers/{NAME}.py",
+]
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """Runs Python in a copy of the repository, whose packages come before the installed ones."""
+    copy = tmp_path_factory.mktemp("copy")
+    for folder in ("autograder", "course", "solutions", "tests"):
+        shutil.copytree(ROOT / folder, copy / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    for notebook in ROOT.glob("notebooks/*/*.ipynb"):
+        (copy / "notebooks" / notebook.stem).mkdir(parents=True)
+        shutil.copy(notebook, copy / "notebooks" / notebook.stem)
+    shutil.copy(ROOT / "pyproject.toml", copy)
+
+    def python(*command: str) -> subprocess.CompletedProcess[str]:
+        environment = os.environ | {"PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
+        return subprocess.run(
+            [sys.executable, *command], cwd=copy, env=environment, capture_output=True, text=True, timeout=200
+        )
+
+    python.root = copy
+    return python
+
+
+@pytest.fixture(scope="module")
+def autograder(run):
+    """Runs the command line of the copy."""
+    return lambda *arguments: run("-c", "from autograder.cli import main; main()", *arguments)
+
+
+@pytest.fixture(scope="module")
+def made(run, autograder):
+    """The copy, after `autograder new`; what it has made is removed in the end."""
+    before = files(run.root)
+    done = autograder("new", NAME)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert files(run.root) - before == set(MADE)
+    assert all(file in done.stdout for file in MADE)
+    yield run.root
+    for file in MADE[:3]:
+        shutil.rmtree(run.root / Path(file).parent)
+    (run.root / MADE[-1]).unlink()
+    assert files(run.root) == before
+
+
+def files(folder: Path) -> set[str]:
+    return {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
+
+
+def test_the_reference_earns_all_points(made, autograder, box):
+    done = autograder("check", f"solutions/{NAME}", "--assignment", NAME, "--json")
+    report = json.loads(done.stdout)
+    assert (report["status"], report["score"], report["max_score"]) == ("graded", authoring.POINTS, authoring.POINTS)
+
+
+def test_it_can_be_released(made, autograder, tmp_path):
+    done = autograder("release", NAME, "--course", str(tmp_path))
+    assert done.returncode == 0, done.stderr
+    released = (tmp_path / "release" / NAME / f"{NAME}.ipynb").read_text()
+    assert "YOUR CODE HERE" in released and "Hello" not in released
+
+
+def test_its_own_tests_pass(made, run, box):
+    """Its notebook by nbval, its right and wrong answers, and what is held of every notebook and suite."""
+    done = run(
+        "-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "matrix or not matrix", "-k", NAME, f"notebooks/{NAME}",
+        "tests/test_notebooks.py", "tests/autograder/test_answers.py", "tests/autograder/test_exercises.py",
+    )  # fmt: skip
+    assert done.returncode == 0 and "skipped" not in done.stdout, done.stdout
+    (made / f"notebooks/{NAME}/{NAME}.py").unlink()  # nbval ran the notebook in its folder
+
+
+def test_what_it_makes_passes_the_guards(made, run):
+    python = [file for file in MADE if file.endswith(".py")]
+    for command in (["check", "--no-cache"], ["format", "--check", "--no-cache"]):
+        done = run("-m", "ruff", *command, *python)
+        assert done.returncode == 0, done.stdout
+    done = run("-m", "mypy", "--cache-dir=/dev/null", f"autograder/hidden/{NAME}")
+    assert "checked" in done.stdout and NAME not in done.stdout, done.stdout
+
+
+def test_a_second_one_of_that_name_is_refused(made, autograder):
+    before = {file: (made / file).read_bytes() for file in MADE}
+    done = autograder("new", NAME)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == f"autograder: '{NAME}' is taken: there is already notebooks/{NAME}\n"
+    assert {file: (made / file).read_bytes() for file in MADE} == before
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("Greeter", "not a valid name"),
+        ("2greet", "not a valid name"),
+        ("a-b", "not a valid name"),
+        ("../greeter", "not a valid name"),
+        ("", "not a valid name"),
+        ("größe", "not a valid name"),
+        ("class", "not a valid name"),
+        ("g" * 41, "not a valid name"),
+        ("services", "is taken: there is already notebooks/services"),
+        ("calculator", "is taken"),
+        ("random", "is the name of a Python module"),
+        ("rclpy", "is the name of a Python module"),
+    ],
+)
+def test_a_wrong_name_is_refused_in_a_line(monkeypatch, name, message):
+    monkeypatch.setattr(authoring, "_notebook", pytest.fail)
+    with pytest.raises(UsageError, match=message) as told:
+        authoring.new(name)
+    assert "\n" not in str(told.value)
