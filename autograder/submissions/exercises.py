@@ -1,35 +1,28 @@
 """What is known of an exercise before anything runs: the folder `hidden/NAME` with `exercise.toml` and `suite.py`.
 
-`exercise.toml` names the files handed in and the interface package; the suite's test functions carry their points in
-a decorator and their title in the docstring.  Both are read here without importing the suite, so that the coordinator
-knows which verdicts must come back whatever happens in the worker.  To a worker on another machine the folder travels
-as bytes.
+`exercise.toml` names the files handed in and the interface package; the suite's tests carry their points in a decorator
+and their title in the docstring (`declared`).  Both are read without importing the suite, so that the coordinator knows
+which verdicts must come back whatever happens in the worker.  To a worker on another machine the folder travels as
+bytes.
 """
 
-import ast
 import hashlib
-import re
+import math
 import tempfile
 import tomllib
-from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
+from typing import Any, TypeVar
 
 from autograder.errors import BrokenExercise, UnknownExercise
 from autograder.paths import HIDDEN
+from autograder.submissions import declared
+from autograder.submissions.declared import Test
 from course.notebook import cells
 
-
-@dataclass(frozen=True)
-class Test:
-    """A hidden test as the student may know it."""
-
-    __test__ = False  # not one of pytest's own
-    id: str
-    title: str
-    points: float
-    cell: str  # the notebook's grade cell that the points belong to
+Value = TypeVar("Value")
 
 
 @dataclass(frozen=True)
@@ -53,10 +46,10 @@ class Exercise:
     @property
     def cells(self) -> dict[str, float]:
         """The notebook's grade cells, with the points of the tests that belong to each."""
-        points: Counter[str] = Counter()
+        points: dict[str, float] = {}
         for test in self.tests:
-            points[test.cell] += test.points
-        return dict(points)
+            points[test.cell] = points.get(test.cell, 0) + test.points
+        return points
 
     @property
     def max_score(self) -> float:
@@ -75,31 +68,54 @@ def load(name: str, hidden: Path | None = None) -> Exercise:
     folder = (hidden or HIDDEN) / name
     if not (folder / "exercise.toml").exists() or folder.parent != (hidden or HIDDEN):
         raise UnknownExercise(f"there is no exercise '{name}'; there are: {', '.join(names())}")
+    description = folder / "exercise.toml"
     try:
-        description = tomllib.loads((folder / "exercise.toml").read_text(encoding="utf-8"))
+        said = _Description(description, tomllib.loads(description.read_text(encoding="utf-8")))
         return Exercise(
             name=name,
             folder=folder,
-            title=description["title"],
-            files=tuple(description["files"]),
-            package=description.get("package", ""),
-            time_limit=float(description["time_limit"]),
-            early=description.get("early", {}),
-            tests=tuple(_tests(folder / "suite.py")),
+            title=said.get("title", _text, "a text in quotation marks"),
+            files=said.get("files", _file_names, 'a list of file names, such as ["server.py", "client.py"]'),
+            package=said.get("package", _text, "the name of an interface package", default=""),
+            time_limit=said.get("time_limit", _seconds, "a number of seconds above 0"),
+            early=said.get("early", _runs, 'a table of command lines, such as run = ["client.py", "5"]', default={}),
+            tests=declared.tests(folder / "suite.py"),
         )
-    except KeyError as error:
-        raise BrokenExercise(f"{folder / 'exercise.toml'} has no {error}") from None
-    except SyntaxError as error:
-        raise BrokenExercise(f"{folder / 'suite.py'}, line {error.lineno}: {error.msg}") from None
-    except (ValueError, TypeError, OSError) as error:  # TOML's are ValueErrors
+    except ValueError as error:  # TOML's and those of decoding
+        raise BrokenExercise(f"the exercise {name} cannot be read: {description}: {error}") from None
+    except OSError as error:
         raise BrokenExercise(f"the exercise {name} cannot be read: {error}") from None
+
+
+@dataclass(frozen=True)
+class _Description:
+    """What an `exercise.toml` says, checked when it is asked for."""
+
+    file: Path
+    said: dict[str, Any]
+
+    def get(self, key: str, check: Callable[[object], Value | None], form: str, default: Value | None = None) -> Value:
+        """The value that `check` makes of the key's; raises BrokenExercise when it makes None, or when it is not there.
+
+        `form` tells the instructor what it must be.
+        """
+        if key not in self.said:
+            if default is None:
+                raise BrokenExercise(f"{self.file} has no '{key}': it must be {form}")
+            return default
+        value = check(self.said[key])
+        if value is None:
+            raise BrokenExercise(f"{self.file}: {key} must be {form}, not {self.said[key]!r}")
+        return value
 
 
 def difference(name: str, notebook: Path) -> str:
     """How the points of the notebook's grade cells differ from those of the suite; empty when they do not."""
     hidden = load(name).cells
     shown = {
-        cell.name: cell.mark["points"] for cell in cells.read(notebook) if cell.mark.get("grade") and not cell.solution
+        cell.name: cell.mark.get("points", "no")
+        for cell in cells.read(notebook)
+        if cell.mark.get("grade") and not cell.solution
     }
     return "; ".join(
         f"cell {cell} has {shown.get(cell, 'no')} points in the notebook, {hidden.get(cell, 'no')} in the suite"
@@ -151,21 +167,26 @@ def unpack(packed: Packed) -> Exercise:
     return load(packed.name, Path(_unpacked[packed.digest].name))
 
 
-def _tests(suite: Path) -> list[Test]:
-    """The test functions of `suite`, in order, with the points and cell of their `@points` and their docstring's title."""
-    found = []
-    for function in ast.parse(suite.read_text(encoding="utf-8")).body:
-        if not isinstance(function, ast.FunctionDef) or not function.name.startswith("test_"):
-            continue
-        points = [
-            decorator
-            for decorator in function.decorator_list
-            if isinstance(decorator, ast.Call) and getattr(decorator.func, "id", "") == "points"
-        ]
-        title = re.sub(r"\s+", " ", ast.get_docstring(function) or "").rstrip(".")
-        if len(points) != 1 or not title:
-            raise ValueError(
-                f"{suite}: {function.name} needs one @points(NUMBER, cell=NAME) and a docstring, its title"
-            )
-        found.append(Test(function.name, title, points[0].args[0].value, points[0].keywords[0].value.value))
-    return found
+def _text(value: object) -> str | None:
+    return value if isinstance(value, str) and value else None
+
+
+def _file_names(value: object) -> tuple[str, ...] | None:
+    """The plain names of files, at least one and none twice."""
+    names = value if isinstance(value, list) else []
+    right = all(isinstance(name, str) and name == Path(name).name != ".." for name in names)
+    return tuple(names) if names and right and len(names) == len(set(names)) else None
+
+
+def _seconds(value: object) -> float | None:
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and 0 < value < math.inf:
+        return float(value)
+    return None
+
+
+def _runs(value: object) -> dict[str, list[str]] | None:
+    """Command lines, lists of words, by name."""
+    if not isinstance(value, dict):
+        return None
+    right = all(isinstance(run, list) and run and all(isinstance(word, str) for word in run) for run in value.values())
+    return value if right else None

@@ -1,4 +1,4 @@
-"""Reading a submission's folder without trusting it: regular files of the wanted names and of a sane size, nothing else.
+"""Reading a submission's folder without trusting it: regular files of the names asked for and of a sane size.
 
 Files are read once, through descriptors that never follow a link, into bytes; nothing later looks at the folder again.
 A file that is missing is taken from the `%%exercise` cell of the notebook that was handed in, as text: nothing is run.
@@ -28,7 +28,8 @@ def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> 
             assignment,
             problems=[f"'{assignment}' is not a folder: hand in a folder of that name with the files in it."],
         )
-    files, problems, missing = {}, [], []
+    files: dict[str, bytes] = {}
+    problems, missing = [], []
     try:
         with os.scandir(inside) as entries:
             present = {
@@ -51,10 +52,10 @@ def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> 
     finally:
         os.close(inside)
     if missing:
-        nested = f" What is in the folder {folders[0]} does not count: hand in files, not folders." if folders else ""
-        problems.append(
-            f"Missing: {', '.join(missing)}. Save each file and hand it in under exactly this name.{nested}"
-        )
+        told = f"Missing: {', '.join(missing)}. Save each file and hand it in under exactly this name."
+        if folders:
+            told += f" What is in the folder {folders[0]} does not count: hand in files, not folders."
+        problems.append(told)
     return Submission(student, assignment, {} if problems else files, problems)
 
 

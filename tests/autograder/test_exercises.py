@@ -14,6 +14,55 @@ from autograder.results.text import describe
 from autograder.submissions import exercises
 
 ROOT = Path(__file__).parents[2]
+TEST = '@{}\ndef test_a():\n    """It greets."""\n\n'
+POINTS = {  # what is no @points(NUMBER, cell="NAME"), and how the message ends
+    "points()": r"it is points\(\)",
+    "points(2)": r"it is points\(2\)",
+    "points(cell='a')": r"it is points\(cell='a'\)",
+    "points(2, 'a')": r"it is points\(2, 'a'\)",
+    "points(2, cell='a', more=1)": r"it is points\(2, cell='a', more=1\)",
+    "points(2, cell='a', cell='b')": r"it is points\(2, cell='a', cell='b'\)",
+    "points(2, 3, cell='a')": r"it is points\(2, 3, cell='a'\)",
+    "points(*a)": r"it is points\(\*a\)",
+    "points(*a, cell='a')": r"\*a is not a number",
+    "points(2, **a)": r"it is points\(2, \*\*a\)",
+    "points('x', cell='y')": "'x' is not a number",
+    "points(True, cell='a')": "True is not a number",
+    "points(2j, cell='a')": "2j is not a number",
+    "points(number, cell='a')": "number is not a number",
+    "points(1 + 1, cell='a')": r"1 \+ 1 is not a number",
+    "points(-1, cell='a')": "-1 is not a number of points",
+    "points(1e999, cell='a')": "1e309 is not a number of points",
+    "points(2, cell=name)": "name is not a cell's name in quotation marks",
+    "points(2, cell=3)": "3 is not a cell's name in quotation marks",
+    "points(2, cell='')": "'' is not a cell's name in quotation marks",
+}
+VALUES = [  # key and value in exercise.toml, and how the message ends
+    ("title", "3", "3"),
+    ("title", "''", "''"),
+    ("files", "'x'", "'x'"),
+    ("files", "[]", r"\[\]"),
+    ("files", "[1]", r"\[1\]"),
+    ("files", "['../a.py']", r"\['\.\./a\.py'\]"),
+    ("files", "['..']", r"\['\.\.'\]"),
+    ("files", "['a.py', 'a.py']", r"\['a\.py', 'a\.py'\]"),
+    ("package", "1", "1"),
+    ("time_limit", "'60'", "'60'"),
+    ("time_limit", "true", "True"),
+    ("time_limit", "0", "0"),
+    ("time_limit", "inf", "inf"),
+    ("time_limit", "nan", "nan"),
+    ("early", "[]", r"\[\]"),
+    ("early", "{a = 'b'}", r"\{'a': 'b'\}"),
+    ("early", "{a = []}", r"\{'a': \[\]\}"),
+    ("early", "{a = [1]}", r"\{'a': \[1\]\}"),
+]
+
+
+def toml(**values: str) -> str:
+    """An exercise.toml that is right but for these values."""
+    right = {"title": "'Greets'", "files": "['a.py']", "time_limit": "60"}
+    return "".join(f"{key} = {value}\n" for key, value in (right | values).items())
 
 
 @pytest.mark.parametrize("name", exercises.names())
@@ -33,6 +82,12 @@ def test_fits_notebook_and_solution(name):
         ("exercise.toml", "title =\n", "cannot be read: .*line 1"),
         ("suite.py", "def test_a():\n    pass)\n", r"suite\.py, line 2: unmatched '\)'"),
         ("suite.py", "def test_a():\n    pass\n", "test_a needs one @points"),
+        ("suite.py", "def helper():\n    pass\n", r"suite\.py has no test"),
+        ("suite.py", "a = '\0'\n", r"suite\.py: .*null bytes"),
+        ("suite.py", TEST.format("points(1, cell='a')") * 2, "line 6: test_a is there twice"),
+        ("suite.py", TEST.format("points(1, cell='a')\n@points(1, cell='a')"), "test_a needs one @points"),
+        *(("suite.py", TEST.format(call), f"line 2: test_a needs @points.*; {told}$") for call, told in POINTS.items()),
+        *(("exercise.toml", toml(**{key: value}), f"{key} must be .*, not {told}$") for key, value, told in VALUES),
     ],
 )
 def test_a_mistake_in_an_exercise_is_told_in_a_line(tmp_path, file, text, message):

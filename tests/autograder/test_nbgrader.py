@@ -18,6 +18,7 @@ from autograder.paths import HIDDEN, repository
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.submissions import notebook, reading
 from course.errors import UnreadableNotebook
+from course.notebook.cells import exercise_file
 
 from .answers.calculator import CLIENT, REFERENCE, SERVER, SRV, server
 
@@ -281,9 +282,9 @@ def test_a_cell_is_the_file_that_running_it_would_write():
         book = repository() / "notebooks" / path.parent.name / f"{path.parent.name}.ipynb"
         cells = reading.read_notebook(book)
         if f"%%exercise {path.name}" in book.read_text():
-            assert notebook.file(cells, path.name) == path.read_bytes()
+            assert exercise_file(cells, path.name) == path.read_bytes()
         else:
-            assert notebook.file(cells, path.name) is None
+            assert exercise_file(cells, path.name) is None
 
 
 @pytest.mark.parametrize(
