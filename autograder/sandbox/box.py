@@ -118,7 +118,7 @@ class Sandbox:
                 memory=MEMORY,
                 tasks=LIMITS["nproc"],
                 status=status if self._folder is None else None,
-                cwd=self._folder and self._folder.name,
+                cwd=self._folder.name if self._folder else None,
                 env=self._variables(domain) if self._folder else {"PATH": os.defpath},
             )
         finally:

@@ -1,6 +1,6 @@
-"""What of a program's output the student may read: no folders of the grader's machine, and no hidden input.
+"""What a student may read of their program's output: no folders of the grader's machine, and no hidden input.
 
-The output of a student's program is theirs, but it repeats what the hidden tests sent to it.
+The output of a student's program is theirs, but it can repeat what the hidden tests have sent to it.
 """
 
 import re
@@ -16,21 +16,21 @@ WIDTH = 300  # characters of a line
 
 
 def without_paths(text: str) -> str:
-    """`text` without folders: they mean nothing to the student, and tell of the grader's machine."""
+    """`text` with bare file names: folders mean nothing to the student, and give away the grader's machine."""
     return re.sub(r"(?:/[\w.@+-]+)+/([\w.@+-]+)", r"\1", text)
 
 
-def without_hidden(text: str, hidden: Collection) -> str:
-    """`text` without these words and numbers."""
+def without_hidden(text: str, hidden: Collection[float | str]) -> str:
+    """`text` with these words and numbers replaced by an ellipsis."""
     for word in (word for word in hidden if isinstance(word, str)):
         text = text.replace(word, "…")
     return NUMBER.sub(lambda found: "…" if float(found[0]) in hidden else found[0], text)
 
 
-def excerpt(output: str, source: str, hidden: Collection) -> str:
+def excerpt(output: str, source: str, hidden: Collection[float | str]) -> str:
     """The beginning and the end of a program's output, for the student who wrote `source`.
 
-    A number is shown only when it stands in the source or is a traceback's line: all others may tell an input.
+    A number is shown only when it stands in the source or is the line of a traceback: any other may be an input.
     """
     if len(output) > 1 << 15:
         output = f"{output[: 1 << 14]}\n…\n{output[-(1 << 14) :]}"

@@ -1,8 +1,8 @@
 """A network of its own for each ROS domain of a grading, so that no handed-in program can speak into another's test.
 
-A domain number alone keeps programs apart that are well-behaved: any other joins all domains, and a client could answer
-in the place of a server.  The worker's thread steps into a domain's network to start a program or to make a node there:
-processes, threads and sockets belong to the network that they are made in.
+A domain number alone keeps apart only programs that behave well: any other could join every domain, and a client could
+answer in the place of a server.  The worker's thread steps into a domain's network to start a program or to make a node
+there: processes, threads and sockets belong to the network that they are made in.
 """
 
 import contextlib
@@ -16,7 +16,7 @@ _libc = ctypes.CDLL(None, use_errno=True)
 
 
 def set_up() -> None:
-    """Make the loopback device of the network that this thread is in fit for ROS 2 discovery."""
+    """Prepare the loopback device of this thread's network for ROS 2 discovery, which needs multicast."""
     subprocess.run(
         ["ip", "-batch", "-"],
         check=True,
@@ -26,15 +26,15 @@ def set_up() -> None:
 
 
 class Networks:
-    """The networks by domain.  The process must be allowed to make them: root, or in a user namespace of its own."""
+    """The networks, by domain.  Only root can make them, on the host or in a user namespace."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._home = _here()
         self._by_domain: dict[int, int] = {}
 
     @contextlib.contextmanager
     def inside(self, domain: int) -> Iterator[None]:
-        """This thread is in the domain's network."""
+        """This thread is in the domain's network meanwhile; raises OSError."""
         known = self._by_domain.get(domain)
         _check(_libc.unshare(CLONE_NEWNET) if known is None else _libc.setns(known, CLONE_NEWNET))
         try:

@@ -7,7 +7,7 @@ import signal
 import subprocess
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from autograder.errors import SandboxError
@@ -20,17 +20,26 @@ WRAPPERS = 1  # of bubblewrap's own two processes, the inner one counts towards 
 
 
 class Program:
-    """A running program.  `stopped` tells why the grader ended it, or is empty."""
+    """A running program.  `stopped` says why the grader ended it, or is empty."""
 
     def __init__(
-        self, name: str, command: list[str], *, memory: int, tasks: int, status: int | None, pass_fds=(), **options
+        self,
+        name: str,
+        command: list[str],
+        *,
+        env: Mapping[str, str],
+        cwd: str | None,
+        memory: int,
+        tasks: int,
+        status: int | None,
+        pass_fds: Sequence[int],
     ):
         """Start `command`, and stop it when it takes more than `memory` bytes or `tasks` processes and threads.
 
-        `status` is where bubblewrap reports that it has started the program itself.
+        `status` is the descriptor on which bubblewrap reports that it has started the program itself.
         """
         self.name = name
-        self.hidden: set = set()  # numbers and words that its last words must not repeat to the student
+        self.hidden: set[float | str] = set()  # numbers and words that its last words must not repeat to the student
         self.stopped = ""
         self._head, self._tail, self._total = bytearray(), bytearray(), 0
         self._lock = threading.Lock()
@@ -42,7 +51,8 @@ class Program:
             stderr=subprocess.STDOUT,
             start_new_session=True,
             pass_fds=pass_fds,
-            **options,
+            cwd=cwd,
+            env=env,
         )
         self.started = self._ended = time.monotonic()
         self._reader = threading.Thread(target=self._read, daemon=True)
@@ -51,12 +61,12 @@ class Program:
 
     @property
     def alive(self) -> bool:
-        """Whether it runs still."""
+        """Whether it is still running."""
         return self._process.poll() is None
 
     @property
     def exit_status(self) -> int | None:
-        """What it ended with, as a shell tells it (128 + signal), or None."""
+        """Its exit status as a shell shows it (128 + signal), or None while it is running."""
         code = self._process.poll()
         return code if code is None or code >= 0 else 128 - code
 
@@ -67,7 +77,10 @@ class Program:
             return (bytes(self._head) + bytes(self._tail)).decode(errors="replace")
 
     def wait(self, timeout: float) -> bool:
-        """Wait until it has ended and all it printed is read; False when it runs still after `timeout` s."""
+        """Wait until it has ended and all its output is read; False when it is still running after `timeout` s.
+
+        Raises SandboxError when bubblewrap could not start it.
+        """
         try:
             self._process.wait(timeout)
         except subprocess.TimeoutExpired:
@@ -82,7 +95,7 @@ class Program:
         return True
 
     def kill(self, why: str = "") -> None:
-        """End it and every process that it has started."""
+        """End it and every process that it has started; `why` becomes `stopped`."""
         self._stop(why)
         self._process.wait()
         self._reader.join(2)
@@ -116,11 +129,12 @@ class Program:
         if errors and self.raised:
             where = f" ({self.name}, line {lines[-1]})" if lines else ""
             return without_hidden(without_paths(errors[-1]), self.hidden)[:300] + where
+        names = {known.value + 128: known.name for known in signal.Signals}
         status = self.exit_status
-        name = {signal_.value + 128: signal_.name for signal_ in signal.Signals}.get(status)
-        return f"signal {name}" if name else f"exit status {status}"
+        return f"signal {names[status]}" if status in names else f"exit status {status}"
 
     def _read(self) -> None:
+        assert self._process.stdout
         pipe = self._process.stdout.fileno()
         while chunk := os.read(pipe, 1 << 16):
             with self._lock:
@@ -145,14 +159,14 @@ class Program:
         while self.alive:
             tree = processes(self._process.pid)
             if sum(tree.values()) >= most_tasks + WRAPPERS:
-                self._stop(f"it started {most_tasks} processes and threads; start no process without end")
+                self._stop(f"it started {most_tasks} processes and threads; do not start processes in an endless loop")
             if total(tree, resident) > most_memory and total(tree, proportional) > most_memory:
-                self._stop(f"it took more than {most_memory >> 30} GiB of memory; keep only what is needed")
+                self._stop(f"it took more than {most_memory >> 30} GiB of memory; keep only what you need")
             time.sleep(GLANCE)
 
 
 def processes(root: int) -> dict[int, int]:
-    """Process `root` and all below it, with the number of threads of each."""
+    """Process `root` and all its descendants, with the number of threads of each."""
     tree, found = [root], {}
     for pid in tree:
         with contextlib.suppress(OSError):  # it has ended meanwhile
@@ -167,7 +181,7 @@ def total(pids: Iterable[int], measure: Callable[[int], int]) -> int:
     """The memory of some processes together, in bytes."""
     found = 0
     for pid in pids:
-        with contextlib.suppress(OSError, IndexError, TypeError):  # it has ended meanwhile
+        with contextlib.suppress(OSError, IndexError):  # it has ended meanwhile
             found += measure(pid)
     return found
 
@@ -179,4 +193,5 @@ def resident(pid: int) -> int:
 
 def proportional(pid: int) -> int:
     """Bytes of a process's memory, its part of shared pages divided by their users; slow for a large one."""
-    return int(re.search(r"^Pss:\s+(\d+) kB", Path(f"/proc/{pid}/smaps_rollup").read_text(), re.MULTILINE)[1]) << 10
+    found = re.search(r"^Pss:\s+(\d+) kB", Path(f"/proc/{pid}/smaps_rollup").read_text(), re.MULTILINE)
+    return int(found[1]) << 10 if found else 0

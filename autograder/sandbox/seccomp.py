@@ -1,8 +1,9 @@
-"""The layer below the namespaces: a seccomp filter that takes away system calls which no ROS 2 program needs.
+"""The layer below the namespaces: a seccomp filter that denies system calls which no ROS 2 program needs.
 
-A hole in one of these calls would be a way out of the sandbox.  The filter is a classic BPF program, built here by hand
-for the machine's own architecture, and given to bubblewrap (`--seccomp`), which sets it before the program starts.
-Everything is allowed but what is listed; a denied call fails with an error, so that a library that only tries goes on.
+A hole in one of these calls would be a way out of the sandbox.  The filter is a classic BPF program (Linux,
+Documentation/userspace-api/seccomp_filter.rst), built here for the machine's own architecture, and given to bubblewrap
+(`--seccomp`), which sets it before the program starts.  Everything is allowed but what is listed; a denied call fails
+with an error, so that a library that only tries it goes on.
 """
 
 import errno
@@ -106,8 +107,9 @@ def program(machine: str | None = None) -> bytes:
     # glibc falls back to clone, whose flags can be seen; clone3's are in memory, where a filter does not reach.
     code += _when(EQUAL, CLONE3[column], _error(errno.ENOSYS))
     for numbers in DENIED.values():
-        if numbers[column] is not None:
-            code += _when(EQUAL, numbers[column], _error(errno.EPERM))
+        number = numbers[column]
+        if number is not None:
+            code += _when(EQUAL, number, _error(errno.EPERM))
     code += _arguments(CLONE[column], ARGUMENT[0], _when(ANY_BIT, NAMESPACES, _error(errno.EPERM)))
     code += _arguments(
         IOCTL[column],
