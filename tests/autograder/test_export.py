@@ -14,8 +14,9 @@ import pytest
 from nbgrader.api import Gradebook
 from traitlets.config import Config
 
-from autograder.gradebook import export
+from autograder import export
 from autograder.gradebook.book import Scores
+from autograder.gradebook.exporter import Exporter, harmless
 from autograder.gradebook.late import LatePolicy
 from autograder.records import FAILED, GRADED, INFRASTRUCTURE_ERROR, PASSED, Report, Result
 from autograder.submissions import exercises
@@ -69,7 +70,7 @@ def book(filled, tmp_path):
         yield book
 
 
-def exported(exporter: export.ExportPlugin, book: Gradebook, tmp_path: Path) -> list[list[str]]:
+def exported(exporter: Exporter, book: Gradebook, tmp_path: Path) -> list[list[str]]:
     """The lines of the file, by the rules that both systems read it with; no cell is a formula."""
     exporter.to = str(tmp_path / "out.csv")
     exporter.export(book)
@@ -236,7 +237,7 @@ def test_moodle(book, tmp_path, caplog):
     assert lines[0] == ["username", "calculator", "services"]
     assert column(lines, "username", "calculator") == {"ada": "20", "bob": "16", "cy": "", "dee": ""}
     assert column(lines, "username", "services")["dee"] == f"{SERVICES:g}"
-    assert "1 without a line in the file, because there is no grade to tell: eve" in caplog.text
+    assert "1 without a line in the file, because there is no grade to export: eve" in caplog.text
 
 
 def test_moodle_by_email_leaves_out_what_would_be_run(book, tmp_path, caplog):
@@ -269,15 +270,15 @@ def test_one_assignment_and_one_student(book, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "text", ["=1", " =1", "\t=1", "\r\n@x", "+1", "-1", "＝1", "＠x", "\0=1", "\u00a0-1", "x;=1", "x\t=1"]
+    "text", ["=1", " =1", "\t=1", "\r\n@x", "+1", "-1", "\uff1d1", "\uff20x", "\0=1", "\u00a0-1", "x;=1", "x\t=1"]
 )
 def test_harmless(text):
-    assert re.match(r"'|x", export.harmless(text)) and ";" not in export.harmless(text)
+    assert re.match(r"'|x", harmless(text)) and ";" not in harmless(text)
 
 
 def test_harmless_changes_nothing_else():
     for name in ("", "Ada", "O'Neil, Ann-Marie", "李小龍", "ada@uni.edu", "a=b", "N/A"):
-        assert export.harmless(name) == name
+        assert harmless(name) == name
 
 
 def test_on_nbgraders_command_line(book, tmp_path):

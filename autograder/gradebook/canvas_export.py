@@ -1,0 +1,185 @@
+"""Grades for Canvas."""
+
+import csv
+import io
+import re
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+from traitlets import Dict, Unicode
+
+from autograder.errors import CannotExport
+from autograder.gradebook.exporter import Exporter, Grades, Rows, harmless, number
+from autograder.results.text import printable
+
+IDS = ("SIS User ID", "SIS Login ID", "ID")  # students are found by any of them
+ABOUT = ("Student", "LastName", "FirstName", "ID", "SIS User ID", "SIS Login ID", "Integration ID", "Root Account")
+ABOUT_STUDENTS = (*ABOUT, "Section")  # columns that are no assignment
+
+
+@dataclass(frozen=True)
+class Roster:
+    """The gradebook as exported from Canvas; every line has as many cells as the header."""
+
+    file: str
+    header: list[str]
+    possible: list[str]  # the points that each assignment can earn in Canvas
+    students: list[list[str]]
+
+    @classmethod
+    def read(cls, file: str) -> "Roster":
+        """Read the file; raises CannotExport when it is no gradebook exported from Canvas."""
+        try:
+            text = Path(file).read_text(encoding="utf-8-sig")
+        except (OSError, UnicodeDecodeError) as error:
+            raise CannotExport(f"{file} cannot be read: {error}") from None
+        first = text.partition("\n")[0]
+        separator = ";" if first.count(";") > first.count(",") else ","  # Canvas writes either
+        lines = list(csv.reader(io.StringIO(text, newline=""), delimiter=separator))
+        header = [title.strip() for title in lines[0]] if lines else []
+        if not {"ID", "Section"} <= set(header) or not {"Student", "LastName"} & set(header):
+            raise CannotExport(f"{file} is no gradebook exported from Canvas: it has no columns Student, ID, Section")
+        possible, students = [""] * len(header), []
+        for count, given in enumerate(lines[1:], 2):
+            line = (given + [""] * len(header))[: len(header)]
+            if "Points Possible" in line[0]:
+                possible = line
+            elif line[header.index("ID")].strip().isdecimal():
+                students.append(line)
+            elif any(re.fullmatch(r"\s*(?!Manual Posting|Muted)\S.*", cell) for cell in line):
+                raise CannotExport(f"line {count} of {file} has no ID of a student")
+        return cls(file, header, possible, students)
+
+    def column(self, name: str, title: str | None) -> int | None:
+        """The place of an assignment's column, which is called `title` there or like the assignment; None: no such.
+
+        Raises CannotExport when there is no column `title`, or several are called like the assignment.
+        """
+        if title is not None:
+            if title not in self.header:
+                raise CannotExport(f"{self.file} has no column {title!r}")
+            return self.header.index(title)
+        found = [
+            place
+            for place, title in enumerate(self.header)
+            if re.sub(r" \(\d+\)$", "", title).strip().casefold() == name.casefold() and title not in ABOUT_STUDENTS
+        ]
+        if len(found) > 1:
+            raise CannotExport(
+                f"{self.file} has {len(found)} columns for {name}: choose one with CanvasExporter.columns"
+            )
+        return found[0] if found else None
+
+    def lines_of(self, keys: set[str]) -> set[int]:
+        """The lines that have one of these (case-folded) in one of the columns IDS."""
+        places = [self.header.index(name) for name in IDS if name in self.header]
+        return {
+            count
+            for count, line in enumerate(self.students)
+            if any(line[place].strip().casefold() in keys for place in places)
+        }
+
+
+class CanvasExporter(Exporter):
+    """The file that Canvas's Gradebook imports, made from the one that it exports.
+
+    Format: Canvas Instructor Guide, "How do I import grades in the Gradebook?", and Canvas's own reader,
+    lib/gradebook_importer.rb: columns Student, ID, perhaps SIS User ID, SIS Login ID, Integration ID and Root Account,
+    then Section, then one for each assignment, `Name (ID)`; under the header a line "Points Possible"; students are
+    found by their ID, a number, first.  An empty cell would clear a grade that Canvas has: where there is no grade, the
+    cell stays as it was exported.  Columns that are not of this course are left out, and the import leaves them alone.
+    """
+
+    default_name = "canvas.csv"
+    roster = Unicode(help="The gradebook as exported from Canvas.").tag(config=True)
+    columns = Dict(
+        help="The Canvas assignment of each assignment that has another name there, as in the header, for example "
+        "{'calculator': 'Exercise 5 (1234)'}."
+    ).tag(config=True)
+
+    def rows(self, grades: Grades) -> Rows:
+        """The students of the roster, with its columns about them and those of the exported assignments."""
+        if not self.roster:
+            raise CannotExport("export the gradebook from Canvas, and give the file: --CanvasExporter.roster=FILE")
+        if Path(self.to or self.default_name).resolve() == Path(self.roster).resolve():
+            raise CannotExport(f"{self.roster} would be overwritten: choose another name with --to")
+        roster = Roster.read(self.roster)
+        known = [roster.header.index(name) for name in ABOUT_STUDENTS if name in roster.header]
+        names = {name for student in grades.values() for name in student}
+        places = {name: roster.column(name, self.columns.get(name)) for name in sorted(names)}
+        if twice := [name for name, count in Counter(filter(None, places.values())).items() if count > 1]:
+            raise CannotExport(f"two assignments are the column {roster.header[twice[0]]!r}")
+        header, possible = self._assignments(grades, roster, places)
+        rows = [
+            [*(roster.header[i] for i in known), *header],
+            [*("    Points Possible" if roster.header[i] in ("Student", "LastName") else "" for i in known), *possible],
+        ]
+        students = self._students(grades, roster)
+        for count, line in enumerate(roster.students):
+            mine = grades[students[count]] if count in students else {}
+            cells = [
+                (mine[name].points if name in mine else "") or (line[place] if place is not None else "")
+                for name, place in places.items()
+            ]
+            rows.append([*(harmless(line[i]) for i in known), *cells])
+        return rows
+
+    def _assignments(
+        self, grades: Grades, roster: Roster, places: dict[str, int | None]
+    ) -> tuple[list[str], list[str]]:
+        """Title and points possible of each assignment's column; a difference from Canvas is logged."""
+        assignments = {name: grade.assignment for student in grades.values() for name, grade in student.items()}
+        titles, possible = [], []
+        for name, place in places.items():
+            here = number(assignments[name].max_score)
+            there = roster.possible[place].strip() if place is not None else here
+            if place is None:
+                self.log.warning(
+                    "%s is not in %s: Canvas will ask whether to make a new assignment", printable(name), self.roster
+                )
+            elif _value(there) != _value(here):
+                self.log.warning(
+                    "%s: Canvas has %s points possible, the gradebook %s; points are exported as they are",
+                    printable(name),
+                    there or "no",
+                    here,
+                )
+            titles.append(roster.header[place] if place is not None else name)
+            possible.append(there)
+        return titles, possible
+
+    def _students(self, grades: Grades, roster: Roster) -> dict[int, str]:
+        """The student of each line that has one: by id, email or LMS id in any of the roster's three columns."""
+        found: dict[str, set[int]] = {}
+        for student, mine in grades.items():
+            person = next(iter(mine.values())).student if mine else None
+            keys = (student, person and person.email, person and person.lms_user_id)
+            found[student] = roster.lines_of({key.strip().casefold() for key in keys if key})
+        claims = Counter(line for lines in found.values() for line in lines)
+        clear = {
+            line: student for student, lines in found.items() for line in lines if len(lines) == 1 and claims[line] == 1
+        }
+        self.tell(
+            [student for student, lines in found.items() if not lines], f"because {self.roster} does not have them"
+        )
+        self.tell(
+            [student for student, lines in found.items() if lines and student not in clear.values()],
+            f"because they fit several lines of {self.roster}, or a line fits several of them",
+        )
+        if rest := len(roster.students) - len(clear):
+            self.log.info(
+                "%d of the %d students in %s have no grade here, and keep what Canvas has",
+                rest,
+                len(roster.students),
+                self.roster,
+            )
+        return clear
+
+
+def _value(text: str) -> float | None:
+    """A number in the roster, whose decimals may be behind a comma; None when it is none."""
+    try:
+        return float(text.replace(",", "."))
+    except ValueError:
+        return None

@@ -1,0 +1,57 @@
+"""Grades as a CSV file, for anything that reads one."""
+
+from autograder.gradebook import late
+from autograder.gradebook.exporter import WAITING, Exporter, Grade, Grades, Rows, harmless, has_score, number
+
+
+class CsvExporter(Exporter):
+    """A line for each student and assignment.
+
+    nbgrader's own CsvExportPlugin does not quote, so that a comma in a name shifts the columns; gives 0 for what was
+    not handed in; and does not show what is still to be marked.
+    """
+
+    columns = (
+        "assignment",
+        "duedate",
+        "timestamp",
+        "student_id",
+        "last_name",
+        "first_name",
+        "email",
+        "state",
+        "raw_score",
+        "late_submission_penalty",
+        "score",
+        "max_score",
+        "days_late",
+        "needs_manual_grade",
+    )
+
+    def rows(self, grades: Grades) -> Rows:
+        """Sorted by assignment, then by student."""
+        lines = [self._line(grade) for student in grades.values() for grade in student.values()]
+        lines.sort(key=lambda line: (line["assignment"], line["student_id"]))
+        return [list(self.columns), *([line[column] for column in self.columns] for line in lines)]
+
+    def _line(self, grade: Grade) -> dict[str, str]:
+        student, assignment, handed_in = grade.student, grade.assignment, grade.handed_in
+        line = dict.fromkeys(self.columns, "") | {
+            "assignment": harmless(assignment.name),
+            "duedate": str(assignment.duedate or ""),
+            "student_id": harmless(student.id),
+            "last_name": harmless(student.last_name or ""),
+            "first_name": harmless(student.first_name or ""),
+            "email": harmless(student.email or ""),
+            "state": grade.state,
+            "score": grade.points,
+            "max_score": number(assignment.max_score),
+        }
+        if handed_in:
+            line["timestamp"] = str(handed_in.timestamp or "")
+            if any(has_score(part) for notebook in handed_in.notebooks for part in notebook.grades):
+                line["raw_score"] = number(handed_in.score)  # also while parts wait: what there is so far
+            line["late_submission_penalty"] = number(grade.penalty)
+            line["days_late"] = number(handed_in.total_seconds_late / late.DAY)
+            line["needs_manual_grade"] = str(grade.state == WAITING)
+        return line

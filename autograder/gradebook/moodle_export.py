@@ -1,0 +1,80 @@
+"""Grades for Moodle."""
+
+import re
+
+from nbgrader.api import Student
+from traitlets import Bool, Enum
+
+from autograder.errors import CannotExport
+from autograder.gradebook.exporter import DONE, Exporter, Grade, Grades, Rows, harmless, number
+
+
+class MoodleExporter(Exporter):
+    """The file that Moodle imports with Grades > Import > CSV file.
+
+    Format: Moodle documentation, "Grade import", and Moodle's own reader, grade/import/csv/classes/load_data.php: a
+    header, a line for each student, points with a decimal point.  In the preview choose "Map from" the first column,
+    "Map to" the field of the same name (username, useremail or useridnumber), and the grade item of each column.  One
+    unknown user stops Moodle's whole import; an empty cell removes a grade that Moodle has, so a student without any
+    grade gets no line.
+
+    Moodle finds students by their username, email or id number, so these are not changed.  One that looks like a
+    formula but cannot be one (`-ada@uni.edu`) is written as it is; a student with any other (`=HYPERLINK(...)`) is left
+    out and named.
+    """
+
+    default_name = "moodle.csv"
+    user = Enum(
+        ("username", "email", "idnumber"),
+        "username",
+        help="What Moodle finds students by: username is the gradebook's student id; idnumber is its LMS id, or the "
+        "student id if there is none.",
+    ).tag(config=True)
+    feedback = Bool(
+        False,
+        help="Add a column of feedback for each assignment: lateness, and comments written by hand. Moodle shows it "
+        "instead of the feedback that it has.",
+    ).tag(config=True)
+
+    def rows(self, grades: Grades) -> Rows:
+        """One line for each student who has a grade."""
+        names = list(next(iter(grades.values()), {}))
+        header = [self.user]
+        for name in names:
+            header += [name, f"{name} (feedback)"] if self.feedback else [name]
+        rows, without_grade, without_key, unsafe = [header], [], [], []
+        key_of: dict[str, str] = {}
+        for student, mine in grades.items():
+            if not any(grade.points for grade in mine.values()):
+                without_grade.append(student)
+                continue
+            key = self._key(next(iter(mine.values())).student)
+            if not key:
+                without_key.append(student)
+            elif harmless(key) != key and not re.fullmatch(r"[-+@][\w.@+-]*", key):
+                unsafe.append(student)
+            elif key in key_of:
+                raise CannotExport(f"{key_of[key]} and {student} have the same {self.user}, {key}")
+            else:
+                key_of[key] = student
+                rows.append([key, *(cell for name in names for cell in self._cells(mine[name]))])
+        self.tell(without_grade, "because there is no grade to export")
+        self.tell(without_key, f"because the gradebook does not have their {self.user}")
+        self.tell(unsafe, f"because a spreadsheet would run their {self.user} as a formula")
+        return rows
+
+    def _key(self, student: Student) -> str:
+        """What Moodle finds the student by; empty when the gradebook does not have it."""
+        keys = {"username": student.id, "email": student.email, "idnumber": student.lms_user_id or student.id}
+        return (keys[self.user] or "").strip()
+
+    def _cells(self, grade: Grade) -> list[str]:
+        return [grade.points, self._feedback(grade)] if self.feedback else [grade.points]
+
+    def _feedback(self, grade: Grade) -> str:
+        if grade.handed_in is None or grade.state != DONE:
+            return ""
+        said = [f"Handed in late: {number(grade.penalty)} points off."] if grade.penalty else []
+        comments = (comment.comment for notebook in grade.handed_in.notebooks for comment in notebook.comments)
+        said += [comment for comment in comments if comment]
+        return harmless(" ".join(said).replace("&", "&amp;").replace("<", "&lt;"))  # Moodle shows it as HTML
