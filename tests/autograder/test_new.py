@@ -100,7 +100,7 @@ def test_what_it_makes_passes_the_guards(made, run):
         done = run("-m", "ruff", *command, *python)
         assert done.returncode == 0, done.stdout
     done = run("-m", "mypy", "--cache-dir=/dev/null", f"autograder/hidden/{NAME}")
-    assert "checked" in done.stdout and NAME not in done.stdout, done.stdout
+    assert done.returncode == 0, done.stdout
 
 
 def test_a_second_one_of_that_name_is_refused(made, autograder):
