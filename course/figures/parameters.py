@@ -60,14 +60,20 @@ def changes(record: ParameterRecorder, name: str, title: str = "A rejected set l
         axes.plot([], [], "X", color=VERMILLION, markersize=9, label="rejected")
     if rows:
         picture.figure.legend(frameon=False, ncols=4, loc="outside upper right")
-    lines = [f"{number}  {value} rejected: {reason}" for number, (_, value, reason) in enumerate(rejected, 1)][-LISTED:]
-    if lines:
-        picture.figure.supxlabel(
-            "\n".join(line if len(line) < 110 else line[:107] + "..." for line in lines),
-            x=0.01,
-            ha="left",
-            fontsize=9,
-            color=BLACK,
-            parse_math=False,
+    if rejected:
+        _list(
+            picture, [f"{number}  {value} rejected: {reason}" for number, (_, value, reason) in enumerate(rejected, 1)]
         )
     return picture
+
+
+def _list(picture: Picture, lines: list[str]) -> None:
+    """Write the last few of `lines` below the axis, each cut to the width of the figure."""
+    picture.figure.supxlabel(
+        "\n".join(line if len(line) < 110 else line[:107] + "..." for line in lines[-LISTED:]),
+        x=0.01,
+        ha="left",
+        fontsize=9,
+        color=BLACK,
+        parse_math=False,
+    )

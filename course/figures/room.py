@@ -47,14 +47,7 @@ def drive(
         axes.scatter(*path[still, 1:3].T, s=36, color=[colours[number] for number in still], zorder=2.5)
     for collision in simulation.collisions:
         axes.plot(collision.x, collision.y, "X", color=VERMILLION, markeredgecolor="white", markersize=12, zorder=5)
-    x, y, heading = simulation.pose
-    axes.add_patch(Circle((x, y), simulation.robot.radius, facecolor="white", edgecolor=BLACK, linewidth=1.5, zorder=3))
-    axes.plot(
-        [x, x + simulation.robot.radius * np.cos(heading)],
-        [y, y + simulation.robot.radius * np.sin(heading)],
-        color=BLACK,
-        zorder=4,
-    )
+    _robot(axes, simulation.pose, simulation.robot.radius)
     axes.plot(*simulation.room.start[:2], "+", color=BLACK, markersize=10, zorder=2.8)
     ahead = np.cos(simulation.room.start[2]) >= 0  # the word stands on the side away from the path
     axes.annotate(
@@ -70,6 +63,13 @@ def drive(
     axes.set_aspect("equal", adjustable="datalim")
     axes.autoscale_view()
     return picture
+
+
+def _robot(axes: Axes, pose: tuple[float, float, float], radius: float) -> None:
+    """The robot as a circle (m), with a line that shows where it looks."""
+    x, y, heading = pose
+    axes.add_patch(Circle((x, y), radius, facecolor="white", edgecolor=BLACK, linewidth=1.5, zorder=3))
+    axes.plot([x, x + radius * np.cos(heading)], [y, y + radius * np.sin(heading)], color=BLACK, zorder=4)
 
 
 def _strip(axes: Axes, stamps: Floats, decided: list[str]) -> None:

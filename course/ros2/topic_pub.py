@@ -1,11 +1,18 @@
 """`ros2 topic pub`: publish messages to a topic."""
 
+from __future__ import annotations
+
+import math
 import time
 from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
 
 from course.ros2 import completion, grammar, messages, qos
 from course.ros2.graph import Graph
 from course.ros2.messages import Stamp
+
+if TYPE_CHECKING:  # loaded when the verb runs, and not for its help
+    from rclpy.publisher import Publisher
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -90,17 +97,11 @@ def pub(args: Namespace) -> str | None:
     profile, _ = qos.make_profile(args)
     with Graph(args, talks=True, node_name=args.node_name) as graph:
         publisher = graph.node.create_publisher(type(message), args.topic_name, profile)
-        began = time.monotonic()
-        while publisher.get_subscription_count() < wanted:
-            print(f"Waiting for at least {wanted} matching subscription(s)...")
-            limit = args.max_wait_time_secs
-            left = 1.0 if limit is None else min(1.0, began + limit - time.monotonic())
-            matched = graph.wait_until(lambda: publisher.get_subscription_count() >= wanted, max(left, 0.0))
-            if not matched and limit is not None and time.monotonic() - began >= limit:
-                return (
-                    f"Timed out waiting for subscribers: Expected {wanted} subcribers "
-                    f"but only got {publisher.get_subscription_count()} subscribers"
-                )
+        if not _matched(graph, publisher, wanted, args.max_wait_time_secs):
+            return (
+                f"Timed out waiting for subscribers: Expected {wanted} subcribers "
+                f"but only got {publisher.get_subscription_count()} subscribers"
+            )
         print("publisher: beginning loop")
         count = 0
 
@@ -120,3 +121,15 @@ def pub(args: Namespace) -> str | None:
             graph.spin(lambda: times and count >= times)
         time.sleep(args.keep_alive)  # until the last message has left
     return None
+
+
+def _matched(graph: Graph, publisher: Publisher, wanted: int, limit: float | None) -> bool:
+    """Wait for `wanted` subscriptions, at most `limit` s if given, with a line each second; False after that."""
+    end = math.inf if limit is None else time.monotonic() + limit
+    while publisher.get_subscription_count() < wanted:
+        print(f"Waiting for at least {wanted} matching subscription(s)...")
+        left = min(1.0, end - time.monotonic())
+        matched = graph.wait_until(lambda: publisher.get_subscription_count() >= wanted, max(left, 0.0))
+        if not matched and time.monotonic() >= end:
+            return False
+    return True

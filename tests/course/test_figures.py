@@ -170,6 +170,18 @@ def test_a_live_figure_shows_what_comes_while_it_waits_and_ends_still():
     assert drawn[0] == 2 and drawn[-1] == 3
 
 
+def test_a_live_figure_is_redrawn_no_more_often_than_its_rate():
+    record, drawn = goal("goal"), []
+
+    def draw(recorder):
+        drawn.append(len(recorder))
+        return figures.feedback(recorder)
+
+    with figures.live(draw, record, rate=2.0) as shown:
+        assert not shown.wait(lambda: bool(record.add(event="feedback", sequence=[0])), timeout=0.6)
+    assert len(record) > len(drawn) and len(drawn) <= 5  # at the start, twice or so a second, at the end
+
+
 def test_a_live_figure_gives_up_in_time():
     with figures.live(figures.feedback, goal("goal")) as shown:
         assert not shown.wait(lambda: False, timeout=0.1)
