@@ -50,7 +50,7 @@ GradebookUrl = Annotated[
     ),
 ]
 Patience = Annotated[
-    float, typer.Option(min=0.1, help="Wait this many times as long for students' programs, on a slow machine.")
+    float, typer.Option(min=0.1, help="Allow students' programs this many times as long, on a slow machine.")
 ]
 Out = Annotated[Path, typer.Argument(metavar="OUTPUT", help="The output folder of `autograder grade`.")]
 
@@ -84,7 +84,9 @@ def grade(
     student: Students = None,
     jobs: Jobs = None,
     scheduler: Scheduler = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Grade what has no result in OUTPUT yet.")] = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with a batch: grade only what has no result in OUTPUT yet.")
+    ] = False,
     no_gradebook: NoGradebook = False,
     gradebook: GradebookUrl = None,
     unsafe: Unsafe = False,
@@ -132,7 +134,7 @@ def regrade_command(
     unsafe: Unsafe = False,
     patience: Patience = 1.0,
 ) -> None:
-    """Grade again, with the same seeds, what changed tests or new hand-ins touch; show which scores change, and why."""
+    """Grade again, with the same seeds, what changed tests or new hand-ins affect; show whose score changes, and why."""
     _one_of(jobs, scheduler)
     if not output.read_results(out):
         raise UsageError(f"no results in {out}")

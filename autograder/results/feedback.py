@@ -8,7 +8,7 @@ from autograder.submissions.exercises import load
 
 
 def page(report: Report, by_hand: Iterable[Mark] = ()) -> str:
-    """The feedback on one submission as an HTML page, with what the instructor has marked by hand."""
+    """The feedback on one submission as an HTML page, with the marks that the instructor gave by hand."""
     by_hand = list(by_hand)
     points, most = total(report, by_hand)
     return pages.render(
@@ -23,7 +23,7 @@ def page(report: Report, by_hand: Iterable[Mark] = ()) -> str:
 
 
 def total(report: Report, by_hand: Iterable[Mark]) -> tuple[float, float]:
-    """The points of tests and marks together, at least 0, and the most there are, as the gradebook counts them.
+    """The points of tests and marks together, at least 0, and their maximum, as the gradebook counts them.
 
     A cell that was marked by hand counts with its mark, not with its tests.
     """

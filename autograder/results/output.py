@@ -24,7 +24,7 @@ DETAILS = "details.jsonl"  # for instructors alone
 
 @dataclass(frozen=True)
 class Origin:
-    """What a result was made from: it tells whether grading again could say anything new."""
+    """What a result was made from; as long as it has not changed, grading again would tell nothing new."""
 
     submitted: str  # the folder with STUDENT/ASSIGNMENT/FILES
     suite: str  # the digest of the exercise
@@ -32,10 +32,10 @@ class Origin:
 
 
 class Output:
-    """The folder that results are written to; open in one process at a time."""
+    """The folder that results are written to; only one process at a time can have it open."""
 
     def __init__(self, folder: Path, resume: bool):
-        """Raises UsageError when there are results already and `resume` is not set, or when it is in use."""
+        """Raises UsageError when the folder is in use or read-only, or holds results and `resume` is not set."""
         self.folder = folder
         try:
             folder.mkdir(storage.PRIVATE_FOLDER, parents=True, exist_ok=True)
@@ -62,7 +62,7 @@ class Output:
     def __exit__(self, *exception: object) -> None:
         os.close(self._results)
         os.close(self._details)
-        with contextlib.suppress(OSError):  # the next to open the folder does it
+        with contextlib.suppress(OSError):  # whoever opens the folder next does it
             self._retire()
         os.close(self._lock)
 

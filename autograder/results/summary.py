@@ -25,8 +25,8 @@ from autograder.records import (
 from autograder.results import pages, storage
 from autograder.results.text import printable
 
-ODD = -0.2  # a correlation below it is hardly chance
-BARS = 10  # classes of the score distribution
+ODD = -0.2  # a correlation below this is unlikely to be chance
+BARS = 10  # of the histogram of scores
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Item:
     id: str
     title: str
     outcomes: dict[str, int]  # submissions by outcome
-    discrimination: float | None  # correlation of passing it with the rest of the score; None when all did the same
+    discrimination: float | None  # correlation of passing with the rest of the score; None when that cannot vary
 
     @property
     def tried(self) -> int:
@@ -50,28 +50,28 @@ class Item:
 
     @property
     def remark(self) -> str:
-        """What is odd about it."""
+        """What an instructor should ask about it, or ""."""
         if self.passed in (0, 1):
             return "everybody passed" if self.passed else "nobody passed: is the task clear, is the test right?"
         if self.discrimination is not None and self.discrimination < ODD:
-            return "passed by the weaker: is the test right?"
+            return "passed mostly by weaker submissions: is the test right?"
         return ""
 
 
 @dataclass(frozen=True)
 class Class:
-    """The results of one exercise.  Scores and items are of the graded submissions alone."""
+    """The results of one exercise; scores, seconds and items cover only the submissions that were graded."""
 
     assignment: str
-    statuses: dict[str, int]
+    statuses: dict[str, int]  # submissions by status
     max_score: float
     scores: list[float]
-    seconds: list[float]
+    seconds: list[float]  # that each grading took
     items: list[Item]
 
     @property
     def histogram(self) -> list[int]:
-        """Submissions by score, in `BARS` classes of equal width from 0 to the maximum; full marks are in the last."""
+        """Submissions by score: BARS bins of equal width from 0 to the maximum, which counts in the last bin."""
         bars = [0] * BARS
         for score in self.scores:
             bars[min(BARS - 1, int(BARS * score / self.max_score))] += 1
@@ -79,12 +79,12 @@ class Class:
 
     @property
     def quartiles(self) -> list[float]:
-        """The three of the scores; the score itself when there is only one."""
+        """The three quartiles of the scores; three times the same when there is only one score."""
         return statistics.quantiles(self.scores, method="inclusive") if len(self.scores) > 1 else self.scores * 3
 
 
 def classes(reports: Iterable[Report]) -> list[Class]:
-    """The results by exercise, in order of name."""
+    """The results of each exercise, in alphabetical order."""
     by_name: dict[str, list[Report]] = {}
     for report in reports:
         by_name.setdefault(report.assignment, []).append(report)
@@ -92,7 +92,7 @@ def classes(reports: Iterable[Report]) -> list[Class]:
 
 
 def needs_a_look(reports: Iterable[Report]) -> list[tuple[Report, str]]:
-    """The submissions that an instructor should look at, with why: faults of ours, refused ones, crashes, flags."""
+    """The submissions that an instructor should look at, and why: failures of the grader, refusals, crashes, flags."""
     found = []
     for report in reports:
         crashed = sum(test.outcome == CRASHED for test in report.tests)
@@ -114,7 +114,7 @@ def show(reports: list[Report], console: Console | None = None) -> None:
     console = Console(width=max(100, console.width)) if not console.is_terminal else console
     for one in classes(reports):
         statuses = ", ".join(f"{count} {status.replace('_', ' ')}" for status, count in one.statuses.items())
-        refused = " (these have 0 points, and are not in what follows)" if INVALID_SUBMISSION in one.statuses else ""
+        refused = " (refused: 0 points, and not included below)" if INVALID_SUBMISSION in one.statuses else ""
         console.print(f"\n[bold]{one.assignment}[/bold]: {statuses}{refused}", highlight=False)
         if not one.scores:
             continue

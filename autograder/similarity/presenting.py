@@ -11,13 +11,13 @@ def describe(finding: Finding) -> str:
     """The pairs for a person at a terminal."""
     head = f"{finding.assignment}: {finding.programs} submissions, {len(finding.scores)} pairs"
     if finding.scores:
-        head += f"; half score at most {finding.below(50):.0f}, 95 of 100 at most {finding.below(95):.0f}"
+        head += f"; half of them score at most {finding.below(50):.0f}, 95 of 100 at most {finding.below(95):.0f}"
     lines = [head]
     for pair in finding.pairs:
         same = f", the same to the letter: {', '.join(pair.identical)}" if pair.identical else ""
         lines.append(f"{pair.score:4.0f}  {pair.left} and {pair.right} ({pair.shared:.0f} % in common{same})")
     if finding.left_out:
-        lines.append(f"      not compared, for want of a program that can be read: {', '.join(finding.left_out)}")
+        lines.append(f"      not compared, because no program could be read: {', '.join(finding.left_out)}")
     return "\n".join(lines)
 
 

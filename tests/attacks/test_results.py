@@ -1,4 +1,4 @@
-"""Attacks on what is written: names, notebooks, the gradebook; and what the student and the instructor are told."""
+"""Attacks on the results: by names, by notebooks, on the gradebook; and what students and instructors are shown."""
 
 import json
 import os
@@ -120,7 +120,7 @@ def test_a_class_of_names_and_notebooks(box, tmp_path):
     with Gradebook(f"sqlite:///{out / 'gradebook.db'}") as book:
         assert {s.student_id: s.score for s in book.assignment_submissions("calculator")} == scores
 
-    # The instructor is shown what the student is not.
+    # The instructor is shown what the student is not shown.
     details = json.loads(next(line for line in (out / "details.jsonl").open() if "<b>x" in line))
     detail = details["details"]["test_add"]
     assert "expected" in detail and "got" in detail
@@ -132,7 +132,7 @@ def test_a_class_of_names_and_notebooks(box, tmp_path):
     assert detail in shown.stdout and "seed 7" in shown.stdout
     assert subprocess.run([AUTOGRADER, "show", str(out), "--student", "nobody"], capture_output=True).returncode == 2
 
-    # The same seed makes the same grading.
+    # The same seed gives the same hidden inputs, and so the same details.
     again = single.grade(Submission("other", "calculator", handed_in(WRONG)), box, seed=7)
     assert again.details == details["details"]
     assert again.score == 11

@@ -27,7 +27,7 @@ def box() -> str:
 
 @pytest.fixture(scope="session")
 def grade(box):
-    """Begin to grade files: returns a future of the report."""
+    """A function that begins to grade files, and returns the future report."""
     with ThreadPoolExecutor(os.cpu_count() + 1) as pool:
 
         def begin(files, exercise="calculator", **options):
@@ -37,14 +37,14 @@ def grade(box):
 
 
 def no_program_is_left() -> bool:
-    """Whether no program of a graded submission runs on this machine, at once or after the time to reap it."""
+    """Whether no program of a graded submission runs on this machine, now or after up to 10 s."""
     return wait_until(lambda: not _confined(), 10)
 
 
 def _confined() -> list[int]:
-    """The processes that are called as a handed-in program is, in a process namespace that is not ours.
+    """The processes with the name of a handed-in program, in a process namespace other than ours.
 
-    Those below a worker of somebody else's are left out: another batch may run on this machine.
+    Those that another coordinator's worker has started are left out: another batch may run on this machine.
     """
     programs = {file for name in exercises.names() for file in exercises.load(name).files}
     found = []
@@ -61,7 +61,7 @@ def _confined() -> list[int]:
 
 
 def runs(process: psutil.Process) -> bool:
-    """Whether it has not ended; what waits to be reaped has."""
+    """Whether it is running; a zombie is not."""
     try:
         return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
     except psutil.NoSuchProcess:
@@ -69,5 +69,5 @@ def runs(process: psutil.Process) -> bool:
 
 
 def processes() -> list[psutil.Process]:
-    """The processes that can be seen, their command line in `info`."""
+    """All visible processes, with their command lines in `info`."""
     return [process for process in psutil.process_iter(["cmdline"]) if process.info["cmdline"]]

@@ -1,6 +1,7 @@
-"""Which hidden test sees which mistake: `python -m tests.autograder.table [EXERCISE]...` grades all answers and shows.
+"""Which hidden test finds which mistake: `python -m tests.autograder.table [EXERCISE]...` grades all answers.
 
-A row is an answer, a column a test: `x` is lost as it should be, `!` is lost but should not be, `?` should be lost.
+It prints a table with a row for each answer and a column for each test: `x` was lost as it should be, `!` was lost but
+should not be, `?` should have been lost.
 Exits with 1 when there is a `!` or a `?`.
 """
 

@@ -1,4 +1,4 @@
-"""Right answers in several styles earn all points; wrong ones lose those of what is wrong."""
+"""Right answers in several styles earn all points; wrong ones lose the points of what is wrong, and no others."""
 
 import pytest
 
@@ -22,7 +22,7 @@ RIGHT, WRONG = cases("RIGHT"), cases("WRONG")
 
 @pytest.fixture(scope="module")
 def reports(request, grade):
-    """The gradings of the answers that the chosen tests ask about, all begun at once."""
+    """The future reports on the answers that the chosen tests ask about; all gradings begin at once."""
     reports = {}
     for item in request.session.items:
         asked = getattr(getattr(item, "callspec", None), "params", {})

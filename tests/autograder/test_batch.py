@@ -25,12 +25,12 @@ from .conftest import processes, runs
 
 BIN = Path(sys.executable).parent
 STUDENTS = ["ada", "bob", "cyd", "dan"]
-SLOW = 60.0  # s that a machine in use may take for what follows at once
+SLOW = 60.0  # s that a busy machine may take for what an idle one does at once
 
 
 @pytest.fixture
 def submitted(tmp_path) -> Path:
-    """Four students' motors, quickly graded: one of them has nothing in it."""
+    """Four students who handed in `services`, which is graded quickly; one of the folders is empty."""
     folder = tmp_path / "submitted"
     for student in STUDENTS:
         shutil.copytree(SOLUTIONS / "services", folder / student / "services")
@@ -92,7 +92,7 @@ def test_sigkill_of_the_coordinator_loses_nothing(box, submitted, tmp_path, mome
 
 
 def test_submissions_that_were_moved_can_be_resumed(box, submitted, tmp_path):
-    """Nothing is asked of the place where they were."""
+    """The folder where they were graded before is not needed any more."""
     for student in STUDENTS[:-1]:
         shutil.rmtree(submitted / student)
     assert end(begin(submitted, tmp_path / "out", "--no-gradebook"))[::2] == (0, "")
@@ -160,7 +160,7 @@ def test_a_read_only_folder_is_refused(submitted, tmp_path):
 
 
 def test_what_is_no_submission_is_named(tmp_path):
-    """What may have been handed in, and lies in another form, is not left out without a word."""
+    """What may have been handed in, but is not in the expected form, is not left out silently."""
     for path in (
         "ada/services/relay.py",
         "jim/Services/relay.py",
@@ -205,7 +205,7 @@ def test_no_scheduler_there(submitted, tmp_path, monkeypatch):
 
 
 class DaskCluster:
-    """A scheduler and workers that know nothing of this repository but the installed package."""
+    """A scheduler and workers that have the installed package, and nothing else of this repository."""
 
     def __init__(self, folder: Path):
         self.folder = folder
@@ -228,7 +228,7 @@ class DaskCluster:
         )
 
     def worker(self, **environment: str) -> subprocess.Popen:
-        """One more, that nobody starts again when it dies."""
+        """One more worker, which is not started again when it dies."""
         options = ["--nthreads", "1", "--no-nanny", "--no-dashboard"]
         self.processes.append(self._start("worker", self.address, *options, **environment))
         return self.processes[-1]
@@ -247,7 +247,7 @@ def dask_cluster(tmp_path):
 
 
 def grading_worker(name: str, workers: list[subprocess.Popen]) -> subprocess.Popen:
-    """Which worker grades the program of that name, as soon as one does."""
+    """Wait until a worker grades the program of that name, and say which one it is."""
 
     def graders() -> list[subprocess.Popen]:
         above = set()
@@ -263,7 +263,7 @@ def grading_worker(name: str, workers: list[subprocess.Popen]) -> subprocess.Pop
 
 
 def test_a_worker_that_dies_loses_nothing(box, submitted, dask_cluster, tmp_path):
-    """A scheduler and three workers, one of them killed amid a grading."""
+    """A scheduler and three workers, one of which is killed while it grades."""
     workers = [dask_cluster.worker() for _ in range(3)]
     process = begin(submitted, tmp_path / "out", "--scheduler", dask_cluster.address)
     grading_worker("relay.py", workers).kill()
@@ -306,7 +306,7 @@ def test_a_cluster_that_is_lost_is_told(box, submitted, dask_cluster, tmp_path):
 
 
 def test_a_worker_with_other_code_is_refused(submitted, dask_cluster, tmp_path):
-    """What differs is told, and what to do; its hidden suites may be others, for those travel."""
+    """The error says what differs and what to do.  Other hidden suites do not matter, because these are sent along."""
     for package in (PACKAGE, COURSE):
         shutil.copytree(package, tmp_path / "other" / package.name, ignore=shutil.ignore_patterns("__pycache__"))
     (tmp_path / "other" / "autograder" / "hidden" / "services" / "suite.py").write_text("")
@@ -341,7 +341,7 @@ def test_the_code_of_workers_is_compared(tmp_path):
 
 
 def test_a_worker_needs_no_suite_of_its_own(tmp_path):
-    """What travels is unpacked elsewhere, and is the same exercise."""
+    """What is sent is unpacked somewhere else, and is the same exercise."""
     packed = exercises.pack("services")
     sent = exercises.unpack(packed)
     assert sent.folder != exercises.load("services").folder

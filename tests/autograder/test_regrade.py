@@ -1,4 +1,4 @@
-"""After a change of a suite: who moves is told before anything is written, and nothing old is lost."""
+"""After a hidden suite has changed: new scores are shown before they are written, and no old result is lost."""
 
 import ast
 import json
@@ -21,7 +21,7 @@ from .answers import SOLUTIONS
 
 @pytest.fixture
 def suite(tmp_path, monkeypatch) -> Path:
-    """A copy of the hidden suites that may be changed; returns the motors' one."""
+    """The suite of `services` in a copy of the hidden suites that may be changed."""
     hidden = tmp_path / "hidden"
     shutil.copytree(HIDDEN, hidden, ignore=shutil.ignore_patterns("__pycache__"))
     monkeypatch.setattr(exercises, "HIDDEN", hidden)
@@ -112,7 +112,7 @@ def outcome(out, student: str, test: str) -> str:
 
 
 def nothing_handed_in(client, folder: Path) -> tuple[Path, Path]:
-    """Submissions and results: Ada's folder is empty, and graded."""
+    """Submissions, and their results: Ada has handed in an empty folder."""
     submitted, out = folder / "submitted", folder / "out"
     (submitted / "ada" / "services").mkdir(parents=True)
     with output.Output(out, resume=False) as results:
@@ -137,7 +137,7 @@ def test_files_handed_in_since_are_named(client, suite, tmp_path):
 
 
 def test_a_submission_that_is_gone_loses_no_score(client, suite, tmp_path):
-    """Neither its folder nor the whole class's may be taken for nothing handed in."""
+    """A folder that is gone, of a student or of the whole class, is not taken for an empty submission."""
     submitted, out = nothing_handed_in(client, tmp_path)
     before = (out / "results.jsonl").read_bytes()
     (submitted / "ada").rename(submitted / "eve")
@@ -174,7 +174,7 @@ def report(student: str, *outcomes: str) -> Report:
 
 
 def test_item_analysis():
-    """Shares, what nobody and everybody passed, and a test that the weaker pass."""
+    """Shares that passed, tests that everybody or nobody passed, and one that mostly weaker submissions passed."""
     reports = [
         report("a", PASSED, FAILED, FAILED),
         report("b", PASSED, FAILED, PASSED),
@@ -193,4 +193,4 @@ def test_item_analysis():
         report("b", FAILED, FAILED, PASSED),
         report("c", PASSED, PASSED, FAILED),
     ]
-    assert summary.classes(odd)[0].items[2].remark == "passed by the weaker: is the test right?"
+    assert summary.classes(odd)[0].items[2].remark == "passed mostly by weaker submissions: is the test right?"

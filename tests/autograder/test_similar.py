@@ -25,7 +25,7 @@ REFERENCE = STYLES["reference"]
 
 
 def lines(files: dict[str, bytes]) -> set[bytes]:
-    """What tells a program from another at sight."""
+    """The lines that tell one program from another at first sight."""
     return {
         line.strip()
         for name, text in files.items()
@@ -114,7 +114,7 @@ def test_independent_right_answers_do_not(finding):
 
 
 def test_what_everybody_has_counts_little(known):
-    """Ten hand in the same, two of them something else as well."""
+    """Twelve hand in the same program; two of them share something else as well."""
     same, more = programs(REFERENCE), copy(OTHERS[next(iter(OTHERS))])
     both = same | {"calculator_client.py": same["calculator_client.py"] + more["calculator_server.py"]}
     found = compare("calculator", [(f"s{i}", same) for i in range(10)] + [("a", both), ("b", both)], known, 1000)
@@ -245,7 +245,7 @@ def test_the_page_marks_alike_and_runs_nothing(known, tmp_path):
 
 @pytest.fixture
 def submitted(tmp_path) -> Path:
-    """Three who handed in the calculator, one nothing that can be read, one only a client."""
+    """Five students: three calculators, one file that cannot be read, one client alone."""
     folder = tmp_path / "submitted"
     for student, files in {
         "ada": REFERENCE,
@@ -274,9 +274,9 @@ def test_on_the_command_line(submitted, tmp_path):
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0 and done.stderr == ""
     first, best, *_, last = done.stdout.splitlines()
-    assert first.startswith("calculator: 4 submissions, 6 pairs; half score at most ")
+    assert first.startswith("calculator: 4 submissions, 6 pairs; half of them score at most ")
     assert "ada and bob (" in best and "% in common)" in best
-    assert last.endswith("not compared, for want of a program that can be read: dee") and "\x1b" not in done.stdout
+    assert last.endswith("not compared, because no program could be read: dee") and "\x1b" not in done.stdout
     assert "<h3" in (tmp_path / "p.html").read_text()
 
 

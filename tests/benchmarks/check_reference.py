@@ -1,4 +1,4 @@
-"""Seconds for one `autograder check` of the calculator's reference, set-up cached: python check_reference.py"""
+"""How long `autograder check` takes for the calculator's solution, its interface built: python check_reference.py"""
 
 import statistics
 import subprocess

@@ -1,8 +1,8 @@
-"""Submissions graded a minute, here and by stock nbgrader, on the same cores: python class_grading.py [--submissions N]
+"""How many submissions a minute this grader and stock nbgrader grade: python class_grading.py [--submissions N]
 
-Both grade the same calculators, right ones in several styles.  nbgrader runs each notebook as handed in, with its
-public checks and no isolation; this grader runs the hidden suite, in the sandbox.  With --many N it grades N synthetic
-copies of the motors too, and tells what one costs from the first to the last, and the coordinator's memory.
+Both grade the same calculators: right answers in several styles.  nbgrader runs each notebook as handed in, with its
+public checks and no isolation; this grader runs the hidden suite, in the sandbox.  With --many N it also grades N
+copies of `services`, and prints what a submission costs in each tenth of the class, and the coordinator's memory.
 """
 
 import argparse
@@ -21,7 +21,7 @@ sys.path.insert(0, str(ROOT))
 
 
 def right_answers(exercise: str) -> list[dict[str, bytes]]:
-    """In several styles."""
+    """The files of right answers in several styles."""
     from tests.autograder import answers
 
     return [files for files in answers.load(exercise).RIGHT.values() if in_a_cell(files)]
@@ -77,7 +77,7 @@ def by_nbgrader(folder: Path, count: int) -> float:
 
 
 def by_this_grader(folder: Path, exercise: str, *options: str) -> float:
-    """Seconds; every answer must earn full points."""
+    """Seconds by this grader; every answer must earn full points."""
     out = folder / f"out{'-'.join(options)}"
     seconds = run(
         BIN / "autograder",
@@ -96,7 +96,7 @@ def by_this_grader(folder: Path, exercise: str, *options: str) -> float:
 
 
 def many(folder: Path, count: int) -> None:
-    """What a submission costs in a large class, a tenth of it after the other."""
+    """Print what a submission costs in a large class, for each tenth of it."""
     hand_in(folder / "submitted", "services", count, right_answers("services")[:1])
     out = folder / "out"
     process = subprocess.Popen(

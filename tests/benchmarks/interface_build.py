@@ -1,4 +1,4 @@
-"""Seconds to build Calculate.srv for the first time and again: python interface_build.py"""
+"""How long it takes to build Calculate.srv the first time, and again from the cache: python interface_build.py"""
 
 import tempfile
 import time
