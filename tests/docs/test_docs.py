@@ -1,0 +1,103 @@
+"""The pages: what they name exists, what they link to is there, and the drawing shows what the guards hold."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+import typer
+
+from autograder import cli
+from autograder.submissions import exercises
+
+ROOT = Path(__file__).parents[2]
+STUDENT = ROOT / "docs/student/README.md"
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted(ROOT.glob("docs/**/*.md"))]
+TEXTS = {page.relative_to(ROOT).as_posix(): page.read_text(encoding="utf-8") for page in PAGES}
+COMMAND = re.compile(r"(?<![\w/.])(?:\.venv/bin/)?autograder ([a-z]+)((?: [^`\n#]*)?)")
+FOLDERS = "autograder|course|docs|environment|notebooks|solutions|tests"
+
+
+def pages(*without: str):
+    return pytest.mark.parametrize("page", [page for page in TEXTS if page not in without])
+
+
+@pages()
+def test_links_lead_to_files_that_are_there(page):
+    links = re.findall(r"\]\((?!https?:)([^)#]+)", TEXTS[page])
+    assert [link for link in links if not (ROOT / page).parent.joinpath(link).exists()] == []
+
+
+@pages("CHANGELOG.md", "docs/ADDING.md")
+def test_paths_that_are_named_exist(page):
+    text = TEXTS[page].replace("autograder new greeter", "")
+    named = re.findall(rf"(?<![\w/.-])(?:{FOLDERS})(?:/[\w.-]+)+", text)
+    known = {path.rstrip(".") for path in named}
+    assert sorted(path for path in known if not (ROOT / path).exists()) == []
+
+
+def test_the_new_exercise_of_adding_is_what_the_command_makes():
+    templates = ROOT / "autograder/authoring/templates"
+    text = TEXTS["docs/ADDING.md"]
+    for template in ("conversation.py", "conftest.py", "suite.py", "exercise.toml"):
+        assert (templates / f"{template}.jinja").exists()
+        assert f"`autograder/hidden/greeter/{template}`" in text
+    assert all(f"`{cell}`" in text for cell in ("exercise", "greeter-file", "greeter"))
+
+
+@pages()
+def test_commands_and_their_options_exist(page):
+    commands = typer.main.get_command(cli.app).commands
+    for name, rest in COMMAND.findall(TEXTS[page]):
+        if name in commands:
+            known = {option for parameter in commands[name].params for option in parameter.opts}
+            assert set(re.findall(r"--[a-z-]+", rest)) <= known, f"{name}{rest}"
+        else:
+            assert not rest.strip().startswith("--"), f"{page}: autograder {name}"
+
+
+def test_every_command_is_explained_to_instructors_or_developers():
+    told = {name for text in TEXTS.values() for name, _ in COMMAND.findall(text)}
+    assert set(typer.main.get_command(cli.app).commands) <= told
+
+
+def test_the_readme_is_short():
+    assert len(TEXTS["README.md"].split()) <= 700
+
+
+def test_the_drawing_shows_the_layers_that_are_held():
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+    for package, letter in (("autograder", "A"), ("course", "C")):
+        layers = next(contract["layers"] for contract in contracts if contract.get("containers") == [package])
+        drawn = re.findall(rf'\b{letter}(\d+)\["([^"]+)"\]', TEXTS["docs/architecture.md"])
+        assert [int(number) for number, _ in drawn] == list(range(1, len(layers) + 1))
+        assert [set(rooms.split(", ")) for _, rooms in drawn] == [set(layer.split(" | ")) for layer in layers]
+        arrows = re.findall(rf"\b({letter}\d+)(?:\[[^\]]+\])? --> ({letter}\d+)\b", TEXTS["docs/architecture.md"])
+        assert arrows == [(f"{letter}{n}", f"{letter}{n + 1}") for n in range(1, len(layers))]
+
+
+def test_the_page_for_students_names_their_files_and_nothing_of_the_grader():
+    text = TEXTS[STUDENT.relative_to(ROOT).as_posix()]
+    for name in exercises.names():
+        assert f"`{name}`" in text and all(f"`{file}`" in text for file in exercises.load(name).files)
+    assert not re.search(r"autograder|solutions|hidden", text)
+
+
+@pages("CHANGELOG.md", "docs/architecture.md")
+def test_python_modules_that_are_named_exist(page):
+    for name in re.findall(r"(?<!tests\.)\bautograder\.([a-z_]+)\b", TEXTS[page]):
+        assert (ROOT / "autograder" / name).exists() or (ROOT / f"autograder/{name}.py").exists(), name
+
+
+def test_the_modules_that_the_changelog_names_now_exist():
+    moved = re.findall(r"^\| `.*\| (.+) \|$", TEXTS["CHANGELOG.md"], re.MULTILINE)
+    named = [name for cell in moved for name in re.findall(r"`((?:autograder|course)\.[\w.]+)`", cell)]
+    assert len(named) > 20
+    for name in named:
+        path = ROOT / name.replace(".", "/")
+        assert path.is_dir() or path.with_suffix(".py").exists(), name
+
+
+def test_the_faq_has_questions_of_both():
+    students, instructors = TEXTS["docs/faq.md"].split("## From instructors")
+    assert students.count("\n### ") >= 6 and instructors.count("\n### ") >= 6
