@@ -1,5 +1,5 @@
-"""The configuration that course folders made before 1.0 load by this file's path."""
+"""The configuration that older course folders load by this file's path: `autograder release` wrote that into them."""
 
 from autograder.gradebook.config import apply
 
-apply(get_config())  # noqa: F821  nbgrader's loader defines it
+apply(get_config())  # type: ignore[name-defined]  # noqa: F821  nbgrader's loader defines it

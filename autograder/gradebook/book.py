@@ -2,6 +2,8 @@
 
 import warnings
 from pathlib import Path
+from types import TracebackType
+from typing import Self
 
 from nbgrader.api import Grade, Gradebook, MissingEntry
 from sqlalchemy.exc import SAWarning
@@ -13,7 +15,7 @@ from course.environment import prepare
 
 
 def default_url(submitted: Path, out: Path) -> str:
-    """The gradebook of the nbgrader course that the submissions lie in, or else one in `out`."""
+    """The gradebook of the nbgrader course that the submissions are in, or else one in `out`."""
     course = submitted.resolve().parent
     inside = any((course / name).exists() for name in ("nbgrader_config.py", "gradebook.db"))
     return f"sqlite:///{(course if inside else out.resolve()) / 'gradebook.db'}"
@@ -22,8 +24,8 @@ def default_url(submitted: Path, out: Path) -> str:
 class Scores:
     """An open gradebook; writing the same report again changes nothing.
 
-    With the folder of the submissions, it also enters when they were handed in, and what their being late costs in the
-    course that the folder lies in; without, nbgrader does that.
+    Given the folder of the submissions, it also writes when they were handed in, and the late penalties of the course
+    that the folder is in; otherwise nbgrader does that.
     """
 
     def __init__(self, url: str, submitted: Path | None = None):
@@ -33,14 +35,16 @@ class Scores:
         self._book = Gradebook(url)
         self._known: set[str] = set()
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *exception):
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self._book.close()
 
     def write(self, report: Report) -> None:
-        """Write a report's points; an infrastructure error is no score, and leaves the gradebook as it is."""
+        """Write a report's points; an infrastructure error is no score, and changes nothing."""
         if report.status == INFRASTRUCTURE_ERROR:
             return
         name, student = report.assignment, report.student
@@ -58,9 +62,7 @@ class Scores:
                 grade = Grade(cell_id=self._book.find_grade_cell(cell, name, name).id, notebook=notebook)
                 self._book.db.add(grade)
             grade.auto_score = points
-            grade.needs_manual_grade = (
-                grade.manual_score is not None
-            )  # what was changed by hand is to be looked at again
+            grade.needs_manual_grade = grade.manual_score is not None  # look again at what was changed by hand
         self._book.db.commit()
         if self._config and late.concerned(self._book.find_submission(name, student)):
             late.assign(self._config, self._url, name, name, student)
@@ -74,7 +76,7 @@ class Scores:
 
 
 def by_hand(url: str, assignment: str, student: str) -> list[Mark]:
-    """What is marked, changed, commented on or still to be marked by hand in a submission, and what being late cost."""
+    """What was, or must still be, marked or commented on by hand in a submission, and its late penalty."""
     tested = {test.cell for test in load(assignment).tests}
     with Gradebook(url) as book:
         notebook = book.find_submission_notebook(assignment, assignment, student)
@@ -101,6 +103,6 @@ def _by_cell(report: Report) -> dict[str, float]:
     cells = {test.id: test.cell for test in load(report.assignment).tests}
     points = dict.fromkeys(cells.values(), 0.0)
     for test in report.tests:
-        if test.id in cells:  # or else the suite has it no longer
+        if test.id in cells:  # otherwise the suite no longer has it
             points[cells[test.id]] += test.points
     return points

@@ -17,14 +17,14 @@ apply(c)
 
 
 def apply(c: Config) -> None:
-    """Have nbgrader grade with this package in the course that `c` configures; what is set afterwards wins."""
+    """Make nbgrader grade with this package in the course that `c` configures; what is set afterwards wins."""
     c.CourseDirectory.course_id = "ros2"
-    # A comment is a stub in Python and in a .srv alike: the program starts, and the checks say what is still missing.
+    # A comment is a stub in Python and in a .srv file: the program starts, and the checks say what is still missing.
     c.ClearSolutions.code_stub = {"python": "# YOUR CODE HERE"}
 
-    # The files handed in are graded in the sandbox; the notebook is shown to the instructor as handed in, and not run.
+    # The files handed in are graded in the sandbox.  The notebook is shown to the instructor as handed in, never run.
     c.Autograde.exporter_class = HandedIn
-    c.Autograde.sanitize_preprocessors = []  # reading it with HandedIn leaves nothing that could do harm
+    c.Autograde.sanitize_preprocessors = []  # what HandedIn reads can do no harm
     c.Autograde.autograde_preprocessors = [NameCells, GradeInSandbox, AssignLatePenalties]
     c.GenerateFeedback.exporter_class = FeedbackPage
     c.GenerateFeedback.preprocessors = []

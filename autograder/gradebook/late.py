@@ -4,30 +4,31 @@
     c.LatePolicy.grace_days = 1                        # the first day of each assignment costs nothing
     c.LatePolicy.extensions = {"ada": 3, "bob": {"calculator": "2026-05-08 23:59 UTC"}}
 
-With none of these there is no penalty.  nbgrader takes the due date from the gradebook (Formgrader sets it) and the time
-of handing in from `timestamp.txt` in the submission's folder, and calls the plug-in in its step AssignLatePenalties
-(nbgrader, user guide, "Configuring late submission plugin").  `autograder grade` runs that same step, so both ways give
-the same penalty.  nbgrader does not run it again after marking by hand; the exporters do.
+With none of these set there is no penalty.  nbgrader takes the due date from the gradebook (Formgrader sets it) and the
+time of handing in from `timestamp.txt` in the submission's folder, and calls the plug-in in its step
+AssignLatePenalties (nbgrader, user guide, "Configuring late submission plugin").  `autograder grade` runs the same
+step, so both ways give the same penalty.  nbgrader does not run it again after marking by hand; the exporters do.
 """
 
 import logging
 import math
 from datetime import datetime, timedelta
 from pathlib import Path
+from typing import Any
 
 from nbformat.v4 import new_notebook
 from nbgrader.api import SubmittedAssignment
 from nbgrader.plugins import LateSubmissionPlugin
 from nbgrader.preprocessors import AssignLatePenalties
 from nbgrader.utils import parse_utc
-from traitlets import Dict, Enum, Float, Integer, TraitError, validate
+from traitlets import Bunch, Dict, Enum, Float, Integer, TraitError, validate
 from traitlets.config import Config, PyFileConfigLoader
 
 from autograder.errors import UsageError
 from autograder.submissions import reading
 
 DAY = 86_400  # s
-TIMESTAMP, MAX_BYTES = "timestamp.txt", 200
+TIMESTAMP, MAX_BYTES = "timestamp.txt", 200  # bytes of that file; a time has some 30
 log = logging.getLogger(__name__)
 quiet = logging.getLogger(f"{__name__}.nbgrader")  # nbgrader warns of every late submission, three times
 quiet.setLevel(logging.ERROR)
@@ -36,16 +37,21 @@ quiet.setLevel(logging.ERROR)
 class LatePolicy(LateSubmissionPlugin):
     """How many points a late submission loses.
 
-    A day is counted when it has begun (`count = "started"`) or is over ("whole"), from the due date, put off by the
-    student's extension and by `grace_days`.  Counted days are first paid from the student's `grace_budget`, assignment
-    by assignment in the order of their due dates; each one left costs `percent_per_day`, all together at most `cap`
-    percent, and never more than the score.  nbgrader's own `penalty_method = "zero"` takes everything instead.
+    Days are counted from the due date, moved by the student's extension and by `grace_days`: each day that has begun
+    (`count = "started"`), or each that is over ("whole").  Counted days are first paid from the student's
+    `grace_budget`, assignment by assignment in the order of their due dates.  Each day left costs `percent_per_day`,
+    all together at most `cap` percent, and never more than the score.  nbgrader's own `penalty_method = "zero"` takes
+    the whole score instead.
     """
 
     percent_per_day = Float(0, min=0, max=100, help="What each day costs, in percent.").tag(config=True)
-    percent_of = Enum(("score", "max_score"), "score", help="What the percentages are of.").tag(config=True)
-    cap = Float(100, min=0, max=100, help="The most that is lost, in percent.").tag(config=True)
-    count = Enum(("started", "whole"), "started", help="Which days count.").tag(config=True)
+    percent_of = Enum(
+        ("score", "max_score"), "score", help="Whether percentages are of the score or of the most that it can be."
+    ).tag(config=True)
+    cap = Float(100, min=0, max=100, help="The most that can be lost, in percent.").tag(config=True)
+    count = Enum(
+        ("started", "whole"), "started", help="Which days count: those that have begun, or those that are over."
+    ).tag(config=True)
     grace_days = Float(0, min=0, help="Days after the due date that cost nothing, for each assignment.").tag(
         config=True
     )
@@ -53,11 +59,11 @@ class LatePolicy(LateSubmissionPlugin):
         config=True
     )
     extensions = Dict(
-        help="For each student the days, or the time, by which the due date is put off; or these for each assignment."
+        help="For each student by how many days, or to what time, the due date moves; or that for each assignment."
     ).tag(config=True)
 
     @validate("extensions")
-    def _check_extensions(self, proposal):
+    def _check_extensions(self, proposal: Bunch) -> dict[str, Any]:
         for student, given in proposal["value"].items():
             for extension in given.values() if isinstance(given, dict) else [given]:
                 try:
@@ -67,10 +73,10 @@ class LatePolicy(LateSubmissionPlugin):
                         f"LatePolicy.extensions: {student!r} has {extension!r}, which is neither a number "
                         "of days nor a time such as '2026-05-08 23:59 UTC'"
                     ) from None
-        return proposal["value"]
+        return dict(proposal["value"])
 
     def late_submission_penalty(self, student_id: str, score: float, total_seconds_late: float) -> float | None:
-        """The points that a notebook loses, None for none; called by nbgrader's AssignLatePenalties, its parent."""
+        """The points that a notebook loses, or None; nbgrader's AssignLatePenalties calls it, and is its parent."""
         step = self.parent
         late = step.gradebook.find_submission(step.assignment_id, student_id)
         notebook = step.gradebook.find_submission_notebook(step.notebook_id, step.assignment_id, student_id)
@@ -80,13 +86,13 @@ class LatePolicy(LateSubmissionPlugin):
         return self.points(days, score, notebook.max_score) or None
 
     def points(self, days: int, score: float, max_score: float) -> float:
-        """What so many days cost: at least 0, at most the score; to a hundredth, as gradebooks show it."""
+        """The points that `days` days cost: from 0 to the score, rounded to a hundredth, as gradebooks show them."""
         percent = min(self.cap, days * self.percent_per_day)
         lost = percent / 100 * (score if self.percent_of == "score" else max_score)
         return max(0.0, min(round(lost, 2), score))
 
     def charged_days(self, late: SubmittedAssignment) -> int:
-        """The days that are to be paid for, after the budget was spent on what was due before."""
+        """The days that cost points: those left when the budget has been spent on what was due before."""
         left = self.grace_budget
         dated = [other for other in late.student.submissions if other.timestamp and other.assignment.duedate]
         for other in sorted(dated, key=lambda other: (other.assignment.duedate, other.name)):
@@ -107,14 +113,14 @@ class LatePolicy(LateSubmissionPlugin):
 
 
 def _put_off(due: datetime, extension: float | str | datetime) -> datetime:
-    """The due date moved by days or to a time, never to an earlier one."""
+    """The due date moved by some days, or to a time; never to an earlier one."""
     if isinstance(extension, (str, datetime)):
         return max(due, parse_utc(extension))
     return due + max(timedelta(0), timedelta(days=extension))
 
 
 def timestamp(folder: Path) -> datetime | None:
-    """When a submission was handed in (UTC), from the file that nbgrader puts into its folder; None when it is not told."""
+    """When a submission was handed in (UTC), from the file that nbgrader puts into its folder; None when unknown."""
     try:
         text = reading.read_file(folder / TIMESTAMP, MAX_BYTES).decode().strip()
         return parse_utc(text) if text else None
@@ -132,22 +138,25 @@ def timestamp(folder: Path) -> datetime | None:
 
 
 def course_config(submitted: Path) -> Config | None:
-    """The configuration of the nbgrader course that a folder of submissions lies in, if it lies in one."""
+    """The configuration of the nbgrader course that a folder of submissions is in; None when it is in none.
+
+    Raises UsageError when it cannot be loaded, or sets an invalid value.
+    """
     folder = submitted.resolve().parent
     if not (folder / "nbgrader_config.py").exists():
         return None
     try:
         config = PyFileConfigLoader("nbgrader_config.py", path=str(folder)).load_config()
-        LatePolicy(config=config)  # before there is anything to lose
+        LatePolicy(config=config)  # a mistake is told before anything is graded
     except TraitError as error:
         raise UsageError(f"{folder / 'nbgrader_config.py'}: {error}") from None
-    except Exception as error:  # it is a program
+    except Exception as error:  # it is a program, and may raise anything
         raise UsageError(f"{folder / 'nbgrader_config.py'} cannot be loaded: {error!r}") from error
     return config
 
 
 def concerned(handed_in: SubmittedAssignment) -> bool:
-    """Whether there is a penalty to assign, or one to take back."""
+    """Whether it has a penalty, or should have one."""
     return bool(handed_in.total_seconds_late or handed_in.late_submission_penalty)
 
 

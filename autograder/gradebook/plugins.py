@@ -1,18 +1,21 @@
-"""What nbgrader's `autograde` and `generate_feedback` do in this course, set by `nbgrader_config.py`.
+"""What nbgrader's `autograde` and `generate_feedback` do in this course, as its configuration says (`config`).
 
-nbgrader would run a handed-in notebook here, in the instructor's account, and believe what it prints.  Instead the
-submission's files are graded in the sandbox, as `autograder grade` does, and the notebook is only shown: as handed in,
-without what could act on the instructor's browser.
+nbgrader would run a handed-in notebook in the instructor's account, and believe what it prints.  Instead the files of
+the submission are graded in the sandbox, as `autograder grade` does, and the notebook is only shown: as handed in,
+without anything that could act in the instructor's browser.
 """
 
 import os
 import shutil
 from pathlib import Path
+from typing import Any
 
 from nbconvert.exporters import Exporter, NotebookExporter
+from nbformat import NotebookNode
 from nbformat import read as read_notebook
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
-from nbgrader.api import Gradebook
+from nbgrader.api import Gradebook, Notebook
+from nbgrader.converters.base import BaseConverter
 from nbgrader.preprocessors import NbGraderPreprocessor
 from traitlets import Bool, Float, Integer
 
@@ -26,35 +29,33 @@ from autograder.submissions import listing, notebook
 from autograder.submissions.reading import read_notebook as read_handed_in
 from course.errors import UnreadableNotebook
 
+Resources = dict[str, Any]  # what nbconvert hands from step to step
+Preprocessed = tuple[NotebookNode, Resources]
+
 
 class HandedIn(NotebookExporter):
     """Reads the notebook that a student handed in, whatever it is."""
 
-    def from_filename(self, filename, resources=None, **kw):
-        """A notebook that cannot be read is replaced by one that says so: its files are graded all the same."""
+    def from_filename(
+        self, filename: str, resources: Resources | None = None, **kw: Any
+    ) -> tuple[NotebookNode, Resources]:
+        """The notebook to show, made safe; one that cannot be read is replaced by one that says so."""
         try:
             shown = notebook.safe(read_handed_in(Path(filename)))
         except UnreadableNotebook as error:
-            shown = new_notebook(
-                cells=[
-                    new_markdown_cell(
-                        notebook.plain(
-                            f"**The notebook that was handed in cannot be shown: {error}.** Its files were graded."
-                        )
-                    )
-                ]
-            )
+            why = f"**The notebook that was handed in cannot be shown: {error}.** Its files were graded."
+            shown = new_notebook(cells=[new_markdown_cell(notebook.plain(why))])
         return self.from_notebook_node(shown, resources, **kw)
 
 
 class NameCells(NbGraderPreprocessor):
-    """Takes what is known of a cell from the gradebook, not from the notebook handed in, and adds what is missing.
+    """Takes nbgrader's metadata of each cell from the gradebook, not from the notebook handed in.
 
     The text stays as the student left it, also in a test cell: no points depend on it.
     """
 
-    def preprocess(self, nb, resources):
-        """Give each of the assignment's cells nbgrader's metadata once, in the order handed in."""
+    def preprocess(self, nb: NotebookNode, resources: Resources) -> Preprocessed:
+        """Give the metadata of each of the assignment's cells to the first cell of that name; add missing cells."""
         names = resources["nbgrader"]
         with Gradebook(names["db_url"]) as book:
             known = _known_cells(book.find_notebook(names["notebook"], names["assignment"]))
@@ -77,12 +78,12 @@ class GradeInSandbox(NbGraderPreprocessor):
     seed = Integer(None, allow_none=True, help="Draw the hidden inputs from this seed.").tag(config=True)
     patience = Float(1.0, help="Stretch every wait by this factor, for a slow machine.").tag(config=True)
 
-    def preprocess(self, nb, resources):
+    def preprocess(self, nb: NotebookNode, resources: Resources) -> Preprocessed:
         """Raises InfrastructureError when there is no result: nbgrader then reports the submission as failed."""
         names = resources["nbgrader"]
         student, assignment = names["student"], names["assignment"]
         if names["notebook"] != assignment:
-            return nb, resources  # one beside the exercise's
+            return nb, resources  # another notebook beside the exercise's
         converter = self.parent.parent
         report = grade(
             listing.read(_folder(converter, "submitted"), student, assignment),
@@ -105,12 +106,15 @@ class GradeInSandbox(NbGraderPreprocessor):
 class FeedbackPage(Exporter):
     """The student's page, as `autograder grade` writes it, with what the instructor has marked by hand."""
 
-    def _file_extension_default(self):
+    def _file_extension_default(self) -> str:
         return ".html"
 
-    def from_filename(self, filename, resources=None, **kw):
-        """The page of the report that `GradeInSandbox` has put into the graded notebook."""
+    def from_filename(  # type: ignore[override]  # a page is text, which nbconvert's own exporters return too
+        self, filename: str, resources: Resources | None = None, **kw: object
+    ) -> tuple[str, Resources]:
+        """The page of the report that `GradeInSandbox` has put into the graded notebook; raises ValueError for none."""
         fields = read_notebook(filename, as_version=4).metadata.get("autograder")
+        resources = resources or {}
         names = resources["nbgrader"]
         if fields is None:
             raise ValueError(f"{filename} was not graded by this grader: run nbgrader autograde again")
@@ -120,13 +124,13 @@ class FeedbackPage(Exporter):
         return page, resources | {"output_extension": ".html"}
 
 
-def _folder(converter, step: str) -> Path:
+def _folder(converter: BaseConverter, step: str) -> Path:
     """The course's folder of a step, submitted or autograded, that holds a folder for each student."""
     course = converter.coursedir
     return Path(course.root) / getattr(course, f"{step}_directory")
 
 
-def _known_cells(known) -> dict[str, tuple[dict, str]]:
+def _known_cells(known: Notebook) -> dict[str, tuple[dict[str, object], str]]:
     """nbgrader's metadata and the kind of each cell of a notebook in the gradebook, by name."""
     sources = {cell.name: cell for cell in known.source_cells}
     graded = {cell.name: cell for cell in [*known.grade_cells, *known.task_cells]}
@@ -154,7 +158,7 @@ def _known_cells(known) -> dict[str, tuple[dict, str]]:
 
 
 def _remove_unwanted(submitted: Path, graded: Path) -> None:
-    """Remove from the graded folder, whose files go on to the feedback, what must not: copies through links, pages."""
+    """Remove from the graded folder copies made through links, and pages: its files go on to the feedback folder."""
     for folder, folders, files in os.walk(submitted):
         for path in (Path(folder, name) for name in [*folders, *files]):
             copy = graded / path.relative_to(submitted)

@@ -13,7 +13,7 @@ from nbconvert.exporters import HTMLExporter
 from nbgrader.api import Gradebook
 from nbgrader.server_extensions.formgrader import handlers
 
-from autograder.gradebook import plugins, release
+from autograder.gradebook import leaks, plugins, release
 from autograder.paths import HIDDEN, repository
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.submissions import notebook, reading
@@ -238,7 +238,7 @@ def test_the_page_and_the_gradebook_add_up_to_the_same(graded, feedback):
 
 def test_feedback_holds_nothing_but_the_page_and_what_was_handed_in(graded, feedback):
     course, *_ = graded
-    kept = release.secrets("calculator", repository() / "notebooks" / "calculator" / "calculator.ipynb")
+    kept = leaks.secrets("calculator", repository() / "notebooks" / "calculator" / "calculator.ipynb")
     details = (course / "out" / "details.jsonl").read_text()
     inputs = {number for number in re.findall(r"-?\d+\.\d+", details) if len(number) >= 5}
     assert len(inputs) >= 2
@@ -318,8 +318,8 @@ def test_a_release_is_the_notebooks_alone_and_shows_no_answer(course):
     names = release.names()
     assert {str(path) for path in released_files(course)} == {f"{name}/{name}.ipynb" for name in names}
     for name in names:
-        kept = release.secrets(name, repository() / "notebooks" / name / f"{name}.ipynb")
-        assert len(kept) > 10 and list(release.leaks(course / "release" / name, kept)) == []
+        kept = leaks.secrets(name, repository() / "notebooks" / name / f"{name}.ipynb")
+        assert len(kept) > 10 and list(leaks.leaks(course / "release" / name, kept)) == []
 
 
 def test_what_students_get_can_be_set_up_and_holds_no_answer(course, tmp_path):
@@ -347,7 +347,7 @@ def test_what_students_get_can_be_set_up_and_holds_no_answer(course, tmp_path):
     kept = [
         text
         for name in release.names()
-        for text, what in release.secrets(name, repository() / "notebooks" / name / f"{name}.ipynb").items()
+        for text, what in leaks.secrets(name, repository() / "notebooks" / name / f"{name}.ipynb").items()
         if what.startswith("all of the solution")
     ]
     for name, path in files.items():
@@ -356,6 +356,7 @@ def test_what_students_get_can_be_set_up_and_holds_no_answer(course, tmp_path):
     project = tomllib.loads(files["pyproject.toml"].read_text())
     assert project["tool"]["setuptools"]["packages"]["find"]["include"] == ["course*"]
     assert files["README.md"].read_text().startswith("# ROS 2") and "%%exercise" in files["README.md"].read_text()
+    assert files["README.md"].read_text() == (repository() / "docs" / "student" / "README.md").read_text()
 
 
 def test_a_notebook_that_was_edited_in_the_course_is_kept(tmp_path, caplog):
@@ -395,7 +396,7 @@ def test_leaks_finds(kind, tmp_path):
     source = repository() / "notebooks" / "calculator" / "calculator.ipynb"
     what, change = LEAKS[kind]
     (tmp_path / "notes.md").write_text(change("Notes."))
-    assert what in next(release.leaks(tmp_path, release.secrets("calculator", source)))
+    assert what in next(leaks.leaks(tmp_path, leaks.secrets("calculator", source)))
 
 
 def test_a_release_that_would_leak_is_refused_and_removed(tmp_path):

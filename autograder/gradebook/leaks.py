@@ -1,0 +1,94 @@
+"""The search for answers in what students get.
+
+nbgrader takes out what is between the marks of a solution.  One forgotten mark would show an answer to the class, so
+the released files are searched for the text of the solutions and marking schemes, of the reference files and of the
+hidden suites.
+"""
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from autograder.paths import COURSE, HIDDEN, repository
+from course.notebook import cells
+from course.notebook.cells import MARKERS, SOLUTION
+
+TELLTALES = ("BEGIN SOLUTION", "END SOLUTION", "HIDDEN TESTS", "marking scheme", "mark scheme", "autograder")
+ANSWER = "the solution or its marking scheme"
+TELLING = 2  # lines of an answer in one place: a single one may be in any program (`response.success = True`)
+LONG = 16  # characters: shorter lines (`return response`) say nothing
+IMPORT = re.compile(r"(?:from [\w.]+ )?import [\w., ]+$")
+
+
+def secrets(name: str, notebook: Path) -> dict[str, str]:
+    """What no released file of an exercise may show: each text, with what it is."""
+    marked = cells.read(notebook)
+    public = [file.read_text(encoding="utf-8") for file in COURSE.rglob("*.py")]
+    stubs = [SOLUTION.sub("", cell.source) for cell in marked if cell.solution]
+    shown = _squeeze("\n".join([*public, *stubs]))
+    kept = dict.fromkeys(TELLTALES, "a word that is only for instructors")
+    for cell in marked:
+        for region in SOLUTION.findall(cell.source):
+            kept.update(_lines(region, ANSWER, unless=shown))
+    for file in sorted((repository() / "solutions" / name).glob("*")):
+        if file.is_file():
+            kept[_squeeze(MARKERS.sub("", file.read_text(encoding="utf-8")))] = f"all of the solution {file.name}"
+    for file in sorted((HIDDEN / name).glob("*.py")):
+        # A line that says what is asked or expected; `except ValueError:` is in many a program.
+        lines = _lines(file.read_text(encoding="utf-8"), "a hidden test", unless="")
+        kept.update({line: what for line, what in lines.items() if re.search(r"[\d\"']|test_", line)})
+    return kept
+
+
+def leaks(folder: Path, kept: dict[str, str]) -> Iterator[str]:
+    """Where a file below `folder` shows one of the texts, a line each for the instructor."""
+    known = {text.lower(): (text, what) for text, what in kept.items()}
+    for path in sorted(path for path in folder.rglob("*") if path.is_file()):
+        for place, text_there in _texts(path):
+            shown = _squeeze(text_there).lower()
+            found = [entry for text, entry in known.items() if text in shown]
+            answers = [what for _, what in found].count(ANSWER)
+            for text, what in found:
+                if what != ANSWER or answers >= TELLING:
+                    yield f"{path.name}{place} shows {what}: {text[:60]!r}"
+
+
+def _texts(path: Path) -> Iterator[tuple[str, str]]:
+    """The text of a file, and of a notebook that of each cell and of its metadata."""
+    raw = path.read_text(encoding="utf-8", errors="replace")
+    if path.suffix != ".ipynb":
+        yield "", raw
+    else:
+        for number, cell in enumerate(json.loads(raw)["cells"]):
+            yield f", cell {number}", cells.text_of(cell["source"])
+            yield f", cell {number}", "\n".join(_strings([cell.get("outputs", []), cell.get("metadata", {})]))
+        yield (
+            "'s metadata",
+            "\n".join(_strings({key: value for key, value in json.loads(raw).items() if key != "cells"})),
+        )
+
+
+def _strings(value: object) -> Iterator[str]:
+    """All texts in a value of JSON; a list of lines is one text."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, dict):
+        for key, inner in value.items():
+            yield key
+            yield from _strings(inner)
+    elif isinstance(value, list) and value and all(isinstance(line, str) for line in value):
+        yield "".join(value)
+    elif isinstance(value, list):
+        for inner in value:
+            yield from _strings(inner)
+
+
+def _lines(text: str, what: str, unless: str) -> dict[str, str]:
+    """The telling lines of a text that are not in `unless`."""
+    lines = map(_squeeze, text.splitlines())
+    return {line: what for line in lines if len(line) >= LONG and not IMPORT.match(line) and line not in unless}
+
+
+def _squeeze(text: str) -> str:
+    return re.sub(r"\s+", " ", text).strip()
