@@ -14,6 +14,7 @@ stateDiagram-v2
     SERVING --> DOWN: it died while it was asked; asked once more, unless it raised or was stopped
     SERVING --> DOWN: it was silent, and is killed; asked once more, unless it was silent often
     SERVING --> DOWN: it ended between two questions, which costs a spare life
+    SERVING --> SERVING: it answered, but only on the second start: that costs a spare life too
     SERVING --> DOWN: end() by the grader
     SERVING --> HOPELESS: no spare life is left
     SERVING --> HOPELESS: it was silent once too often, and has never answered
@@ -140,7 +141,9 @@ class Lifecycle(ABC):
         """Have the program run and offer what is `wanted` (by default all); raises a Fault when that fails twice."""
         if self.state is State.SERVING and not self.program.alive:
             self._is_down()
-            self._lose_life()
+            self._lives -= 1
+        if self._lives < 0 and self.state is not State.HOPELESS:
+            self._give_up(self._too_many_ends())
         if known := self._missed.get(wanted) or self._given_up:
             raise known
         if self.state is State.SERVING and wanted in self._offered:
@@ -178,7 +181,7 @@ class Lifecycle(ABC):
             if answer is not None:
                 self._answered = True
                 if died:  # not of this question, which it has answered now
-                    self._lose_life()
+                    self._lives -= 1
                 return answer
             died = not self.program.alive or self.program.wait(DYING)
             fault, again = self._on_death(what) if died else self._on_silence(what, limit)
@@ -237,16 +240,11 @@ class Lifecycle(ABC):
             fault = Crashed(f"{self.file} died while it answered {what}: {words}{hint}.")
         return fault, not (program.raised or program.stopped)
 
-    def _lose_life(self) -> None:
-        """Count an end that no question explains; too many of them are the program's fault."""
-        self._lives -= 1
-        if self._lives >= 0:
-            return
-        how = ""
-        if not self.program.alive:
-            self.program.wait(REAPED)
-            how = f" ({self.program.last_words()})"
-        self._give_up(Crashed(f"{self.file} answered, but ended by itself afterwards, again and again{how}: {SPIN}."))
+    def _too_many_ends(self) -> Fault:
+        """The fault of a program that has ended too often without a question that explains it."""
+        self.program.wait(REAPED)
+        how = "" if self.program.alive else f" ({self.program.last_words()})"
+        return Crashed(f"{self.file} answered, but ended by itself afterwards, again and again{how}: {SPIN}.")
 
     def _is_down(self) -> None:
         if self.state is not State.HOPELESS:

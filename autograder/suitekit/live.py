@@ -100,7 +100,7 @@ class Server(LiveProgram):
         """The responses of the first service to several clients at once, one for each list of requests.
 
         Each client sends the requests of its list one after the other.  The program is not started again: raises
-        TimedOut when a request gets no answer (`doubt` is added for the student), and Crashed.
+        TimedOut when a request gets no answer (with the question `doubt` to the student), and Crashed.
         """
         service, kind = next(iter(self.services.items()))
         self.up(offer(service))
@@ -124,8 +124,8 @@ class Server(LiveProgram):
         if program.alive:
             self.end(STUCK)
             raise TimedOut(
-                f"With {len(clients)} clients calling {service} at once, a request got no answer within "
-                f"{limit:.0f} s{doubt}."
+                f"When {len(clients)} clients called {service} at once, a request got no answer within "
+                f"{limit:.0f} s{doubt and ': '}{doubt or '.'}"
             )
         raise Crashed(f"{self.file} died while {len(clients)} clients called {service}: {program.last_words()}.")
 

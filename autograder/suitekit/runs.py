@@ -38,14 +38,14 @@ class Run:
         if not ended:
             program.kill()
         if program.stopped:
-            raise Crashed(f"{self.file} {doing} was stopped: {program.last_words()}.")
+            raise Crashed(f"{self.file}, run {doing}, was stopped: {program.last_words()}.")
         if not in_time:
             raise TimedOut(
-                f"{self.file} {doing} was still running after {limit:.0f} s. It must exit on its own: print why, and "
-                "exit."
+                f"{self.file}, run {doing}, was still running after {limit:.0f} s. It must exit on its own: print why, "
+                "and exit."
             )
         if program.raised:
-            raise Crashed(f"{self.file} {doing} died: {program.last_words()}.")
+            raise Crashed(f"{self.file}, run {doing}, died: {program.last_words()}.")
         return program
 
 
@@ -56,7 +56,7 @@ def expect_gives_up(run: Run, server: str) -> None:
 
 def expect_usage(run: Run, doing: str) -> None:
     """A client that is called wrongly (`doing`: "with too few arguments") prints its usage and exits with an error."""
-    _expect_error(run, doing, 2, "print how it must be called")
+    _expect_error(run, doing, 2, "print how to use it")
 
 
 def _expect_error(run: Run, doing: str, status: int, word: str) -> None:

@@ -222,6 +222,15 @@ def test_a_new_start_must_offer_anew():
     assert (life.clock.now, life.starts) == (before + 1.0, 2)
 
 
+def test_a_new_start_may_offer_less():
+    life = Fake(serves(), {"offers": {STATUS: 1.0}})
+    life.up(SUM)
+    life.end()
+    life.up(STATUS)
+    with pytest.raises(Wrong, match="does not offer the service /sum"):
+        life.up(SUM)
+
+
 def test_died_while_it_answered_once():
     life = Fake(serves(answers=[1]), serves())
     assert life.ask() == "yes"
@@ -325,10 +334,11 @@ def test_dying_at_a_question_that_it_can_answer_costs_lives():
     life = Fake(*[serves(answers=[1]), serves()] * (SPARE_LIVES + 1))
     for number in range(SPARE_LIVES + 1):
         assert life.ask() == "yes"  # on the second start: what ended the first one was not the question
-        assert life.state is (State.SERVING if number < SPARE_LIVES else State.HOPELESS)
+        assert (life.state, life.starts) == (State.SERVING, 2 * number + 2)
         life.end()
     with pytest.raises(Crashed, match="again and again"):
         life.ask()
+    assert life.state is State.HOPELESS
 
 
 def test_the_grader_may_end_it():

@@ -183,7 +183,7 @@ class Relay(Server):
         try:
             responses = self.call_at_once(
                 [[Trigger.Request()]] * CALLERS,
-                ": do all threads wait, so that none is left to take in the answers of /add_two_ints?",
+                "do all threads wait, so that none is left to take in the answers of /add_two_ints?",
             )
         finally:
             self.adder.delay = 0.0
