@@ -156,7 +156,7 @@ class Mark:
     """What the instructor wrote to one of the notebook's cells."""
 
     cell: str
-    points: float | None  # earned by hand; for a cell with hidden tests instead of theirs; None: only a comment
+    points: float | None  # by hand, in place of the points of hidden tests; None: only a comment
     max_points: float  # 0 for what only takes points off
     comment: str = ""
     waiting: bool = False  # still to be marked

@@ -76,7 +76,7 @@ def _installed(interfaces: Path | None) -> list[str]:
     decided: dict[Path, bool] = {}
     for folder, visible in _folders().items():
         around = next((decided[parent] for parent in folder.parents if parent in decided), False)
-        if visible == around or folder == interfaces:
+        if visible == around or (interfaces and folder.resolve() == interfaces.resolve()):
             continue
         decided[folder] = visible
         if visible:

@@ -35,7 +35,7 @@ class Exercise:
     files: tuple[str, ...]  # handed in
     package: str  # of the interfaces that lie beside the suite, or ""
     time_limit: float  # s, for all tests together
-    early: dict[str, list[str]]  # runs to begin before all else
+    early: dict[str, list[str]]  # command lines, by name, that are started before all else
     tests: tuple[Test, ...]
 
     @property
@@ -110,7 +110,7 @@ class _Description:
 
 
 def difference(name: str, notebook: Path) -> str:
-    """How the points of the notebook's grade cells differ from those of the suite; empty when they do not."""
+    """How the points of the notebook's grade cells differ from those of the suite; empty when they agree."""
     hidden = load(name).cells
     shown = {
         cell.name: cell.mark.get("points", "no")
@@ -126,21 +126,21 @@ def difference(name: str, notebook: Path) -> str:
 
 @dataclass(frozen=True)
 class Packed:
-    """An exercise's folder, and what all suites share, as bytes by path below `hidden`."""
+    """An exercise's folder, and what all suites share: the content of each file by its path below `hidden`."""
 
     name: str
     files: dict[str, bytes]
 
     @cached_property
     def digest(self) -> str:
-        """Tells one content from another."""
+        """A hash of the names and contents."""
         parts = (part for path, content in sorted(self.files.items()) for part in (path.encode(), content))
         return hashlib.sha256(b"".join(b"%d:%s" % (len(part), part) for part in parts)).hexdigest()
 
 
 @cache
 def pack(name: str) -> Packed:
-    """The exercise `name`, to be sent; raises UnknownExercise."""
+    """The exercise `name`, ready to be sent to a worker; raises UnknownExercise and BrokenExercise."""
     paths = [*HIDDEN.glob("*.*"), *load(name).folder.rglob("*")]
     return Packed(
         name,
@@ -156,7 +156,7 @@ _unpacked: dict[str, tempfile.TemporaryDirectory] = {}
 
 
 def unpack(packed: Packed) -> Exercise:
-    """The exercise as it was sent, in a folder of this user's alone that is gone when the process ends."""
+    """The exercise as it was sent, in a private folder that is removed when the process ends."""
     if packed.digest not in _unpacked:
         folder = tempfile.TemporaryDirectory(prefix="autograder-")
         for path, content in packed.files.items():

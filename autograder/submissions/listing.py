@@ -1,4 +1,4 @@
-"""A folder of submissions, laid out as `<student>/<assignment>/<files>`: who handed in, and what."""
+"""A folder of submissions, laid out as `<student>/<assignment>/<files>`: who handed in what."""
 
 import hashlib
 import os
@@ -13,7 +13,7 @@ JUNK = {"__MACOSX", "@eaDir"}  # what archives and file servers leave
 
 
 def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> list[tuple[str, str]]:
-    """The (student, assignment) pairs in a folder laid out as `<student>/<assignment>/<files>`, in order."""
+    """The (student, assignment) pairs in a folder of submissions, in order; raises UsageError when there are none."""
     if not submitted.is_dir():
         raise UsageError(f"there is no folder {submitted}")
     known = exercises.names() if assignment is None else [exercises.load(assignment).name]
@@ -21,7 +21,7 @@ def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> li
     chosen = list(students) or present
     if missing := sorted(set(chosen) - set(present)):
         raise UsageError(f"no folder in {submitted} for student {missing[0]!r}")
-    # lexists: what is a link or a file in the place of the folder was handed in, and is refused when it is read.
+    # lexists: a link or a file in the place of the folder was handed in too, and is refused when it is read.
     found = [(student, name) for student in chosen for name in known if os.path.lexists(submitted / student / name)]
     if not found:
         what = f"{assignment} of " if assignment else ""
@@ -34,7 +34,7 @@ def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> li
 
 
 def _entries(submitted: Path) -> list[os.DirEntry]:
-    """What was handed in, by name."""
+    """What is in the folder of submissions, by name, without what archives and file servers leave."""
     return sorted(
         (entry for entry in os.scandir(submitted) if not entry.name.startswith(".") and entry.name not in JUNK),
         key=lambda entry: entry.name,
@@ -42,7 +42,7 @@ def _entries(submitted: Path) -> list[os.DirEntry]:
 
 
 def overlooked(submitted: Path) -> list[str]:
-    """What somebody may have handed in, and `find` does not see: a line each, for the instructor."""
+    """What looks like a submission in another form, which `find` leaves out: a line each, for the instructor."""
     hints = []
     for entry in _entries(submitted):
         if not entry.is_dir():
@@ -66,5 +66,5 @@ def read(submitted: Path, student: str, assignment: str) -> Submission:
 
 
 def digest(handed_in: Submission) -> str:
-    """Tells one content of a submission from another."""
+    """A hash of a submission's content."""
     return hashlib.sha256(repr((sorted(handed_in.files.items()), handed_in.problems)).encode()).hexdigest()

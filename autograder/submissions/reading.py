@@ -18,7 +18,7 @@ MAX_BYTES = 1_000_000  # a file; a program of this course has some 5,000
 
 
 def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> Submission:
-    """Read the `wanted` files of `folder`; what is missing or refused is told in `problems`."""
+    """Read the `wanted` files of `folder`; `problems` names what is missing or refused."""
     flags = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC
     try:
         inside = os.open(folder, flags)
@@ -60,7 +60,7 @@ def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> 
 
 
 def read_file(path: Path, limit: int = MAX_BYTES) -> bytes:
-    """The bytes of one regular file in a folder that was handed in; raises OSError, or ValueError when it is none."""
+    """The bytes of one regular file in a folder that was handed in; raises OSError, or ValueError for anything else."""
     inside = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC)
     try:
         return _read_file(path.name, inside, limit)
