@@ -55,18 +55,16 @@ def leaks(folder: Path, kept: dict[str, str]) -> Iterator[str]:
 
 
 def _texts(path: Path) -> Iterator[tuple[str, str]]:
-    """The text of a file, and of a notebook that of each cell and of its metadata."""
+    """The texts of a file, each with its place: of a notebook, those of each cell and of the metadata."""
     raw = path.read_text(encoding="utf-8", errors="replace")
     if path.suffix != ".ipynb":
         yield "", raw
     else:
-        for number, cell in enumerate(json.loads(raw)["cells"]):
+        notebook = json.loads(raw)
+        for number, cell in enumerate(notebook.pop("cells")):
             yield f", cell {number}", cells.text_of(cell["source"])
             yield f", cell {number}", "\n".join(_strings([cell.get("outputs", []), cell.get("metadata", {})]))
-        yield (
-            "'s metadata",
-            "\n".join(_strings({key: value for key, value in json.loads(raw).items() if key != "cells"})),
-        )
+        yield "'s metadata", "\n".join(_strings(notebook))
 
 
 def _strings(value: object) -> Iterator[str]:
@@ -85,7 +83,7 @@ def _strings(value: object) -> Iterator[str]:
 
 
 def _lines(text: str, what: str, unless: str) -> dict[str, str]:
-    """The telling lines of a text that are not in `unless`."""
+    """The lines of a text that give something away, without those that are in `unless`."""
     lines = map(_squeeze, text.splitlines())
     return {line: what for line in lines if len(line) >= LONG and not IMPORT.match(line) and line not in unless}
 

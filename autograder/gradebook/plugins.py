@@ -104,7 +104,7 @@ class GradeInSandbox(NbGraderPreprocessor):
 
 
 class FeedbackPage(Exporter):
-    """The student's page, as `autograder grade` writes it, with what the instructor has marked by hand."""
+    """The student's page, as `autograder grade` writes it, with the instructor's marks and comments."""
 
     def _file_extension_default(self) -> str:
         return ".html"

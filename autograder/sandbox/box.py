@@ -104,9 +104,10 @@ class Sandbox:
             self._folder.cleanup()
 
     def start(self, file: str, *args: str, domain: int, files: Mapping[str, bytes] | None = None) -> Program:
-        """Start `python FILE ARGS` in ROS domain `domain`.  Call it from the main thread: the program dies with it.
+        """Start `python FILE ARGS` in ROS domain `domain`.  Call this from the main thread.
 
-        `files` are laid into its home folder too, for this one program.
+        The program ends with the thread that started it.  `files` are laid into its home folder too, for this program
+        alone.
         """
         status, write = os.pipe()
         command = self.command([file, *args], domain, status=write, files=files)

@@ -1,4 +1,4 @@
-"""A student's program while it runs: what it prints, how it ends, and its end when it takes too much."""
+"""A student's program while it runs: what it prints, how it ends, and how it is stopped when it uses too much."""
 
 import contextlib
 import os
@@ -178,7 +178,7 @@ def processes(root: int) -> dict[int, int]:
 
 
 def total(pids: Iterable[int], measure: Callable[[int], int]) -> int:
-    """The memory of some processes together, in bytes."""
+    """The memory of some processes together, in bytes, by `measure` of one."""
     found = 0
     for pid in pids:
         with contextlib.suppress(OSError, IndexError):  # it has ended meanwhile
@@ -192,6 +192,6 @@ def resident(pid: int) -> int:
 
 
 def proportional(pid: int) -> int:
-    """Bytes of a process's memory, its part of shared pages divided by their users; slow for a large one."""
+    """Bytes of a process's memory, shared pages divided by the number of their users; slow for a large process."""
     found = re.search(r"^Pss:\s+(\d+) kB", Path(f"/proc/{pid}/smaps_rollup").read_text(), re.MULTILINE)
     return int(found[1]) << 10 if found else 0

@@ -62,7 +62,7 @@ def _cut(text: str) -> str:
 
 
 def _output(raw: dict[str, Any]) -> "NotebookNode | None":
-    """An output that only shows something, or None."""
+    """The same output without anything that acts; None when nothing is left."""
     from nbformat.v4 import new_output
 
     try:
@@ -83,7 +83,7 @@ def _output(raw: dict[str, Any]) -> "NotebookNode | None":
 
 
 def _bundle(data: dict[str, Any]) -> dict[str, str]:
-    """Of the forms of one output those that are safe."""
+    """Those forms of one output that are safe to show, by MIME type."""
     import bleach
 
     shown: dict[str, str] = {}
