@@ -29,8 +29,8 @@ def tries(name):
 
 @tries('path')
 def _():
-    return [path for path in ({str(REPOSITORY / "autograder" / "hidden")!r}, {str(SOLUTIONS)!r}, '/root', '/run', '/var',
-                              '/etc/shadow', '/sys/fs', '/home/instructor') if os.path.exists(path)]
+    return [path for path in ({str(REPOSITORY / "autograder" / "hidden")!r}, {str(SOLUTIONS)!r}, '/root', '/run',
+                              '/var', '/etc/shadow', '/sys/fs', '/home/instructor') if os.path.exists(path)]
 
 @tries('imports')
 def _():
@@ -74,12 +74,14 @@ def _():
                     texts.append(open(os.path.join(entry, name), 'rb').read())
                 except OSError:
                     pass
-    return [word for word in (b'pytest', b'suite.py', b'autograder.grading.worker', b'root:') if any(word in text for text in texts)]
+    words = (b'pytest', b'suite.py', b'autograder.grading.worker', b'root:')
+    return [word for word in words if any(word in text for text in texts)]
 
 @tries('descriptors')
 def _():
     links = [os.readlink(path) for path in glob.glob('/proc/self/fd/*') if os.path.islink(path)]
-    return [link for link in links if link.startswith('/') and not link.startswith(('/dev/null', '/proc/', '/home/student'))]
+    known = ('/dev/null', '/proc/', '/home/student')
+    return [link for link in links if link.startswith('/') and not link.startswith(known)]
 
 @tries('frames')
 def _():
@@ -261,7 +263,7 @@ def _ending(answers: int) -> str:
 
 
 def _wrong_if(condition: str) -> str:
-    """A server whose result is wrong under a condition: of `count`, the request's number, and `time`, s since the first."""
+    """A server whose result is wrong under a condition on `count`, the request's number, or `time`, s from the first."""
     return text(
         SERVER,
         (
@@ -391,7 +393,8 @@ def _itself() -> str:
             """
         from rclpy.callback_groups import ReentrantCallbackGroup
         self.client = self.create_client(Calculate, '/calculator')
-        self.server = self.create_service(Calculate, '/calculator', self.answer, callback_group=ReentrantCallbackGroup())
+        self.server = self.create_service(Calculate, '/calculator', self.answer,
+                                          callback_group=ReentrantCallbackGroup())
 
     def answer(self, request, response):
         response.result = {'add': request.a + request.b, 'subtract': request.a - request.b,
@@ -425,8 +428,8 @@ try:
     print(a + b, a - b, a * b, a / b)
 except ValueError:
     pass
-for name in (glob.glob('/proc/[0-9]*/environ') + glob.glob('/proc/[0-9]*/cmdline') + glob.glob('/tmp/*') + glob.glob('*')
-             + glob.glob('/dev/shm/*') + glob.glob('/*/answers.txt') + ['/proc/net/unix']):
+for name in (glob.glob('/proc/[0-9]*/environ') + glob.glob('/proc/[0-9]*/cmdline') + glob.glob('/tmp/*')
+             + glob.glob('*') + glob.glob('/dev/shm/*') + glob.glob('/*/answers.txt') + ['/proc/net/unix']):
     try:
         print(open(name, errors='replace').read()[:5000].replace(os.sep, ' '))
     except OSError:
@@ -500,7 +503,7 @@ ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
     "a server that is left over from its parent": (handed_in(_leftover()), 5),
     "the client's file serves in the server's place": (handed_in(IDLE_SERVER, _right_elsewhere()), 5),
     "the server's file serves in the grader's place": (handed_in(*_known_elsewhere()), 17),
-    # It is started three times more than once, so four answers in all, and every test of the server asks more than that.
+    # It is started three times more, so it gives four answers in all; every test of the server asks more than that.
     "answers once and ends": (handed_in(_ending(1), _elsewhere_client()), 5),
     # Seven answers are what a test of one operation asks: three tests pass before it has ended too often.
     "answers seven times and ends": (handed_in(_ending(7)), 8),

@@ -1,4 +1,4 @@
-"""No attack earns more than its honest part, reads what is not its own, disturbs another grading or outlives its own."""
+"""No attack earns more than its honest part, reads what is not its own, disturbs another grading, or outlives it."""
 
 import re
 

@@ -116,7 +116,8 @@ from course.interfaces import build
 from course.live.session import Session
 build("mixed", {"Pair.msg": "geometry_msgs/Point left\\nfloat64[3] right\\n",
                 "Swap.srv": "Pair[] pairs\\n---\\nint32 count\\n",
-                "Count.action": "int32 to\\n---\\nstd_msgs/Header header\\n---\\nint32[] seen\\n"}, cache=Path(sys.argv[1]))
+                "Count.action": "int32 to\\n---\\nstd_msgs/Header header\\n---\\nint32[] seen\\n"},
+      cache=Path(sys.argv[1]))
 from mixed.msg import Pair
 from mixed.srv import Swap
 from mixed.action import Count

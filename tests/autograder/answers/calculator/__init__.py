@@ -74,7 +74,10 @@ RIGHT = {
     "client in colour, with the sum as a sentence": client(
         (
             "print(f'{a} {operation} {b} = {response.result}')",
-            "print(f'\\x1b[1mThe result of {operation} for {a:,} and {b:,} is: \\x1b[32m{response.result:,.1f}\\x1b[0m.')",
+            (
+                "print(f'\\x1b[1mThe result of {operation} for {a:,} and {b:,} is: '\n"
+                "              f'\\x1b[32m{response.result:,.1f}\\x1b[0m.')"
+            ),
         )
     ),
 }
