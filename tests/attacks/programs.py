@@ -263,7 +263,7 @@ def _ending(answers: int) -> str:
 
 
 def _wrong_if(condition: str) -> str:
-    """A server that is wrong under a condition on `count`, the request's number, or `time`, s since the first request."""
+    """A server that is wrong under a condition on `count`, the request's number, or `time`, s since the first."""
     return text(
         SERVER,
         (
