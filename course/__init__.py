@@ -6,7 +6,7 @@ from course import environment
 from course.errors import CallTimeout, CourseError, LiveError
 
 if TYPE_CHECKING:
-    from course.live.session import Session
+    from course.session.live import Session
 
 __all__ = ["CallTimeout", "CourseError", "LiveError", "check", "live"]
 
@@ -16,8 +16,8 @@ environment.prepare()
 def live() -> "Session":
     """Return the kernel's live session, and make it at the first call; this also adds the `%%exercise` magic."""
     # Here, so that the pure-Python parts of the course load no ROS.
-    from course.live.session import live as session
     from course.notebook.exercise import register
+    from course.session.live import live as session
 
     register()
     return session()

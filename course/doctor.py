@@ -73,7 +73,7 @@ def round_trip() -> str:
     from example_interfaces.srv import AddTwoInts
     from rclpy.node import Node
 
-    from course.live.session import Session
+    from course.session.live import Session
 
     class Adder(Node):
         def __init__(self) -> None:

@@ -14,8 +14,8 @@ from rclpy.exceptions import NameValidationException
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
-from course.live.spinner import Spinner
 from course.rclpy_internals import NodeNameNonExistentError, RCLError, patch
+from course.session.spinner import Spinner
 
 AGAIN = 3.0  # s without an answer until a request is sent again
 ALIVE = 0.1  # s between two looks at whether a silent program is still alive

@@ -10,8 +10,8 @@ from IPython.core.magic_arguments import argument, magic_arguments, parse_argstr
 from course.errors import ExerciseError
 from course.interfaces import InterfaceError, build
 from course.interfaces.definition import SECTIONS
-from course.live.session import live
 from course.notebook.cells import content
+from course.session.live import live
 
 
 @magic_arguments()

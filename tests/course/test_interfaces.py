@@ -78,7 +78,7 @@ def test_an_edited_definition_replaces_the_loaded_one_in_a_live_session(cache):
 import sys
 from pathlib import Path
 from course.interfaces import build
-from course.live.session import Session
+from course.session.live import Session
 build("edited", {"Ask.srv": "int32 a\\n---\\nint32 b\\n"}, cache=Path(sys.argv[1]))
 from rclpy.node import Node
 from edited.srv import Ask
@@ -113,7 +113,7 @@ def test_messages_actions_and_types_of_other_packages_are_carried(cache):
 import sys
 from pathlib import Path
 from course.interfaces import build
-from course.live.session import Session
+from course.session.live import Session
 build("mixed", {"Pair.msg": "geometry_msgs/Point left\\nfloat64[3] right\\n",
                 "Swap.srv": "Pair[] pairs\\n---\\nint32 count\\n",
                 "Count.action": "int32 to\\n---\\nstd_msgs/Header header\\n---\\nint32[] seen\\n"},

@@ -13,7 +13,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from course import rclpy_internals
-from course.live.domains import claim_domain
+from course.session.domains import claim_domain
 
 
 @pytest.fixture

@@ -11,10 +11,10 @@ from rclpy.action import ActionClient
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from course.live.session import Session
 from course.nodes.dynamic_parameter_node import DynamicParameterNode
 from course.nodes.fibonacci_action_server import FibonacciActionServer
 from course.recorders import GoalRecorder, ParameterRecorder, Recorder, TopicRecorder
+from course.session.live import Session
 
 
 @pytest.fixture(scope="module")

@@ -19,10 +19,10 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from course.errors import CallTimeout, LiveError
-from course.live.domains import DOMAINS, claim_domain
-from course.live.session import Session
 from course.nodes.fibonacci_action_server import FibonacciActionServer
 from course.ros2.graph import participants_here
+from course.session.domains import DOMAINS, claim_domain
+from course.session.live import Session
 
 SERVER = """
 import sys
@@ -353,7 +353,7 @@ def test_a_domain_that_others_are_in_is_left_to_them(monkeypatch):
     """Whoever set ROS_DOMAIN_ID by hand has claimed nothing, but holds a participant's port (RTPS 2.5, 9.6.2.3)."""
     monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
     _, *others = domains = [domain for domain in DOMAINS if not participants_here(domain)][:3]
-    monkeypatch.setattr("course.live.domains.DOMAINS", domains)
+    monkeypatch.setattr("course.session.domains.DOMAINS", domains)
     monkeypatch.setattr(os, "getpid", lambda: 0)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
         participant.bind(("127.0.0.1", 7400 + 250 * domains[0] + 10))
@@ -396,7 +396,7 @@ def test_closing_leaves_no_thread_and_no_process(server):
     session.close()
     assert set(threading.enumerate()) == before
     assert not process.alive
-    with pytest.raises(LiveError, match="course.live"):
+    with pytest.raises(LiveError, match="course.session"):
         session.call("add", AddTwoInts, a=1, b=2)
 
 
@@ -458,3 +458,12 @@ for attempt in range(3):
         assert process.stdout.readline() == f"{attempt + 1}\n"
     _, errors = process.communicate(timeout=20)
     assert process.returncode == 0 and not errors
+
+
+def test_who_asks_again_gets_the_same_session_or_a_new_one_when_it_has_ended():
+    """`course.live()` is a notebook's first cell, which is run again and again."""
+    code = (
+        "import course; first = course.live(); assert course.live() is first; first.close(); "
+        "second = course.live(); assert second is not first and second.ok"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)

@@ -4,8 +4,8 @@ import contextlib
 import subprocess
 import sys
 
-from course.live import domains
 from course.ros2 import graph
+from course.session import domains
 
 from .conftest import Command
 

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 from rclpy.context import Context
 from rclpy.node import Node
 
-from course.live.logs import Logs
-from course.live.spinner import Spinner, destroy_node
+from course.session.logs import Logs
+from course.session.spinner import Spinner, destroy_node
 
 if TYPE_CHECKING:
-    from course.live.session import Session
+    from course.session.live import Session
 
 
 class LiveNode:

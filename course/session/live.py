@@ -23,13 +23,13 @@ from rclpy.task import Future
 
 from course.errors import CallTimeout, LiveError
 from course.interfaces import builder
-from course.live.domains import claim_domain
-from course.live.logs import LogBook, Logs
-from course.live.node import LiveNode, in_context
-from course.live.process import NodeProcess
-from course.live.requests import argument, fill
-from course.live.spinner import Spinner
 from course.rclpy_internals import action_type, destroy, is_initialized, patch
+from course.session.domains import claim_domain
+from course.session.logs import LogBook, Logs
+from course.session.node import LiveNode, in_context
+from course.session.process import NodeProcess
+from course.session.requests import argument, fill
+from course.session.spinner import Spinner
 from course.waiting import wait_until
 
 FORGOTTEN = 15.0  # s; a node that was killed is in the graph for 5 (discovery.xml), on a busy machine for longer
