@@ -396,7 +396,7 @@ def test_closing_leaves_no_thread_and_no_process(server):
     session.close()
     assert set(threading.enumerate()) == before
     assert not process.alive
-    with pytest.raises(LiveError, match="course.session"):
+    with pytest.raises(LiveError, match="course.live"):
         session.call("add", AddTwoInts, a=1, b=2)
 
 
