@@ -320,14 +320,12 @@ def test_ends_between_two_questions():
         assert life.ask() == "yes"
         assert (life.state, life.starts) == (State.SERVING, number + 2)
     life.program.dies(7)
-    with pytest.raises(
-        Crashed, match="answered, but ended by itself afterwards, again and again \\(exit status 1\\): "
-    ):
+    with pytest.raises(Crashed, match="ended by itself afterwards, again and again \\(exit status 1\\): main") as first:
         life.ask()
     assert life.state is State.HOPELESS
-    with pytest.raises(Crashed, match="again and again"):
+    with pytest.raises(Crashed) as again:
         life.up(STATUS)
-    assert life.starts == SPARE_LIVES + 1
+    assert (again.value, life.starts) == (first.value, SPARE_LIVES + 1)
 
 
 def test_dying_at_a_question_that_it_can_answer_costs_lives():

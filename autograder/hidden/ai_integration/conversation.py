@@ -226,4 +226,4 @@ def commands_of(heard: Sequence[Heard]) -> list[Command]:
 
 def describe(command: Command) -> str:
     """A command in words for the student."""
-    return WORDS.get(command, f"something else (linear.x {command.linear:g}, angular.z {command.angular:g})")
+    return WORDS.get(command, f"do something else (linear.x {command.linear:g}, angular.z {command.angular:g})")
