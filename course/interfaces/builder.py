@@ -38,6 +38,14 @@ LIBRARIES = (
     "rmw",
     "fastcdr",
 )
+# The libraries of a package whose messages a field uses.
+PARTS_USED = (
+    "rosidl_generator_c",
+    "rosidl_typesupport_c",
+    "rosidl_typesupport_fastrtps_c",
+    "rosidl_typesupport_introspection_c",
+    "rosidl_generator_py",
+)
 TOOL_CHAIN = (
     "ros-jazzy-rosidl-generator-c",
     "ros-jazzy-rosidl-generator-py",
@@ -183,34 +191,49 @@ def _check_types(package: str, definitions: list[Definition]) -> None:
 
 def _build(package: str, texts: Mapping[str, str], definitions: list[Definition], scratch: Path, prefix: Path) -> None:
     """Generate and compile in `scratch`, and install into `prefix`, whose name makes the libraries' names unique."""
+    share = _install_definitions(package, texts, definitions, prefix)
+    source = scratch / "source"
+    _run([sys.executable, "-m", "course.interfaces.generate", package, share, share, source], "generating the code")
+    python = _install_python(package, source, prefix)
+    # The type supports are loaded by names made from the package's: with the key in them, a later build of the same
+    # package can be loaded beside this one.
+    unique = f"{package}_{prefix.name}"
+    for file in source.glob(f"{package}/*/*__type_support.cpp"):
+        file.write_text(file.read_text().replace(f'\n  "{package}",\n', f'\n  "{unique}",\n'))
+    objects = _compile(package, source, scratch)
+    used = set().union(*(d.packages | IMPLIED[d.kind] for d in definitions)) - {package}
+    _link(unique, python / f"{package}_s__", prefix / "lib", objects, used)
+
+
+def _install_definitions(package: str, texts: Mapping[str, str], definitions: list[Definition], prefix: Path) -> Path:
+    """Lay the definitions out as an installed package has them, and enter it in the ament index; returns its share."""
     share = prefix / "share" / package
     for name, text in texts.items():
         target = share / name.rpartition(".")[2] / name
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(text, encoding="utf-8")
-    for resource, content in (
-        ("packages", ""),
-        ("rosidl_interfaces", "\n".join(f"{d.kind}/{d.name}.{d.kind}" for d in definitions)),
-    ):
+    interfaces = "\n".join(f"{d.kind}/{d.name}.{d.kind}" for d in definitions)
+    for resource, content in (("packages", ""), ("rosidl_interfaces", interfaces)):
         marker = prefix / "share" / "ament_index" / "resource_index" / resource / package
         marker.parent.mkdir(parents=True)
         marker.write_text(content)
+    return share
+
+
+def _install_python(package: str, source: Path, prefix: Path) -> Path:
+    """Copy the generated Python modules; returns the folder of the Python package."""
     python = prefix / "lib" / "python" / package
-    source = scratch / "source"
-    _run([sys.executable, "-m", "course.interfaces.generate", package, share, share, source], "generating the code")
     python.mkdir(parents=True)
     (python / "__init__.py").touch()
     for file in source.rglob("*.py"):
         target = python / file.relative_to(source / package)
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(file, target)
+    return python
 
-    # The type supports are loaded by names made from the package's: with the key in them, a later build of the same
-    # package can be loaded beside this one.
-    unique = f"{package}_{prefix.name}"
-    for file in source.glob(f"{package}/*/*__type_support.cpp"):
-        file.write_text(file.read_text().replace(f'\n  "{package}",\n', f'\n  "{unique}",\n'))
 
+def _compile(package: str, source: Path, scratch: Path) -> dict[Path, Path]:
+    """Compile the generated sources on all cores; returns the object file of each."""
     includes = [source, source / package / "introspection", sysconfig.get_path("include"), _numpy_include()]
     for path in _prefixes():
         includes += [path / "include", *sorted((path / "include").glob("*/"))]
@@ -225,46 +248,23 @@ def _build(package: str, texts: Mapping[str, str], definitions: list[Definition]
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         list(pool.map(compile_one, sources))
+    return objects
 
-    used = set().union(*(d.packages | IMPLIED[d.kind] for d in definitions)) - {package}
-    libraries = [
-        *LIBRARIES,
-        *(
-            f"{name}__{part}"
-            for name in sorted(used)
-            for part in (
-                "rosidl_generator_c",
-                "rosidl_typesupport_c",
-                "rosidl_typesupport_fastrtps_c",
-                "rosidl_typesupport_introspection_c",
-                "rosidl_generator_py",
-            )
-        ),
-    ]
-    lib = prefix / "lib"
+
+def _link(unique: str, module: Path, lib: Path, objects: dict[Path, Path], used: set[str]) -> None:
+    """Link the libraries into `lib`, and the Python module whose path begins with `module`; `used` packages are needed."""
+    libraries = [*LIBRARIES, *(f"{name}__{part}" for name in sorted(used) for part in PARTS_USED)]
     search = [f"-L{lib}", "-Wl,-rpath,$ORIGIN", "-Wl,-rpath,$ORIGIN/../..", "-Wl,--no-as-needed"]
     for path in _prefixes():
         search += [f"-L{path / 'lib'}", f"-Wl,-rpath,{path / 'lib'}"]
     own: list[str] = []
-    for part, chosen in _parts(sources).items():
+    for part, sources in _parts(list(objects)).items():
         target = lib / f"lib{unique}__{part}.so"
         if part == "rosidl_typesupport_c":
-            target = python / f"{package}_s__{part}{sysconfig.get_config_var('EXT_SUFFIX')}"
-        _run(
-            [
-                "g++",
-                "-shared",
-                f"-Wl,-soname,{target.name}",
-                "-o",
-                target,
-                *(objects[file] for file in chosen),
-                *search,
-                *(f"-l{unique}__{name}" for name in own),
-                "-Wl,--as-needed",
-                *(f"-l{name}" for name in libraries),
-            ],
-            "linking",
-        )
+            target = module.with_name(f"{module.name}{part}{sysconfig.get_config_var('EXT_SUFFIX')}")
+        inputs = [*(objects[file] for file in sources), *search, *(f"-l{unique}__{name}" for name in own)]
+        inputs += ["-Wl,--as-needed", *(f"-l{name}" for name in libraries)]
+        _run(["g++", "-shared", f"-Wl,-soname,{target.name}", "-o", target, *inputs], "linking")
         own.append(part)
 
 
