@@ -252,7 +252,7 @@ def _compile(package: str, source: Path, scratch: Path) -> dict[Path, Path]:
 
 
 def _link(unique: str, module: Path, lib: Path, objects: dict[Path, Path], used: set[str]) -> None:
-    """Link the libraries into `lib`, and the Python module whose path begins with `module`; `used` packages are needed."""
+    """Link the libraries into `lib`, and the Python module whose path begins with `module`, against `used` packages."""
     libraries = [*LIBRARIES, *(f"{name}__{part}" for name in sorted(used) for part in PARTS_USED)]
     search = [f"-L{lib}", "-Wl,-rpath,$ORIGIN", "-Wl,-rpath,$ORIGIN/../..", "-Wl,--no-as-needed"]
     for path in _prefixes():
