@@ -2,6 +2,7 @@
 
 import threading
 import time
+import uuid
 from collections.abc import Callable
 from typing import Any
 
@@ -9,6 +10,7 @@ from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.qos import QoSProfile
+from unique_identifier_msgs.msg import UUID
 
 from autograder.suitekit.ros import Ros, sensible
 from autograder.suitekit.topics import Heard
@@ -77,20 +79,34 @@ class Goal:
 
 
 class ActionCaller:
-    """A client of an action."""
+    """A client of an action.
 
-    def __init__(self, ros: Ros, action: str, kind: type):
-        self._client = ActionClient(ros.node, kind, action, feedback_sub_qos_profile=QoSProfile(depth=DEPTH))
+    It hears the feedback by a subscription of its own: rclpy 7.1.6 forgets a goal's feedback callback as soon as its
+    result has come, and feedback that is still on its way is lost.
+    """
+
+    def __init__(self, ros: Ros, action: str, kind: Any):
+        self._goals: dict[bytes, Goal] = {}
+        qos = QoSProfile(depth=DEPTH)
+        self._feedback = ros.node.create_subscription(
+            kind.Impl.FeedbackMessage, f"{action}/_action/feedback", self._hear, qos
+        )
+        self._client = ActionClient(ros.node, kind, action)
 
     def ready(self) -> bool:
-        """Whether the action is offered."""
-        return self._client.server_is_ready()
+        """Whether the action is offered, and its feedback would be heard."""
+        return self._client.server_is_ready() and self._feedback.get_publisher_count() > 0
 
     def send(self, goal: Any, alive: Callable[[], bool]) -> Goal:
         """Send a goal to a program; does not wait for the answer."""
-        sent = Goal(alive)
-        self._client.send_goal_async(goal, feedback_callback=sent.on_feedback).add_done_callback(sent.on_answer)
+        sent, number = Goal(alive), uuid.uuid4().bytes
+        self._goals[number] = sent
+        self._client.send_goal_async(goal, goal_uuid=UUID(uuid=list(number))).add_done_callback(sent.on_answer)
         return sent
+
+    def _hear(self, message: Any) -> None:
+        if goal := self._goals.get(bytes(message.goal_id.uuid)):
+            goal.on_feedback(message)
 
 
 def serve(
