@@ -1,14 +1,17 @@
 """What a student imports: a live ROS 2 session in the notebook's kernel, and the chapter's nodes, agent and figures."""
 
+import sys
 from typing import TYPE_CHECKING
 
 from course import environment
-from course.errors import CallTimeout, CourseError, LiveError
+from course.errors import CallTimeout, CourseError, LiveError, NodeFailed
 
 if TYPE_CHECKING:
+    from IPython.core.interactiveshell import InteractiveShell
+
     from course.session.live import Session
 
-__all__ = ["CallTimeout", "CourseError", "LiveError", "check", "live"]
+__all__ = ["CallTimeout", "CourseError", "LiveError", "NodeFailed", "check", "live"]
 
 environment.prepare()
 
@@ -16,10 +19,12 @@ environment.prepare()
 def live() -> "Session":
     """Return the kernel's live session, and make it at the first call; this also adds the `%%exercise` magic."""
     # Here, so that the pure-Python parts of the course load no ROS.
-    from course.notebook.exercise import register
     from course.session.live import live as session
 
-    register()
+    if (shell := _shell()) is not None:
+        from course.notebook.extension import load_ipython_extension
+
+        load_ipython_extension(shell)
     return session()
 
 
@@ -28,3 +33,9 @@ def check(name: str = "") -> None:
     from course.notebook.checks import check as run
 
     run(name)
+
+
+def _shell() -> "InteractiveShell | None":
+    """The IPython that runs this, if one does."""
+    ipython = sys.modules.get("IPython")
+    return ipython.get_ipython() if ipython else None

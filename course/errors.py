@@ -3,6 +3,7 @@
 CourseError                 something that the reader can put right; a notebook shows its message alone
     LiveError               the live session cannot do what it was asked to do
         CallTimeout         a service, a future or a node did not answer in time
+            NodeFailed      and will not: the node has died, or raised an exception
         ExerciseError       an exercise's cell could not become the file it names
     InterfaceError          a .msg, .srv or .action file that ROS 2 cannot build
     UnreadableNotebook      a file that is no notebook
@@ -23,6 +24,10 @@ class LiveError(CourseError):
 
 class CallTimeout(LiveError, TimeoutError):
     """A service, a future or a node did not answer within its time limit."""
+
+
+class NodeFailed(CallTimeout):
+    """Nothing will come: the node that was waited for has died, or raised an exception.  The message tells how."""
 
 
 class ExerciseError(LiveError):

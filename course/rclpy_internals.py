@@ -113,3 +113,49 @@ def watch_parameters(node: Node, watcher: Callable[[list[Parameter], SetParamete
 
     node._set_parameters_atomically = watched  # type: ignore[method-assign, assignment]
     return end
+
+
+def replace_in_rclpy(
+    make: Callable[[Callable[..., Any]], Callable[..., Any]], owner: Any, name: str
+) -> Callable[[], None]:
+    """Put `make(original)` in the place of `owner.name`; returns what puts the original back.
+
+    A live session replaces what is right in a program and blocks a kernel (`course.session.guards`).
+    """
+    original = getattr(owner, name)
+    setattr(owner, name, functools.wraps(original)(make(original)))
+    return functools.partial(setattr, owner, name, original)
+
+
+def watch_goals(tell: Callable[[Node, Exception | None, bool], None]) -> Callable[[], None]:
+    """Have `tell` told of an exception in an execute callback of this process; returns what ends that.
+
+    It is told the exception, or None when the callback returned without a result, or before the goal had a state (rclpy
+    then aborts it); and whether there is a result.
+
+    Seen in 7.1.6: an ActionServer prints the traceback on stderr, in the midst of whatever cell runs, and aborts the
+    goal.  The goal is still aborted.
+    """
+    from rclpy.action import ActionServer
+    from rclpy.executors import await_or_execute
+
+    def make(original: Callable[..., Any]) -> Callable[..., Any]:
+        async def execute(self: Any, execute_callback: Callable[..., Any], goal_handle: Any) -> Any:
+            async def guarded(handle: Any) -> Any:
+                try:
+                    result = await await_or_execute(execute_callback, handle)
+                    made = isinstance(result, self._action_type.Result)
+                    if handle.is_active or not made:
+                        tell(self._node, None, made)
+                    return result if made else self._action_type.Result()
+                except Exception as error:
+                    tell(self._node, error, False)
+                    if handle.is_active:
+                        handle.abort()
+                    return self._action_type.Result()
+
+            return await original(self, guarded, goal_handle)
+
+        return execute
+
+    return replace_in_rclpy(make, ActionServer, "_execute_goal")

@@ -4,6 +4,7 @@ A table is a dict of columns, each a list, so that `plot(table["time"], table["f
 Times are in seconds since the recorder was made.
 """
 
+import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -11,6 +12,7 @@ from operator import attrgetter
 from typing import Any, Protocol, Self, cast
 
 from action_msgs.msg import GoalStatus
+from action_msgs.srv import CancelGoal
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.action import ActionClient
 from rclpy.action.client import ClientGoalHandle
@@ -20,7 +22,7 @@ from rclpy.task import Future
 
 from course.errors import CourseError
 from course.rclpy_internals import watch_parameters
-from course.waiting import wait_until
+from course.waiting import ask_lookouts, wait_until
 
 STATUS = {
     GoalStatus.STATUS_SUCCEEDED: "succeeded",
@@ -29,6 +31,8 @@ STATUS = {
 }
 
 Table = dict[str, list[Any]]
+
+LATE = 1.0  # s that the news of an exception may come after the end of its goal
 
 
 class Recorder:
@@ -117,7 +121,17 @@ class GoalRecorder(Recorder):
         if self._handle is None:
             raise CourseError("the goal has not been accepted yet: wait for that before you cancel it")
         self.add(event="cancel")
-        self._handle.cancel_goal_async()
+        self._handle.cancel_goal_async().add_done_callback(self._on_cancel)
+
+    def _on_cancel(self, future: Future) -> None:
+        answer = future.result()
+        ended = CancelGoal.Response.ERROR_GOAL_TERMINATED
+        if answer is not None and not answer.goals_canceling and answer.return_code != ended:
+            print(
+                "The server refused the cancel: give its ActionServer a `cancel_callback` that returns "
+                "CancelResponse.ACCEPT.",
+                file=sys.stderr,
+            )
 
     def _on_answer(self, future: Future) -> None:
         self._handle = handle = future.result()
@@ -153,9 +167,17 @@ class GoalRecorder(Recorder):
         )
 
     def wait_end(self, timeout: float = 10.0) -> str | None:
-        """Wait for the event that ends the goal, and return it; None after `timeout` s."""
+        """Wait for the event that ends the goal, and return it; None after `timeout` s.
+
+        Raises NodeFailed in a live session when the goal was aborted because its server raised an exception.
+        """
         self.wait_for(lambda table: any(event in self.END for event in table["event"]), timeout)
-        return next((event for event in self.table()["event"] if event in self.END), None)
+        end = next((event for event in self.table()["event"] if event in self.END), None)
+        if end == "aborted":
+            wait_until(lambda: False, LATE)  # the lookouts hear of the exception a little later
+        else:
+            ask_lookouts()
+        return end
 
 
 class Observable(Protocol):

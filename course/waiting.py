@@ -9,6 +9,9 @@ from typing import TypeVar
 Found = TypeVar("Found")
 POLL = 0.01  # s between two looks at what no event announces: the ROS graph, another process
 WOKEN = 0.1  # s between two looks when an event announces the change
+# Called at each look of a wait in the main thread; what it raises ends the wait.  A live session raises here when a
+# node has died.
+lookouts: list[Callable[[], None]] = []
 
 
 def wait_until(
@@ -17,11 +20,13 @@ def wait_until(
     *,
     news: threading.Condition | None = None,
     unless: Callable[[], object] = lambda: False,
+    alert: bool = True,
 ) -> Found:
     """Wait until `condition()` is true, and return its last value: a false one after `timeout` s.
 
     The wait also ends, early, when `unless()` becomes true: the program that was to answer has died.  With `news` the
     condition is looked at whenever somebody notifies `news`, and with its lock held; without, a hundred times a second.
+    Without `alert` the `lookouts` are not asked.
     """
     end = time.monotonic() + timeout
     with news or nullcontext():
@@ -29,8 +34,17 @@ def wait_until(
             left = end - time.monotonic()
             if left <= 0.0 or unless():
                 break
+            if alert:
+                ask_lookouts()
             if news:
                 news.wait(min(left, WOKEN))
             else:
                 time.sleep(min(left, POLL))
     return found
+
+
+def ask_lookouts() -> None:
+    """Let the lookouts raise what a wait in this thread must not outlast."""
+    if lookouts and threading.current_thread() is threading.main_thread():
+        for look in lookouts:
+            look()

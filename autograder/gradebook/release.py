@@ -66,7 +66,8 @@ def hand_out(folder: Path, released: Iterable[Path]) -> None:
         shutil.copytree(notebooks, folder / "notebooks" / notebooks.name, dirs_exist_ok=True)
     shutil.copy(root / "LICENSE", folder)
     (folder / "pyproject.toml").write_text(_students_project(root / "pyproject.toml"), encoding="utf-8")
-    shutil.copy(root / "docs" / "student" / "README.md", folder)
+    for page in ("student/README.md", "when-it-goes-wrong.md"):
+        shutil.copy(root / "docs" / page, folder)
 
 
 def api(course: Path) -> NbGraderAPI:

@@ -82,15 +82,20 @@ def _parse_line(line: str, where: str, package: str) -> list[Field]:
         return []
     if code[0].isspace():
         raise InterfaceError(f"{where}: a field must begin in the first column: '{line.strip()}'")
-    words = code.split()
+    if "//" in code and '"' not in code and "'" not in code:
+        raise InterfaceError(f"{where}: a comment begins with '#', not with '//': '{code}'")
+    words = [word.rstrip(":;,") for word in code.split()] if re.match(r"\w+\s*:", code) else code.split()
     if len(words) < 2:
         raise InterfaceError(f"{where}: a field is a type and a name, as in 'float64 a'; this is '{code}'")
     base = words[0].split("[")[0].split("<")[0]
+    if base not in PRIMITIVE_TYPES and words[1].split("[")[0] in PRIMITIVE_TYPES:
+        raise InterfaceError(f"{where}: the type comes first, then the name: write '{words[1]} {words[0]}'")
     if base not in PRIMITIVE_TYPES and "/" not in base and not base[:1].isupper():
         near = [t for t in PRIMITIVE_TYPES if t.startswith(base)] or difflib.get_close_matches(base, PRIMITIVE_TYPES)
         near = {"double": ["float64"], "str": ["string"], "boolean": ["bool"]}.get(base, near)
         hint = f"; did you mean {' or '.join(sorted(near))}?" if near else ""
         raise InterfaceError(f"{where}: there is no type '{base}'{hint}")
+    _check_name(code.split(maxsplit=1)[1], where)
     try:
         with contextlib.redirect_stderr(io.StringIO()):
             spec = parse_message_string(package, "Line", line)
@@ -101,3 +106,18 @@ def _parse_line(line: str, where: str, package: str) -> list[Field]:
     return [Field(str(f.type), f.name, f.default_value) for f in spec.fields] + [
         Field(c.type, c.name, c.value) for c in spec.constants
     ]
+
+
+def _check_name(rest: str, where: str) -> None:
+    """Raise InterfaceError for a field's or constant's name that ROS 2 refuses, in time that grows with its length."""
+    name = rest.split("=")[0].split()[0].rstrip(",;")
+    if "=" in rest:
+        if not re.fullmatch(r"[A-Z](?:_?[A-Z0-9])*", name):
+            raise InterfaceError(f"{where}: a constant has a name in capitals, like MAX_SPEED; this is '{name}'")
+    elif not re.fullmatch(r"[a-z](?:_?[a-z0-9])*", name):
+        near = re.sub(r"_+", "_", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()).strip("_")
+        meant = f": write '{near}'" if re.fullmatch(r"[a-z](?:_?[a-z0-9])*", near) else ""
+        raise InterfaceError(
+            f"{where}: a field's name has lower-case letters, digits and single underscores, and begins with a "
+            f"letter; this is '{name}'{meant}"
+        )

@@ -7,32 +7,44 @@ from pathlib import Path
 from IPython import get_ipython
 
 from course.notebook import cells
+from course.notebook.drift import differences
+from course.notebook.extension import makes, reason
 
 
 def check(name: str = "") -> None:
     """Run the public checks called `name`, or all, of the notebook beside the kernel, and say how each ended.
 
-    They are the notebook's locked cells as last saved, and see what you have run so far.
+    They are the notebook's locked cells as last saved, and see what you have run so far.  Files that are not what their
+    cells say are told first.
     """
-    checks = {
-        cell.name: cell.source
-        for path in sorted(Path().glob("*.ipynb"))
-        for cell in cells.read(path)
-        if cell.public_check and name in ("", cell.name)
-    }
+    known = {cell.name: cell.source for path in sorted(Path().glob("*.ipynb")) for cell in cells.read(path)
+             if cell.public_check}  # fmt: skip
+    checks = {found: source for found, source in known.items() if name in ("", found)}
     if not checks:
         print(f"there are no checks {name!r} here" if name else "there are no checks here")
+        return
+    for why in differences().values():
+        print(f"note: {why}")
+    failed: list[str] = []
     for found, source in checks.items():
-        print(f"{found}: {_run(source)}")
+        said = _run(source, {each: known[each] for each in failed})
+        failed += [found] if said != "passed" else []
+        print(f"{found}: {said}")
 
 
-def _run(source: str) -> str:
+def _run(source: str, failed: dict[str, str]) -> str:
     shell = get_ipython()
     try:
         with contextlib.redirect_stdout(io.StringIO()):
             exec(compile(shell.transform_cell(source), "check", "exec"), shell.user_ns)
     except AssertionError as error:
         return f"not yet: {error}"
+    except NameError as error:
+        first = next((name for name, text in failed.items() if makes(text, error.name or "")), "")
+        if first:
+            return f"not yet: it needs `{error.name}` of the check '{first}', which failed"
+        where = reason(error, Path()).removeprefix("Hint: ")
+        return f"not yet: {where or f'NameError: {error}'}"
     except Exception as error:
         return f"not yet: {type(error).__name__}: {error}"
     return "passed"

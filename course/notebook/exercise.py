@@ -3,7 +3,6 @@
 import shlex
 from pathlib import Path
 
-from IPython import get_ipython
 from IPython.core.error import UsageError
 from IPython.core.magic_arguments import argument, magic_arguments, parse_argstring
 
@@ -30,16 +29,32 @@ def exercise(line: str, cell: str) -> None:
     if path.suffix != ".py":
         _interface(path, cell, options.package)
         return
-    try:
-        compile(cell, path.name, "exec")
-    except SyntaxError as error:
-        raise ExerciseError(f"{path.name}, line {error.lineno}: {error.msg}: {(error.text or '').strip()}") from None
+    _check_syntax(path, cell)
     path.write_text(cell, encoding="utf-8")
     if options.no_start:
         print(f"{path.name}: written")
         return
+
     process = live().start(path, *(shlex.split(rest) if separator else []))
-    print(f"{path.name}: written, running as {', '.join(process.nodes)}")
+    if process.alive:
+        print(f"{path.name}: written, running as {', '.join(process.nodes)}")
+    else:
+        live().watch.told(process)
+        print("\n".join([f"{path.name}: written, but it does not run:", *map(str, process.stories)]))
+
+
+def _check_syntax(path: Path, cell: str) -> None:
+    try:
+        compile(cell, path.name, "exec")
+    except SyntaxError as error:
+        lines = cell.splitlines()
+        number = error.lineno or 0
+        # Python would read the line from the file, which still is the one of before.
+        quoted = lines[number - 1].strip() if 0 < number <= len(lines) else ""
+        raise ExerciseError(
+            f"{path.name}, line {number}: {error.msg}: {quoted}\n"
+            f"Nothing was written: {path.name} is as it was, and what ran before runs on."
+        ) from None
 
 
 def _interface(path: Path, cell: str, package: str) -> None:
@@ -57,10 +72,3 @@ def _interface(path: Path, cell: str, package: str) -> None:
 
 
 _written: dict[str, set[Path]] = {}
-
-
-def register() -> None:
-    """Add the magic to the running IPython, if there is one."""
-    shell = get_ipython()
-    if shell is not None:
-        shell.register_magic_function(exercise, magic_kind="cell", magic_name="exercise")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
@@ -9,6 +10,7 @@ from course.ros2 import completion, grammar, messages, service
 from course.ros2.grammar import Verb
 from course.ros2.graph import COMMAND_PREFIX, Graph, uninterrupted
 from course.ros2.messages import Message, Stamp
+from course.ros2.news import LATE, News, wait_for_server
 
 if TYPE_CHECKING:  # loaded when the verb runs, and not for its help
     from rclpy.action import ActionClient
@@ -140,8 +142,10 @@ def send_goal(args: Namespace) -> int | str | None:
             client.destroy()
 
 
-def _follow(graph: Graph, client: ActionClient, goal: Message, stamps: list[Stamp], args: Namespace) -> int | None:
-    """Send the goal and print what becomes of it; return 1 when `--timeout` ends first."""
+def _follow(
+    graph: Graph, client: ActionClient, goal: Message, stamps: list[Stamp], args: Namespace
+) -> int | str | None:
+    """Send the goal and print what becomes of it; return 1 when `--timeout` ends first, or why there is no end."""
 
     accepted = False
     early: list[Message] = []  # feedback can arrive before the answer to the goal; it is printed after it
@@ -152,13 +156,17 @@ def _follow(graph: Graph, client: ActionClient, goal: Message, stamps: list[Stam
         else:
             early.append(feedback)
 
+    news = News(f"{args.action_name}/_action/send_goal")
     print("Waiting for an action server to become available...")
-    graph.wait_until(client.server_is_ready)
+    if story := wait_for_server(graph, news, client.server_is_ready, graph.actions, "action"):
+        return story
     for stamp in stamps:
         stamp(graph.node.get_clock().now().to_msg())
     print(f"Sending goal:\n     {messages.to_yaml(goal)}")
     sent = client.send_goal_async(goal, show if args.feedback else None)
-    graph.spin(sent.done)
+    graph.spin(lambda: sent.done() or news.since())
+    if not graph.spin(sent.done, LATE):  # what became of the goal can be known before its answer is here
+        return f"The goal got no answer. {news.since()}"
     handle = sent.result()
     if handle is None:
         raise RuntimeError(f"Exception while sending goal: {sent.exception()!r}")
@@ -172,7 +180,7 @@ def _follow(graph: Graph, client: ActionClient, goal: Message, stamps: list[Stam
             for feedback in early:
                 show(feedback)
             finished = handle.get_result_async()
-        in_time = graph.spin(finished.done, args.timeout)
+        in_time = graph.spin(lambda: finished.done() or news.dead(), args.timeout)
     except KeyboardInterrupt:
         _cancel(graph, handle)
         raise
@@ -180,10 +188,14 @@ def _follow(graph: Graph, client: ActionClient, goal: Message, stamps: list[Stam
         print(f"Timeout is reached after {args.timeout} seconds.")
         _cancel(graph, handle)
         return 1
+    if not finished.done():
+        return f"The goal has no result. {news.dead()}"
     if finished.result() is None:
         raise RuntimeError(f"Exception while getting result: {finished.exception()!r}")
     print(f"Result:\n    {messages.to_yaml(finished.result().result)}")
     print(f"Goal finished with status: {_status(finished.result().status)}")
+    if _status(finished.result().status) == "ABORTED" and graph.wait_until(news.since, LATE):
+        print(news.since(), file=sys.stderr)
     return None
 
 

@@ -30,10 +30,15 @@ VALUES = (
 )
 
 
+NO_ANSWER = "Callback returned an invalid type"  # rclpy says it of a callback that returned None, or True
+
+
 def report(result: Any, done: str, failed: str) -> None:
     """Print the outcome in a SetParametersResult: success to stdout, failure to stderr, each with the node's reason."""
     text = (done if result.successful else failed) + (f": {result.reason}" if result.reason else "")
     print(text, file=sys.stdout if result.successful else sys.stderr)
+    if result.reason == NO_ANSWER:
+        print("The node's parameter callback must return a SetParametersResult, on every path.", file=sys.stderr)
 
 
 # --- grammar ---

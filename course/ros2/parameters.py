@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from course.ros2.graph import Graph, absolute
+from course.ros2.news import News
 
 SERVICE_TIMEOUT = 5.0  # s to wait for a node's parameter service
 
@@ -18,11 +19,14 @@ def call(graph: Graph, node_name: str, kind: str, **fields: Any) -> Any:
 
     service = getattr(srv, kind)
     word = re.sub(r"(?<!^)(?=[A-Z])", "_", kind).lower()
-    client = graph.node.create_client(service, f"{absolute(node_name)}/{word}")
+    name = f"{absolute(node_name)}/{word}"
+    client, news = graph.node.create_client(service, name), News(name)
     if not graph.wait_until(client.service_is_ready, SERVICE_TIMEOUT):
         raise RuntimeError("Wait for service timed out")
     future = client.call_async(service.Request(**fields))
-    graph.spin(future.done)
+    graph.spin(lambda: future.done() or news.since())
+    if not future.done():
+        raise RuntimeError(f"The node does not answer.\n{news.since()}")
     if future.result() is None:
         raise RuntimeError(f"Exception while calling service of node '{node_name}': {future.exception()}")
     return future.result()

@@ -8,6 +8,7 @@ from course.ros2 import completion, grammar, messages
 from course.ros2.grammar import Verb
 from course.ros2.graph import COMMAND_PREFIX, Graph
 from course.ros2.messages import Stamp
+from course.ros2.news import News, wait_for_server
 
 
 def print_names(found: Collection[tuple[str, list[str]]], *, count: bool, types: bool) -> None:
@@ -153,17 +154,21 @@ def call(args: Namespace) -> str | None:
     with Graph(talks=True, node_name=f"{COMMAND_PREFIX}_requester_{words[0]}_{words[-1]}") as graph:
         client = graph.node.create_client(service, args.service_name)
         ready = client.service_is_ready
+        news = News(args.service_name)
         # ros2cli prints this line when its first look, before discovery, finds nothing; here, when one has to wait.
         if not graph.settle(ready):
             print("waiting for service to become available...")
-            graph.wait_until(ready)
+            if story := wait_for_server(graph, news, ready, graph.services, "service"):
+                return story
         while True:
             for stamp in stamps:
                 stamp(graph.node.get_clock().now().to_msg())
             print(f"requester: making request: {request!r}\n")
             began = time.monotonic()
             future = client.call_async(request)
-            graph.spin(future.done)
+            graph.spin(lambda future=future: future.done() or news.since())  # type: ignore[misc]
+            if not future.done():
+                return f"The service does not answer.\n{news.since()}"
             if future.result() is None:
                 raise RuntimeError(f"Exception while calling service: {future.exception()!r}")
             print(f"response:\n{future.result()!r}\n")

@@ -6,32 +6,45 @@ only itself.  Callbacks run in those threads; cells run in the main thread.
 """
 
 import atexit
+import contextlib
 import functools
 import itertools
 import os
 import threading
 import time
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from rcl_interfaces.srv import ListParameters
 from rclpy.client import Client
 from rclpy.context import Context
 from rclpy.exceptions import NotInitializedException
 from rclpy.node import Node
 from rclpy.task import Future
 
-from course.errors import CallTimeout, LiveError
+from course import registry
+from course.errors import CallTimeout, LiveError, NodeFailed
 from course.interfaces import builder
-from course.rclpy_internals import action_type, destroy, is_initialized, patch
+from course.rclpy_internals import NodeNameNonExistentError, action_type, destroy, is_initialized, patch, watch_goals
 from course.session.domains import claim_domain
-from course.session.logs import LogBook, Logs
+from course.session.guards import Guards
+from course.session.logs import LogBook, Logs, program_logs
 from course.session.node import LiveNode, in_context
 from course.session.process import NodeProcess
 from course.session.requests import argument, fill
+from course.session.source import blocked
 from course.session.spinner import Spinner
-from course.waiting import wait_until
+from course.session.table import Nodes, Row
+from course.session.watch import Watch
+from course.waiting import lookouts, wait_until
 
+LOOK = 0.05  # s between two looks whether the node that is to answer has died
+LISTED = 8  # services that a message names
+OF_EVERY_NODE = ("rcl_interfaces/", "type_description_interfaces/")  # the types of the services that every node has
+GRACE = 1.0  # s that a server may take to be found, before the story of a dead node is told instead
+SETTLED = 2.0  # s that a program may take from its node to its executor
 FORGOTTEN = 15.0  # s; a node that was killed is in the graph for 5 (discovery.xml), on a busy machine for longer
 
 
@@ -54,6 +67,8 @@ class Session:
         os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
         os.environ.setdefault("RCUTILS_CONSOLE_OUTPUT_FORMAT", "[{severity}] [{name}]: {message}")  # as in the book
         patch()
+        # Of a client that has died while it waited: its own story says so.
+        warnings.filterwarnings("ignore", "failed to send response", RuntimeWarning)
         self.context = Context()
         # The book shows the logs, from /rosout: on stderr they would litter the cells.
         self.context.init(
@@ -63,10 +78,18 @@ class Session:
         self._book = LogBook(self.node)
         self._spinner = Spinner(self.node)
         self._handles: dict[str, LiveNode | NodeProcess] = {}
+        self.watch = Watch(self._handles)
         self._clients: dict[tuple[str, type], Client] = {}
         self._closed = False
+        self._since = time.time()
+        self._publishing = threading.Lock()
         atexit.register(self.close)
         builder.on_replace.append(self._drop_types)
+        lookouts.append(self.watch.look)
+        self._guards = Guards(self.watch.notice)
+        self._guards.install()
+        self._unwatch_goals = watch_goals(self._goal_failed)
+        self._publish()
 
     # Nodes
 
@@ -101,7 +124,7 @@ class Session:
         for handle in list(self._handles.values()):
             if isinstance(handle, LiveNode) and type(handle.node).__name__ == what.__name__:
                 self._replace(handle.name)
-        cls = in_context(what, self.context, arguments, self._replace)
+        cls = in_context(what, self.context, arguments, lambda name: self._replace(name, cls=what))
         node = cls.__new__(cls)
         try:
             type(node).__init__(node, *args, **kwargs)  # type: ignore[arg-type]
@@ -114,39 +137,71 @@ class Session:
                     "super().__init__('name') instead of Node.__init__(self, 'name')"
                 ) from None
             raise
-        self._replace(node.get_name())  # it may have been renamed by its arguments
-        handle = LiveNode(self, Spinner(node, threads))
+        self._replace(node.get_name(), cls=what)  # it may have been renamed by its arguments
+        handle = LiveNode(self, Spinner(node, threads, self._publish))
         self._handles[handle.name] = handle
+        self._publish()
         return handle
 
-    def _replace(self, name: str, new: NodeProcess | None = None) -> None:
-        """Make room for a node, or a file's process, of this name; `new` already has it."""
+    def _replace(self, name: str, new: NodeProcess | None = None, cls: type[Node] | None = None) -> None:
+        """Make room for a node, or a file's process, of this name; `new` already has it, and `cls` is to have it."""
         for key, handle in list(self._handles.items()):
             if handle is not new and name in (key, *map(_base, handle.nodes)):
+                if cls is not None and isinstance(handle, LiveNode) and not handle.is_version_of(cls):
+                    self.watch.notice(
+                        f"{cls.__name__} takes the place of {type(handle.node).__name__}: both call their node "
+                        f"'{name}'. Give one of them another name in `super().__init__(...)` to run both."
+                    )
                 self.stop(key)
                 for node in handle.nodes:
                     self._book.forget(_base(node), *([new.started] if new else []))
 
     def _start_file(self, path: Path, arguments: list[str], timeout: float) -> NodeProcess:
         if not path.is_file():
-            raise LiveError(f"there is no file {path}")
+            raise LiveError(f"there is no file {path}: run the cell that writes it, or check the name")
         self._replace(path.name)
         before = self._all_nodes()
-        process = NodeProcess(path, arguments)
+        process = NodeProcess(path, arguments, self._publish)
         self._handles[process.name] = process
-        self.until(lambda: not process.alive or len(self._all_nodes()) > len(before), timeout)
+        wait_until(lambda: not process.alive or len(self._all_nodes()) > len(before), timeout, alert=False)
+        process.nodes = sorted(_difference(self._all_nodes(), before)) if process.alive else []
         if not process.alive:
-            raise LiveError(
-                f"{path.name} ended with exit status {process.returncode} before its node was there"
-                + (f":\n{process.output}" if process.output else "")
-            )
-        process.nodes = sorted(_difference(self._all_nodes(), before))
+            raise self._failed(process)
         if not process.nodes:
             process.stop()
-            raise CallTimeout(f"{path.name} ran for {timeout:g} s and created no node")
+            raise CallTimeout(
+                f"{path.name} ran for {timeout:g} s and created no node: does it wait for something before its "
+                "`super().__init__('name')`, or is `main()` not reached?"
+            )
         for node in process.nodes:
             self._replace(_base(node), process)
+        self._settle(process)
+        self._publish()
+        if process.died and process.returncode:
+            raise self._failed(process)
         return process
+
+    def _failed(self, process: NodeProcess) -> NodeFailed:
+        self.watch.told(process)
+        return NodeFailed("\n".join(map(str, process.stories)))
+
+    def _settle(self, process: NodeProcess) -> None:
+        """Wait until the program answers from its executor, so that what it does in its first moments is over.
+
+        A program that offers no parameters, or is busy for longer than `SETTLED`, is taken as it is.
+        """
+        end = time.monotonic() + SETTLED
+        client = self.node.create_client(ListParameters, f"{process.nodes[0]}/list_parameters")
+        wait_until(lambda: client.service_is_ready() or not process.alive, SETTLED, alert=False)
+        if process.alive and client.service_is_ready():
+            future = client.call_async(ListParameters.Request())
+            wait_until(lambda: future.done() or not process.alive, end - time.monotonic(), alert=False)
+        for name, namespace in self.node.get_node_names_and_namespaces():
+            if f"{namespace.rstrip('/')}/{name}" in process.nodes:
+                with contextlib.suppress(NodeNameNonExistentError):
+                    found = self.node.get_service_names_and_types_by_node(name, namespace)
+                    process.services |= {service for service, _ in found}
+        self.node.destroy_client(client)
 
     def stop(self, name: str | None = None) -> None:
         """Stop the node (or the file's process) called `name`, or all of them; one that is not there is no error."""
@@ -154,28 +209,59 @@ class Session:
             handle = self._handles.pop(key, None)
             if handle is None:
                 continue
+            self._forget_clients(handle.services)
             handle._end()
             if not self._closed:  # a call made next must not meet the old one
                 others = [node for other in self._handles.values() for node in other.nodes]
-                self.until(functools.partial(self._gone, handle.nodes, others), FORGOTTEN)
+                wait_until(functools.partial(self._gone, handle.nodes, others), FORGOTTEN, alert=False)
+                self._publish()
+
+    def _forget_clients(self, services: set[str]) -> None:
+        """Destroy the clients of these services: matched with a server that ends, they could miss the next one."""
+        for key, client in list(self._clients.items()):
+            if client.service_name in services:
+                self.node.destroy_client(self._clients.pop(key))
 
     def _gone(self, nodes: list[str], others: list[str]) -> bool:
         """Whether the graph has forgotten `nodes`; `others`, perhaps of the same names, are still there."""
         return not set(nodes) & set(_difference(self._all_nodes(), others))
 
-    def nodes(self) -> list[str]:
-        """The full names of the nodes in this session's domain, hidden ones left out."""
-        return sorted(name for name in self._all_nodes() if not _base(name).startswith("_"))
+    def nodes(self) -> Nodes:
+        """The full names of the nodes that run in this session's domain, hidden ones left out.
+
+        A notebook shows them as a table, with the started nodes that have ended, and why.
+        """
+        names = sorted(name for name in self._all_nodes() if not _base(name).startswith("_"))
+        rows, known = [], set()
+        for handle in self._handles.values():
+            for name in handle.nodes or [handle.name]:
+                rows.append(Row(name, handle.state, handle.started, handle.where))
+                known.add(name)
+            self.watch.told(handle)
+        rows += [Row(name, "running", None, "not started by this session") for name in names if name not in known]
+        return Nodes(names, sorted(rows, key=lambda row: row.name))
 
     def logs(self, name: str | None = None, *, until: str | None = None, timeout: float = 5.0) -> Logs:
-        """What the node called `name`, or every node, has logged since it was started.
+        """What the node or the file called `name`, or every node, has logged since it was started.
 
-        A log line travels on its own, and may come after the response it tells of: with `until` this waits, at most
-        `timeout` s, for a line that contains that text.
+        Of a file's program this is all that it printed, too, and how it ended.  A log line travels on its own, and may
+        come after the response it tells of: with `until` this waits, at most `timeout` s, for a line that contains
+        that text.
         """
         if until is not None:
-            self._book.wait_for(until, name, timeout)
-        return self._book.read(name)
+            wait_until(lambda: any(until in entry.text for entry in self._logs(name)), timeout)
+        return self._logs(name)
+
+    def _logs(self, name: str | None) -> Logs:
+        """Of programs what they wrote on their terminal, where it is in order; of the others what is on /rosout."""
+        wanted = name and name.lstrip("/")
+        programs = [handle for handle in self._handles.values() if isinstance(handle, NodeProcess)]
+        printed = {_base(node) for program in programs for node in program.nodes if program.output}
+        entries = [entry for entry in self._book.read() if entry.node not in printed and wanted in (None, entry.node)]
+        for program in programs:
+            if wanted in (None, program.name, *map(_base, program.nodes)):
+                entries += program_logs(program.name, program.output, [story.line for story in program.stories])
+        return Logs(entries)
 
     # Calls
 
@@ -198,21 +284,44 @@ class Session:
         deadline = time.monotonic() + timeout
         self._ready(client, timeout)
         future = client.call_async(request)
-        try:
-            return self.wait(future, deadline - time.monotonic())
-        except CallTimeout:
-            client.remove_pending_request(future)
-            raise CallTimeout(
-                f"{service} did not answer within {timeout:g} s: is its server busy or blocked?"
-            ) from None
+        if self._done(future, deadline, lambda: self._look_at(client.service_name)):
+            return future.result()
+        client.remove_pending_request(future)
+        self._look_at(client.service_name)
+        why = self._blocked(client.service_name) or "is its server busy or blocked?"
+        raise CallTimeout(f"{service} did not answer within {timeout:g} s: {why}")
+
+    def _blocked(self, service: str) -> str:
+        """What in the text of a node's callback may keep it from answering at `service`."""
+        for handle in list(self._handles.values()):
+            if service in handle.services and (why := blocked(handle.source, service)):
+                self.watch.forget("inside a callback")  # the guards have noticed the same
+                return why
+        return ""
 
     def wait(self, future: Future, timeout: float = 5.0) -> Any:
-        """Wait for a future in the main thread and return its result; raises CallTimeout after `timeout` s."""
+        """Wait for a future in the main thread and return its result; raises CallTimeout after `timeout` s.
+
+        Raises NodeFailed when one of the session's nodes dies, or raises an exception, meanwhile.
+        """
+        if self._done(future, time.monotonic() + timeout, self.watch.look):
+            return future.result()
+        raise CallTimeout(f"nothing came within {timeout:g} s")
+
+    def _done(self, future: Future, deadline: float, look: Callable[[], None]) -> bool:
+        """Whether the future is done before `deadline`; `look` may raise meanwhile."""
         done = threading.Event()
         future.add_done_callback(lambda _: done.set())
-        if not future.done() and not done.wait(max(0.0, timeout)):
-            raise CallTimeout(f"nothing came within {timeout:g} s")
-        return future.result()
+        while not future.done() and not done.wait(max(0.0, min(LOOK, deadline - time.monotonic()))):
+            if time.monotonic() >= deadline:
+                return False
+            look()
+        return True
+
+    def _look_at(self, service: str, *, again: bool = False) -> None:
+        """Raise NodeFailed when a node that serves, or was to serve, `service` has something to tell."""
+        if story := self.watch.reason(service, again=again):
+            raise NodeFailed(f"{service} does not answer.\n{story}")
 
     def until(self, condition: Callable[[], object], timeout: float = 5.0) -> bool:
         """Wait in the main thread until `condition()` holds; False after `timeout` s."""
@@ -226,11 +335,35 @@ class Session:
         return self._clients[key]
 
     def _ready(self, client: Client, timeout: float) -> None:
-        if not self.until(client.service_is_ready, timeout):
-            raise CallTimeout(
-                f"no server for {client.service_name} within {timeout:g} s: has its node been started, "
-                "and with this type?"
+        if not wait_until(client.service_is_ready, min(timeout, GRACE), alert=False):
+            self._look_at(client.service_name, again=True)  # nobody serves it, and somebody has died
+        if not wait_until(client.service_is_ready, timeout - GRACE):
+            raise CallTimeout(f"no server for {client.service_name} within {timeout:g} s. {self._served(client)}")
+        if len(servers := self._servers(client.service_name)) > 1:
+            self.watch.notice(
+                f"{client.service_name} is served by {' and by '.join(servers)}: who answers first is a matter of "
+                f"luck. Stop one of them, as with ros.stop('{servers[0]}')."
             )
+
+    def _servers(self, service: str) -> list[str]:
+        """The session's running nodes that serve `service`."""
+        if self.node.count_services(service) < 2:
+            return []
+        return [name for name, handle in list(self._handles.items()) if handle.alive and service in handle.services]
+
+    def _served(self, client: Client) -> str:
+        """What is served instead of what `client` asks for."""
+        kind = f"{client.srv_type.__module__.split('.')[0]}/srv/{getattr(client.srv_type, '__name__', '')}"
+        served = {
+            name: types
+            for name, types in self.node.get_service_names_and_types()
+            if not types[0].startswith(OF_EVERY_NODE) and "/_action/" not in name and self.node.count_services(name)
+        }
+        others = [each for each in served.get(client.service_name, []) if each != kind]
+        if others:
+            return f"It is served with the type {others[0]}, and you ask for {kind}."
+        listed = ", ".join(sorted(served)[:LISTED])
+        return f"Served here: {listed}." if served else "No service is served here: has its node been started?"
 
     # The session itself
 
@@ -241,7 +374,11 @@ class Session:
         self._closed = True
         atexit.unregister(self.close)
         builder.on_replace.remove(self._drop_types)
+        lookouts.remove(self.watch.look)
+        self._unwatch_goals()
+        self._guards.remove()
         self.stop()
+        registry.remove(os.getpid())
         self._spinner.stop()
         self.context.try_shutdown()
         if self._claim:
@@ -252,6 +389,36 @@ class Session:
     def ok(self) -> bool:
         """Whether the session can be used: not closed, and its context not shut down by other code."""
         return not self._closed and self.context.ok()
+
+    def _publish(self) -> None:
+        """Bring this session's file up to date, which `course sessions` and `ros2` read; called in any thread."""
+        with self._publishing:
+            if not self._closed:
+                nodes = [
+                    registry.NodeRecord(
+                        name,
+                        handle.state,
+                        handle.alive,
+                        handle.started,
+                        handle.where,
+                        sorted(handle.services),
+                        [str(story) for story in handle.stories],
+                        [story.at for story in handle.stories],
+                    )
+                    for handle in list(self._handles.values())
+                    for name in handle.nodes or [handle.name]
+                ]
+                registry.write(
+                    registry.SessionRecord(
+                        os.getpid(), self.domain_id, os.getcwd(), self._since, registry.birth(os.getpid()), nodes
+                    )
+                )
+
+    def _goal_failed(self, node: Node, error: Exception | None, result: bool) -> None:
+        """An execute callback in this kernel has raised, or returned no result, or set no state of its goal."""
+        for handle in list(self._handles.values()):
+            if isinstance(handle, LiveNode) and handle.node is node:
+                handle.goal_failed(error, result=result)
 
     def _drop_types(self, package: str) -> None:
         """Stop the nodes of this kernel that use an interface of `package`, and drop the session's own uses."""
@@ -276,6 +443,11 @@ class Session:
 
 
 _current: list[Session] = []  # the kernel's one, once it was asked for
+
+
+def current() -> Session | None:
+    """The kernel's session, if it has one that can be used."""
+    return _current[0] if _current and _current[0].ok else None
 
 
 def live() -> Session:

@@ -2,6 +2,7 @@
 
 import html
 import math
+import re
 import threading
 from collections import deque
 from dataclasses import dataclass
@@ -40,6 +41,18 @@ class Logs(list[Entry]):
     def _repr_html_(self) -> str:
         rows = "\n".join(html.escape(str(entry)) for entry in self)
         return f"<details><summary>{len(self)} log lines</summary><pre>{rows}</pre></details>"
+
+
+LINE = re.compile(r"(?:\x1b\[\d*m)?\[(DEBUG|INFO|WARN|ERROR|FATAL)\] \[([\w./]+)\]: (.*?)(?:\x1b\[\d*m)?$")
+
+
+def program_logs(name: str, output: str, ends: list[str]) -> list[Entry]:
+    """What a program wrote on its terminal, line by line, and how it ended: log lines of ROS and what it printed."""
+    entries = []
+    for line in output.splitlines():
+        found = LINE.match(line)
+        entries.append(Entry(found[1], found[2], found[3]) if found else Entry("PRINT", name, line))
+    return [*entries, *(Entry("ENDED", name, end) for end in ends)]
 
 
 class LogBook:

@@ -1,13 +1,18 @@
 """A node in this kernel, and the handle that the reader gets on it."""
 
+import contextlib
+import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from rclpy.context import Context
+from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 
+from course.rclpy_internals import NodeNameNonExistentError
 from course.session.logs import Logs
 from course.session.spinner import Spinner, destroy_node
+from course.session.story import GOAL_ENDING, NO_RESULT, NO_STATE, Story, of_goal, text_of
 
 if TYPE_CHECKING:
     from course.session.live import Session
@@ -21,6 +26,7 @@ class LiveNode:
         self.node = spinner.node
         self.name = self.node.get_name()
         self.nodes = [self.node.get_fully_qualified_name()]
+        self.started = time.time()
 
     @property
     def alive(self) -> bool:
@@ -32,10 +38,51 @@ class LiveNode:
         """The exceptions that its callbacks raised."""
         return list(self._spinner.errors)
 
+    def goal_failed(self, error: Exception | None, *, result: bool) -> None:
+        """Keep what an execute callback raised; without `error` it has returned no `result`, or set no state."""
+        if error is None:
+            self._spinner.tell(of_goal(f"The node {self.name}", NO_STATE if result else NO_RESULT))
+        else:
+            self._spinner.caught(error, GOAL_ENDING)
+
+    @property
+    def source(self) -> str:
+        """The text of the cells and files that its services' callbacks are in."""
+        return "".join(dict.fromkeys(text_of(service.callback) for service in self.node.services))
+
+    @property
+    def stories(self) -> list[Story]:
+        """What its callbacks raised, and where."""
+        return list(self._spinner.stories)
+
+    @property
+    def services(self) -> set[str]:
+        """The services that it offers, those of its actions too."""
+        name, namespace = self.node.get_name(), self.node.get_namespace()
+        with contextlib.suppress(InvalidHandle, NodeNameNonExistentError):  # it is being made, or destroyed
+            return {service for service, _ in self.node.get_service_names_and_types_by_node(name, namespace)}
+        return set()
+
+    @property
+    def state(self) -> str:
+        """In a line: running or stopped, and the last exception."""
+        running = "running" if self.alive else "stopped"
+        return f"{running}; {self.stories[-1].line}" if self.stories else running
+
+    @property
+    def where(self) -> str:
+        """Where it runs."""
+        return f"this kernel, class {type(self.node).__name__}"
+
     @property
     def logs(self) -> Logs:
         """What the node has logged so far."""
         return self._session.logs(self.name)
+
+    def is_version_of(self, cls: type[Node]) -> bool:
+        """Whether this node is of class `cls` as it was before, or of one that `cls` is made from."""
+        own = type(self.node)
+        return own.__name__ == cls.__name__ or issubclass(cls, own.__bases__[0])
 
     def stop(self) -> None:
         """Stop spinning it and destroy it; stopping twice is no error."""

@@ -8,7 +8,10 @@ import sys
 import threading
 import time
 from collections import deque
+from collections.abc import Callable
 from pathlib import Path
+
+from course.session.story import GOAL_FAILED, STATE_NOT_SET, Story, failed_goals, of_program
 
 KEPT_LINES = 2000
 GRACE = 3.0  # s for a program to end after Ctrl-C
@@ -20,9 +23,17 @@ class NodeProcess:
     It dies with this process, however this one ends.
     """
 
-    def __init__(self, path: Path, arguments: list[str]):
+    def __init__(self, path: Path, arguments: list[str], changed: Callable[[], None] = lambda: None):
+        """Start it; `changed` is called, in another thread, when it has ended or a goal of it has failed."""
+        self._changed = changed
+        self.path = path.absolute()
         self.name = path.name
         self.nodes: list[str] = []
+        self.services: set[str] = set()  # that it has offered
+        self.stopped = False  # by the reader, through the session
+        self._story: Story | None = None
+        self._goals = False  # whether one has failed with an exception
+        self._failed: list[Story] = []
         self._lines: deque[str] = deque(maxlen=KEPT_LINES)
         self.started = time.time()
         self._popen = subprocess.Popen(
@@ -43,6 +54,15 @@ class NodeProcess:
         assert self._popen.stdout is not None
         for line in self._popen.stdout:
             self._lines.append(line[:10_000])
+            if GOAL_FAILED in line:
+                self._goals = True
+            elif STATE_NOT_SET in line:
+                self._goals = True
+                self._changed()
+            elif self._goals and not line.startswith(" "):
+                self._changed()
+        self._popen.wait()
+        self._changed()
 
     @property
     def alive(self) -> bool:
@@ -57,15 +77,54 @@ class NodeProcess:
     @property
     def output(self) -> str:
         """What it has printed and logged on its terminal, the last 2,000 lines."""
-        if not self.alive:
+        if not self.alive and threading.current_thread() is not self._reader:
             self._reader.join(1.0)
         return "".join(self._lines).rstrip("\n")
+
+    @property
+    def source(self) -> str:
+        """The program's text, '' when its file is not there any more."""
+        try:
+            return self.path.read_text(encoding="utf-8", errors="replace")
+        except OSError:
+            return ""
+
+    @property
+    def died(self) -> bool:
+        """Whether it has ended by itself."""
+        return not self.alive and not self.stopped
+
+    @property
+    def stories(self) -> list[Story]:
+        """What it has to tell: an exception in an action's execute callback, and how it came to its end."""
+        if self._goals:
+            known = {(story.error, story.frames) for story in self._failed}
+            found = failed_goals(self.path, "".join(self._lines))
+            self._failed += [story for story in found if (story.error, story.frames) not in known]
+        if not self.died or self.returncode is None:
+            return self._failed
+        if self._story is None:
+            self._story = of_program(self.path, self.output, self.returncode, before_its_node=not self.nodes)
+        return [*self._failed, self._story]
+
+    @property
+    def state(self) -> str:
+        """In a line: running, stopped, or how it ended."""
+        if self.alive:
+            return "; ".join(["running", *(story.line for story in self.stories[-1:])])
+        return self.stories[-1].line if self.stories else "stopped"
+
+    @property
+    def where(self) -> str:
+        """Where it runs."""
+        return f"{self.name}, process {self._popen.pid}"
 
     def stop(self) -> None:
         """End it as Ctrl-C does, and by force when that does not help within 3 s."""
         self._end()
 
     def _end(self) -> None:
+        self.stopped = self.stopped or self.alive
         with contextlib.suppress(ProcessLookupError):
             if self.alive:
                 os.killpg(self._popen.pid, signal.SIGINT)
@@ -76,5 +135,5 @@ class NodeProcess:
         self._reader.join(1.0)
 
     def __repr__(self) -> str:
-        state = f"running as {', '.join(self.nodes)}" if self.alive else f"ended with exit status {self.returncode}"
-        return f"<{self.name}: {state}>"
+        nodes = f" as {', '.join(self.nodes)}" if self.alive else ""
+        return f"<{self.name}: {self.state}{nodes}>"

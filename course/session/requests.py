@@ -6,6 +6,7 @@ from typing import Any
 import yaml
 
 from course.errors import LiveError
+from course.session.hints import type_name
 
 
 def fill(srv_type: type[Any], fields: Mapping[str, object]) -> Any:
@@ -14,13 +15,18 @@ def fill(srv_type: type[Any], fields: Mapping[str, object]) -> Any:
     known = request.get_fields_and_field_types()
     for name, value in fields.items():
         if name not in known:
-            listed = ", ".join(f"{field} ({kind})" for field, kind in known.items()) or "no fields"
+            listed = ", ".join(f"{field} ({type_name(kind)})" for field, kind in known.items()) or "no fields"
             raise LiveError(f"{srv_type.__name__} has no request field '{name}': it has {listed}")
         try:
             whole = known[name] in ("double", "float") and isinstance(value, int)
             setattr(request, name, float(value) if whole else value)  # type: ignore[arg-type]
         except (AssertionError, TypeError, ValueError) as error:
-            raise LiveError(f"{srv_type.__name__}.{name} is a {known[name]}: {error}") from None
+            plain = "field must be of type" in str(error)  # which says it a second time
+            why = f"which is a {type(value).__name__}" if plain else error
+            kind = type_name(known[name])
+            raise LiveError(
+                f"{srv_type.__name__}.{name} is {kind}, not {value!r}{',' if plain else ':'} {why}"
+            ) from None
     return request
 
 

@@ -2,20 +2,28 @@
 
 import threading
 import time
+from collections import deque
+from collections.abc import Callable
 
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor, ShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
 from course.rclpy_internals import cancel_pending_requests, destroy, end_thread_pool
+from course.session.story import Story, of_exception
+
+KEPT = 100  # exceptions of one node
 
 
 class Spinner:
     """An executor in a background thread, spinning one node."""
 
-    def __init__(self, node: Node, threads: int = 1):
+    def __init__(self, node: Node, threads: int = 1, changed: Callable[[], None] = lambda: None):
+        """Spin `node` with `threads` threads; `changed` is called, in one of them, when a callback has raised."""
+        self._changed = changed
         context = node.context
         self.node = node
-        self.errors: list[BaseException] = []
+        self.errors: deque[BaseException] = deque(maxlen=KEPT)
+        self.stories: list[Story] = []
         self._stopping = False
         self.executor = (
             SingleThreadedExecutor(context=context)
@@ -36,8 +44,22 @@ class Spinner:
             except Exception as error:  # a callback raised: keep it for the reader, and go on
                 if self._stopping:
                     return
-                self.errors.append(error)
-                self.node.get_logger().error(f"{type(error).__name__} in a callback: {error}")
+                self.caught(error)
+
+    def caught(self, error: BaseException, doing: str = "") -> None:
+        """Keep an exception of a callback for the reader, once for each place; `doing` tells what was going on."""
+        self.errors.append(error)
+        self.tell(of_exception(f"The node {self.node.get_name()}", error, self._service_callbacks(), doing))
+
+    def tell(self, story: Story) -> None:
+        """Keep a story for the reader, once for each place."""
+        if (story.error, story.frames) not in {(known.error, known.frames) for known in self.stories}:
+            self.stories.append(story)
+        self.node.get_logger().error(story.line)
+        self._changed()
+
+    def _service_callbacks(self) -> list[Callable[..., object]]:
+        return [service.callback for service in self.node.services]
 
     def stop(self, timeout: float = 2.0, *, destroy: bool = True) -> bool:
         """End the thread and destroy the node; False when a callback is still running after `timeout` s."""

@@ -336,6 +336,7 @@ def test_what_students_get_can_be_set_up_and_holds_no_answer(course, tmp_path):
     assert files.keys() - here == {
         "LICENSE",
         "README.md",
+        "when-it-goes-wrong.md",
         "pyproject.toml",
         "environment/install",
         "environment/start",

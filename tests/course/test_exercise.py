@@ -1,11 +1,11 @@
 """`%%exercise` in a real kernel: files written, programs restarted, mistakes told in one line."""
 
-import subprocess
 from pathlib import Path
 
 import nbformat
 import pytest
-from jupyter_client.manager import start_new_kernel
+
+from tests.kernels import Kernel
 
 SERVER = """%%exercise server.py
 import rclpy
@@ -22,32 +22,6 @@ try:
 except BaseException:
     pass
 """
-
-
-class Kernel:
-    """A kernel in a folder of its own; `run` gives what a cell printed, or the lines of its error."""
-
-    def __init__(self, folder: Path):
-        self.folder = folder
-        self.manager, self.client = start_new_kernel(kernel_name="python3", cwd=str(folder), stderr=subprocess.DEVNULL)
-
-    def run(self, cell: str) -> str:
-        out = []
-
-        def collect(message):
-            content = message["content"]
-            out.append(
-                content.get("text")
-                or content.get("data", {}).get("text/plain")
-                or "\n".join(content.get("traceback", ()))
-            )
-
-        self.client.execute_interactive(cell, timeout=60, output_hook=collect)
-        return "".join(text for text in out if text).strip()
-
-    def stop(self) -> None:
-        self.client.stop_channels()
-        self.manager.shutdown_kernel(now=True)
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +77,7 @@ def test_solution_marks_are_not_part_of_the_file(kernel):
     [
         ("%%exercise broken.py\ndef f(:\n    pass\n", "ExerciseError: broken.py, line 1: invalid syntax: def f(:"),
         ("%%exercise Wrong.srv\nfloat a\n---\n", "ExerciseError: Wrong.srv, line 1: there is no type 'float'"),
-        ("%%exercise ends.py\nraise SystemExit(4)\n", "LiveError: ends.py ended with exit status 4"),
+        ("%%exercise ends.py\nraise SystemExit(4)\n", "NodeFailed: ends.py ended with exit status 4"),
         ("%%exercise ../up.py\npass\n", "takes the name of a .py, .srv, .msg or .action file beside the notebook"),
         ("%%exercise notes.txt\nhello\n", "takes the name of a .py, .srv, .msg or .action file beside the notebook"),
     ],

@@ -157,7 +157,7 @@ def test_the_cache_is_keyed_by_content(cache):
         ("A.action", "int32 a\n---\n", "needs 2 lines '---'"),
         ("A.srv", "---\n\nint32 a, b\n", "A.srv, line 3"),
         ("A.srv", "int32 a\nint64 a\n---\n", "A.srv, line 2: there is a field 'a' already"),
-        ("A.srv", "int32 Upper\n---\n", "A.srv, line 1: 'Upper' is an invalid field name"),
+        ("A.srv", "int32 Upper\n---\n", "this is 'Upper': write 'upper'"),
         ("A.msg", "int8 a 300\n", "A.msg, line 1"),
         ("A.msg", "Missing a\n", "there is no Missing.msg beside it"),
         ("A.msg", "nowhere_msgs/Thing a\n", "no installed package has a message nowhere_msgs/Thing"),

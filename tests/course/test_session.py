@@ -18,7 +18,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from course.errors import CallTimeout, LiveError
+from course.errors import CallTimeout, LiveError, NodeFailed
 from course.nodes.fibonacci_action_server import FibonacciActionServer
 from course.ros2.graph import participants_here
 from course.session.domains import DOMAINS, claim_domain
@@ -123,7 +123,7 @@ def test_a_class_and_a_file_replace_each_other_when_their_node_has_the_same_name
     assert [entry.text for entry in session.logs(until="of the class")] == ["of the class"]
     session.start(server)
     assert session.nodes() == ["/file_server"] and not handle.alive
-    assert [entry.text for entry in session.logs(until="of the file")] == ["of the file"]
+    assert [entry.text for entry in session.logs(until="of the file")] == ["arguments []", "of the file"]
     other = server.with_name("other.py")
     other.write_text(server.read_text())
     session.start(other)
@@ -172,13 +172,16 @@ def test_what_a_program_logs_on_its_terminal_bears_no_time(session, server):
 def test_a_program_that_was_killed_is_soon_forgotten(session, server):
     process = session.start(server)
     os.killpg(process._popen.pid, signal.SIGKILL)
+    with pytest.raises(NodeFailed, match="SIGKILL"):  # whoever waits is told, once
+        session.until(lambda: False, 10.0)
     assert session.until(lambda: session.nodes() == [], 10.0)
 
 
 def test_a_file_that_ends_at_once_says_why(session, tmp_path):
     path = tmp_path / "broken.py"
     path.write_text("import nothing_of_this_name\n")
-    with pytest.raises(LiveError, match=r"(?s)exit status 1 .*No module named 'nothing_of_this_name'"):
+    says = r"(?s)exit status 1.*No module named 'nothing_of_this_name'.*broken.py, line 1"
+    with pytest.raises(LiveError, match=says):
         session.start(path)
 
 
@@ -213,7 +216,7 @@ def test_calls_end_in_time_and_say_what_is_missing(session):
 def test_a_wrong_field_names_the_right_ones_and_harms_nothing(session):
     with pytest.raises(LiveError, match=r"no request field 'c': it has a \(int64\), b \(int64\)"):
         session.call("add", AddTwoInts, c=1)
-    with pytest.raises(LiveError, match="AddTwoInts.a is a int64"):
+    with pytest.raises(LiveError, match="AddTwoInts.a is int64, not .two., which is a str"):
         session.call("add", AddTwoInts, a="two")
 
 

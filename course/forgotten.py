@@ -1,0 +1,59 @@
+"""`course sessions`: what runs on this machine, and an end to what was forgotten."""
+
+import contextlib
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from course import registry
+from course.waiting import wait_until
+
+GRACE = 5.0  # s for a kernel to end by itself
+
+
+def show() -> int:
+    """Print a table of the sessions; always 0."""
+    found = registry.running()
+    if not found:
+        print("No live session of yours runs on this machine.")
+        return 0
+    table = Table("number", "ROS domain", "since", "folder", "nodes")
+    for record in found:
+        since = time.strftime("%Y-%m-%d %H:%M", time.localtime(record.since))
+        nodes = "\n".join(f"{node.name}: {node.state}" for node in record.nodes) or "none"
+        table.add_row(str(record.pid), str(record.domain), since, record.folder, nodes)
+    Console(width=None if sys.stdout.isatty() else 160).print(table)
+    return 0
+
+
+def end(numbers: list[int], *, everything: bool) -> int:
+    """End the sessions of these numbers, or all; 2, with a line, for a number that no session has."""
+    found = {record.pid: record for record in registry.running()}
+    if unknown := sorted(set(numbers) - set(found)):
+        print(f"There is no session {unknown[0]}; `course sessions` lists them.", file=sys.stderr)
+        return 2
+    for pid in found if everything else numbers:
+        _end(pid)
+        registry.remove(pid)
+        print(f"Ended: session {pid} in {found[pid].folder}, with {len(found[pid].nodes)} nodes.")
+    return 0
+
+
+def _end(pid: int) -> None:
+    """End a process, by force when it does not end by itself; its nodes' processes end with it."""
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(pid, signal.SIGTERM)
+        if not wait_until(lambda: not Path(f"/proc/{pid}").exists() or _is_zombie(pid), GRACE):
+            os.kill(pid, signal.SIGKILL)
+
+
+def _is_zombie(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+    except OSError:
+        return True

@@ -1,0 +1,50 @@
+"""Exercise cells and the files that they write, where the two have come apart: what is handed in is the file."""
+
+from pathlib import Path
+
+from course.errors import UnreadableNotebook
+from course.interfaces.definition import SECTIONS
+from course.notebook import cells
+
+SUFFIXES = (".py", *(f".{kind}" for kind in SECTIONS))
+
+
+def differences(folder: Path = Path()) -> dict[str, str]:
+    """What is wrong with each file of `folder` that an exercise cell of its notebooks, as saved, should have written.
+
+    A file that is as its cell says is left out, and so is one whose cell still has nothing but the stub in it.
+    """
+    found = {}
+    for path in sorted(folder.glob("*.ipynb")):
+        try:
+            known = cells.read(path)
+        except (UnreadableNotebook, OSError):
+            continue
+        for cell in known:
+            name = _written_by(cell)
+            if name and (why := _difference(folder / name, path, cells.exercise_file([cell], name) or b"")):
+                found[name] = why
+    return found
+
+
+def _written_by(cell: cells.Cell) -> str:
+    words = cell.source.lstrip("\n").partition("\n")[0].split()
+    wanted = cell.kind == "code" and words[:1] == ["%%exercise"] and len(words) > 1 and words[1].endswith(SUFFIXES)
+    return words[1] if wanted and Path(words[1]).name == words[1] else ""
+
+
+def _difference(file: Path, notebook: Path, written: bytes) -> str:
+    try:
+        content, changed = file.read_bytes(), file.stat().st_mtime
+    except FileNotFoundError:
+        return f"{file.name} is not there: run its cell."
+    except OSError as error:
+        return f"{file.name} cannot be read ({error.strerror})."
+    if content == written:
+        return ""
+    if changed > notebook.stat().st_mtime:
+        return (
+            f"{file.name} is not what its cell in the saved notebook says, and is the newer of the two: save the "
+            "notebook, or copy what you changed in the file into the cell. The file is what counts."
+        )
+    return f"{file.name} is not what its cell says: you edited the cell and did not run it. The file is what counts."

@@ -1,0 +1,126 @@
+"""What every kernel of the course's environment loads: the `%%exercise` magic, and what a missing name means.
+
+IPython loads it by the environment's own configuration (environment/install writes it), so that a cell that is run
+before `course.live()` is told which cell to run first.  It loads no ROS: a kernel starts as fast as without.
+"""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from course.errors import CourseError, UnreadableNotebook
+from course.notebook import cells
+
+if TYPE_CHECKING:
+    from IPython.core.interactiveshell import InteractiveShell
+
+SESSION = "ros"  # what the notebooks call the session
+
+
+def load_ipython_extension(shell: "InteractiveShell") -> None:
+    """Add the magic, the explanations and the news of dead nodes to a shell; loading twice changes nothing."""
+    if "exercise" in shell.magics_manager.magics["cell"]:
+        return
+    from course.notebook.exercise import exercise
+
+    shell.register_magic_function(exercise, magic_kind="cell", magic_name="exercise")  # type: ignore[call-arg]
+    shell.set_custom_exc((Exception,), _explain)
+    shell.events.register("pre_run_cell", _news_before)
+    shell.events.register("post_run_cell", _news_after)
+
+
+def _explain(shell: "InteractiveShell", kind: type, error: Any, trace: Any, tb_offset: int | None = None) -> None:
+    """Show the error as ever, and below it which cell to run, or what to do."""
+    shell.showtraceback((kind, error, trace), tb_offset=tb_offset)
+    if why := reason(error, Path()) or _known(error):
+        print(why, file=sys.stderr)
+
+
+def _known(error: Exception) -> str:
+    """The hint on an error that the cell itself has met, where a session is there to know it; '' for none."""
+    module = sys.modules.get("course.session.story")
+    return str(module.hint_on(error)) if module and not isinstance(error, CourseError) else ""
+
+
+def reason(error: Exception, folder: Path) -> str:
+    """Which cell of the notebooks in `folder` makes what `error` misses, in a sentence; '' when none does."""
+    if isinstance(error, ModuleNotFoundError):
+        return _missing_package((error.name or "").split(".")[0], folder)
+    if not isinstance(error, NameError):
+        return ""
+    name = error.name or ""
+    if name == SESSION:
+        return "Hint: `ros` is the live session: run the notebook's first code cell, `ros = course.live()`, first."
+    for path, cell in _code_cells(folder):
+        if makes(cell.source, name):
+            first = next(line for line in cell.source.splitlines() if line.strip())
+            where = f"the cell of {path.name} that begins with `{first[:60]}`"
+            return f"Hint: `{name}` is made in {where}: run it first, to its end."
+    return ""
+
+
+def _missing_package(package: str, folder: Path) -> str:
+    for path, cell in _code_cells(folder):
+        first = cell.source.lstrip("\n").partition("\n")[0].split()
+        if first[:1] == ["%%exercise"] and package in first[2:]:
+            gone = "" if (path.parent / first[1]).exists() else f" ({first[1]} is not there any more)"
+            return f"Hint: the cell `{' '.join(first)}` builds {package}: run it first{gone}."
+    return ""
+
+
+def _code_cells(folder: Path) -> list[tuple[Path, cells.Cell]]:
+    found = []
+    for path in sorted(folder.glob("*.ipynb")):
+        try:
+            found += [(path, cell) for cell in cells.read(path) if cell.kind == "code"]
+        except (UnreadableNotebook, OSError):
+            continue
+    return found
+
+
+def makes(source: str, name: str) -> bool:
+    """Whether a cell defines, assigns or imports `name` for the cells after it."""
+    import ast
+
+    if source.lstrip().startswith("%%"):
+        return False
+    lines = ("" if line.lstrip().startswith(("!", "%")) else line for line in source.splitlines())
+    try:
+        tree = ast.parse("\n".join(lines))
+    except SyntaxError:
+        return False
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store) and node.id == name:
+            return True
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and node.name == name:
+            return True
+        if isinstance(node, (ast.Import, ast.ImportFrom)):
+            names = (alias.asname or alias.name.split(".")[0] for alias in node.names)
+            if name in names:
+                return True
+    return False
+
+
+def _news_before(*_: Any) -> None:
+    """Say, before a cell runs, which node has died since the last one."""
+    for text in _pending():
+        print(text, file=sys.stderr)
+
+
+def _news_after(*_: Any) -> None:
+    """Say, after a cell, what its nodes' callbacks had to say to the reader."""
+    session = _session()
+    if session is not None:
+        for text in session.watch.notices():
+            print(text, file=sys.stderr)
+
+
+def _pending() -> list[str]:
+    session = _session()
+    return session.watch.pending() if session is not None else []
+
+
+def _session() -> Any:
+    """The live session of this process, if one was made: without loading it."""
+    module = sys.modules.get("course.session.live")
+    return module.current() if module else None

@@ -1,0 +1,119 @@
+"""Which live sessions run on this machine: each keeps a small file up to date, which other processes read.
+
+The file tells the session's process, ROS domain, folder and nodes, and how nodes came to their ends.  It is in a folder
+that only its user may enter, and says nothing once its process has ended.
+"""
+
+import contextlib
+import json
+import os
+import tempfile
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class NodeRecord:
+    """A started node."""
+
+    name: str
+    state: str  # in a line: running, stopped, or how it ended
+    alive: bool
+    since: float  # time.time() of its start
+    where: str
+    services: list[str] = field(default_factory=list)
+    stories: list[str] = field(default_factory=list)  # its exceptions, and its end, as texts
+    told: list[float] = field(default_factory=list)  # time.time() of each story
+
+
+@dataclass(frozen=True)
+class SessionRecord:
+    """A live session."""
+
+    pid: int
+    domain: int
+    folder: str
+    since: float  # time.time()
+    born: int  # what tells its process from a later one of the same number, see `birth`
+    nodes: list[NodeRecord] = field(default_factory=list)
+
+
+def folder() -> Path:
+    """The folder of the files, made if need be: `$XDG_RUNTIME_DIR/ros2-course`, or one in /tmp of this user's alone."""
+    runtime = os.environ.get("XDG_RUNTIME_DIR")
+    base = Path(runtime) if runtime and os.access(runtime, os.W_OK) else Path(tempfile.gettempdir())
+    folder = base / ("ros2-course" if base != Path(tempfile.gettempdir()) else f"ros2-course-{os.getuid()}")
+    folder.mkdir(mode=0o700, exist_ok=True)
+    if folder.stat().st_uid != os.getuid():
+        raise PermissionError(f"{folder} belongs to another user")
+    return folder
+
+
+def write(record: SessionRecord) -> None:
+    """Write a session's file; what cannot be written is left out, for nothing but news depends on it."""
+    with contextlib.suppress(OSError):
+        path = folder() / f"{record.pid}.json"
+        draft = path.with_suffix(".part")
+        draft.write_text(json.dumps(asdict(record)), encoding="utf-8")
+        draft.replace(path)
+
+
+def tell(record: SessionRecord, story: str) -> None:
+    """Let a session know that the reader was told `story`, so that its next cell does not say it again."""
+    with contextlib.suppress(OSError), open(folder() / f"{record.pid}.told", "a", encoding="utf-8") as file:
+        file.write(json.dumps(story) + "\n")
+
+
+def told_elsewhere(pid: int) -> set[str]:
+    """The stories that other processes have told the reader."""
+    try:
+        lines = (folder() / f"{pid}.told").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return set()
+    return {json.loads(line) for line in lines}
+
+
+def remove(pid: int) -> None:
+    """Remove a session's files."""
+    with contextlib.suppress(OSError):
+        for suffix in ("json", "told"):
+            (folder() / f"{pid}.{suffix}").unlink(missing_ok=True)
+
+
+def running() -> list[SessionRecord]:
+    """The sessions whose process is alive, the oldest first; files of others are removed."""
+    found = []
+    with contextlib.suppress(OSError):
+        for path in folder().glob("*.json"):
+            record = _read(path)
+            if record is not None and _alive(record):
+                found.append(record)
+            elif record is not None:
+                remove(record.pid)
+    return sorted(found, key=lambda record: record.since)
+
+
+def of_domain(domain: int) -> SessionRecord | None:
+    """The session in a ROS domain, if one of this machine is there."""
+    return next((record for record in running() if record.domain == domain), None)
+
+
+def _read(path: Path) -> SessionRecord | None:
+    try:
+        fields = json.loads(path.read_text(encoding="utf-8"))
+        return SessionRecord(**fields | {"nodes": [NodeRecord(**node) for node in fields["nodes"]]})
+    except (OSError, ValueError, TypeError, KeyError):
+        return None
+
+
+def _alive(record: SessionRecord) -> bool:
+    """Whether the process runs, and is not a later one of the same number."""
+    return birth(record.pid) == record.born
+
+
+def birth(pid: int) -> int:
+    """When a process was started, in clock ticks since the machine was (proc(5), `starttime`); 0 if there is none."""
+    try:
+        return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[19])
+    except (OSError, IndexError, ValueError):
+        return 0

@@ -1,0 +1,79 @@
+"""What became of the node that is to answer, as the notebook's live session in this ROS domain knows it."""
+
+import os
+import sys
+import time
+from collections.abc import Callable
+
+from course import registry
+from course.ros2.graph import Graph
+
+LOOK = 0.2  # s between two looks at what became of a server
+TELL = 5.0  # s after which it is told what is served instead
+LATE = 1.0  # s that the news of a failed goal may come after its end
+# The services that every node has.
+OF_EVERY_NODE = ("rcl_interfaces/", "type_description_interfaces/")
+STALE = 0.2  # s that what was read is good for
+
+
+class News:
+    """The stories of nodes that serve `service`, or whose services were never known."""
+
+    def __init__(self, service: str):
+        self.name = service if service.startswith("/") else f"/{service}"
+        self._began = time.time()
+        self._read = 0.0
+        self._record: registry.SessionRecord | None = None
+        self._told: set[str] = set()
+
+    def dead(self) -> str:
+        """How a node ended that served it, or was to; '' when none is known to have."""
+        return self._telling(next((node.stories[-1] for node in self._nodes() if node.stories and not node.alive), ""))
+
+    def since(self) -> str:
+        """What such a node has had to tell since this was made."""
+        for node in self._nodes():
+            for story, told in zip(node.stories, node.told, strict=True):
+                if told >= self._began:
+                    return self._telling(story)
+        return ""
+
+    def _telling(self, story: str) -> str:
+        if story and self._record and story not in self._told:
+            self._told.add(story)
+            registry.tell(self._record, story)
+        return story
+
+    def _nodes(self) -> list[registry.NodeRecord]:
+        if time.monotonic() > self._read + STALE:
+            domain = os.environ.get("ROS_DOMAIN_ID", "0")
+            self._record = registry.of_domain(int(domain)) if domain.isdigit() else None
+            self._read = time.monotonic()
+        nodes = self._record.nodes if self._record else []
+        return [node for node in reversed(nodes) if not node.services or self.name in node.services]
+
+
+def _served(graph: Graph, name: str) -> bool:
+    """Whether the service, or the action, has a server: one that only has clients is listed as well."""
+    return any(graph.service_counts(each)[1] for each in (name, f"{name}/_action/send_goal"))
+
+
+def wait_for_server(
+    graph: Graph, news: News, ready: Callable[[], bool], look: Callable[..., list[tuple[str, list[str]]]], what: str
+) -> str:
+    """Wait until a server is there; return why there will be none when its node is known to have died, else ''.
+
+    After `TELL` s it says on stderr what is served instead, once, and waits on.
+    """
+    began, told = time.monotonic(), False
+    while not graph.wait_until(ready, LOOK):
+        if story := news.dead():
+            return f"There is no such {what}. {story}"
+        if not told and time.monotonic() > began + TELL:
+            told = True
+            own = sorted(
+                name for name, types in look() if not types[0].startswith(OF_EVERY_NODE) and _served(graph, name)
+            )
+            served = f"served here: {', '.join(own)}" if own else f"no {what} is served here"
+            print(f"still waiting; {served}. Ctrl-C ends this.", file=sys.stderr)
+    return ""

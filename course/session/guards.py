@@ -1,0 +1,151 @@
+"""What is right in a program and wrong in a cell: `rclpy.spin`, `rclpy.init`, `main()`, waiting inside a callback.
+
+In a kernel with a live session they say what to do instead, can be interrupted within a second, and leave the session
+alone.  In another thread than the main one, and for whoever spins with a time limit of its own, nothing changes.
+"""
+
+import sys
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import rclpy
+from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+
+from course.rclpy_internals import replace_in_rclpy
+from course.waiting import wait_until
+
+SLICE = 0.2  # s between two looks at Ctrl-C
+SPUN = "the session spins it already, in the background"
+
+
+class Interrupted(KeyboardInterrupt):
+    """■ while a cell spun: shown in a line, without rclpy's own frames."""
+
+    def _render_traceback_(self) -> list[str]:
+        return ["KeyboardInterrupt: the cell was interrupted. The session goes on."]
+
+
+class Guards:
+    """The replaced functions, from `install` to `remove`."""
+
+    def __init__(self, notice: Callable[[str], None]):
+        """`notice` is given what a callback's thread has to say to the reader."""
+        self._notice = notice
+        self._undo: list[Callable[[], None]] = []
+
+    def install(self) -> None:
+        """Guard this process."""
+        self._undo = [
+            replace_in_rclpy(self._init, rclpy, "init"),
+            replace_in_rclpy(self._spin, rclpy, "spin"),
+            replace_in_rclpy(self._spin_until, rclpy, "spin_until_future_complete"),
+            replace_in_rclpy(self._executor_spin, Executor, "spin"),
+        ]
+
+    def remove(self) -> None:
+        """Leave rclpy as it was."""
+        for undo in reversed(self._undo):
+            undo()
+        self._undo.clear()
+
+    def _init(self, original: Callable[..., None]) -> Callable[..., None]:
+        def init(
+            *,
+            args: list[str] | None = None,
+            context: Any = None,
+            domain_id: int | None = None,
+            signal_handler_options: SignalHandlerOptions | None = None,
+        ) -> None:
+            if context is not None:
+                original(args=args, context=context, domain_id=domain_id, signal_handler_options=signal_handler_options)
+            elif rclpy.ok():
+                say("rclpy.init() was called before in this kernel, and once is enough. Here it is not needed at all.")
+            else:
+                # rclpy's own handlers would end every context of this process at Ctrl-C, the session's too.
+                original(args=args, domain_id=domain_id, signal_handler_options=SignalHandlerOptions.NO)
+
+        return init
+
+    def _spin(self, original: Callable[..., None]) -> Callable[..., None]:
+        def spin(node: Node, executor: Executor | None = None) -> None:
+            name = getattr(node, "get_name", lambda: "node")()
+            if not in_main_thread():
+                self._notice(
+                    f"rclpy.spin('{name}') inside a callback never returns. Its executor runs the callbacks already: "
+                    "leave the line out."
+                )
+                original(node, executor)
+            elif getattr(node, "executor", None) is not None and executor is None:
+                say(f"rclpy.spin('{name}') does nothing here: {SPUN}.")
+            else:
+                say(
+                    f"rclpy.spin('{name}') holds this cell until you interrupt it (the ■ button). In a notebook, write "
+                    f"ros.start({type(node).__name__}) instead: it makes the node and spins it in the background."
+                )
+                executor = executor or SingleThreadedExecutor(context=node.context)
+                executor.add_node(node)
+                try:
+                    while executor.context.ok():
+                        executor.spin_once(timeout_sec=SLICE)
+                except KeyboardInterrupt:
+                    raise Interrupted from None
+                finally:
+                    executor.remove_node(node)
+
+        return spin
+
+    def _spin_until(self, original: Callable[..., None]) -> Callable[..., None]:
+        def spin_until_future_complete(
+            node: Node, future: Future, executor: Executor | None = None, timeout_sec: float | None = None
+        ) -> None:
+            limit = float("inf") if timeout_sec is None or timeout_sec < 0 else timeout_sec
+            spun = node.executor is not None and executor is None
+            if spun and in_main_thread():
+                say(f"spin_until_future_complete has nothing to spin: {SPUN}. Write ros.wait(future).")
+                wait_until(future.done, limit)
+                return
+            if spun:
+                self._notice(
+                    f"spin_until_future_complete inside a callback of '{node.get_name()}' waits for an executor that "
+                    "is busy with this callback. Make it `async def`, and write `await` before call_async(...)."
+                )
+                # There is no other executor that could spin it: this waits, as it would in a program.
+                wait_until(lambda: future.done() or node.executor is None or not node.context.ok(), limit)
+                return
+            end = time.monotonic() + limit
+            while not future.done() and (left := end - time.monotonic()) > 0 and node.context.ok():
+                original(node, future, executor, min(SLICE, left))
+
+        return spin_until_future_complete
+
+    def _executor_spin(self, original: Callable[..., None]) -> Callable[..., None]:
+        def spin(self: Executor) -> None:
+            if not in_main_thread():
+                original(self)
+                return
+            say(
+                "executor.spin() holds this cell until you interrupt it (the ■ button). In a notebook, write "
+                "ros.start(YourNode, threads=2) instead: it makes the node and spins it in the background."
+            )
+            try:
+                while self.context.ok() and not self._is_shutdown:
+                    self.spin_once(timeout_sec=SLICE)
+            except KeyboardInterrupt:
+                raise Interrupted from None
+
+        return spin
+
+
+def in_main_thread() -> bool:
+    """Whether a cell's own code runs this."""
+    return threading.current_thread() is threading.main_thread()
+
+
+def say(text: str) -> None:
+    """Tell the reader, beneath the cell."""
+    print(text, file=sys.stderr, flush=True)

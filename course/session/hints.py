@@ -1,0 +1,366 @@
+"""What lies behind the errors that students of ROS 2 meet most, said in a sentence.
+
+A hint is only given where the cause is known; an error without one speaks for itself.
+"""
+
+import ast
+import difflib
+import importlib
+import re
+import textwrap
+from collections.abc import Callable
+
+from course.session.source import calls, functions, hidden_method, name_of, no_result, parse, wrong_return
+
+# What Python calls a field's type, as a definition file writes it.
+TYPES = {"boolean": "bool", "double": "float64", "float": "float32", "octet": "byte"}
+
+
+def hint(error: str, source: str = "", code: str = "") -> str:
+    """What to do about `error`, the last line of a traceback (`TypeError: ...`), or '' where nothing is known.
+
+    `source` is the text of the program that it came from, and `code` the reader's own line that led to it.
+    """
+    for pattern, line, text in IN_A_LINE:
+        if re.search(pattern, error) and re.search(line, code):
+            return text
+    for pattern, explain_line in OF_A_LINE:
+        if (found := re.search(pattern, error)) and (text := explain_line(found, source, code)):
+            return text
+    for pattern, explain in KNOWN:
+        if (found := re.search(pattern, error, re.DOTALL)) and (text := explain(found, source)):
+            return text
+    return ""
+
+
+def type_name(kind: str) -> str:
+    """A field's type as a definition writes it: `float64`, where the Python class says `double`."""
+    if found := re.fullmatch(r"sequence<(.*?)(?:, (\d+))?>", kind):
+        return f"{type_name(found[1])}[{'<=' + found[2] if found[2] else ''}]"
+    if found := re.fullmatch(r"(.*)\[(\d+)\]", kind):
+        return f"{type_name(found[1])}[{found[2]}]"
+    return TYPES.get(kind, kind)
+
+
+def returns_nothing(callback: Callable[..., object]) -> bool:
+    """Whether a function has no `return` with a value in it, as far as its source is known."""
+    import inspect
+
+    try:
+        found = list(functions(parse(textwrap.dedent(inspect.getsource(callback)))))
+    except (OSError, TypeError):
+        return False
+    return bool(found) and not _returns(found[0])
+
+
+def never_called(source: str, name: str = "main") -> bool:
+    """Whether a program defines the function `name` and never calls it."""
+    tree = parse(source)
+    return any(function.name == name for function in functions(tree)) and not list(calls(tree, name))
+
+
+def never_spins(source: str) -> bool:
+    """Whether nothing in a program waits for callbacks: it makes its node, and is done."""
+    tree = parse(source)
+    return not any(list(calls(tree, name)) for name in SPINS)
+
+
+SPINS = ("spin", "spin_once", "spin_until_future_complete", "wait", "sleep", "input")
+
+
+def _returns(function: ast.AST) -> bool:
+    return any(isinstance(node, ast.Return) and node.value is not None for node in ast.walk(function))
+
+
+# --- the causes ---
+
+
+def _nothing_returned(found: re.Match[str], source: str) -> str:
+    if callback := wrong_return(source):
+        name, _, returned = callback
+        what = f"`{returned}`, not the response" if returned else "nothing"
+        return f"The service callback '{name}' returns {what}: end it with `return response`."
+    return "Did your callback return the response? A service callback must end with `return response`."
+
+
+def _unknown_field(found: re.Match[str], source: str) -> str:
+    message, part, name = found[1], found[2], found[3]
+    fields = _fields(message, part, source)
+    return _has_fields(f"{'A' if part == 'Request' else 'The'} {part.lower()} of {message}", fields, name)
+
+
+def _has_fields(what: str, fields: list[str], name: str) -> str:
+    if not fields:
+        return f"{what} has no field '{name}': compare the spelling with the definition."
+    near = difflib.get_close_matches(name, fields, 1, 0.5)
+    meant = f" Did you mean `{near[0]}`?" if near else ""
+    listed = f"fields {', '.join(fields)}" if len(fields) > 1 else f"one field {fields[0]}"
+    return f"{what} has the {listed}.{meant}"
+
+
+def _no_such_argument(found: re.Match[str], source: str, code: str) -> str:
+    """Of `Fibonacci.Feedback(sequence=...)`, or `SetParametersResult(success=...)`."""
+    name = found[1]
+    for message, part in re.findall(r"\b([A-Z]\w*)(?:\.([A-Z]\w*))?\(", code):
+        if fields := _fields(message, part, source):
+            what = f"{'A' if part == 'Request' else 'The'} {part.lower()} of {message}" if part else message
+            return _has_fields(what, fields, name)
+    return f"The message has no field '{name}': `ros2 interface show` shows its fields."
+
+
+def _fields(message: str, part: str, source: str) -> list[str]:
+    """The fields of a type that the program imports, as this process knows it."""
+    module = re.search(rf"from ([\w.]+) import (?:\([^)]*|[^\n]*)\b{message}\b", source)
+    try:
+        kind = getattr(importlib.import_module(module[1]), message) if module else None
+        return list((getattr(kind, part) if part else kind).get_fields_and_field_types())  # type: ignore[union-attr]
+    except (ImportError, AttributeError, TypeError):
+        return []
+
+
+def _wrong_type(found: re.Match[str], source: str) -> str:
+    field, kind = found[1], found[2]
+    examples = {
+        "float": "a float, like 3.0. An int like 3 is none, and a NumPy number is none either: write `float(...)`",
+        "int": "a whole number: `int(...)` makes one",
+        "str": "a text: `str(...)` makes one, and `f'...'`",
+        "bool": "True or False: `bool(...)` makes one",
+    }
+    return f"The field '{field}' takes {examples[kind]}."
+
+
+def _sub_message(found: re.Match[str], source: str) -> str:
+    if found[1] == "result" and found[2].endswith("_Result"):
+        action = found[2].removesuffix("_Result")
+        name = callback[0] if (callback := no_result(source)) else "execute"
+        return f"The callback '{name}' must end with `return {action}.Result(...)`, on every path through it."
+    return f"The field '{found[1]}' is a message of its own, {found[2]}: set its parts, as in `.{found[1]}.x = 0.3`."
+
+
+def _argument_count(found: re.Match[str], source: str) -> str:
+    name = found[1].rpartition(".")[2]
+    takes = {
+        "create_service": "(self, request, response)",
+        "create_subscription": "(self, msg)",
+        "create_timer": "(self)",
+        "ActionServer": "(self, goal_handle)",
+        "add_on_set_parameters_callback": "(self, params)",
+    }
+    for maker, signature in takes.items():
+        for call in calls(parse(source), maker):
+            given = [*call.args, *(keyword.value for keyword in call.keywords)]
+            if any(isinstance(each, ast.Call) and name_of(each.func) == name for each in given):
+                return (
+                    f"`{name}()` is called at once here. Hand it over by its name alone, without brackets: "
+                    f"`self.{name}`."
+                )
+            if any(name_of(each) == name for each in given):
+                return f"`{name}` is called by `{maker}`: it must take {signature}."
+    return ""
+
+
+def _not_callable(found: re.Match[str], source: str) -> str:
+    if name := hidden_method(source):
+        return f"`self.{name} = ...` takes the place of the method `{name}`: give one of the two another name."
+    return "What is called here is no function. Hand a callback over by its name, without brackets: `self.add`."
+
+
+def _no_such_class(found: re.Match[str], source: str) -> str:
+    name, module = found[1], found[2]
+    try:
+        known = [each for each in dir(importlib.import_module(module)) if each[:1].isupper() and "_" not in each]
+    except ImportError:
+        known = []
+    near = difflib.get_close_matches(name, known, 1)
+    meant = f" Did you mean `{near[0]}`?" if near else ""
+    return f"{module} has no {name}: compare spelling and capitals with the definition's file name.{meant}"
+
+
+def _not_a_message(found: re.Match[str], source: str) -> str:
+    module, name = found[1], found[2]
+    try:
+        fields = list(getattr(importlib.import_module(module), name).get_fields_and_field_types())
+    except (ImportError, AttributeError):
+        fields = []
+    how = f": `{name}({fields[0]}=...)`" if len(fields) == 1 else ", and set its fields"
+    return f"`publish` takes the topic's message. Make a {name}{how}."
+
+
+def _wrong_parameter_type(found: re.Match[str], source: str) -> str:
+    if (given := re.search(r"to '(-?\d+)' of type 'INTEGER', expecting type 'DOUBLE'", found.string)) is not None:
+        return f"The parameter was declared as a double, and {given[1]} is an integer: write {given[1]}.0."
+    return "The default of a parameter fixes its type: 1.0 makes a double, 1 an integer."
+
+
+def _no_instance(found: re.Match[str], source: str, code: str) -> str:
+    name = re.search(r"\b([A-Z]\w*)\(", code)
+    part = "Request" if found[1] == "Service" else "Goal"
+    return f"Make a {part.lower()} of it: `{name[1] if name else 'TheType'}.{part}(...)`."
+
+
+def _own_attribute(found: re.Match[str], source: str) -> str:
+    if re.search(rf"\bself\.{found[1]}\b", source):
+        return f"What the node keeps belongs to `self`: write `self.{found[1]}`."
+    return ""
+
+
+def _still_none(found: re.Match[str], source: str, code: str) -> str:
+    for name in re.findall(r"self\.(\w+)", code):
+        if re.search(rf"self\.{name} = None\b", source):
+            return (
+                f"`self.{name}` is None until a callback has set it: ask `if self.{name} is None` first, and do "
+                "without it."
+            )
+    return ""
+
+
+def _divisor(found: re.Match[str], source: str) -> str:
+    refusal = " and answer with `success=False`" if "create_service" in source else ""
+    return f"Look at the divisor before you divide{refusal}."
+
+
+def _is_module(found: re.Match[str], source: str) -> str:
+    package = found[1].split(".")[0]
+    if package.endswith("_interfaces") or package == "my_package":
+        return (
+            f"{package} is not built here: run the `%%exercise` cell that writes its definition, "
+            f"with `--package {package}`."
+        )
+    return ""
+
+
+def _says(text: str) -> Callable[[re.Match[str], str], str]:
+    """An explanation that is always the same."""
+    return lambda found, source: text
+
+
+# The last line of a traceback, and what to say about it; the first that fits is taken.  Seen with rclpy 7.1.6.
+KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
+    (r"^TypeError:?\s*$", _nothing_returned),
+    (r"'(\w+)_(Request|Response|Goal|Result|Feedback)' object has no attribute '(\w+)'", _unknown_field),
+    (r"'(\w+)' field must be of type '(float|int|str|bool)'", _wrong_type),
+    (r"'(\w+)' field must be a sub message of type '(\w+)'", _sub_message),
+    (
+        r"'Future' object has no attribute '(?!add_done_callback)\w+'",
+        _says(
+            "`call_async` gives a future, not the response: in an `async def` callback write "
+            "`await client.call_async(...)`."
+        ),
+    ),
+    (
+        r"'Future' object has no attribute|'NoneType' object has no attribute '(result|sum|success)'",
+        _says(
+            "The response is not there yet: `future.result()` and `client.call(..., timeout_sec=...)` are None until "
+            "it comes."
+        ),
+    ),
+    (
+        r"Node\.__init__\(\) missing 1 required positional argument: 'node_name'",
+        _says("Give the node a name: `super().__init__('my_node')`."),
+    ),
+    (
+        r"has no attribute '_(?:Node__\w+|default_callback_group|parameters|parameter_overrides|context|logger)'",
+        _says("Call `super().__init__('my_node')` first in `__init__`: until then there is no node."),
+    ),
+    (
+        r"'method' object does not support the context manager protocol|'\w+' object has no attribute 'pointer'",
+        _says("Your node has a method or an attribute called `handle`, which hides rclpy's own: choose another name."),
+    ),
+    (
+        r"NotInitializedException|rcl node's context is invalid|rclpy\.init\(\) has not been called",
+        _says("`rclpy.init()` must be called before a node is made."),
+    ),
+    (
+        r"Context\.init\(\) must only be called once",
+        _says("`rclpy.init()` is called twice: a program calls it once, in `main`."),
+    ),
+    (r"(?:(\w[\w.]*)\(\)) (?:takes \d+|missing \d+ required) positional argument", _argument_count),
+    (
+        r"ParameterNotDeclaredException: .*: (\w+)",
+        lambda found, source: (
+            f"Declare it in `__init__`, before anything reads it: `self.declare_parameter('{found[1]}', default)`."
+        ),
+    ),
+    (
+        r"InvalidParameterValueException.*out of range",
+        _says("The value, also the default, must lie within the range that the descriptor sets."),
+    ),
+    (r"ParameterAlreadyDeclaredException", _says("A parameter is declared once: remove the second declaration.")),
+    (r"InvalidParameterTypeException|Wrong parameter type", _wrong_parameter_type),
+    (
+        r"'(?:NoneType|bool)' object has no attribute '(?:successful|reason)'",
+        _says("A parameter callback must return `SetParametersResult(successful=...)`, on every path through it."),
+    ),
+    (r"'(?:bool|str|int|float|NoneType)' object is not callable", _not_callable),
+    (
+        r"object [A-Z]\w*_(?:Response|Request|Event) can't be used in 'await'",
+        _says("Await the future of `call_async(...)`; `call(...)` gives the response itself."),
+    ),
+    (r"No module named '([\w.]+)'", _is_module),
+    (r"cannot import name '(\w+)' from '([\w.]+)'", _no_such_class),
+    (r"ZeroDivisionError", _divisor),
+    (r"Expected <class '([\w.]+)\.(\w+)'>, got <class", _not_a_message),
+    (
+        r"OverflowError: .*integer is (greater|less) than|must be an? (?:unsigned )?integer in \[",
+        _says("The number is too large for the field: an `int32` holds up to 2147483647. Refuse such a request."),
+    ),
+    (
+        r"'Parameter' object (?:cannot|is not)|(?:operand type|between).*'Parameter'|not '?Parameter",
+        _says("`get_parameter(...)` gives a Parameter. What it holds is its `.value`."),
+    ),
+    (
+        r"min\(\) (?:arg|iterable argument) is (?:an )?empty|zero-size array to reduction operation",
+        _says("Nothing is left to choose from. Say what counts then: `min(values, default=math.inf)`."),
+    ),
+    (
+        r"Subscription\.__init__\(\): callback should",
+        _says("The callback of a subscription must take the message: `(self, msg)`."),
+    ),
+    (
+        r"missing 1 required positional argument: 'qos_profile'",
+        _says("The last argument is the length of the queue, usually 10: `create_publisher(Twist, 'cmd_vel', 10)`."),
+    ),
+    (
+        r"float\(\) argument must be .* not '(?:method|function)'",
+        _says("First the period in seconds, then the callback: `create_timer(0.1, self.callback)`."),
+    ),
+    (
+        r"generator already executing|Executor is already spinning",
+        _says(
+            "The node is spun already, by what runs this callback. Make the callback `async def`, and write "
+            "`await` before `call_async(...)`."
+        ),
+    ),
+    (r"name '(\w+)' is not defined", _own_attribute),
+)
+
+NO_TEXT = r"^TypeError:?\s*$"  # what rclpy raises for an argument of the wrong type
+# An error, the reader's line that led to it, and what to say: asked before `KNOWN`.
+IN_A_LINE: tuple[tuple[str, str, str], ...] = (
+    (
+        NO_TEXT,
+        r"publish_feedback\(",
+        "`publish_feedback` takes a message, with the value in its field: `Fibonacci.Feedback(...)`.",
+    ),
+    (
+        NO_TEXT,
+        r"\bcall(?:_async)?\(",
+        "A client sends a request, with the values in its fields: `TheType.Request(...)`.",
+    ),
+    (NO_TEXT, r"send_goal", "A client sends a goal, with the values in its fields: `TheType.Goal(...)`."),
+    (
+        r"^IndexError",
+        r"ranges\[",
+        "Scanners differ in their number of beams. Find a beam by its angle: angle_min + number * angle_increment.",
+    ),
+    (
+        r"incompatible function arguments",
+        r"create_(?:publisher|subscription|client|service)\(",
+        "The type comes first, then the name: `create_publisher(Twist, 'cmd_vel', 10)`.",
+    ),
+)
+OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
+    (r"Invalid arguments passed to constructor: (\w+)", _no_such_argument),
+    (r"(Service|Action) classes can not be instantiated", _no_instance),
+    (r"'NoneType' object is not subscriptable|operand type.*'NoneType'|between.*'NoneType'", _still_none),
+)

@@ -1,0 +1,147 @@
+"""What a program's text says about why it does not do what it should: read, and never run."""
+
+import ast
+import re
+from collections.abc import Iterator
+
+WAITS = ("call", "spin", "spin_once", "spin_until_future_complete", "wait_for_server", "wait_for_service")
+ENDS = ("exit", "_exit", "quit")
+
+
+def parse(source: str) -> ast.Module:
+    """The program's tree; an empty one when it cannot be read.  A cell's lines for the shell are left out."""
+    lines = ("" if line.lstrip().startswith(("!", "%")) else line for line in source.splitlines())
+    try:
+        return ast.parse("\n".join(lines))
+    except (SyntaxError, ValueError):
+        return ast.Module([], [])
+
+
+def functions(tree: ast.AST) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
+    """All functions and methods in it."""
+    return (node for node in ast.walk(tree) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)))
+
+
+def calls(tree: ast.AST, name: str) -> Iterator[ast.Call]:
+    """All calls of a function or a method called `name`."""
+    return (node for node in ast.walk(tree) if isinstance(node, ast.Call) and name_of(node.func) == name)
+
+
+def name_of(node: ast.AST | None) -> str:
+    """`enable` for `enable` and for `self.enable`; '' for anything else."""
+    if isinstance(node, ast.Attribute):
+        return node.attr
+    return node.id if isinstance(node, ast.Name) else ""
+
+
+def argument(call: ast.Call, place: int, name: str) -> ast.expr | None:
+    """The argument of a call that may be given by its place or by its name."""
+    if len(call.args) > place:
+        return call.args[place]
+    return next((keyword.value for keyword in call.keywords if keyword.arg == name), None)
+
+
+def service_callbacks(tree: ast.AST, service: str = "") -> set[str]:
+    """The names of the functions that answer services; with `service`, of that one, or of all when it is not named."""
+    found: dict[str, str] = {}
+    for call in calls(tree, "create_service"):
+        served = argument(call, 1, "srv_name")
+        name = str(served.value).lstrip("/") if isinstance(served, ast.Constant) else ""
+        if callback := name_of(argument(call, 2, "callback")):
+            found[callback] = name
+    own = {callback for callback, name in found.items() if name == service.lstrip("/")}
+    return own or set(found)
+
+
+def blocked(source: str, service: str) -> str:
+    """Why the callback of `service` may never answer, as far as its text tells; '' when it does not."""
+    tree = parse(source)
+    names = service_callbacks(tree, service)
+    for function in functions(tree):
+        if function.name not in names:
+            continue
+        for name in WAITS:
+            for call in calls(function, name):
+                if argument(call, 9, "timeout_sec") is not None:
+                    continue
+                return (
+                    f"its callback '{function.name}' waits in `{ast.unparse(call.func)}(...)` for what only its own "
+                    "executor can bring, and that is busy with this callback. Make it `async def`, and write "
+                    "`await client.call_async(...)`."
+                )
+        if any(isinstance(node, ast.Await) for node in ast.walk(function)) and _one_group(tree):
+            return (
+                f"its callback '{function.name}' awaits a client in its own callback group, where nothing else runs "
+                "until it ends. Give the client a group of its own: "
+                "`create_client(..., callback_group=ReentrantCallbackGroup())`."
+            )
+        if list(calls(function, "sleep")) or list(calls(function, "input")) or _endless(function):
+            return f"its callback '{function.name}' sleeps, waits for input, or loops without end."
+    return ""
+
+
+def _one_group(tree: ast.AST) -> bool:
+    """Whether services and clients are made without naming a group."""
+    made = [*calls(tree, "create_service"), *calls(tree, "create_client")]
+    return not any(argument(call, 9, "callback_group") for call in made)
+
+
+def _endless(function: ast.AST) -> bool:
+    loops = (node for node in ast.walk(function) if isinstance(node, ast.While))
+    return any(isinstance(loop.test, ast.Constant) and loop.test.value for loop in loops)
+
+
+def exits(source: str) -> str:
+    """The function, other than `main`, that ends the program on purpose; '' when none does."""
+    for function in functions(parse(source)):
+        raised = (node.exc for node in ast.walk(function) if isinstance(node, ast.Raise) and node.exc)
+        ended = any(name_of(getattr(error, "func", error)) == "SystemExit" for error in raised)
+        if function.name != "main" and (ended or any(list(calls(function, name)) for name in ENDS)):
+            return function.name
+    return ""
+
+
+def hidden_method(source: str) -> str:
+    """The method whose name is also given to an attribute: `self.enable = False` hides `def enable`."""
+    tree = parse(source)
+    stored = {
+        node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
+    }
+    return next((function.name for function in functions(tree) if function.name in stored), "")
+
+
+def wrong_return(source: str) -> tuple[str, int, str] | None:
+    """A service callback that does not return its response: its name, its line, and what it returns ('' for nothing).
+
+    None when all do, as far as their text tells.
+    """
+    tree = parse(source)
+    names = service_callbacks(tree)
+    for function in functions(tree):
+        if function.name not in names:
+            continue
+        returned = [node.value for node in ast.walk(function) if isinstance(node, ast.Return) and node.value]
+        if not returned:
+            return function.name, function.lineno, ""
+        response = function.args.args[-1].arg if function.args.args else ""
+        for value in returned:
+            if isinstance(value, (ast.Attribute, ast.Constant, ast.BinOp)) and name_of(value) != response:
+                return function.name, value.lineno, ast.unparse(value)
+    return None
+
+
+def defined(error: str, source: str) -> tuple[str, int] | None:
+    """The function that was called with the wrong number of arguments, and the line of its `def`."""
+    found = re.search(r"(\w+)\(\) (?:takes|missing) .*positional argument", error)
+    named = (function for function in functions(parse(source)) if found and function.name == found[1])
+    return next(((function.name, function.lineno) for function in named if function.name != "__init__"), None)
+
+
+def no_result(source: str) -> tuple[str, int] | None:
+    """The execute callback of an action whose last line is not a `return`: its name, and the line of its `def`."""
+    tree = parse(source)
+    names = {name_of(argument(call, 3, "execute_callback")) for call in calls(tree, "ActionServer")}
+    for function in functions(tree):
+        if function.name in names and not isinstance(function.body[-1], (ast.Return, ast.Raise)):
+            return function.name, function.lineno
+    return None

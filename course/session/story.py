@@ -1,0 +1,244 @@
+"""How a node came to its end, for the person who wrote it: the error, their own lines, and what lies behind it.
+
+Python's traceback of a node is mostly rclpy's: of thirty lines, three are the student's.  These are shown.
+"""
+
+import linecache
+import os
+import re
+import signal
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+
+from course.session.hints import hint, never_called, never_spins, returns_nothing
+from course.session.source import defined, exits, no_result, wrong_return
+
+MARK = "Traceback (most recent call last):"
+GOAL_FAILED = "Error raised in execute callback"  # rclpy's ActionServer logs it, and prints the traceback
+STATE_NOT_SET = "Goal state not set, assuming aborted"  # it logs this, too
+NO_STATE = "returned a result and never said how the goal ended, so that it counts as aborted"
+NO_RESULT = "ended an execute callback without returning a result"
+ABOUT_GOALS = {
+    NO_STATE: "Call `goal_handle.succeed()`, `canceled()` or `abort()` before you return the result.",
+    NO_RESULT: "End the execute callback with `return Fibonacci.Result(...)`, on every path through it.",
+}
+GOAL_ENDING = "raised an exception in an execute callback, so that the goal was aborted"
+NEVER_RETRIEVED = "The following exception was never retrieved"  # rclpy prints it of futures that nobody asks
+FRAME = re.compile(r'^  File "(.+)", line (\d+)(?:, in (.+))?$')
+COURSE = Path(__file__).resolve().parents[1]
+MESSAGE_LINES = 6  # of an exception's own message
+RESULT_TYPE = "The 'result' field must be a sub message of type"
+NO_RESPONSE = ("TypeError", "TypeError:")  # all that rclpy says of a callback that returned no response
+LIBRARIES = ("site-packages", "dist-packages", f"{os.sep}lib{os.sep}python")  # in the path of code that is not theirs
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A line of the student's own on the way to the error."""
+
+    place: str  # the file, or the notebook's cell
+    line: int
+    function: str  # '' outside of any
+    code: str
+
+    def __str__(self) -> str:
+        where = f", in {self.function}" if self.function and self.function != "<module>" else ""
+        return f"  {self.place}, line {self.line}{where}\n    {self.code}"
+
+
+@dataclass(frozen=True)
+class Story:
+    """What a node, or a program, has to say about its end."""
+
+    who: str
+    ending: str  # what happened: "ended with exit status 1"
+    error: str = ""  # the last line of the traceback
+    frames: tuple[Frame, ...] = ()
+    hint: str = ""
+    at: float = field(default_factory=time.time, compare=False)  # when it was known
+
+    @property
+    def line(self) -> str:
+        """All in one line, for a table."""
+        last = f" ({self.frames[-1].place}, line {self.frames[-1].line})" if self.frames else ""
+        return self.ending + (f": {self.error.splitlines()[0]}{last}" if self.error else "")
+
+    def __str__(self) -> str:
+        head = f"{self.who} {self.ending}" + (f": {self.error}" if self.error else ".")
+        return "\n".join([head, *map(str, self.frames), *([f"Hint: {self.hint}"] if self.hint else [])])
+
+
+def of_program(path: Path, output: str, status: int, *, before_its_node: bool = False) -> Story:
+    """The story of the program at `path` that printed `output` and ended with `status` (negative: by that signal)."""
+    source = _read(path)
+    error, frames = _last_traceback(output, path)
+    ending = f"ended with exit status {status}" if status >= 0 else f"was ended by the signal {_signal(-status)}"
+    inside = [frame for frame in frames if frame.function not in ("main", "<module>")]
+    callback: tuple[str, int, str] | tuple[str, int] | None = defined(error, source)
+    if error in NO_RESPONSE or RESULT_TYPE in error:
+        callback = no_result(source) if RESULT_TYPE in error else wrong_return(source)
+    if callback and not inside:  # the error is raised after it, in rclpy
+        frames = (Frame(path.name, callback[1], "", source.splitlines()[callback[1] - 1].strip()),)
+    if error:
+        return Story(path.name, ending, error, frames, _hint(error, source, frames))
+    if never_called(source):
+        why = "main() is defined and never called: end the file with `if __name__ == '__main__': main()`."
+    elif status == 0 and never_spins(source):
+        why = "Nothing keeps it alive: main() must call `rclpy.spin(node)`."
+    elif before_its_node and status == 0:
+        why = "It made no node: is `super().__init__('name')` reached?"
+    elif status == 0:
+        why = "A server must run until it is stopped: is `rclpy.spin(node)` reached?"
+    elif name := exits(source):
+        why = f"'{name}' ends the program on purpose. A server must live on: answer what cannot be done, too."
+    else:
+        why = ""
+    said = output.strip().splitlines()[-MESSAGE_LINES:] if status > 0 else []
+    return Story(path.name, ending, "\n  ".join(["it printed", *said]) if said else "", (), why)
+
+
+def of_exception(who: str, error: BaseException, callbacks: list[Callable[..., object]], doing: str = "") -> Story:
+    """The story of an exception in a node of this kernel; `callbacks` are those of the node's services."""
+    last = "".join(traceback.format_exception_only(error)).strip()
+    frames = _own_frames(error.__traceback__)
+    source = _source(error.__traceback__) or (text_of(callbacks[0]) if callbacks else "")
+    why = _hint(last, source, frames)
+    silent = [callback for callback in callbacks if returns_nothing(callback)]
+    if not frames and silent and last in NO_RESPONSE:
+        why = f"The service callback '{silent[0].__name__}' returns nothing: end it with `return response`."
+        code = silent[0].__code__
+        text = linecache.getline(code.co_filename, code.co_firstlineno).strip()
+        frames = (Frame(_place(code.co_filename), code.co_firstlineno, "", text),)
+    return Story(who, doing or "raised an exception in a callback", last, frames, why)
+
+
+def of_goal(who: str, ending: str) -> Story:
+    """The story of a goal whose execute callback has returned, and not as it should: `NO_STATE` or `NO_RESULT`."""
+    return Story(who, ending, hint=ABOUT_GOALS[ending])
+
+
+def hint_on(error: Exception) -> str:
+    """The hint on an error in a cell's own code, as a line; '' where nothing is known."""
+    frames = _own_frames(error.__traceback__)
+    last = "".join(traceback.format_exception_only(error)).strip()
+    why = _hint(last, _source(error.__traceback__), frames)
+    return f"Hint: {why}" if why else ""
+
+
+def failed_goals(path: Path, output: str) -> list[Story]:
+    """The exceptions in execute callbacks that a program's action server has printed, one for each place."""
+    stories = []
+    if STATE_NOT_SET in re.sub(f"{GOAL_FAILED}.*?{STATE_NOT_SET}", "", output, flags=re.DOTALL):  # it follows each
+        stories.append(of_goal(path.name, NO_STATE))
+    for part in output.split(GOAL_FAILED)[1:]:
+        error, frames = _last_traceback(part.partition("\n")[2], path, first=True)
+        story = Story(path.name, GOAL_ENDING, error, frames, _hint(error, _read(path), frames))
+        if error and story not in stories:
+            stories.append(story)
+    return stories
+
+
+def _last_traceback(output: str, path: Path, *, first: bool = False) -> tuple[str, tuple[Frame, ...]]:
+    """The error and the student's frames of the last (or `first`) traceback in `output`; ('', ()) without one."""
+    lines = output.splitlines()
+    starts = [number for number, line in enumerate(lines) if line.strip() == MARK]
+    if not starts and not re.search(r"^\w*Error: ", output, re.MULTILINE):
+        return "", ()
+    rest = lines[starts[0 if first else -1] + 1 :] if starts else lines
+    frames: list[Frame] = []
+    own = False
+    for number, line in enumerate(rest):
+        if found := FRAME.match(line):
+            own = Path(found[1]).name == path.name
+            code = rest[number + 1].strip() if number + 1 < len(rest) else ""
+            if own:
+                frames.append(Frame(path.name, int(found[2]), found[3] or "", code))
+        elif line and not line.startswith(" ") and re.match(r"[\w.]+", line):
+            first_line = re.sub(r" \(/\S+\)$", "", line)  # without where Python has found a module
+            first_line = first_line.removesuffix(" The following argument types are supported:")
+            many = "incompatible function arguments" in line  # and below it, all that C++ would take
+            message = [first_line] if many else [first_line, *_continued(rest[number + 1 :])]
+            return "\n".join(message), _without_main(frames)
+    return "", ()
+
+
+def _continued(lines: list[str]) -> list[str]:
+    """The further lines of an exception's message: up to an empty one, or to what a logger wrote."""
+    found = []
+    for line in lines[: MESSAGE_LINES - 1]:
+        if (
+            not line.strip()
+            or line.startswith(NEVER_RETRIEVED)
+            or re.match(r"(\x1b\[\d*m)?\[(DEBUG|INFO|WARN|ERROR|FATAL)\]|\[ros2run\]", line)
+        ):
+            break
+        found.append(line)
+    return found
+
+
+def _without_main(frames: list[Frame]) -> tuple[Frame, ...]:
+    """Without the way through `main`, when it led into another function of theirs."""
+    inner = [frame for frame in frames if frame.function not in ("main", "<module>")]
+    return tuple(inner or [frame for frame in frames[-1:] if not re.search(r"\bspin\(", frame.code)])
+
+
+def _hint(error: str, source: str, frames: tuple[Frame, ...]) -> str:
+    return hint(error, source, frames[-1].code if frames else "")
+
+
+def _source(trace: TracebackType | None) -> str:
+    """The text of the file, or of the cell, that the last frame of the reader's own is in."""
+    own = [each.filename for each in traceback.extract_tb(trace) if _is_own(each.filename)]
+    return "".join(linecache.getlines(own[-1])) if own else ""
+
+
+def text_of(callback: Callable[..., object]) -> str:
+    """The text of the file, or of the cell, that a callback is in."""
+    code = getattr(callback, "__code__", None)
+    return "".join(linecache.getlines(code.co_filename)) if code else ""
+
+
+def _is_own(filename: str) -> bool:
+    path = Path(filename)
+    if any(part in filename for part in LIBRARIES):
+        return False
+    return not path.is_relative_to(COURSE / "session") and path.parent != COURSE
+
+
+def _own_frames(trace: TracebackType | None) -> tuple[Frame, ...]:
+    """The frames that are in the student's cells and files."""
+    found = []
+    for summary in traceback.extract_tb(trace):
+        if summary.lineno is None or not _is_own(summary.filename):
+            continue
+        place = _place(summary.filename)
+        code = linecache.getline(summary.filename, summary.lineno).strip()
+        found.append(Frame(place, summary.lineno, summary.name, code))
+    return tuple(found)
+
+
+def _place(filename: str) -> str:
+    return "the cell" if _is_cell(filename) else Path(filename).name
+
+
+def _is_cell(filename: str) -> bool:
+    """Whether code compiled under this name is a notebook's cell."""
+    return "ipykernel_" in filename or filename.startswith("<ipython-input")
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
+
+
+def _signal(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return str(number)

@@ -1,0 +1,55 @@
+"""The nodes of a session as a table: which run, which have ended and why, since when, and where."""
+
+import html
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Row:
+    """A started node, or a node of the domain that somebody else has started."""
+
+    name: str
+    state: str  # running, stopped, or how it ended
+    since: float | None  # time.time() of its start, when it is known
+    where: str
+
+    def texts(self) -> tuple[str, str, str, str]:
+        """What the table shows."""
+        since = time.strftime("%H:%M:%S", time.localtime(self.since)) if self.since else ""
+        return self.name, self.state, since, self.where
+
+
+HEAD = ("node", "state", "since", "where")
+
+
+class Nodes(list[str]):
+    """The full names of the nodes that run, in order; a notebook shows the table of all that were started."""
+
+    def __init__(self, names: list[str], rows: list[Row], shown: Callable[[], None] = lambda: None):
+        """`shown` is called when the table is."""
+        super().__init__(names)
+        self.rows = rows
+        self._shown = shown
+
+    def __str__(self) -> str:
+        return list.__repr__(self)
+
+    def __repr__(self) -> str:
+        self._shown()
+        if not self.rows:
+            return "no nodes"
+        lines = [HEAD, *(row.texts() for row in self.rows)]
+        widths = [max(len(line[column]) for line in lines) for column in range(len(HEAD))]
+        padded = ("  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)) for line in lines)
+        return "\n".join(line.rstrip() for line in padded)
+
+    def _repr_html_(self) -> str:
+        def cells(texts: tuple[str, ...], tag: str) -> str:
+            return "".join(f'<{tag} style="text-align:left">{html.escape(text)}</{tag}>' for text in texts)
+
+        if not self.rows:
+            return "<p>no nodes</p>"
+        body = "\n".join(f"<tr>{cells(row.texts(), 'td')}</tr>" for row in self.rows)
+        return f"<table><thead><tr>{cells(HEAD, 'th')}</tr></thead>\n<tbody>{body}</tbody></table>"

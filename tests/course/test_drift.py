@@ -1,0 +1,56 @@
+"""A file that is not what its exercise cell says is told, with which of the two is newer."""
+
+import json
+import os
+
+import pytest
+
+from course.notebook.drift import differences
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A notebook with two exercise cells, and the files as the cells wrote them."""
+    sources = [
+        "%%exercise server.py\nprint('one')\n### BEGIN SOLUTION\nprint('two')\n### END SOLUTION",
+        ["%%exercise Ask.srv --package ask_interfaces\n", "int32 a\n", "---\n"],
+        "print('no exercise')",
+        "%%exercise ../../outside.py\npass",
+    ]
+    cells = [{"cell_type": "code", "metadata": {}, "source": source} for source in sources]
+    (tmp_path / "section.ipynb").write_text(json.dumps({"cells": cells}))
+    (tmp_path / "server.py").write_text("print('one')\nprint('two')\n")
+    (tmp_path / "Ask.srv").write_text("int32 a\n---\n")
+    return tmp_path
+
+
+def age(path, seconds: float) -> None:
+    moment = path.stat().st_mtime - seconds
+    os.utime(path, (moment, moment))
+
+
+def test_files_that_are_as_their_cells_say_are_left_out(folder):
+    assert differences(folder) == {}
+
+
+def test_a_file_that_was_edited_elsewhere(folder):
+    age(folder / "section.ipynb", 60)
+    (folder / "server.py").write_text("print('three')\n")
+    assert list(differences(folder)) == ["server.py"]
+    assert "is the newer of the two" in differences(folder)["server.py"]
+
+
+def test_a_cell_that_was_edited_and_not_run(folder):
+    (folder / "server.py").write_text("print('before')\n")
+    age(folder / "server.py", 60)
+    assert differences(folder)["server.py"].startswith("server.py is not what its cell says: you edited the cell")
+
+
+def test_a_file_that_was_deleted(folder):
+    (folder / "Ask.srv").unlink()
+    assert differences(folder) == {"Ask.srv": "Ask.srv is not there: run its cell."}
+
+
+def test_what_is_no_notebook_is_passed_over(folder):
+    (folder / "other.ipynb").write_text("{")
+    assert differences(folder) == {}

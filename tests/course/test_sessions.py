@@ -1,0 +1,112 @@
+"""What runs on this machine is listed, told to other processes, and can be ended."""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from course import registry
+from course.cli import app
+from course.registry import NodeRecord, SessionRecord
+from course.waiting import wait_until
+
+HOLDER = """
+import sys, time
+import course
+ros = course.live()
+from course.nodes.add_two_ints_server import AddTwoIntsServer
+ros.start(AddTwoIntsServer)
+ros.start("child.py")
+print("ready", flush=True)
+time.sleep(120)
+"""
+CHILD = """
+import rclpy
+from rclpy.node import Node
+rclpy.init()
+rclpy.spin(Node("child"))
+"""
+
+
+@pytest.fixture(autouse=True)
+def own_registry(tmp_path, monkeypatch):
+    """A registry that no other session of this machine writes to."""
+    (tmp_path / "run").mkdir()
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "run"))
+    monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
+
+
+@pytest.fixture
+def session(tmp_path):
+    """A process with a live session: two nodes, one of them in a process of its own."""
+    (tmp_path / "child.py").write_text(CHILD)
+    process = subprocess.Popen([sys.executable, "-c", HOLDER], cwd=tmp_path, stdout=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "ready\n"
+    yield process
+    process.kill()
+    process.communicate()
+
+
+def run(*words: str):
+    return CliRunner().invoke(app, ["sessions", *words])
+
+
+def test_a_session_is_listed_with_its_folder_domain_and_nodes(session, tmp_path):
+    (record,) = registry.running()
+    assert (record.pid, record.folder) == (session.pid, str(tmp_path))
+    assert {node.name: node.state for node in record.nodes} == {"/add_two_ints_server": "running", "/child": "running"}
+    assert "/add_two_ints" in next(node.services for node in record.nodes if "add" in node.name)
+    assert registry.of_domain(record.domain) == record
+    shown = run().stdout
+    assert str(session.pid) in shown and "/child: running" in shown
+
+
+def test_a_forgotten_session_is_ended_with_its_nodes(session):
+    (record,) = registry.running()
+    child = int(next(node.where for node in record.nodes if node.name == "/child").rpartition(" ")[2])
+    done = run("--stop", str(session.pid))
+    assert done.exit_code == 0 and f"Ended: session {session.pid}" in done.stdout
+    assert session.wait(10) is not None
+    assert wait_until(lambda: not Path(f"/proc/{child}").exists(), 10)
+    assert registry.running() == [] and "No live session" in run().stdout
+
+
+def test_a_number_that_no_session_has_is_a_line(session):
+    done = run("--stop", "1")
+    assert done.exit_code == 2 and done.stderr == "There is no session 1; `course sessions` lists them.\n"
+    assert session.poll() is None
+
+
+def test_what_a_killed_session_left_is_removed(session):
+    session.kill()
+    session.wait()
+    assert registry.running() == []
+    assert list(registry.folder().glob("*.json")) == []
+
+
+def test_another_process_of_the_same_number_is_no_session():
+    record = SessionRecord(os.getpid(), 7, "/", time.time(), registry.birth(os.getpid()) - 1)
+    registry.write(record)
+    assert registry.running() == []
+
+
+def test_what_cannot_be_read_is_no_session():
+    (registry.folder() / "1.json").write_text('{"pid": 1')
+    (registry.folder() / "2.json").write_text('{"pid": 2, "colour": "red"}')
+    assert registry.running() == []
+
+
+def test_the_files_are_their_users_alone():
+    assert registry.folder().stat().st_mode & 0o777 == 0o700
+
+
+def test_what_another_process_has_told_is_known():
+    record = SessionRecord(os.getpid(), 7, "/", time.time(), 1, [NodeRecord("/a", "running", True, 1.0, "here")])
+    registry.tell(record, "it died\nof this")
+    assert registry.told_elsewhere(os.getpid()) == {"it died\nof this"}
+    registry.remove(os.getpid())
+    assert registry.told_elsewhere(os.getpid()) == set()

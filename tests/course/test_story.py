@@ -1,0 +1,157 @@
+"""What is said of mistakes, from texts alone: the hints, and why a program may not answer."""
+
+import textwrap
+
+import pytest
+
+from course.session import source, story
+from course.session.hints import hint
+
+SERVER = """
+class Server(Node):
+    def __init__(self):
+        super().__init__('server')
+        self.client = self.create_client(AddTwoInts, '/add')
+        self.create_service(Trigger, '/ask', self.ask{options})
+
+    {define} ask(self, request, response):
+        {body}
+        return response
+"""
+
+
+@pytest.mark.parametrize(
+    ("error", "text", "code", "says"),
+    [
+        ("TypeError:", "", "handle.publish_feedback(numbers)", "`publish_feedback` takes a message"),
+        ("TypeError:", "", "client.call_async(5)", "A client sends a request"),
+        ("IndexError: array index out of range", "", "msg.ranges[350]", "Find a beam by its angle"),
+        (
+            "AssertionError: Invalid arguments passed to constructor: success",
+            "from rcl_interfaces.msg import SetParametersResult",
+            "return SetParametersResult(success=True)",
+            "SetParametersResult has the fields successful, reason. Did you mean `successful`?",
+        ),
+        (
+            "AttributeError: 'Trigger_Response' object has no attribute 'succes'",
+            "from std_srvs.srv import SetBool, Trigger",
+            "",
+            "The response of Trigger has the fields success, message. Did you mean `success`?",
+        ),
+        (
+            "AttributeError: 'AddTwoInts_Response' object has no attribute 'x'",
+            "from example_interfaces.srv import (\n    AddTwoInts,\n)",
+            "",
+            "The response of AddTwoInts has the one field sum.",
+        ),
+        ("TypeError: 'NoneType' object is not subscriptable", "self.scan = None", "self.scan['front']", "`self.scan`"),
+        ("TypeError: 'NoneType' object is not subscriptable", "", "answer['front']", ""),
+        ("ZeroDivisionError: division by zero", "", "", "Look at the divisor before you divide."),
+        ("ZeroDivisionError: division by zero", "self.create_service(", "", "`success=False`"),
+        ("NameError: name 'count' is not defined", "self.count = 0", "", "`self.count`"),
+        ("NameError: name 'cuont' is not defined", "self.count = 0", "", ""),
+        (
+            "TypeError: A.go() missing 1 required positional argument: 'x'",
+            "self.create_timer(1, self.go())",
+            "",
+            "()` is",
+        ),
+        (
+            "TypeError: A.go() takes 1 positional argument but 2 were given",
+            "self.create_service(A, '/a', self.go)",
+            "",
+            "resp",
+        ),
+        ("TypeError: A.go() takes 1 positional argument but 2 were given", "self.go(1)", "", ""),
+        ("TypeError: 'bool' object is not callable", "self.go = True\ndef go(self): pass", "", "the method `go`"),
+        (
+            "TypeError: Expected <class 'std_msgs.msg._float64.Float64'>, got <class 'float'>",
+            "",
+            "",
+            "Make a Float64: `Float64(data=...)`",
+        ),
+        ("ImportError: cannot import name 'Triger' from 'std_srvs.srv'", "", "", "Did you mean `Trigger`?"),
+        ("NotImplementedError: Service classes can not be instantiated", "", "a = SetBool()", "`SetBool.Request(...)`"),
+        ("KeyError: 'front'", "", "", ""),
+    ],
+)
+def test_a_known_cause_has_a_hint_and_no_other(error, text, code, says):
+    said = hint(error, text, code)
+    assert says in said and bool(says) == bool(said), said
+
+
+@pytest.mark.parametrize(
+    ("define", "body", "options", "says"),
+    [
+        ("def", "response.success = True", "", ""),
+        ("def", "answer = self.client.call(r)", "", "waits in `self.client.call(...)`"),
+        ("def", "answer = self.client.call(r, timeout_sec=1.0)", "", ""),
+        (
+            "def",
+            "rclpy.spin_until_future_complete(self, future)",
+            "",
+            "waits in `rclpy.spin_until_future_complete(...)`",
+        ),
+        ("async def", "answer = await self.client.call_async(r)", "", "a group of its own"),
+        ("async def", "answer = await self.client.call_async(r)", ", callback_group=group", ""),
+        ("def", "while True: pass", "", "loops without end"),
+        ("def", "time.sleep(9)", "", "sleeps"),
+    ],
+)
+def test_why_a_service_may_never_answer(define, body, options, says):
+    said = source.blocked(SERVER.format(define=define, body=body, options=options), "/ask")
+    assert says in said and bool(says) == bool(said), said
+
+
+def test_a_text_that_cannot_be_read_says_nothing():
+    assert source.blocked("def (", "/ask") == "" and source.wrong_return("def (") is None
+    assert hint("TypeError:", "def (") != ""
+
+
+def test_what_a_callback_returns_in_the_place_of_its_response():
+    text = SERVER.format(define="def", body="pass", options="")
+    assert source.wrong_return(text) is None
+    assert source.wrong_return(text.replace("return response", "return response.x")) == ("ask", 10, "response.x")
+    assert source.wrong_return(text.replace("return response", "pass")) == ("ask", 8, "")
+
+
+def test_the_function_that_ends_a_server():
+    assert source.exits("def main():\n    sys.exit(1)") == ""
+    assert source.exits("def ask():\n    sys.exit(1)") == source.exits("def ask():\n    raise SystemExit") == "ask"
+
+
+def test_the_story_of_a_program_has_the_readers_lines_alone(tmp_path):
+    path = tmp_path / "server.py"
+    path.write_text("import rclpy\n")
+    output = textwrap.dedent("""\
+        [INFO] [server]: ready
+        Traceback (most recent call last):
+          File "/home/a/server.py", line 9, in <module>
+            main()
+          File "/home/a/server.py", line 7, in main
+            rclpy.spin(node)
+          File "/opt/site-packages/rclpy/task.py", line 51, in __call__
+            self.set_result(self._handler())
+          File "/home/a/server.py", line 3, in ask
+            return x / 0
+        ZeroDivisionError: division by zero
+        The following exception was never retrieved: no
+        """)
+    assert str(story.of_program(path, output, 1)) == (
+        "server.py ended with exit status 1: ZeroDivisionError: division by zero\n"
+        "  server.py, line 3, in ask\n    return x / 0\n"
+        "Hint: Look at the divisor before you divide."
+    )
+
+
+def test_a_goal_without_a_state_and_one_with_an_exception(tmp_path):
+    path = tmp_path / "server.py"
+    path.write_text("")
+    warning = "[WARN] [server.action_server]: Goal state not set, assuming aborted. Goal ID: 1\n"
+    raised = (
+        "[ERROR] [server.action_server]: Error raised in execute callback: 'x'\n"
+        'Traceback (most recent call last):\n  File "/a/server.py", line 2, in execute\n    a[x]\nKeyError: x\n'
+    )
+    assert [each.ending for each in story.failed_goals(path, warning)] == [story.NO_STATE]
+    assert [each.error for each in story.failed_goals(path, raised + warning)] == ["KeyError: x"]
+    assert [each.error for each in story.failed_goals(path, (raised + warning) * 2 + warning)] == ["", "KeyError: x"]

@@ -1,0 +1,48 @@
+"""Every mistake of the collection tells its own story, in time; and the page made from it is up to date."""
+
+import pytest
+
+from autograder.gradebook.leaks import ANSWER, secrets
+from tests.mistakes import INTERRUPT, SOLUTIONS, collection
+from tests.mistakes.page import PAGE, page
+from tests.mistakes.run import Kernels
+
+ALL = list(collection())
+
+
+@pytest.fixture(scope="module")
+def kernels(tmp_path_factory):
+    with Kernels(tmp_path_factory.mktemp("mistakes")) as made:
+        yield made
+
+
+@pytest.mark.parametrize("mistake", ALL, ids=lambda mistake: f"{mistake.exercise}/{mistake.name}")
+def test_a_mistake_tells_its_own_story(kernels, mistake):
+    for shown in kernels.run(mistake):
+        cell = shown.step.cell
+        assert not shown.missing, f"{shown.missing!r} is not shown in order by:\n{cell[:300]}\nbut:\n{shown.text}"
+        assert shown.seconds < shown.step.limit, cell
+        assert shown.stayed < INTERRUPT, cell
+
+
+def test_there_are_mistakes_of_every_exercise():
+    counts = {exercise.name: 0 for exercise in SOLUTIONS.iterdir() if exercise.is_dir()}
+    for mistake in ALL:
+        counts[mistake.exercise] += 1
+        assert any(step.shown for step in mistake.steps), mistake.name
+        assert mistake.title and mistake.text
+    assert len(ALL) >= 40 and min(counts.values()) >= 5, counts
+
+
+def test_the_page_is_made_from_the_collection():
+    assert PAGE.read_text(encoding="utf-8") == page(), "run: python -m tests.mistakes.page"
+
+
+def test_the_page_gives_no_answer_away(tmp_path):
+    """Students get it: of an exercise's solution it may show a line that a message quotes, and never two in a row."""
+    text = " ".join(page().split()).lower()
+    for name in sorted(path.name for path in SOLUTIONS.iterdir() if path.is_dir()):
+        kept = secrets(name, SOLUTIONS.parent / "notebooks" / name / f"{name}.ipynb")
+        shown = [line for line, what in kept.items() if what == ANSWER and line.lower() in text]
+        assert len(shown) <= 3, shown
+        assert not [line for line, what in kept.items() if what != ANSWER and line.lower() in text]
