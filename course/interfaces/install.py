@@ -1,18 +1,43 @@
 """Build the course's interface packages with ament_cmake and install them: python -m course.interfaces.install.
 
 A package that a sourced ROS 2 installation provides is left alone.  In an environment of wheels the packages go to the
-interpreter's prefix, beside the wheels' own.
+interpreter's prefix, beside the wheels' own.  The course itself is entered there as an ament package with its nodes as
+executables, so that any `ros2 run course ...` finds them, this repository's command or a real one.
 """
 
 import os
+import shlex
 import shutil
 import subprocess
 import sys
 import tempfile
+from importlib.metadata import metadata
 from pathlib import Path
+from xml.sax.saxutils import escape
 
 PACKAGES = ("example_interfaces", "course_interfaces")
 HERE = Path(__file__).parent
+COURSE = "course"
+NODES = HERE.parent / "nodes"
+MANIFEST = """\
+<?xml version="1.0"?>
+<package format="3">
+  <name>course</name>
+  <version>{version}</version>
+  <description>{summary}</description>
+  <maintainer email="course@example.org">The authors of the course</maintainer>
+  <license>Apache-2.0</license>
+  <exec_depend>rclpy</exec_depend>
+  <export>
+    <build_type>ament_python</build_type>
+  </export>
+</package>
+"""
+# Not `#!` and the interpreter's path, in which there may be a space.  -P: a folder called `course` is not the package.
+LAUNCHER = """\
+#!/bin/sh
+exec {python} -P -m course.nodes.{node} "$@"
+"""
 
 
 def provided_elsewhere(package: str) -> bool:
@@ -54,6 +79,24 @@ def install(package: str, prefix: Path) -> None:
                 raise RuntimeError(f"building {package} failed:\n{(done.stdout + done.stderr)[-4000:]}")
 
 
+def register(prefix: Path) -> None:
+    """Enter the package `course` in the ament index of `prefix`, and lay out its nodes in `prefix`/lib/course."""
+    about = metadata("ros2-course")
+    share = prefix / "share"
+    programs = prefix / "lib" / COURSE
+    shutil.rmtree(programs, ignore_errors=True)
+    for folder in (programs, share / COURSE, share / "ament_index" / "resource_index" / "packages"):
+        folder.mkdir(parents=True, exist_ok=True)
+    (share / COURSE / "package.xml").write_text(
+        MANIFEST.format(version=about["Version"], summary=escape(about["Summary"])), encoding="utf-8"
+    )
+    for node in sorted(path.stem for path in NODES.glob("[!_]*.py")):
+        program = programs / node
+        program.write_text(LAUNCHER.format(python=shlex.quote(sys.executable), node=node), encoding="utf-8")
+        program.chmod(0o755)
+    (share / "ament_index" / "resource_index" / "packages" / COURSE).write_text("")
+
+
 def main() -> int:
     """Install what is missing; 1, with the tool's own words, when a build fails."""
     if not shutil.which("g++"):
@@ -69,6 +112,8 @@ def main() -> int:
             print(error, file=sys.stderr)
             return 1
         print(f"{package}: built")
+    register(Path(sys.prefix))
+    print(f"{COURSE}: registered")
     return 0
 
 

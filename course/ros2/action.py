@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sys
 from argparse import ArgumentParser, Namespace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from course.ros2 import completion, grammar, messages, service
+from course.ros2 import completion, grammar, messages, printing, service
 from course.ros2.grammar import Verb
 from course.ros2.graph import COMMAND_PREFIX, Graph, uninterrupted
 from course.ros2.messages import Message, Stamp
@@ -16,6 +16,14 @@ if TYPE_CHECKING:  # loaded when the verb runs, and not for its help
     from rclpy.action import ActionClient
     from rclpy.action.client import ClientGoalHandle
 
+# What `echo` listens to: the topic's name, the part of the action's class with its type, and its quality of service.
+INTERFACES = {
+    "GOAL_SERVICE": ("send_goal/_service_event", "SendGoalService", "service"),
+    "CANCEL_SERVICE": ("cancel_goal/_service_event", "CancelGoalService", "service"),
+    "RESULT_SERVICE": ("get_result/_service_event", "GetResultService", "service"),
+    "FEEDBACK_TOPIC": ("feedback", "FeedbackMessage", "topic"),
+    "STATUS_TOPIC": ("status", "GoalStatusMessage", "status"),
+}
 CANCEL_TIMEOUT = 5.0  # s that Ctrl-C waits for the server to accept the cancel request
 
 
@@ -215,7 +223,83 @@ def _status(status: int) -> str:
     return next((name for name in names if getattr(GoalStatus, f"STATUS_{name}") == status), "UNKNOWN")
 
 
+def add_echo_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of `ros2 action echo`."""
+    grammar.complete_with(
+        parser.add_argument("action_name", help="Name of the ROS action to echo (e.g. '/fibonacci')"),
+        completion.action_names,
+    )
+    grammar.complete_with(
+        parser.add_argument(
+            "action_type", nargs="?", help="Type of the ROS action (e.g. 'example_interfaces/action/Fibonacci')"
+        ),
+        completion.action_type,
+    )
+    parser.add_argument(
+        "--interfaces",
+        "-i",
+        metavar="interfaces_name_list",
+        help='Specify a action interfaces list are output. "|" is used as a delimiter for multiple action interfaces. '
+        'Action interfaces include "GOAL_SERVICE", "CANCEL_SERVICE", "RESULT_SERVICE", "FEEDBACK_TOPIC" and '
+        '"STATUS_TOPIC". If this option is not set, output messages from all interfaces of the action.',
+    )
+    printing.add_event_arguments(parser)
+
+
+def echo(args: Namespace) -> str | None:
+    """Print the goals, feedback, results and states of an action until Ctrl-C (a verb of releases after Jazzy).
+
+    Goals, results and cancel requests are published only where introspection is on, which Jazzy's actions cannot do.
+    """
+    chosen = list(INTERFACES) if args.interfaces is None else [each.strip() for each in args.interfaces.split("|")]
+    if args.interfaces == "":
+        return "Input action interface name is empty."
+    if wrong := [each for each in chosen if each.upper() not in INTERFACES]:
+        return f'"{wrong[0]}" is incorrect interface name.'
+    with Graph(talks=True) as graph:
+        action = _find_type(graph, args)
+        for interface in dict.fromkeys(each.upper() for each in chosen):
+            _listen(graph, action, interface, args)
+        graph.spin()
+    return None
+
+
+def _find_type(graph: Graph, args: Namespace) -> Any:
+    """Return the class of the action; raises RuntimeError if it is not there or cannot be loaded."""
+    if args.action_type is not None:
+        try:
+            return messages.get_action(args.action_type)
+        except messages.INVALID_TYPE:
+            raise RuntimeError(f"The action type '{args.action_type}' is invalid") from None
+    types = graph.types_of(args.action_name, graph.actions)
+    if not types:
+        raise RuntimeError(f"Cannot find type for '{args.action_name}'")
+    if len(types) > 1:
+        raise RuntimeError(f"More than one type associated with action '{args.action_name}'")
+    try:
+        return messages.get_action(types[0])
+    except messages.INVALID_TYPE:
+        raise RuntimeError(f"The action type '{types[0]}' is invalid") from None
+
+
+def _listen(graph: Graph, action: Any, interface: str, args: Namespace) -> None:
+    """Subscribe to one of the topics and events of an action, and print what comes under the interface's name."""
+    from rclpy import qos
+
+    def show(message: Message) -> None:
+        print(f"interface: {interface}\n{printing.event_text(message, args)}")
+
+    topic, part, kind = INTERFACES[interface]
+    message_type = getattr(action.Impl, part)
+    if kind == "service":
+        message_type, profile = message_type.Event, qos.qos_profile_services_default
+    else:
+        profile = qos.qos_profile_action_status_default if kind == "status" else qos.QoSProfile(depth=10)
+    graph.node.create_subscription(message_type, f"{args.action_name}/_action/{topic}", show, profile)
+
+
 VERBS = {
+    "echo": Verb("Echo a action", add_echo_arguments, echo),
     "info": Verb("Print information about an action", add_info_arguments, info),
     "list": Verb("Output a list of action names", add_list_arguments, list_actions),
     "send_goal": Verb("Send an action goal", add_send_goal_arguments, send_goal),

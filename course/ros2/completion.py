@@ -7,6 +7,7 @@ from course.ros2 import messages
 from course.ros2.grammar import Completer
 from course.ros2.graph import Graph
 from course.ros2.packages import all_packages, find_executables
+from course.ros2.packages import installed_packages as packages_in_index
 from course.ros2.parameters import list_parameters
 
 
@@ -123,6 +124,12 @@ def parameter_names(args: Namespace) -> list[str]:
 def packages(args: Namespace) -> list[str]:
     """Offer the packages that `ros2 run` can find."""
     return all_packages()
+
+
+@quietly
+def installed_packages(args: Namespace) -> list[str]:
+    """Offer the installed packages."""
+    return packages_in_index()
 
 
 @quietly

@@ -108,7 +108,7 @@ def pairs(graph: Graph) -> Iterator[tuple[str, Any, Any, Any, str]]:
         for publisher in graph.node.get_publishers_info_by_topic(topic):
             for subscription in graph.node.get_subscriptions_info_by_topic(topic):
                 fits, reason = qos_check_compatible(publisher.qos_profile, subscription.qos_profile)
-                yield topic, publisher, subscription, fits, reason.partition(": ")[2] or reason
+                yield topic, publisher, subscription, fits, reason
 
 
 # --- checks ---
@@ -118,7 +118,8 @@ def check_middleware(graph: Graph, result: Result) -> None:
     """Publishers and subscriptions must have compatible quality of service."""
     from rclpy.qos import QoSCompatibility
 
-    for topic, _, _, fits, reason in pairs(graph):
+    for topic, _, _, fits, explanation in pairs(graph):
+        reason = explanation.partition(": ")[2] or explanation  # rclpy's reason begins with `ERROR: `
         if fits == QoSCompatibility.WARNING:
             result.warn(f"QoS compatibility warning found on topic '{topic}': {reason}")
         elif fits == QoSCompatibility.ERROR:

@@ -3,7 +3,7 @@
 ros2cli asks a daemon that has watched the graph for a long time, or else waits half a second and takes what has arrived
 by then.  Here there is no daemon, but it is known what must arrive: every participant on this host holds a UDP port of
 its domain (RTPS 2.5, 9.6.2.3).  So discovery is complete when as many participants are known, with their nodes, as
-there are ports.
+there are ports; and each of them is asked to announce itself.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 from course.environment import DISCOVERY_PROFILE
+from course.ros2.discovery import COUNTABLE, ask_participants, participants_here
 from course.waiting import wait_until
 
 if TYPE_CHECKING:  # rclpy is loaded by the first Graph: `-h` and the Tab key need none
@@ -33,9 +34,9 @@ COMMAND_PREFIX = "_ros2cli"
 
 QUIET = 0.1  # s without a change after which topics and services count as complete
 REMOTE = 0.3  # s to wait for other hosts, whose participants cannot be counted beforehand
-COUNTABLE = range(101)  # domains; from 101 on, Linux also gives their ports to other programs
 UNCOUNTED = 0.5  # s to wait for all hosts in the other domains, as ros2cli does
 PATIENCE = 3.5  # s to wait for discovery at most; Fast DDS announces a participant every 3 s
+ASK_AGAIN = 0.2  # s until participants that have not answered are asked again
 SPIN = 0.1  # s between two looks whether Ctrl-C was pressed
 
 
@@ -61,18 +62,6 @@ def split(node_name: str) -> tuple[str, str]:
     """Return the name and the namespace in a full node name."""
     namespace, name = absolute(node_name).rsplit("/", 1)
     return name, namespace or "/"
-
-
-def participants_here(domain: int) -> int:
-    """Return how many DDS participants of `domain` this host (or network namespace) has: it counts their UDP ports."""
-    first = 7400 + 250 * domain
-    if domain not in COUNTABLE:
-        return 0
-    ports: set[int] = set()
-    for table in ("/proc/net/udp", "/proc/net/udp6"):
-        with contextlib.suppress(OSError), open(table) as file:
-            ports.update(int(line.split()[1].rpartition(":")[2], 16) for line in file.readlines()[1:])
-    return sum(1 for port in range(first + 10, first + 250, 2) if port in ports)
 
 
 def reaches_other_hosts() -> bool:
@@ -161,7 +150,8 @@ class Graph:
             assert context is not None  # since `init`
             with context:
                 self.handle = self.rclpy.Node(name, "", context, None, False, True)
-        self.created = time.monotonic()
+        self.created = self.asked = time.monotonic()
+        ask_participants(self.context.get_domain_id())
 
     def __enter__(self) -> Self:
         return self
@@ -216,7 +206,11 @@ class Graph:
         # Every participant publishes the names of its nodes on this topic, and every rclpy or rclcpp node publishes
         # parameter events: the middleware knows to which node an endpoint belongs once both have arrived.
         found = {participant for participant, _ in self._endpoints("publishers", "ros_discovery_info")}
-        if len(found) < participants_here(self.context.get_domain_id()):
+        domain = self.context.get_domain_id()
+        if len(found) < participants_here(domain):
+            if time.monotonic() - self.asked >= ASK_AGAIN:
+                self.asked = time.monotonic()
+                ask_participants(domain)
             return False
         events = self._endpoints("publishers", "/parameter_events")
         resolved = {participant for participant, node in events + self._endpoints("publishers", "/rosout") if node}
@@ -302,13 +296,9 @@ class Graph:
             return sorted(self.handle.get_action_names_and_types())
 
     def types_of(self, name: str, look: Callable[[], list[tuple[str, list[str]]]]) -> list[str]:
-        """Return the types that `look()` lists for `name`, as soon as they are known; [] if they never are."""
-
-        def found() -> list[str]:
-            return next((types for known, types in look() if known == name), [])
-
-        self.settle(found)
-        return found()
+        """Return all the types that `look()` lists for `name` once discovery is complete."""
+        self.settle()
+        return next((types for known, types in look() if known == name), [])
 
     def counts(self, name: str) -> tuple[int, int]:
         """Return how many publishers and subscriptions a topic has."""
@@ -325,12 +315,18 @@ class Graph:
 
         The kinds are publisher, subscriber, service, client, action_server and action_client.
         """
-        name, namespace = split(node_name)
+        try:
+            found = self._look_at_node(kind, *split(node_name))
+        except RuntimeError:
+            if any(node.full_name == absolute(node_name) for node in self.nodes(hidden=True)):
+                raise
+            return []  # the node has ended since it was listed
+        return sorted((name, types) for name, types in found if hidden or not is_hidden(name))
+
+    def _look_at_node(self, kind: str, name: str, namespace: str) -> list[tuple[str, list[str]]]:
         with self.handle:
             if kind.startswith("action_"):
-                found = getattr(self.handle, f"get_{kind}_names_and_types_by_node")(name, namespace)
-            else:
-                look = getattr(self.rclpy, f"rclpy_get_{kind}_names_and_types_by_node")
-                demangled = (False,) if kind in ("publisher", "subscriber") else ()
-                found = look(self.handle, *demangled, name, namespace)
-        return sorted((name, types) for name, types in found if hidden or not is_hidden(name))
+                return getattr(self.handle, f"get_{kind}_names_and_types_by_node")(name, namespace)
+            look = getattr(self.rclpy, f"rclpy_get_{kind}_names_and_types_by_node")
+            demangled = (False,) if kind in ("publisher", "subscriber") else ()
+            return look(self.handle, *demangled, name, namespace)

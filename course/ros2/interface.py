@@ -60,6 +60,40 @@ def package(args: Namespace) -> str | None:
     return None
 
 
+def add_packages_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of `ros2 interface packages`."""
+    for option, kind, word in (("-m", "msgs", "messages"), ("-s", "srvs", "services"), ("-a", "actions", "actions")):
+        parser.add_argument(option, f"--only-{kind}", action="count", help=f"Only list packages that generate {word}")
+
+
+def packages(args: Namespace) -> None:
+    """Print the packages that have interfaces, or interfaces of one kind."""
+    chosen = {"msg": args.only_msgs, "srv": args.only_srvs, "action": args.only_actions}
+    kind = next((kind for kind in messages.KINDS if chosen[kind]), "")
+    for name in sorted(messages.interface_packages()):
+        if any(each.startswith(kind) for each in messages.interfaces_of(name)) or not kind:
+            print(name)
+
+
+def add_proto_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of `ros2 interface proto`."""
+    grammar.complete_with(
+        parser.add_argument("type", help="Show an interface definition (e.g. 'example_interfaces/msg/String')"),
+        completion.interface_types,
+    )
+    parser.add_argument("--no-quotes", action="store_true", help="if true output has no outer quotes.")
+
+
+def proto(args: Namespace) -> str | None:
+    """Print a message, a request or a goal with its default values in YAML, to be copied and changed."""
+    try:
+        text = messages.to_yaml(messages.get_prototype(args.type))
+    except messages.INVALID_TYPE as error:
+        return str(error)
+    print(text if args.no_quotes else f'"{text}"')
+    return None
+
+
 class _ReadStdinPipe(Action):
     """Read the type from a pipe when it is given as `-`."""
 
@@ -126,6 +160,8 @@ def definition(
 VERBS = {
     "list": Verb("List all interface types available", _add_kind_arguments, list_interfaces),
     "package": Verb("Output a list of available interface types within one package", add_package_arguments, package),
+    "packages": Verb("Output a list of packages that provide interfaces", add_packages_arguments, packages),
+    "proto": Verb("Output an interface prototype", add_proto_arguments, proto),
     "show": Verb("Output the interface definition", add_show_arguments, show),
 }
 

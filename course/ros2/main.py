@@ -12,17 +12,26 @@ import warnings
 from course.environment import prepare
 from course.ros2 import grammar
 
-# Each command is the module of this package with its name.
+# Each command is the module of this package with its name, or with that in ALIASES.
 COMMANDS = {
     "action": "Various action related sub-commands",
+    "daemon": "Various daemon related sub-commands",
     "doctor": "Check ROS setup and other potential issues",
     "interface": "Show information about ROS interfaces",
     "node": "Various node related sub-commands",
     "param": "Various param related sub-commands",
+    "pkg": "Various package related sub-commands",
     "run": "Run a package specific executable",
     "service": "Various service related sub-commands",
     "topic": "Various topic related sub-commands",
+    "wtf": "Use `wtf` as alias to `doctor`",
 }
+ALIASES = {"wtf": "doctor"}
+# Commands of ros2cli, launch and rosbag2 that this one does not have.
+ELSEWHERE = (
+    "bag", "component", "control", "extension_points", "extensions", "launch", "lifecycle", "multicast", "plugin",
+    "security", "test", "trace",
+)  # fmt: skip
 
 
 def find_real() -> str | None:
@@ -48,6 +57,11 @@ def hand_over(path: str) -> None:
     os.execv(path, [path, *sys.argv[1:]])
 
 
+def selected_command(words: list[str]) -> str | None:
+    """Return the command among the words of a command line: the first that is not an option."""
+    return next((word for word in words if not word.startswith("-")), None)
+
+
 def make_parser(words: list[str]) -> argparse.ArgumentParser:
     """Return the parser for `words`: it knows the names of all commands, and the arguments of the one in `words`."""
     parser = argparse.ArgumentParser(
@@ -63,9 +77,9 @@ def make_parser(words: list[str]) -> argparse.ArgumentParser:
     )
     parser.set_defaults(main=lambda args: parser.print_help())
     parsers = grammar.add_subparsers(parser, "ros2", COMMANDS)
-    selected = next((word for word in words if not word.startswith("-")), None)
+    selected = selected_command(words)
     if selected in COMMANDS:
-        importlib.import_module(f"course.ros2.{selected}").add_arguments(parsers[selected])
+        importlib.import_module(f"course.ros2.{ALIASES.get(selected, selected)}").add_arguments(parsers[selected])
     return parser
 
 
@@ -94,6 +108,12 @@ def main() -> int | str | None:
         hand_over(real)
     parser = make_parser(words_to_complete() if "_ARGCOMPLETE" in os.environ else sys.argv[1:])
     complete(parser)
+    selected = selected_command(sys.argv[1:])
+    if selected in ELSEWHERE:
+        return (
+            f"ros2 {selected} needs a full installation of ROS 2 (https://docs.ros.org/en/jazzy/Installation.html): "
+            f"this ros2 has {', '.join(COMMANDS)}"
+        )
     args = parser.parse_args()
     if not args.use_python_default_buffering:
         sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]  # a TextIOWrapper unless replaced

@@ -3,8 +3,8 @@
 import array
 import importlib
 import sys
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial, reduce
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -27,6 +27,10 @@ ALL = Limits()
 # --- types ---
 
 
+class WrongKind(ValueError):
+    """There is such a type, but it is a message, a service or an action where another of these is expected."""
+
+
 def _load(identifier: str, kind: str, parts: tuple[str, ...]) -> Any:
     """Return the class `package/kind/Name`, or `package/Name`; it must have all of `parts`.
 
@@ -39,7 +43,7 @@ def _load(identifier: str, kind: str, parts: tuple[str, ...]) -> Any:
         raise ValueError(f"Expected the full name of an interface, got '{identifier}'")
     loaded = getattr(importlib.import_module(".".join(words[:-1])), words[-1])
     if not all(hasattr(loaded, part) for part in parts):
-        raise ValueError(f"Expected '{identifier}' to be a {kind}")
+        raise WrongKind(f"Expected '{identifier}' to be a {kind}")
     return loaded
 
 
@@ -49,13 +53,22 @@ def get_message(identifier: str) -> Any:
 
 
 def get_service(identifier: str) -> Any:
-    """Return the service class of this name; raises one of INVALID_TYPE."""
-    return _load(identifier, "srv", ("Request", "Response"))
+    """Return the service class of this name; raises one of INVALID_TYPE, or RuntimeError for another kind of type."""
+    try:
+        return _load(identifier, "srv", ("Request", "Response"))
+    except WrongKind:
+        raise RuntimeError("The passed type is not a service") from None
 
 
 def get_action(identifier: str) -> Any:
     """Return the action class of this name; raises one of INVALID_TYPE."""
     return _load(identifier, "action", ("Goal", "Result", "Feedback"))
+
+
+def get_prototype(identifier: str) -> Message:
+    """Return a message, a service's request or an action's goal with its default values; raises one of INVALID_TYPE."""
+    loaded = _load(identifier, "", ())
+    return getattr(loaded, "Goal", getattr(loaded, "Request", loaded))()
 
 
 INVALID_TYPE = (AttributeError, ModuleNotFoundError, ValueError)
@@ -141,7 +154,8 @@ def _length_only(value: Sequence[Any], definition: Any) -> str:
 
 
 def _is_sequence(value: object) -> bool:
-    return isinstance(value, (list, tuple, array.array)) or type(value).__module__ == "numpy"
+    # A float64[9] is a numpy array; its elements are numpy's numbers, which have no dimensions.
+    return isinstance(value, (list, tuple, array.array)) or getattr(value, "ndim", 0) > 0
 
 
 def _cut(text: str, length: int | None) -> str:
@@ -175,16 +189,33 @@ def to_plain(value: Any, limits: Limits = ALL, definition: Any = None) -> Any:
 
 def to_yaml(message: Message, limits: Limits = ALL, *, flow_style: bool = False) -> str:
     """Return a message in YAML, its fields in the order of their definition."""
+    return plain_to_yaml(to_plain(message, limits), flow_style=flow_style)
+
+
+def plain_to_yaml(plain: dict[str, Any], *, flow_style: bool = False) -> str:
+    """Return what `to_plain` made of a message in YAML; `flow_style` folds its arrays, a message stays a block."""
     import yaml
 
-    return yaml.dump(
-        to_plain(message, limits), sort_keys=False, allow_unicode=True, width=sys.maxsize, default_flow_style=flow_style
-    )
+    class Dumper(yaml.Dumper):
+        pass
+
+    def represent(dumper: yaml.Dumper, fields: dict[str, Any]) -> yaml.MappingNode:
+        pairs = [(dumper.represent_data(name), dumper.represent_data(value)) for name, value in fields.items()]
+        return yaml.MappingNode("tag:yaml.org,2002:map", pairs)
+
+    Dumper.add_representer(dict, represent)
+    return yaml.dump(plain, Dumper=Dumper, allow_unicode=True, width=sys.maxsize, default_flow_style=flow_style)
 
 
 def to_csv(message: Message, limits: Limits = ALL) -> str:
-    """Return all of a message's fields, those of nested messages too, separated by commas."""
-    length = limits.length
+    """Return all of a message's fields, those of nested messages too, separated by commas.
+
+    As in ros2cli there is no comma before the first text that is not empty: an empty array at the beginning of a
+    message takes no column.
+    """
+
+    def joined(parts: Iterable[str]) -> str:
+        return reduce(lambda line, part: f"{line},{part}" if line else part, parts, "")
 
     def text(value: Any, definition: Any = None) -> str:
         if hasattr(value, "SLOT_TYPES"):
@@ -192,18 +223,14 @@ def to_csv(message: Message, limits: Limits = ALL) -> str:
         if _is_sequence(value):
             if limits.no_arr and definition is not None:
                 return _length_only(value, definition)
-            cut = length is not None and len(value) > length
-            return ",".join([text(item) for item in value[:length]] + (["..."] if cut else []))
-        if isinstance(value, bytes) and length is not None and len(value) > length:
-            return str(value[:length] + b"...")
-        if isinstance(value, str):
-            return to_plain(value, limits)
-        return str(value)
+            cut = limits.length is not None and len(value) > limits.length
+            return joined([*(text(item) for item in value[: limits.length]), *(["..."] if cut else [])])
+        if isinstance(value, bytes) and limits.length is not None and len(value) > limits.length:
+            return str(value[: limits.length] + b"...")
+        return to_plain(value, limits) if isinstance(value, str) else str(value)
 
-    return ",".join(
-        text(getattr(message, name), slot)
-        for name, slot in zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True)
-    )
+    names = message.get_fields_and_field_types()
+    return joined(text(getattr(message, name), slot) for name, slot in zip(names, message.SLOT_TYPES, strict=True))
 
 
 # --- text to messages ---

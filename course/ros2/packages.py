@@ -5,7 +5,10 @@ import sys
 from pathlib import Path
 
 COURSE = "course"
+BOOK = "my_package"  # what the book's commands call the reader's package
 NODES = Path(__file__).parent.parent / "nodes"
+# The executables of a package by name, each with the commands that start it: several if several files have the name.
+Executables = dict[str, list[list[str]]]
 
 
 def own_folders() -> dict[str, Path]:
@@ -31,50 +34,63 @@ def package_name(manifest: Path) -> str | None:
         return None
 
 
-def own_executables(name: str, folder: Path) -> dict[str, list[str]]:
-    """Return the command that runs each Python file in a package's folder, or in the folder of its name in there."""
-    found: dict[str, list[str]] = {}
+def own_executables(name: str, folder: Path) -> Executables:
+    """Return the Python files in a package's folder, or in the folder of its name in there."""
+    found: Executables = {}
     for place in (folder / name, folder):
         for path in sorted(place.glob("*.py")):
             if path.name not in ("__init__.py", "setup.py", "conftest.py"):
-                found.setdefault(path.stem, [sys.executable, str(path)])
+                found.setdefault(path.stem, [[sys.executable, str(path)]])
     return found
 
 
-def installed_executables(name: str) -> dict[str, list[str]] | None:
-    """Return the command of each executable of an ament package (`lib/<package>`), or None for an unknown package.
-
-    Raises RuntimeError if two files have the same name.
-    """
+def installed_prefix(name: str) -> Path | None:
+    """Return the folder that an ament package is installed in, or None for an unknown package."""
     from ament_index_python import PackageNotFoundError, get_package_prefix
 
     try:
-        base = Path(get_package_prefix(name), "lib", name)
+        return Path(get_package_prefix(name))
     except (PackageNotFoundError, ValueError):
         return None
-    found: dict[str, list[str]] = {}
-    for folder, folders, files in os.walk(base):
+
+
+def installed_paths(name: str) -> list[Path] | None:
+    """Return the executables of an ament package (the files in `lib/<package>`), or None for an unknown package."""
+    prefix = installed_prefix(name)
+    if prefix is None:
+        return None
+    found = []
+    for folder, folders, files in os.walk(prefix / "lib" / name):
         folders[:] = sorted(each for each in folders if not each.startswith("."))
-        for path in (Path(folder, file) for file in sorted(files)):
-            if os.access(path, os.X_OK):
-                found.setdefault(path.name, []).append(str(path))
-    for paths in found.values():
-        if len(paths) > 1:
-            raise RuntimeError("\n- ".join(["Multiple executables found:", *paths]))
+        found += [Path(folder, file) for file in sorted(files) if os.access(Path(folder, file), os.X_OK)]
     return found
 
 
-def find_executables(name: str) -> dict[str, list[str]] | None:
-    """Return the command that starts each executable of a package, or None if there is no such package."""
-    installed = installed_executables(name)
-    folder = own_folders().get(name)
-    own = own_executables(name, folder) if folder else None
-    if name == COURSE:
-        modules = (path.stem for path in sorted(NODES.glob("*.py")) if path.stem != "__init__")
-        own = {module: [sys.executable, "-m", f"course.nodes.{module}"] for module in modules}
-    if installed is None and own is None:
-        return None
-    return {**(installed or {}), **(own or {})}
+def find_executables(name: str) -> Executables | None:
+    """Return the executables of an installed package, or else of one in this folder; None if there is neither.
+
+    As long as there is no `my_package`, it stands for the Python files in this folder and the course's nodes, so that
+    the book's commands work as they are printed.
+    """
+    installed = installed_paths(name)
+    found: Executables = {}
+    for path in installed or ():
+        found.setdefault(path.name, []).append([str(path)])
+    if name == COURSE:  # it is there without having been registered too
+        for path in sorted(NODES.glob("[!_]*.py")):
+            found.setdefault(path.stem, [[sys.executable, "-m", f"course.nodes.{path.stem}"]])
+    elif installed is None:
+        if folder := own_folders().get(name):
+            return own_executables(name, folder)
+        return {**(find_executables(COURSE) or {}), **own_executables(name, Path.cwd())} if name == BOOK else None
+    return found
+
+
+def installed_packages() -> list[str]:
+    """Return the names of the installed ament packages, sorted."""
+    from ament_index_python import get_packages_with_prefixes
+
+    return sorted(get_packages_with_prefixes())
 
 
 def all_packages() -> list[str]:

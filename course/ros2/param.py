@@ -112,8 +112,7 @@ def list_verb(args: Namespace) -> str | None:
             try:
                 names = [name for name in list_parameters(graph, node, args.param_prefixes) if pattern.match(name)]
             except RuntimeError as error:
-                waiting = f"{error} waiting for parameter services for node {node}"
-                print(waiting if "timed out" in str(error) else error, file=sys.stderr)
+                print(error, file=sys.stderr)
                 continue
             if names and not args.node_name:
                 print(f"{node}:")
@@ -145,7 +144,8 @@ def get(args: Namespace) -> str | None:
     if values[0].type >= len(VALUES):
         return f"Unknown parameter type '{values[0].type}'"
     label, field = VALUES[values[0].type]
-    value = getattr(values[0], field) if field else None
+    value: Any = getattr(values[0], field) if field else None
+    value = value.tolist() if hasattr(value, "tolist") else value
     if args.hide_type:
         print(value)
     else:
@@ -262,7 +262,7 @@ def add_load_arguments(parser: ArgumentParser) -> None:
     _add_node_argument(parser)
     parser.add_argument("parameter_file", help="Parameter file")
     parser.add_argument(
-        "--use-wildcard", action="store_true", help="Load parameters in the '/**' namespace into the node"
+        "--no-use-wildcard", action="store_true", help="Do not load parameters in the '/**' namespace into the node"
     )
     _add_timeout(parser)
 
@@ -276,7 +276,7 @@ def load(args: Namespace) -> str | None:
         if not _found(graph, args):
             return "Node not found"
         try:
-            parameters = list(parameter_dict_from_yaml_file(args.parameter_file, args.use_wildcard).values())
+            parameters = list(parameter_dict_from_yaml_file(args.parameter_file, not args.no_use_wildcard).values())
         except OSError as error:
             return f"{error.strerror}: '{args.parameter_file}'"
         except (yaml.YAMLError, AttributeError, TypeError) as error:

@@ -22,7 +22,7 @@ def call(graph: Graph, node_name: str, kind: str, **fields: Any) -> Any:
     name = f"{absolute(node_name)}/{word}"
     client, news = graph.node.create_client(service, name), News(name)
     if not graph.wait_until(client.service_is_ready, SERVICE_TIMEOUT):
-        raise RuntimeError("Wait for service timed out")
+        raise RuntimeError(f"Wait for service timed out waiting for parameter services for node {node_name}")
     future = client.call_async(service.Request(**fields))
     graph.spin(lambda: future.done() or news.since())
     if not future.done():

@@ -8,7 +8,7 @@ import subprocess
 from argparse import REMAINDER, ArgumentParser, Namespace
 
 from course.ros2 import completion, grammar
-from course.ros2.packages import COURSE, find_executables, own_folders
+from course.ros2.packages import COURSE, find_executables, installed_paths, own_folders
 
 PREFIX = "[ros2run]:"
 
@@ -31,9 +31,13 @@ def main(args: Namespace) -> int | str:
     executables = find_executables(args.package_name)
     if executables is None:
         raise RuntimeError(f"Package '{args.package_name}' not found")
-    command = executables.get(args.executable_name) or executables.get(args.executable_name.removesuffix(".py"))
-    if command is None:
+    name = args.executable_name
+    commands = executables.get(name) or executables.get(name.removesuffix(".py"))
+    if not commands:
         return "No executable found"
+    if len(commands) > 1:
+        raise RuntimeError("\n- ".join(["Multiple executables found:", *(command[-1] for command in commands)]))
+    (command,) = commands
     prefix = shlex.split(args.prefix) if args.prefix else []
     try:
         child = subprocess.Popen([*prefix, *command, *args.argv], env=child_environment(args.package_name))
@@ -52,9 +56,10 @@ def main(args: Namespace) -> int | str:
 
 def child_environment(name: str) -> dict[str, str]:
     """Return the child's environment, in which a package in the current folder can be imported by its name."""
-    folder = own_folders().get(name)
     environment = dict(os.environ)
-    if name != COURSE and folder:
+    if name == COURSE or installed_paths(name) is not None:
+        return environment
+    if folder := own_folders().get(name):
         importable = folder if (folder / name / "__init__.py").exists() else folder.parent
         known = environment.get("PYTHONPATH")
         environment["PYTHONPATH"] = os.pathsep.join([str(importable), *([known] if known else [])])

@@ -3,8 +3,9 @@
 import time
 from argparse import ArgumentParser, Namespace
 from collections.abc import Collection
+from typing import Any
 
-from course.ros2 import completion, grammar, messages
+from course.ros2 import completion, grammar, messages, printing
 from course.ros2.grammar import Verb
 from course.ros2.graph import COMMAND_PREFIX, Graph
 from course.ros2.messages import Stamp
@@ -177,8 +178,59 @@ def call(args: Namespace) -> str | None:
             time.sleep(max(0.0, began + 1.0 / args.rate - time.monotonic()))  # the rate, not a condition
 
 
+def add_echo_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of `ros2 service echo`."""
+    grammar.complete_with(
+        parser.add_argument("service_name", help="Name of the ROS service to echo (e.g. '/add_two_ints')"),
+        completion.service_names,
+    )
+    grammar.complete_with(
+        parser.add_argument(
+            "service_type", nargs="?", help="Type of the ROS service (e.g. 'example_interfaces/srv/AddTwoInts')"
+        ),
+        completion.service_type,
+    )
+    printing.add_event_arguments(parser)
+
+
+def _find_type(graph: Graph, name: str) -> Any:
+    """Return the class of a service; raises RuntimeError if it is not there, has several types, or cannot be loaded."""
+    types = graph.types_of(name, lambda: graph.services(hidden=True))
+    if not types:
+        raise RuntimeError(f"Cannot find type for '{name}'")
+    if len(types) > 1:
+        raise RuntimeError(f"More than one type associated with service '{name}'")
+    try:
+        return messages.get_service(types[0])
+    except messages.INVALID_TYPE:
+        raise RuntimeError(f"The service type '{types[0]}' is invalid") from None
+
+
+def echo(args: Namespace) -> None:
+    """Print the requests and responses of a service whose client or server publishes them, until Ctrl-C."""
+    from rclpy.qos import qos_profile_services_default
+
+    with Graph(talks=True) as graph:
+        if args.service_type is None:
+            service = _find_type(graph, args.service_name)
+        else:
+            try:
+                service = messages.get_service(args.service_type)
+            except (RuntimeError, *messages.INVALID_TYPE):
+                raise RuntimeError(f"The service type '{args.service_type}' is invalid") from None
+        topic = f"{args.service_name}/_service_event"
+        graph.node.create_subscription(
+            service.Event, topic, lambda event: print(printing.event_text(event, args)), qos_profile_services_default
+        )
+        graph.settle(lambda: graph.counts(topic)[0])
+        if not graph.counts(topic)[0]:
+            print(f"No publishers on topic '{topic}'; is service introspection on the client or server enabled?")
+        graph.spin()
+
+
 VERBS = {
     "call": Verb("Call a service", add_call_arguments, call),
+    "echo": Verb("Echo a service", add_echo_arguments, echo),
     "find": Verb("Output a list of available services of a given type", add_find_arguments, find),
     "info": Verb("Print information about a service", add_info_arguments, info),
     "list": Verb("Output a list of available services", add_list_arguments, list_services),

@@ -1,12 +1,12 @@
 """`ros2 topic`: list the topics, and show who publishes and subscribes.
 
-The verbs for messages are in `topic_traffic` and `topic_pub`.
+The verbs for messages are in `topic_traffic`, `topic_statistics` and `topic_pub`.
 """
 
 from argparse import ArgumentParser, Namespace
 from typing import Any
 
-from course.ros2 import completion, grammar, service, topic_pub, topic_traffic
+from course.ros2 import completion, grammar, service, topic_pub, topic_statistics, topic_traffic
 from course.ros2.grammar import Verb
 from course.ros2.graph import Graph
 
@@ -123,9 +123,13 @@ def find(args: Namespace) -> None:
 
 
 VERBS = {
+    "bw": Verb("Display bandwidth used by topic", topic_statistics.add_bw_arguments, topic_statistics.bw),
+    "delay": Verb(
+        "Display delay of topic from timestamp in header", topic_statistics.add_delay_arguments, topic_statistics.delay
+    ),
     "echo": Verb("Output messages from a topic", topic_traffic.add_echo_arguments, topic_traffic.echo),
     "find": Verb("Output a list of available topics of a given type", add_find_arguments, find),
-    "hz": Verb("Print the average receiving rate to screen", topic_traffic.add_hz_arguments, topic_traffic.hz),
+    "hz": Verb("Print the average publishing rate to screen", topic_statistics.add_hz_arguments, topic_statistics.hz),
     "info": Verb("Print information about a topic", add_info_arguments, info),
     "list": Verb("Output a list of available topics", add_list_arguments, list_topics),
     "pub": Verb("Publish a message to a topic", topic_pub.add_arguments, topic_pub.pub),

@@ -125,11 +125,13 @@ def pub(args: Namespace) -> str | None:
 
 def _matched(graph: Graph, publisher: Publisher, wanted: int, limit: float | None) -> bool:
     """Wait for `wanted` subscriptions, at most `limit` s if given, with a line each second; False after that."""
-    end = math.inf if limit is None else time.monotonic() + limit
+    left = math.inf if limit is None else limit
     while publisher.get_subscription_count() < wanted:
         print(f"Waiting for at least {wanted} matching subscription(s)...")
-        left = min(1.0, end - time.monotonic())
-        matched = graph.wait_until(lambda: publisher.get_subscription_count() >= wanted, max(left, 0.0))
-        if not matched and time.monotonic() >= end:
+        if left <= 0.0:
+            return False
+        step = min(1.0, left)
+        left -= step
+        if not graph.wait_until(lambda: publisher.get_subscription_count() >= wanted, step) and step < 1.0:
             return False
     return True

@@ -1,19 +1,12 @@
-"""`ros2 topic echo` and `hz`: print the messages of a topic, or their rate."""
+"""`ros2 topic echo`: print the messages of a topic.  And what other verbs that listen to a topic need."""
 
-import itertools
-import math
-import time
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from typing import Any
 
-from course.ros2 import completion, grammar, messages, qos
+from course.ros2 import completion, grammar, messages, printing, qos
 from course.ros2.graph import Graph
 from course.ros2.messages import Message
-
-TRUNCATE_LENGTH = 128
-WINDOW = 10000
-
 
 # --- a topic's type ---
 
@@ -47,7 +40,7 @@ def find_message_type(graph: Graph, topic: str, *, wait: bool) -> Any:
         raise RuntimeError(f"The message type '{types[0]}' is invalid") from None
 
 
-def _filter(expression: str | None) -> Callable[[Message], Any]:
+def make_filter(expression: str | None) -> Callable[[Message], Any]:
     """Return the test that `--filter` gives as a Python expression of the message `m`.
 
     Raises RuntimeError if it is not valid Python.
@@ -89,25 +82,7 @@ def add_echo_arguments(parser: ArgumentParser) -> None:
         help="Echo a selected field of a message. Use '.' to select sub-fields. For example, to echo the position "
         "field of a nav_msgs/msg/Odometry message: 'ros2 topic echo /odom --field pose.pose.position'",
     )
-    add(
-        "--full-length",
-        "-f",
-        action="store_true",
-        help="Output all elements for arrays, bytes, and string with a length > '--truncate-length', by default they "
-        "are truncated after '--truncate-length' elements with '...''",
-    )
-    add(
-        "--truncate-length",
-        "-l",
-        type=grammar.unsigned_int,
-        default=TRUNCATE_LENGTH,
-        help=f"The length to truncate arrays, bytes, and string to (default: {TRUNCATE_LENGTH})",
-    )
-    add("--no-arr", action="store_true", help="Don't print array fields of messages")
-    add("--no-str", action="store_true", help="Don't print string fields of messages")
-    add(
-        "--flow-style", action="store_true", help="Print collections in the block style (not available with csv format)"
-    )
+    printing.add_length_arguments(parser)
     add("--no-lost-messages", action="store_true", help="Don't report when a message is lost")
     add("--raw", action="store_true", help="Echo the raw binary representation")
     add(
@@ -127,7 +102,7 @@ def echo(args: Namespace) -> str | None:
     fields = [field for field in (args.field or "").split(".") if field]
     if args.field is not None and not fields:
         raise RuntimeError(f"Invalid field value '{args.field}'")
-    accepts = _filter(args.filter_expr)
+    accepts = make_filter(args.filter_expr)
     profile, overridden = qos.make_profile(args)
     with Graph(args, talks=True) as graph:
         if args.message_type is None:
@@ -190,7 +165,7 @@ def _print(part: Any, info: dict[str, Any], args: Namespace) -> None:
     """Print a message, or one of its fields, as the options ask."""
     import yaml
 
-    limits = messages.Limits(None if args.full_length else args.truncate_length, args.no_arr, args.no_str)
+    limits = printing.limits(args)
     if not hasattr(part, "SLOT_TYPES"):
         if args.include_message_info:
             print(f"---Got new message, message info:---\n{info}\n---Message data:---")
@@ -202,82 +177,3 @@ def _print(part: Any, info: dict[str, Any], args: Namespace) -> None:
         if args.include_message_info:
             print(yaml.dump(info), end="---\n")
         print(messages.to_yaml(part, limits, flow_style=args.flow_style), end="---\n")
-
-
-# --- hz ---
-
-
-def add_hz_arguments(parser: ArgumentParser) -> None:
-    """Add the arguments of `ros2 topic hz`."""
-    grammar.add_strategy_arguments(parser)
-    grammar.complete_with(
-        parser.add_argument("topic_name", help="Name of the ROS topic to listen to (e.g. '/chatter')"),
-        completion.topic_names,
-    )
-    parser.add_argument(
-        "--window",
-        "-w",
-        dest="window_size",
-        metavar="WINDOW",
-        type=grammar.positive_int,
-        default=WINDOW,
-        help=f"window size, in # of messages, for calculating rate (default: {WINDOW})",
-    )
-    parser.add_argument(
-        "--filter",
-        dest="filter_expr",
-        metavar="EXPR",
-        help="only measure messages matching the specified Python expression",
-    )
-    parser.add_argument(
-        "--wall-time",
-        dest="use_wtime",
-        action="store_true",
-        help="calculates rate using wall time which can be helpful when clock is not published during simulation",
-    )
-
-
-def hz(args: Namespace) -> None:
-    """Print, about once a second, the average rate at which the messages in the window arrived."""
-    from rclpy.qos import qos_profile_sensor_data
-
-    accepts = _filter(args.filter_expr)
-    with Graph(args, talks=True) as graph:
-        message_type = find_message_type(graph, args.topic_name, wait=True)
-        clock = graph.node.get_clock()
-        arrivals: list[int] = []  # ns
-        printed: int | None = None  # ns
-
-        def count(message: Message) -> None:
-            nonlocal printed
-            if not accepts(message):
-                return
-            now = time.time_ns() if args.use_wtime else clock.now().nanoseconds
-            if now == 0 or (arrivals and now < arrivals[-1]):
-                if arrivals:
-                    print("time has reset, resetting counters")
-                    arrivals.clear()
-                return
-            arrivals.append(now)
-            del arrivals[: -args.window_size - 1]
-            if len(arrivals) < 2:
-                return
-            if printed is None or now < printed:
-                printed = now
-            elif now >= printed + 1e9:
-                printed = now
-                print(rate(arrivals))
-
-        graph.node.create_subscription(message_type, args.topic_name, count, qos_profile_sensor_data)
-        graph.spin()
-
-
-def rate(arrivals: list[int]) -> str:
-    """Return the text that `hz` prints for two or more times of arrival (ns)."""
-    steps = [(after - before) * 1e-9 for before, after in itertools.pairwise(arrivals)]
-    mean = sum(steps) / len(steps)
-    deviation = math.sqrt(sum((step - mean) ** 2 for step in steps) / len(steps))
-    return (
-        f"average rate: {1.0 / mean if mean > 0 else 0:.3f}\n"
-        f"\tmin: {min(steps):.3f}s max: {max(steps):.3f}s std dev: {deviation:.5f}s window: {len(steps)}"
-    )

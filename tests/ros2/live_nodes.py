@@ -11,7 +11,8 @@ from geometry_msgs.msg import Twist
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.executors import MultiThreadedExecutor
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_services_default
+from rclpy.service_introspection import ServiceIntrospectionState
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Float64MultiArray, String
 from std_srvs.srv import Trigger
@@ -75,7 +76,9 @@ def main():
     nodes["silent"] = rclpy.create_node("silent", start_parameter_services=False)
     nodes["silent"].create_service(Trigger, "never", lambda request, response: response)
 
-    nodes["add_two_ints_server"].create_service(AddTwoInts, "add_two_ints", add)
+    service = nodes["add_two_ints_server"].create_service(AddTwoInts, "add_two_ints", add)
+    clock = nodes["add_two_ints_server"].get_clock()
+    service.configure_introspection(clock, qos_profile_services_default, ServiceIntrospectionState.CONTENTS)
     ActionServer(
         nodes["fibonacci_action_server"],
         Fibonacci,

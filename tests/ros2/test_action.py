@@ -1,6 +1,8 @@
 """`ros2 action` finds actions and sends goals as ros2cli does."""
 
+import os
 import re
+import select
 
 import pytest
 
@@ -110,3 +112,44 @@ def test_ctrl_c_cancels_the_goal(ros2):
     )
     assert (status, errors) == (2, "")
     assert "Canceling goal...\n" in said and said.endswith("Goal canceled.\n")
+
+
+FEEDBACK = """\
+interface: FEEDBACK_TOPIC
+goal_id:
+  uuid: LIST
+feedback:
+  sequence: [0, 1, 1]
+---
+"""
+
+
+def test_echo_prints_feedback_and_states(ros2):
+    """A verb of later releases: each message under the name of its interface."""
+    echo = ros2.start("action", "echo", "/fibonacci", "--flow-style", "-i", "feedback_topic|STATUS_TOPIC")
+    try:
+        said = ""
+        while FEEDBACK not in said:  # the first goal may come too early
+            ros2("action", "send_goal", *FIBONACCI, "{order: 2}")
+            while select.select([echo.stdout], [], [], 1.0)[0]:
+                said += os.read(echo.stdout.fileno(), 65536).decode()
+            said = re.sub(r"(?<=uuid: )\[[0-9, ]+\]", "LIST", said)
+    finally:
+        echo.kill()
+        echo.wait()
+    assert "interface: STATUS_TOPIC\nstatus_list: [" in said
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("/fibonacci -i FEEDBACK", '"FEEDBACK" is incorrect interface name.\n'),
+        ("/fibonacci -i ''", "Input action interface name is empty.\n"),
+        ("/nothing", "Cannot find type for '/nothing'\n"),
+        ("/fibonacci std_srvs/srv/Trigger", "The action type 'std_srvs/srv/Trigger' is invalid\n"),
+    ],
+)
+def test_echo_refuses_what_it_cannot_show(ros2, words, message):
+    """One line, status 1."""
+    (done,) = ros2.each(f"action echo {words}")
+    assert (done.returncode, done.stdout, done.stderr) == (1, "", message)

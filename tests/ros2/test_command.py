@@ -32,7 +32,10 @@ def test_help(alone):
     assert plain.startswith(HELP)
     assert "\nCommands:\n  action     Various action related sub-commands\n" in plain
     assert plain.endswith("\n  Call `ros2 <command> -h` for more detailed usage.\n")
-    assert "  call  Call a service\n  find  Output a list of available services of a given type\n" in family
+    assert (
+        "  call  Call a service\n  echo  Echo a service\n  find  Output a list of available services of a given type\n"
+        in family
+    )
     assert verb.startswith(
         "usage: ros2 service call [-h] [--stdin] [-r N] service_name service_type [values]\n\nCall a service\n"
     )
@@ -41,7 +44,7 @@ def test_help(alone):
 @pytest.mark.parametrize("family", main.COMMANDS)
 def test_every_verb_has_help(family, capsys):
     """`-h` works everywhere, and needs no ROS."""
-    verbs = getattr(importlib.import_module(f"course.ros2.{family}"), "VERBS", {})
+    verbs = getattr(importlib.import_module(f"course.ros2.{main.ALIASES.get(family, family)}"), "VERBS", {})
     for words in ([family], *([family, verb] for verb in verbs)):
         with pytest.raises(SystemExit, match="0"):
             main.make_parser(words).parse_args([*words, "-h"])
@@ -60,6 +63,23 @@ def test_usage_errors(alone):
     assert "ros2 param get: error: the following arguments are required: node_name, parameter_name" in missing.stderr
     assert "argument -r/--rate: invalid positive_float value: '0'" in value.stderr
     assert [done.returncode for done in (command, verb, missing, value)] == [2] * 4
+
+
+@pytest.mark.parametrize("command", ["bag", "launch", "lifecycle", "component", "security", "multicast", "extensions"])
+def test_a_command_of_a_full_installation(command, monkeypatch):
+    """One line says that it is elsewhere, and what there is here."""
+    monkeypatch.setattr(sys, "argv", ["ros2", command, "play", "-x"])
+    monkeypatch.setattr(main, "find_real", lambda: None)
+    assert main.main() == (
+        f"ros2 {command} needs a full installation of ROS 2 (https://docs.ros.org/en/jazzy/Installation.html): "
+        "this ros2 has action, daemon, doctor, interface, node, param, pkg, run, service, topic, wtf"
+    )
+
+
+def test_there_is_no_daemon(alone):
+    """Scripts that stop and start it go on."""
+    line = "The daemon is not running: this ros2 has none, each command looks at the graph itself\n"
+    assert alone.outputs("daemon status", "daemon stop", "daemon start --debug") == [line] * 3
 
 
 def test_a_name_that_ros_does_not_allow(alone):
@@ -107,6 +127,14 @@ def completions(command, line: str) -> list[str]:
         ("ros2 param get /parameter_node max", {"max_speed"}),
         ("ros2 interface show std_srvs/srv/T", {"std_srvs/srv/Trigger"}),
         ("ros2 run cour", {"course"}),
+        ("ros2 topic b", {"bw"}),
+        ("ros2 topic delay /chat", {"/chatter"}),
+        ("ros2 service echo /add_two_ints ex", {"example_interfaces/srv/AddTwoInts"}),
+        ("ros2 action e", {"echo"}),
+        ("ros2 interface p", {"package", "packages", "proto"}),
+        ("ros2 pkg ", {"create", "executables", "list", "prefix", "xml"}),
+        ("ros2 pkg prefix std_s", {"std_srvs"}),
+        ("ros2 daemon st", {"start", "status", "stop"}),
         ("ros2 action send_goal /fib", {"/fibonacci"}),
     ],
 )
@@ -123,6 +151,7 @@ def test_doctor(ros2):
     assert "Failed modules:" in strict.stdout and "topic" in strict.stdout.splitlines()[-1]
     assert "\n   RMW MIDDLEWARE\nmiddleware name" in report.stdout
     assert "distribution name" in report.stdout and "PACKAGE VERSIONS" not in report.stdout
+    assert ros2("wtf").stdout == checked.stdout
 
 
 @pytest.fixture

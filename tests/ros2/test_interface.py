@@ -66,6 +66,30 @@ def test_list_and_package(alone):
     assert actions == "example_interfaces/action/Fibonacci\n"
 
 
+def test_packages(alone):
+    """All packages with interfaces, or those with one kind."""
+    everything, messages, services, actions = (
+        said.splitlines()
+        for said in alone.outputs(
+            "interface packages", "interface packages -m", "interface packages -s", "interface packages -a"
+        )
+    )
+    assert everything == sorted(everything)
+    assert {"std_msgs", "std_srvs", "example_interfaces"} <= set(everything)
+    assert "std_msgs" in messages and "std_srvs" not in messages
+    assert "std_srvs" in services and "std_msgs" not in services
+    assert "example_interfaces" in actions and "std_srvs" not in actions
+
+
+def test_proto(alone):
+    """A message, a request or a goal to copy, in quotes or without."""
+    assert alone.outputs(
+        "interface proto std_msgs/msg/String",
+        "interface proto --no-quotes example_interfaces/srv/AddTwoInts",
+        "interface proto --no-quotes example_interfaces/action/Fibonacci",
+    ) == ["\"data: ''\n\"\n", "a: 0\nb: 0\n\n", "order: 0\n\n"]
+
+
 def test_what_is_not_there(alone):
     """ros2cli's messages, status 1."""
     ran = alone.each(

@@ -3,6 +3,7 @@
 import contextlib
 import subprocess
 import sys
+import time
 
 from course.ros2 import graph
 from course.session import domains
@@ -127,3 +128,15 @@ def test_info_of_an_unknown_node(ros2):
     """One line on stderr, status 1."""
     done = ros2("node", "info", "/nobody")
     assert (done.returncode, done.stdout, done.stderr) == (1, "", "Unable to find node '/nobody'\n")
+
+
+def test_nodes_without_the_course_s_profile_are_listed_at_once(alone):
+    """Those of any ROS 2, which announce themselves every 3 s: each is asked, and all answer before the next time."""
+    plain = {name: value for name, value in alone.environment.items() if name != "FASTRTPS_DEFAULT_PROFILES_FILE"}
+    with twins(plain), twins(plain):
+        seconds = []
+        for _ in range(6):
+            began = time.monotonic()
+            assert alone.output("node", "list", "-c") == "4\n"
+            seconds.append(time.monotonic() - began)
+    assert sorted(seconds)[4] < 1.5, seconds  # half of them took 2 to 3 s; a busy machine may delay one

@@ -51,7 +51,7 @@ def test_list_filters_and_types(ros2):
 
 
 def test_get_prints_the_value_after_its_type(ros2):
-    """ros2cli's labels; a numeric array prints as Python's array; `--hide-type` leaves the value, for scripts."""
+    """ros2cli's labels; an array prints as a list; `--hide-type` leaves the value, for scripts."""
     assert ros2.outputs(
         f"param get {NODE} debug_mode",
         f"param get {NODE} serial",
@@ -61,7 +61,7 @@ def test_get_prints_the_value_after_its_type(ros2):
     ) == [
         "Boolean value is: False\n",
         "Integer value is: 42\n",
-        "Double values are: array('d', [1.0, 2.5])\n",
+        "Double values are: [1.0, 2.5]\n",
         "String values are: ['hip', 'knee']\n",
         "42\n",
     ]
@@ -86,7 +86,7 @@ def test_set_then_get(ros2):
     assert ros2.outputs(f"param set {NODE} max_speed 3.0", f"param set {NODE} gains '[4.0, 5.0]'") == [done, done]
     assert ros2.outputs(f"param get {NODE} max_speed", f"param get {NODE} gains") == [
         "Double value is: 3.0\n",
-        "Double values are: array('d', [4.0, 5.0])\n",
+        "Double values are: [4.0, 5.0]\n",
     ]
     assert ros2.output("param", "set", NODE, "gains", "[1.0, 2.5]") == done
 
@@ -125,6 +125,21 @@ def test_dump_is_what_load_reads(ros2, tmp_path):
     assert ros2.output("param", "load", NODE, str(file)) == "Set parameter pid.p successful\n"
     refused = ros2("param", "dump", NODE, "--output-dir", str(tmp_path))
     assert refused.returncode == 2 and "unrecognized arguments: --output-dir" in refused.stderr
+
+
+def test_load_takes_what_a_file_has_for_every_node(ros2, tmp_path):
+    """`/**:` counts, under the node's own values, unless `--no-use-wildcard` is given."""
+    file = tmp_path / "parameters.yaml"
+    file.write_text("/**:\n  ros__parameters:\n    pid.p: 3.0\n    pid.i: 0.1\n")
+    assert sorted(ros2.output("param", "load", NODE, str(file)).splitlines()) == [
+        "Set parameter pid.i successful",
+        "Set parameter pid.p successful",
+    ]
+    assert ros2.output("param", "get", NODE, "pid.p", "--hide-type") == "3.0\n"
+    file.write_text(file.read_text() + f"{NODE}:\n  ros__parameters:\n    pid.p: 1.0\n")
+    assert ros2.output("param", "load", "--no-use-wildcard", NODE, str(file)) == "Set parameter pid.p successful\n"
+    assert "Set parameter pid.p successful\n" in ros2.output("param", "load", NODE, str(file))
+    assert ros2.output("param", "get", NODE, "pid.p", "--hide-type") == "1.0\n"
 
 
 @pytest.mark.parametrize(

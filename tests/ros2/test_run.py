@@ -1,10 +1,14 @@
 """`ros2 run` finds and runs nodes, and ends as its node ends."""
 
+import contextlib
 import signal
+import subprocess
 import sys
+from xml.etree import ElementTree
 
 import pytest
 
+from course.interfaces import install
 from course.ros2 import packages
 
 NODE = """\
@@ -87,15 +91,42 @@ def test_runs_an_executable_of_an_ament_package(alone, tmp_path):
     twin.chmod(0o755)
     done = alone(*words, AMENT_PREFIX_PATH=str(tmp_path))
     assert (done.returncode, done.stderr) == (1, f"Multiple executables found:\n- {executable}\n- {twin}\n")
+    other = executable.with_name("other_hello")
+    other.write_text("#!/bin/sh\necho other\n")
+    other.chmod(0o755)
+    assert alone.output("run", "installed_package", "other_hello", AMENT_PREFIX_PATH=str(tmp_path)) == "other\n"
+    folder = tmp_path / "here" / "installed_package"
+    folder.mkdir(parents=True)
+    (folder / "other_hello.py").write_text("print('from the folder')\n")
+    for name in ("other_hello", "other_hello.py"):
+        words = ("run", "installed_package", name)
+        assert alone.output(*words, cwd=folder.parent, AMENT_PREFIX_PATH=str(tmp_path)) == "other\n"
 
 
-def test_the_course_s_nodes_are_its_modules(alone):
+def test_the_course_s_nodes_are_its_modules(alone, tmp_path, monkeypatch):
     """Each module of course/nodes runs under its name; another name is told from an unknown package."""
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
     found = packages.find_executables("course")
-    assert found["world"] == [sys.executable, "-m", "course.nodes.world"]
+    assert found["world"] == [[sys.executable, "-m", "course.nodes.world"]]
     assert "__init__" not in found
+    install.register(tmp_path)
+    (command,) = packages.find_executables("course")["world"]
+    assert command == [str(tmp_path / "lib" / "course" / "world")]
+    assert sorted(packages.find_executables("course")) == sorted(found)
     unknown = alone("run", "course", "nothing")
     assert (unknown.returncode, unknown.stderr) == (1, "No executable found\n")
+
+
+def test_the_course_is_a_package_for_any_ros2(tmp_path):
+    """Its executables stand in lib/course, and run without this environment, beside a folder called `course` too."""
+    install.register(tmp_path)
+    assert (tmp_path / "share" / "ament_index" / "resource_index" / "packages" / "course").exists()
+    assert ElementTree.parse(tmp_path / "share" / "course" / "package.xml").getroot().findtext("name") == "course"
+    (tmp_path / "course").mkdir()
+    (tmp_path / "course" / "__init__.py").write_text("raise SystemExit('the wrong one')\n")
+    program = tmp_path / "lib" / "course" / "add_two_ints_client"
+    done = subprocess.run([program], capture_output=True, text=True, cwd=tmp_path, env={"PATH": "/usr/bin:/bin"})
+    assert "usage" in (done.stdout + done.stderr).lower(), done
 
 
 def test_what_is_not_there(alone, folder):
@@ -124,3 +155,17 @@ def test_ctrl_c_is_the_node_s_to_handle(alone, folder):
     said, errors = child.communicate(timeout=20)
     assert (said, errors) == ("[ros2run]: Terminated\n", "")
     assert child.returncode == 256 - signal.SIGTERM
+
+
+def test_the_books_package_is_the_course_until_the_reader_has_one(alone, tmp_path):
+    (tmp_path / "hello.py").write_text("print('hello')\n")
+    assert alone.output("run", "my_package", "hello", cwd=tmp_path) == "hello\n"
+    with contextlib.chdir(tmp_path):
+        assert (
+            packages.find_executables("my_package")["parameter_node"]
+            == packages.find_executables("course")["parameter_node"]
+        )
+    (tmp_path / "my_package").mkdir()
+    (tmp_path / "my_package" / "own.py").write_text("print('own')\n")
+    assert alone.output("run", "my_package", "own", cwd=tmp_path) == "own\n"
+    assert alone("run", "my_package", "parameter_node", cwd=tmp_path).returncode == 1

@@ -1,8 +1,24 @@
 """`ros2 service` finds and calls services as ros2cli does."""
 
+import os
+import re
+import select
+
 import pytest
 
 ADD = ("/add_two_ints", "example_interfaces/srv/AddTwoInts")
+EVENT = """\
+info:
+  event_type: {}
+  stamp:
+    sec: N
+    nanosec: N
+  client_gid: LIST
+  sequence_number: N
+request: {}
+response: {}
+---
+"""
 SUM = """\
 requester: making request: example_interfaces.srv.AddTwoInts_Request(a=2, b=3)
 
@@ -83,11 +99,19 @@ def test_call_says_which_value_does_not_fit(ros2, values, message):
     assert done.stderr.startswith(f"Failed to populate field: {message}")
 
 
-@pytest.mark.parametrize("name", ["nowhere/srv/Add", "example_interfaces/srv/Nothing", "std_msgs/msg/String", "Add"])
-def test_call_refuses_what_is_no_service_type(ros2, name):
-    """ros2cli's message for a type that is not there or not a service's."""
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("nowhere/srv/Add", "The passed service type is invalid\n"),
+        ("example_interfaces/srv/Nothing", "The passed service type is invalid\n"),
+        ("std_msgs/msg/String", "The passed type is not a service\n"),
+        ("Add", "The passed service type is invalid\n"),
+    ],
+)
+def test_call_refuses_what_is_no_service_type(ros2, name, message):
+    """ros2cli's messages for a type that is not there, and for one that is not a service's."""
     done = ros2("service", "call", "/add_two_ints", name)
-    assert (done.returncode, done.stdout, done.stderr) == (1, "", "The passed service type is invalid\n")
+    assert (done.returncode, done.stdout, done.stderr) == (1, "", message)
 
 
 def test_call_repeats_at_a_rate_until_interrupted(ros2):
@@ -112,3 +136,32 @@ def test_call_waits_for_a_service_that_is_not_there(alone):
     """It says that it waits; Ctrl-C ends it."""
     line = "waiting for service to become available...\n"
     assert alone.interrupted("service", "call", *ADD, after="waiting") == (2, line, "")
+
+
+def test_echo_prints_requests_and_responses(ros2):
+    """The server publishes both; the kind of an event is told by its name."""
+    echo = ros2.start("service", "echo", "/add_two_ints", "--flow-style")
+    try:
+        said = ""
+        while "RESPONSE_SENT" not in said or not said.endswith("---\n"):  # the first call may come too early
+            ros2("service", "call", *ADD, "{a: 2, b: 3}")
+            while select.select([echo.stdout], [], [], 1.0)[0]:
+                said += os.read(echo.stdout.fileno(), 65536).decode()
+    finally:
+        echo.kill()
+        echo.wait()
+    said = re.sub(r"(?<=gid: )\[[0-9, ]+\]", "LIST", said)
+    said = re.sub(r"(?<=sec: )\d+|(?<=number: )\d+", "N", said)
+    assert EVENT.format("REQUEST_RECEIVED", "[{a: 2, b: 3}]", "[]") in said
+    assert EVENT.format("RESPONSE_SENT", "[]", "[{sum: 5}]") in said
+
+
+def test_echo_of_what_publishes_no_events(ros2):
+    """ros2cli's question, and its messages for what is not there."""
+    silent = (
+        "No publishers on topic '/never/_service_event'; is service introspection on the client or server enabled?\n"
+    )
+    assert ros2.interrupted("service", "echo", "/never", after="No publishers") == (2, silent, "")
+    unknown, wrong = ros2.each("service echo /nobody", "service echo /never std_msgs/msg/String")
+    assert (unknown.returncode, unknown.stderr) == (1, "Cannot find type for '/nobody'\n")
+    assert (wrong.returncode, wrong.stderr) == (1, "The service type 'std_msgs/msg/String' is invalid\n")

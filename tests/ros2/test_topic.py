@@ -1,9 +1,13 @@
 """`ros2 topic` lists, shows and sends messages as ros2cli does."""
 
+import contextlib
 import re
+import signal
 import subprocess
 
 import pytest
+
+from course.ros2 import topic_statistics
 
 TWIST = (
     "publishing #1: geometry_msgs.msg.Twist(linear=geometry_msgs.msg.Vector3(x=0.5, y=0.0, z=0.0), "
@@ -41,10 +45,14 @@ TYPES = """\
 /parameter_events [rcl_interfaces/msg/ParameterEvent]
 /rosout [rcl_interfaces/msg/Log]
 """
-FLOW = (
-    "{layout: {dim: '<sequence type: std_msgs/msg/MultiArrayDimension, length: 0>', data_offset: 0}, "
-    "data: '<sequence type: double, length: 200>'}\n---\n"
-)
+FLOW = """\
+layout:
+  dim: []
+  data_offset: 0
+data: [0.5, 0.5, '...']
+---
+"""
+IMU = "0,0,," + ",".join(["0.0,0.0,0.0,1.0", *["0.0"] * (9 + 3 + 9 + 3 + 9)]) + "\n"
 NUMBERS = """\
 layout:
   dim: []
@@ -113,7 +121,7 @@ def test_echo_prints_a_message_in_yaml(ros2):
         "topic echo --once /chatter --no-str",
         "topic echo --once /numbers --truncate-length 2",
         "topic echo --once /numbers --no-arr --csv",
-        "topic echo --once /numbers --no-arr --flow-style",
+        "topic echo --once /numbers --truncate-length 2 --flow-style",
     ) == [
         "data: Hello\n---\n",
         "data: Hello\n---\n",
@@ -224,3 +232,70 @@ def test_pub_refuses_what_it_cannot_send(ros2, words, message):
     (done,) = ros2.each(f"topic pub --once {words}")
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr.startswith(message)
+
+
+@contextlib.contextmanager
+def published(command, *lines: str):
+    """Have `topic pub` send messages, one process for each line, and end them with Ctrl-C."""
+    children = [command.start("topic", "pub", "-r", "20", *line.split(maxsplit=2)) for line in lines]
+    try:
+        for child in children:
+            assert child.stdout.readline() == "publisher: beginning loop\n"
+        yield
+    finally:
+        for child in children:
+            child.send_signal(signal.SIGINT)
+            child.communicate(timeout=20)
+
+
+def test_echo_csv_of_arrays(alone):
+    """A float64[9] is nine columns, an empty array is none when nothing stands before it, as in ros2cli."""
+    with published(alone, "/imu sensor_msgs/msg/Imu", "/empty std_msgs/msg/Float64MultiArray"):
+        assert alone.outputs("topic echo --once --csv /imu", "topic echo --once --csv /empty") == [IMU, "0,\n"]
+
+
+def test_a_topic_with_two_types(alone):
+    """`type` prints both, `echo` does not choose one."""
+    with published(alone, "/both std_msgs/msg/String", "/both std_msgs/msg/Int32"):
+        assert alone.output("topic", "type", "/both") == "std_msgs/msg/Int32\nstd_msgs/msg/String\n"
+        done = alone("topic", "echo", "/both")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == (
+        "Cannot echo topic '/both', as it contains more than one type: [std_msgs/msg/Int32, std_msgs/msg/String]\n"
+    )
+
+
+def test_bw_prints_bytes_a_second(ros2):
+    """The talker's messages have 16 bytes each; the form is ros2cli's."""
+    status, said, errors = ros2.interrupted("topic", "bw", "/chatter", after="mean")
+    assert (status, errors) == (2, "")
+    form = r"Subscribed to \[/chatter\]\n(\d+) B/s from \d+ messages\n\tMessage size mean: 16 B min: 16 B max: 16 B\n"
+    assert 100 < int(re.match(form, said)[1]) < 500
+
+
+@pytest.mark.parametrize(
+    ("sizes", "text"),
+    [
+        ([100, 300], "400 B/s from 2 messages\n\tMessage size mean: 200 B min: 100 B max: 300 B"),
+        ([500, 1500], "2.00 KB/s from 2 messages\n\tMessage size mean: 1.00 KB min: 0.50 KB max: 1.50 KB"),
+        ([2500000], "2.50 MB/s from 1 messages\n\tMessage size mean: 2.50 MB min: 2.50 MB max: 2.50 MB"),
+    ],
+)
+def test_the_unit_of_bw_is_that_of_the_rate(sizes, text):
+    """Bytes, then thousands, then millions, for every number of a line."""
+    assert topic_statistics.bandwidth(sizes, 1.0) == text
+
+
+def test_delay_prints_the_age_of_messages(alone):
+    """The time since the stamp in the header; `auto` sets it to the time of sending."""
+    with published(alone, "/point geometry_msgs/msg/PointStamped {header: auto}"):
+        status, said, errors = alone.interrupted("topic", "delay", "/point", after="window")
+    assert (status, errors) == (2, "")
+    form = r"average delay: (-?[\d.]+)\n\tmin: -?[\d.]+s max: [\d.]+s std dev: [\d.]{7}s window: \d+\n"
+    assert float(re.match(form, said)[1]) < 1.0
+
+
+def test_delay_needs_a_header(ros2):
+    """ros2cli's message, without its traceback."""
+    done = ros2("topic", "delay", "/chatter")
+    assert (done.returncode, done.stdout, done.stderr) == (1, "", "msg does not have header\n")
