@@ -1,0 +1,122 @@
+"""`course export`: an exercise's files become ROS 2 packages in a workspace, and nothing that was there is lost."""
+
+import hashlib
+import json
+import os
+import re
+import tempfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+from course import environment
+from course.errors import WorkspaceError
+from course.workspace import exercise, packages
+
+# Beside `src`: the digest of each file as it was last exported, which tells an edited file from an older export.
+RECORD = ".course-export.json"
+
+
+def export(name: str, workspace: Path, folder: Path = Path(), *, package: str = "", force: bool = False) -> list[str]:
+    """Lay the files of the exercise `name`, read from `folder`, out as ROS 2 packages in `workspace`/src.
+
+    The programs' package is called `package`, or as the exercise.  Files of an earlier export are brought up to date;
+    one that was edited in the workspace is kept, and nothing is written, unless `force` replaces it: then it stays
+    beside the new one with `~` at its end.  Other files of the workspace are left alone.
+
+    Returns what to tell the reader, a line each.  Raises WorkspaceError, and InterfaceError for a definition that ROS 2
+    cannot build.
+    """
+    read = exercise.read(name, folder)
+    made = packages.of_exercise(read, package or name)
+    try:
+        notes = _check(workspace, made)
+        _write(workspace, {f"src/{p}/{path}": text for p, files in made.items() for path, text in files.items()}, force)
+    except OSError as error:
+        raise WorkspaceError(
+            f"cannot write {error.filename2 or error.filename or workspace}: {error.strerror}; make room there, or "
+            "choose another WORKSPACE"
+        ) from None
+    return _summary(workspace, made, [*packages.notes(read, package or name), *notes])
+
+
+def _summary(workspace: Path, made: dict[str, dict[str, str]], notes: list[str]) -> list[str]:
+    lines = []
+    for name, files in made.items():
+        scripts = [path for path in files if path.startswith(f"{name}/") and not path.endswith("__init__.py")]
+        definitions = [path for path in files if path.endswith((".msg", ".srv", ".action"))]
+        lines.append(f"{workspace / 'src' / name}: {', '.join(Path(path).name for path in definitions + scripts)}")
+    if distribution := environment.foreign_distribution():
+        notes.append(
+            f"ROS 2 {distribution} is sourced here, and the course is for {environment.DISTRIBUTION}: "
+            "build in a terminal that has not sourced it"
+        )
+    return [*lines, *(f"Note: {note}" for note in notes)]
+
+
+def _check(workspace: Path, made: dict[str, dict[str, str]]) -> list[str]:
+    """Raise WorkspaceError if colcon could not build the packages in this workspace; returns what else it will meet."""
+    if any("CMakeLists.txt" in files for files in made.values()) and re.search(r"[^!-~]", str(workspace.resolve())):
+        raise WorkspaceError(
+            f"ROS 2 cannot build interfaces in {workspace.resolve()}: choose a WORKSPACE whose path has no space and "
+            "only plain letters (a to z)"
+        )
+    notes = []
+    source = workspace / "src"
+    for manifest in sorted(source.rglob("package.xml")):
+        place = manifest.parent
+        if place.parent == source and place.name in made:
+            continue
+        try:
+            name = (ElementTree.parse(manifest).getroot().findtext("name") or "").strip()
+        except ElementTree.ParseError as error:
+            notes.append(f"colcon will not build {place}: its package.xml is broken ({error}); correct it")
+            continue
+        if name in made:
+            raise WorkspaceError(
+                f"{place} is a package called '{name}' already, and colcon builds only one of a name: move it out of "
+                "the workspace or choose another WORKSPACE"
+            )
+    return notes
+
+
+def _write(workspace: Path, files: dict[str, str], force: bool) -> None:
+    """Write the files that differ from what is there: all of them, or none when one cannot be written."""
+    wanted = {path: text.encode() for path, text in files.items()}
+    recorded = _recorded(workspace)
+    present = {path: (workspace / path).read_bytes() for path in wanted if os.path.lexists(workspace / path)}
+    changed = {path: content for path, content in wanted.items() if present.get(path) != content}
+    edited = [path for path in changed if path in present and _digest(present[path]) != recorded.get(path)]
+    if edited and not force:
+        raise WorkspaceError(
+            f"nothing was written: in {workspace}, {', '.join(edited)} was edited, or does not come from an export. "
+            "--force replaces it, and keeps the old text beside it with ~ at the end of its name"
+        )
+    workspace.mkdir(parents=True, exist_ok=True)
+    record = json.dumps({**recorded, **{path: _digest(content) for path, content in wanted.items()}}, indent=1) + "\n"
+    with tempfile.TemporaryDirectory(dir=workspace, prefix=".export-") as scratch:
+        for number, content in enumerate((*changed.values(), record.encode())):
+            (Path(scratch) / str(number)).write_bytes(content)
+        for path in changed:
+            (workspace / path).parent.mkdir(parents=True, exist_ok=True)
+        for path in edited:
+            os.replace(workspace / path, _free(workspace / path))
+        for number, path in enumerate((*changed, RECORD)):
+            os.replace(Path(scratch) / str(number), workspace / path)
+
+
+def _recorded(workspace: Path) -> dict[str, str]:
+    try:
+        record = json.loads((workspace / RECORD).read_bytes())
+    except (FileNotFoundError, ValueError):
+        return {}
+    return record if isinstance(record, dict) else {}
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+def _free(path: Path) -> Path:
+    """`path` with `~` at its end, as often as no file is called so."""
+    kept = path.with_name(f"{path.name}~")
+    return _free(kept) if os.path.lexists(kept) else kept

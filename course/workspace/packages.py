@@ -1,0 +1,203 @@
+"""The files of ROS 2 packages: what `ros2 pkg create` would make, with an exercise's files in it.
+
+Sources: https://docs.ros.org/en/jazzy/Tutorials/Beginner-Client-Libraries/Custom-ROS2-Interfaces.html and
+https://docs.ros.org/en/jazzy/How-To-Guides/Developing-a-ROS-2-Package.html
+"""
+
+import keyword
+import re
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from string import Template
+from xml.sax.saxutils import escape
+
+from course import interfaces
+from course.errors import WorkspaceError
+from course.workspace.exercise import Exercise, Interface, Program
+
+# An interface package of the course that no ROS 2 installation has: a program that uses it brings it along.
+COURSES_OWN = "course_interfaces"
+
+# What rosdep calls a Python library; a ROS 2 package is called as it is imported.
+LIBRARIES = {name: f"python3-{name}" for name in ("matplotlib", "numpy", "psutil", "requests", "scipy", "serial")} | {
+    "cv2": "python3-opencv",
+    "yaml": "python3-yaml",
+}
+
+# colcon refuses a package whose maintainer's e-mail does not look like one.
+MANIFEST = Template("""\
+<?xml version="1.0"?>
+<?xml-model href="http://download.ros.org/schema/package_format3.xsd" schematypens="http://www.w3.org/2001/XMLSchema"?>
+<package format="3">
+  <name>$name</name>
+  <version>0.0.0</version>
+  <description>$description</description>
+  <maintainer email="student@example.org">student</maintainer>
+  <license>TODO: License declaration</license>
+
+$dependencies
+
+  <export>
+    <build_type>$build_type</build_type>
+  </export>
+</package>
+""")
+
+CMAKE = Template("""\
+cmake_minimum_required(VERSION 3.10)
+project($name)
+
+find_package(ament_cmake REQUIRED)
+find_package(rosidl_default_generators REQUIRED)
+$found
+rosidl_generate_interfaces($${PROJECT_NAME}
+$files
+)
+
+ament_export_dependencies(rosidl_default_runtime)
+ament_package()
+""")
+
+SETUP = Template("""\
+from setuptools import find_packages, setup
+
+package_name = '$name'
+
+setup(
+    name=package_name,
+    version='0.0.0',
+    packages=find_packages(exclude=['test']),
+    data_files=[
+        ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
+        ('share/' + package_name, ['package.xml']),
+    ],
+    install_requires=['setuptools'],
+    zip_safe=True,
+    maintainer='student',
+    maintainer_email='student@example.org',
+    description=$description,
+    license='TODO: License declaration',
+    entry_points={
+        'console_scripts': [
+$scripts
+        ],
+    },
+)
+""")
+
+# Where `ros2 run` looks for a package's executables.
+SETUP_CFG = Template("""\
+[develop]
+script_dir=$$base/lib/$name
+[install]
+install_scripts=$$base/lib/$name
+""")
+
+
+def of_exercise(exercise: Exercise, name: str) -> dict[str, dict[str, str]]:
+    """The packages of `exercise`, of which the one with the programs is called `name`.
+
+    Each package maps the paths of its files, relative to the package's folder, to their texts.  Raises WorkspaceError
+    for a name that ROS 2 does not allow.
+    """
+    packages: dict[str, dict[str, str]] = {}
+    for package in dict.fromkeys(interface.package for interface in exercise.interfaces):
+        check_name(package)
+        packages[package] = _interface_package(package, [i for i in exercise.interfaces if i.package == package])
+    imported = {module for program in exercise.programs for module in program.imports}
+    if COURSES_OWN in imported:
+        packages[COURSES_OWN] = _courses_package(COURSES_OWN)
+    if exercise.programs:
+        check_name(name)
+        if name in packages or name in imported or name in sys.stdlib_module_names:
+            raise WorkspaceError(
+                f"a package called '{name}' would hide another of this name: choose one with --package"
+            )
+        packages[name] = _python_package(name, exercise)
+    return packages
+
+
+def notes(exercise: Exercise, name: str) -> list[str]:
+    """What of the programs will not work in a ROS 2 package called `name`, a line each."""
+    beside = {program.name for program in exercise.programs}
+    lines = []
+    for program in exercise.programs:
+        lines += [
+            f"{program.file} imports {other}.py, which is beside it: in a package, write `from {name} import {other}`"
+            for other in sorted(beside & program.imports)
+        ]
+        if "course" in program.imports:
+            lines.append(f"{program.file} imports course, which a robot does not have")
+    return lines
+
+
+def check_name(name: str) -> None:
+    """Raise WorkspaceError unless ROS 2 and Python allow a package called `name` (REP 144)."""
+    if not re.fullmatch(r"[a-z](_?[a-z0-9]+)+", name) or keyword.iskeyword(name):
+        raise WorkspaceError(
+            f"'{name}' cannot be a package name: use lower-case letters, digits and single underscores, a letter first"
+        )
+
+
+def _interface_package(name: str, files: list[Interface]) -> dict[str, str]:
+    used = set().union(*(file.definition.packages for file in files)) - {name}
+    if any(file.definition.kind == "action" for file in files):
+        used.add("action_msgs")
+    listed = [f'  "{file.definition.kind}/{file.file}"' for file in files]
+    if used:
+        listed.append(f"  DEPENDENCIES {' '.join(sorted(used))}")
+    dependencies = [
+        ("buildtool_depend", ["ament_cmake"]),
+        ("build_depend", ["rosidl_default_generators"]),
+        ("depend", sorted(used)),
+        ("exec_depend", ["rosidl_default_runtime"]),
+        ("member_of_group", ["rosidl_interface_packages"]),
+    ]
+    names = ", ".join(file.file for file in files)
+    return {
+        "package.xml": _manifest(name, f"Interfaces: {names}", "ament_cmake", dependencies),
+        "CMakeLists.txt": CMAKE.substitute(
+            name=name,
+            found="".join(f"find_package({package} REQUIRED)\n" for package in sorted(used)),
+            files="\n".join(listed),
+        ),
+        **{f"{file.definition.kind}/{file.file}": file.text for file in files},
+    }
+
+
+def _python_package(name: str, exercise: Exercise) -> dict[str, str]:
+    description = f"My nodes of the exercise {exercise.name}"
+    scripts = [f"            '{program.name} = {name}.{program.name}:main'," for program in exercise.programs]
+    return {
+        "package.xml": _manifest(
+            name, description, "ament_python", [("exec_depend", sorted(_used(exercise.programs, name)))]
+        ),
+        "setup.py": SETUP.substitute(name=name, description=repr(description), scripts="\n".join(scripts)),
+        "setup.cfg": SETUP_CFG.substitute(name=name),
+        f"resource/{name}": "",
+        f"{name}/__init__.py": "",
+        **{f"{name}/{program.file}": program.text for program in exercise.programs},
+    }
+
+
+def _used(programs: list[Program], name: str) -> set[str]:
+    """What package.xml calls the packages and libraries that the programs import."""
+    imported = {module for program in programs for module in program.imports}
+    own = {program.name for program in programs} | {name, "course"}
+    return {LIBRARIES.get(module, module) for module in imported - own}
+
+
+def _courses_package(name: str) -> dict[str, str]:
+    folder = Path(interfaces.__file__).parent / name
+    return {
+        path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8")
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+def _manifest(name: str, description: str, build_type: str, dependencies: Iterable[tuple[str, list[str]]]) -> str:
+    lines = [f"  <{tag}>{package}</{tag}>" for tag, packages in dependencies for package in packages]
+    listed = "\n".join(lines)
+    return MANIFEST.substitute(name=name, description=escape(description), build_type=build_type, dependencies=listed)
