@@ -1,5 +1,7 @@
 """The `course` command."""
 
+import sys
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -35,6 +37,26 @@ def sessions_command(
     from course.forgotten import end, show
 
     raise typer.Exit(end(stop or [], everything=stop_all) if stop or stop_all else show())
+
+
+@app.command()
+def export(
+    exercise: Annotated[str, typer.Argument(help="The exercise, called as its notebook: calculator.")],
+    workspace: Annotated[Path, typer.Argument(help="The workspace: a folder, made if it does not exist.")],
+    folder: Annotated[Path, typer.Option("--from", help="Where the exercise's files are.")] = Path(),
+    package: Annotated[str, typer.Option(help="What to call the package; default: as the exercise.")] = "",
+    force: Annotated[bool, typer.Option("--force", help="Replace files that were edited there.")] = False,
+) -> None:
+    """Make ROS 2 packages of an exercise's files, which `colcon build` builds, here and on a robot."""
+    from course.errors import CourseError
+    from course.workspace.export import export as export_files
+
+    try:
+        lines = export_files(exercise, workspace, folder, package=package, force=force)
+    except CourseError as error:
+        print(f"course export: {error}", file=sys.stderr)
+        raise typer.Exit(1) from None
+    print("\n".join(lines))
 
 
 def main() -> None:

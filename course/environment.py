@@ -5,11 +5,44 @@ import sys
 from pathlib import Path
 
 DISCOVERY_PROFILE = Path(__file__).parent / "discovery.xml"
+DISTRIBUTION = "jazzy"
+TOOLCHAIN = Path(__file__).parent / "interfaces" / "toolchain.cmake"
 
 
 def sourced() -> bool:
-    """Whether a ROS 2 installation was sourced before this interpreter started."""
-    return "ROS_DISTRO" in os.environ
+    """Whether a ROS 2 installation, other than this environment's wheels, was sourced before this interpreter started.
+
+    The course's own shell names a distribution, too (`workspace_variables`); a workspace has no client library.
+    """
+    others = [p for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p and p != sys.prefix]
+    return "ROS_DISTRO" in os.environ and any((Path(p) / "share" / "rclpy").exists() for p in others)
+
+
+def foreign_distribution() -> str:
+    """The name of a ROS 2 distribution that is sourced and is not the course's, or ''."""
+    name = os.environ.get("ROS_DISTRO", DISTRIBUTION)
+    return "" if name == DISTRIBUTION else name
+
+
+def workspace_variables() -> dict[str, str]:
+    """What a shell needs besides `prepare` for `colcon build` and CMake to work as they do on a robot, without options.
+
+    With a sourced ROS 2 that is nothing.  With the wheels: where the packages are, as a sourced ROS 2 would say, and a
+    file that adapts CMake to the wheels (`interfaces/toolchain.cmake`).  CMake finds this interpreter by VIRTUAL_ENV,
+    and takes ninja, which is among the wheels, because a student's machine need not have make.
+    """
+    if sourced():
+        return {}
+    prefixes = [p for p in os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep) if p and p != sys.prefix]
+    return {
+        "CMAKE_GENERATOR": "Ninja",
+        "CMAKE_PREFIX_PATH": os.pathsep.join([*prefixes, sys.prefix]),
+        "CMAKE_TOOLCHAIN_FILE": str(TOOLCHAIN),
+        "ROS_DISTRO": DISTRIBUTION,
+        "ROS_PYTHON_VERSION": "3",
+        "ROS_VERSION": "2",
+        "VIRTUAL_ENV": sys.prefix,
+    }
 
 
 def prepare() -> None:

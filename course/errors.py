@@ -7,6 +7,7 @@ CourseError                 something that the reader can put right; a notebook 
         ExerciseError       an exercise's cell could not become the file it names
     InterfaceError          a .msg, .srv or .action file that ROS 2 cannot build
     UnreadableNotebook      a file that is no notebook
+    WorkspaceError          an exercise that cannot be laid out as ROS 2 packages
 """
 
 
@@ -40,3 +41,7 @@ class InterfaceError(CourseError, ValueError):
 
 class UnreadableNotebook(CourseError, ValueError):
     """It is no notebook; the message says why."""
+
+
+class WorkspaceError(CourseError):
+    """The exercise cannot be laid out as ROS 2 packages; the message says what to do."""

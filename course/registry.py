@@ -11,6 +11,10 @@ import tempfile
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
+from filelock import FileLock
+
+LOCK = 10.0  # s to wait for others who look for a domain
+
 
 @dataclass(frozen=True)
 class NodeRecord:
@@ -24,6 +28,16 @@ class NodeRecord:
     services: list[str] = field(default_factory=list)
     stories: list[str] = field(default_factory=list)  # its exceptions, and its end, as texts
     told: list[float] = field(default_factory=list)  # time.time() of each story
+
+
+@dataclass(frozen=True)
+class ShellRecord:
+    """A terminal of the course, and the folder whose domain it is in."""
+
+    pid: int
+    born: int  # as SessionRecord.born
+    folder: str
+    domain: int
 
 
 @dataclass(frozen=True)
@@ -49,10 +63,18 @@ def folder() -> Path:
     return folder
 
 
-def write(record: SessionRecord) -> None:
-    """Write a session's file; what cannot be written is left out, for nothing but news depends on it."""
+def lock() -> contextlib.AbstractContextManager[object]:
+    """Held by whoever looks for a domain, until the domain is written down."""
+    try:
+        return FileLock(folder() / ".lock", timeout=LOCK)
+    except OSError:
+        return contextlib.nullcontext()
+
+
+def write(record: SessionRecord | ShellRecord) -> None:
+    """Write the file of a session or a terminal; what cannot be written is left out: others then do not know of it."""
     with contextlib.suppress(OSError):
-        path = folder() / f"{record.pid}.json"
+        path = folder() / f"{'shell-' if isinstance(record, ShellRecord) else ''}{record.pid}.json"
         draft = path.with_suffix(".part")
         draft.write_text(json.dumps(asdict(record)), encoding="utf-8")
         draft.replace(path)
@@ -84,13 +106,27 @@ def running() -> list[SessionRecord]:
     """The sessions whose process is alive, the oldest first; files of others are removed."""
     found = []
     with contextlib.suppress(OSError):
-        for path in folder().glob("*.json"):
+        for path in folder().glob("[0-9]*.json"):
             record = _read(path)
             if record is not None and _alive(record):
                 found.append(record)
             elif record is not None:
                 remove(record.pid)
     return sorted(found, key=lambda record: record.since)
+
+
+def shells() -> list[ShellRecord]:
+    """The terminals whose shell is alive."""
+    found = []
+    with contextlib.suppress(OSError):
+        for path in folder().glob("shell-*.json"):
+            with contextlib.suppress(OSError, ValueError, TypeError):
+                record = ShellRecord(**json.loads(path.read_text(encoding="utf-8")))
+                if birth(record.pid) == record.born:
+                    found.append(record)
+                else:
+                    path.unlink(missing_ok=True)
+    return found
 
 
 def of_domain(domain: int) -> SessionRecord | None:

@@ -1,5 +1,6 @@
 """A notebook's kernel for the tests."""
 
+import os
 import re
 import subprocess
 import time
@@ -14,10 +15,13 @@ COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 class Kernel:
     """A kernel in a folder of its own; `run` gives what a cell printed, or the lines of its error, without colours."""
 
-    def __init__(self, folder: Path):
+    def __init__(self, folder: Path, environment: dict[str, str] | None = None):
+        """Start it, with the variables of `environment` beside those of this process."""
         self.folder = folder
         self.seconds = 0.0  # that the last cell took
-        self.manager, self.client = start_new_kernel(kernel_name="python3", cwd=str(folder), stderr=subprocess.DEVNULL)
+        self.manager, self.client = start_new_kernel(
+            kernel_name="python3", cwd=str(folder), env=os.environ | (environment or {}), stderr=subprocess.DEVNULL
+        )
 
     def run(self, cell: str, timeout: float = 60, seen: Callable[[str], None] = lambda text: None) -> str:
         """Run a cell, for at most `timeout` s; `seen` is given all that it has printed whenever more has come."""

@@ -143,6 +143,11 @@ def build(
     return built
 
 
+def identity(package: str, files: Mapping[str, str] | Iterable[str | Path]) -> str:
+    """What tells a build of these definitions from any other: the name of its folder; raises InterfaceError."""
+    return _key(package, _read(files))
+
+
 def _read(files: Mapping[str, str] | Iterable[str | Path]) -> dict[str, str]:
     if isinstance(files, Mapping):
         texts = dict(files)

@@ -9,6 +9,7 @@ from IPython.core.magic_arguments import argument, magic_arguments, parse_argstr
 from course.errors import ExerciseError
 from course.interfaces import InterfaceError, build
 from course.interfaces.definition import SECTIONS
+from course.interfaces.kept import keep, packages
 from course.notebook.cells import content
 from course.session.live import live
 
@@ -58,17 +59,15 @@ def _check_syntax(path: Path, cell: str) -> None:
 
 
 def _interface(path: Path, cell: str, package: str) -> None:
-    # The other definitions of the package that were written here are built with it: one may use another.
+    # The other definitions of the package in this folder are built with it: one may use another.
+    known = next((kept.files for kept in packages(Path()) if kept.package == package), ())
     texts: dict[str | Path, str] = {
-        p.name: p.read_text(encoding="utf-8") for p in _written.get(package, ()) if p.exists()
+        name: Path(name).read_text(encoding="utf-8") for name in known if Path(name).exists()
     }
     try:
-        build(package, {**texts, path.name: cell})
+        built = build(package, {**texts, path.name: cell})
     except InterfaceError as error:
         raise ExerciseError(str(error)) from None
     path.write_text(cell, encoding="utf-8")
-    _written.setdefault(package, set()).add(path.absolute())
+    keep(Path(), built, {*known, path.name})
     print(f"{path.name}: written, built as {package}/{path.suffix[1:]}/{path.stem}")
-
-
-_written: dict[str, set[Path]] = {}

@@ -21,9 +21,11 @@ def load_ipython_extension(shell: "InteractiveShell") -> None:
     """Add the magic, the explanations and the news of dead nodes to a shell; loading twice changes nothing."""
     if "exercise" in shell.magics_manager.magics["cell"]:
         return
+    from course.interfaces import kept
     from course.notebook.exercise import exercise
 
     shell.register_magic_function(exercise, magic_kind="cell", magic_name="exercise")  # type: ignore[call-arg]
+    kept.use(Path())  # a package of this folder can be imported before there is a session
     shell.set_custom_exc((Exception,), _explain)
     shell.events.register("pre_run_cell", _news_before)
     shell.events.register("post_run_cell", _news_after)

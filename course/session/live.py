@@ -10,6 +10,7 @@ import contextlib
 import functools
 import itertools
 import os
+import socket
 import threading
 import time
 import warnings
@@ -26,9 +27,9 @@ from rclpy.task import Future
 
 from course import registry
 from course.errors import CallTimeout, LiveError, NodeFailed
-from course.interfaces import builder
+from course.interfaces import builder, kept
 from course.rclpy_internals import NodeNameNonExistentError, action_type, destroy, is_initialized, patch, watch_goals
-from course.session.domains import claim_domain
+from course.session.domains import session_domain
 from course.session.guards import Guards
 from course.session.logs import LogBook, Logs, program_logs
 from course.session.node import LiveNode, in_context
@@ -51,16 +52,21 @@ FORGOTTEN = 15.0  # s; a node that was killed is in the graph for 5 (discovery.x
 class Session:
     """A private ROS 2 context on its own domain, and the nodes that were started in it.
 
-    `domain_id`: the domain to use; by default $ROS_DOMAIN_ID if set, else one that no other session on this machine
-    has.  `node` is the session's own node (hidden, spun in the background) for clients, publishers and subscriptions.
+    `domain_id`: the domain to use; by default $ROS_DOMAIN_ID if the user has set it, else that of the current folder,
+    which no other session on this machine has.  `node` is the session's own node (hidden, spun in the background) for
+    clients, publishers and subscriptions.
     """
 
     def __init__(self, domain_id: int | None = None):
-        if domain_id is None and "ROS_DOMAIN_ID" in os.environ:
+        self._folder = Path.cwd()
+        chosen = "ROS_DOMAIN_ID" in os.environ and "COURSE_SHELL" not in os.environ
+        if domain_id is None and chosen:
             domain_id = int(os.environ["ROS_DOMAIN_ID"])
-        self._claim = None
+        self._claim: socket.socket | None = None
+        self._own_domain = domain_id is None
         if domain_id is None:
-            self._claim, domain_id = claim_domain()
+            self._claim, domain_id = session_domain(self._folder)
+        os.environ.pop("COURSE_SHELL", None)  # what a course's terminal started has a domain of its own
         self.domain_id = domain_id
         # Children (`!ros2 ...`, `!python ...`) must meet these nodes, and nobody else's.
         os.environ["ROS_DOMAIN_ID"] = str(domain_id)
@@ -83,6 +89,7 @@ class Session:
         self._closed = False
         self._since = time.time()
         self._publishing = threading.Lock()
+        self._find_packages()
         atexit.register(self.close)
         builder.on_replace.append(self._drop_types)
         lookouts.append(self.watch.look)
@@ -111,6 +118,7 @@ class Session:
         Raises LiveError when a file's program ends or shows no node in time, and whatever a class's `__init__` raises.
         """
         self._check_open()
+        self._find_packages()
         overrides = list(
             itertools.chain.from_iterable(
                 ("-p", f"{name}:={argument(value)}") for name, value in (parameters or {}).items()
@@ -383,12 +391,19 @@ class Session:
         self.context.try_shutdown()
         if self._claim:
             self._claim.close()
+        if self._own_domain:
             os.environ.pop("ROS_DOMAIN_ID", None)
 
     @property
     def ok(self) -> bool:
         """Whether the session can be used: not closed, and its context not shut down by other code."""
         return not self._closed and self.context.ok()
+
+    def _find_packages(self) -> None:
+        """Make the interface packages of the folder importable, and build again what has changed on the disk."""
+        for line in kept.refresh(self._folder):
+            self.watch.notice(f"{line} Run the cell that imports it again.")
+        kept.use(self._folder)
 
     def _publish(self) -> None:
         """Bring this session's file up to date, which `course sessions` and `ros2` read; called in any thread."""
@@ -410,7 +425,7 @@ class Session:
                 ]
                 registry.write(
                     registry.SessionRecord(
-                        os.getpid(), self.domain_id, os.getcwd(), self._since, registry.birth(os.getpid()), nodes
+                        os.getpid(), self.domain_id, str(self._folder), self._since, registry.birth(os.getpid()), nodes
                     )
                 )
 

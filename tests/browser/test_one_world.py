@@ -1,0 +1,86 @@
+"""A new student in JupyterLab: the calculator's notebook, terminals beside it, a restart."""
+
+from pathlib import Path
+
+from playwright.sync_api import Page
+
+from course.waiting import wait_until
+from tests.browser.conftest import WAIT
+
+
+def open_notebook(page: Page, lab: tuple[str, str, Path]) -> None:
+    address, token, _ = lab
+    page.goto(f"{address}/lab/tree/calculator.ipynb?token={token}&reset")
+    page.get_by_role("tab", name="calculator.ipynb").wait_for()
+    page.locator(".jp-Notebook .jp-Cell").first.wait_for()
+    page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for()
+
+
+def run_all(page: Page) -> None:
+    """Run the notebook's cells, and wait for what its exercises print."""
+    choose(page, "Run", "Run All Cells")
+    printed = page.locator(".jp-OutputArea-output pre")
+    printed.get_by_text("calculator_server.py: written, running as /calculator_server").wait_for()
+    printed.get_by_text("calculator_client.py: as asked").wait_for()
+    page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for()
+
+
+def choose(page: Page, menu: str, *names: str) -> None:
+    """A command of the menus, by the names on the way to it."""
+    page.locator(".lm-MenuBar-itemLabel").get_by_text(menu, exact=True).click()
+    for name in names:
+        page.locator(".lm-Menu-itemLabel").get_by_text(name, exact=True).last.click()
+
+
+def type_into_terminal(page: Page, folder: Path, command: str, name: str) -> str:
+    """Type a command, with what it prints kept in a file; returns that when its exit status is there too."""
+    terminal = page.locator(".jp-Terminal:visible")
+    terminal.click()
+    page.keyboard.type(f"({command}) > {name} 2>&1; echo $? > {name}.status\n")
+    assert wait_until(
+        lambda: (folder / f"{name}.status").exists() and (folder / f"{name}.status").read_text(), WAIT / 1e3
+    )
+    return (folder / name).read_text()
+
+
+def test_the_notebook_and_a_terminal_are_one_world(lab, page):
+    _, _, folder = lab
+    open_notebook(page, lab)
+    run_all(page)
+    choose(page, "File", "New", "Terminal")
+    page.locator(".jp-Terminal .xterm-screen").wait_for()
+    # The notebook's last cell ends its nodes: its server runs on in a terminal, as in the chapter.
+    page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for(state="attached")
+    terminal = page.locator(".jp-Terminal:visible")
+    terminal.click()
+    page.keyboard.type("python3 calculator_server.py & sleep 0\n")
+    assert "/calculator\n" in type_until(page, folder, "ros2 service list", "/calculator\n")
+    assert "18.7" in type_into_terminal(page, folder, "python3 calculator_client.py 15.5 3.2 add", "sum")
+    assert (folder / "sum.status").read_text() == "0\n"
+    refused = type_into_terminal(page, folder, "python3 calculator_client.py 10 0 divide", "refused")
+    assert "zero" in refused.lower() and (folder / "refused.status").read_text() != "0\n"
+    request = "{a: 100, b: 25, operation: 'subtract'}"
+    call = f'ros2 service call /calculator calculator_interfaces/srv/Calculate "{request}"'
+    assert "result=75.0" in type_into_terminal(page, folder, call, "called")
+
+
+def type_until(page: Page, folder: Path, command: str, wanted: str) -> str:
+    """Type a command until it prints what is wanted."""
+    for attempt in range(20):
+        if wanted in (said := type_into_terminal(page, folder, command, f"look{attempt}")):
+            break
+    return said
+
+
+def test_after_a_restart_the_interface_can_be_imported(lab, page):
+    open_notebook(page, lab)
+    run_all(page)
+    choose(page, "Kernel", "Restart Kernel…")
+    page.locator(".jp-Dialog-button.jp-mod-accept").click()
+    page.locator(".jp-Dialog").wait_for(state="detached")
+    choose(page, "File", "New Console for Notebook")
+    prompt = page.locator(".jp-CodeConsole-input .cm-content")
+    prompt.click()
+    page.keyboard.type("from calculator_interfaces.srv import Calculate; print('found', Calculate.Request().a)")
+    page.keyboard.press("Shift+Enter")
+    page.locator(".jp-CodeConsole .jp-OutputArea-output pre").get_by_text("found 0.0").wait_for()

@@ -1,0 +1,219 @@
+"""environment/shell: a terminal, or one command, in the course's world, and in the session of its folder."""
+
+import os
+import re
+import select
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.kernels import Kernel
+
+ROOT = Path(__file__).parents[2]
+SHELL = ROOT / "environment" / "shell"
+SOLUTION = ROOT / "solutions" / "calculator"
+STRANGE = "Übung 3, calculator"  # a folder's name with a space, an umlaut and a comma
+
+
+def cell(file: str, options: str = "") -> str:
+    return f"%%exercise {file}{options}\n{(SOLUTION / file).read_text()}"
+
+
+@pytest.fixture(scope="module")
+def environment(tmp_path_factory):
+    """What a terminal has that was opened anywhere: nothing of the course, and a registry of the test's own."""
+    kept = ("HOME", "LANG", "TERM", "USER")
+    return {name: os.environ[name] for name in kept if name in os.environ} | {
+        "PATH": "/usr/local/bin:/usr/bin:/bin",
+        "XDG_RUNTIME_DIR": str(tmp_path_factory.mktemp("run")),
+        "COURSE_CACHE": os.environ.get("COURSE_CACHE", str(Path.home() / ".cache" / "ros2-course")),
+    }
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("notebooks") / STRANGE
+    folder.mkdir()
+    return folder
+
+
+@pytest.fixture(scope="module")
+def kernel(folder, environment):
+    """A notebook's kernel with a session, the calculator built and its server running."""
+    kernel = Kernel(folder, {"XDG_RUNTIME_DIR": environment["XDG_RUNTIME_DIR"]})
+    kernel.run("import course\nros = course.live()")
+    assert "built as" in kernel.run(cell("Calculate.srv", " --package calculator_interfaces"))
+    assert "running as" in kernel.run(cell("calculator_server.py"))
+    assert "written" in kernel.run(cell("calculator_client.py", " --no-start"))
+    yield kernel
+    kernel.stop()
+
+
+def shell(environment, folder, *words: str, **more: str) -> subprocess.CompletedProcess:
+    return subprocess.run(
+        [SHELL, *words], env=environment | more, cwd=folder, capture_output=True, text=True, timeout=60
+    )
+
+
+def test_a_command_meets_the_notebook_of_its_folder(kernel, environment, folder):
+    assert shell(environment, folder, "ros2", "node", "list").stdout == "/calculator_server\n"
+    done = shell(environment, folder, "python3", "calculator_client.py", "15.5", "3.2", "add")
+    assert done.returncode == 0 and "18.7" in done.stdout
+    refused = shell(environment, folder, "python3", "calculator_client.py", "10", "0", "divide")
+    assert refused.returncode != 0 and "zero" in (refused.stdout + refused.stderr)
+    request = "{a: 100, b: 25, operation: 'subtract'}"
+    called = shell(
+        environment, folder, "ros2", "service", "call", "/calculator", "calculator_interfaces/srv/Calculate", request
+    )
+    assert "result=75.0" in called.stdout
+
+
+def test_a_command_in_another_folder_does_not(kernel, environment, tmp_path):
+    assert shell(environment, tmp_path, "ros2", "node", "list").stdout == ""
+
+
+def test_another_session_is_joined_by_its_number(kernel, environment, tmp_path):
+    pid = kernel.run("import os; print(os.getpid())")
+    done = shell(environment, tmp_path, "--session", pid, "ros2", "node", "list")
+    assert (done.stdout, done.stderr) == ("/calculator_server\n", "")
+    unknown = shell(environment, tmp_path, "--session", "1", "ros2", "node", "list")
+    assert unknown.returncode == 2
+    assert unknown.stderr == "environment/shell: there is no session 1; `course sessions` lists them\n"
+    assert shell(environment, tmp_path, "--session").returncode == 2
+
+
+def test_what_was_built_can_be_imported_after_a_restart(kernel, environment, folder):
+    kernel.manager.restart_kernel(now=True)
+    kernel.client.wait_for_ready(timeout=30)
+    assert kernel.run("from calculator_interfaces.srv import Calculate\nprint(Calculate.Request().a)") == "0.0"
+    kernel.run("import course\nros = course.live()\nros.start('calculator_server.py')")
+    assert kernel.run("print(ros.call('/calculator', Calculate, a=1, b=2, operation='add').result)") == "3.0"
+
+
+def test_a_definition_that_changed_on_the_disk_is_built_again(environment, tmp_path):
+    program = (
+        "from course.notebook.exercise import _interface as write; from pathlib import Path; write({}, {!r}, 'ask')"
+    )
+    text = "int32 a\n---\n"
+    shell(environment, tmp_path, "python3", "-c", program.format("Path('Ask.srv')", text))
+    fields = ("python3", "-c", "from ask.srv import Ask; print(list(Ask.Request().get_fields_and_field_types()))")
+    assert shell(environment, tmp_path, *fields).stdout == "['a']\n"
+    (tmp_path / "Ask.srv").write_text("int32 b\n---\n")
+    done = shell(environment, tmp_path, *fields)
+    assert (done.stdout, done.stderr) == ("['b']\n", "Ask.srv has changed: ask was built again.\n")
+    assert shell(environment, tmp_path, *fields).stderr == ""
+    (tmp_path / "Ask.srv").write_text("float b\n---\n")
+    done = shell(environment, tmp_path, *fields)
+    assert done.stdout == "['b']\n" and "ask was not built again: Ask.srv, line 1" in done.stderr
+    (tmp_path / "Ask.srv").unlink()
+    assert shell(environment, tmp_path, *fields).stderr.startswith("Ask.srv is not there any more")
+
+
+def test_two_terminals_that_build_at_once_build_once(environment, tmp_path):
+    (tmp_path / "Ask.srv").write_text(f"int32 a{os.getpid()}\n---\n")
+    program = (
+        "from course.interfaces import build; from course.interfaces.builder import identity; import sys;"
+        "built = build('ask_at_once', ['Ask.srv']); from ask_at_once.srv import Ask; print(built.prefix, Ask.__name__)"
+    )
+    both = [
+        subprocess.Popen(
+            [SHELL, "python3", "-c", program],
+            env=environment | {"COURSE_CACHE": str(tmp_path / "cache")},
+            cwd=tmp_path,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        for _ in range(2)
+    ]
+    said = {process.communicate(timeout=90)[0] for process in both}
+    assert len(said) == 1 and said.pop().endswith(" Ask\n")
+    assert len([path for path in (tmp_path / "cache/interfaces/ask_at_once").iterdir() if path.is_dir()]) == 1
+
+
+def test_a_command_that_is_not_there_is_a_line(environment, tmp_path):
+    done = shell(environment, tmp_path, "no-such-command")
+    assert done.returncode == 127
+    assert done.stderr == "environment/shell: no-such-command: No such file or directory\n"
+
+
+def test_another_ros_that_is_sourced_is_told(environment, tmp_path):
+    done = shell(environment, tmp_path, "true", ROS_DISTRO="humble")
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert "ROS 2 humble is sourced in this terminal" in done.stderr
+
+
+def test_a_folder_that_cannot_be_written_is_no_hindrance(environment, tmp_path):
+    tmp_path.chmod(0o555)
+    try:
+        assert shell(environment, tmp_path, "python3", "-c", "import rclpy; print('fine')").stdout == "fine\n"
+    finally:
+        tmp_path.chmod(0o755)
+
+
+class Terminal:
+    """A shell on a pseudo-terminal, typed into as a person does."""
+
+    def __init__(self, folder: Path, environment: dict[str, str]):
+        self.pid, self.descriptor = os.forkpty()
+        if not self.pid:
+            os.chdir(folder)
+            os.execve(SHELL, [str(SHELL)], environment | {"TERM": "xterm", "HOME": str(folder)})
+        self.text = ""
+
+    def read_until(self, pattern: str, timeout: float = 30.0) -> str:
+        """What came since the last look, up to and with the first match of `pattern`."""
+        end = time.monotonic() + timeout
+        while not (found := re.search(pattern, self.text)):
+            left = end - time.monotonic()
+            assert left > 0, f"no {pattern!r} in {self.text!r}"
+            if select.select([self.descriptor], [], [], left)[0]:
+                self.text += os.read(self.descriptor, 65536).decode(errors="replace")
+        seen, self.text = self.text[: found.end()], self.text[found.end() :]
+        return seen
+
+    def type(self, keys: str) -> None:
+        os.write(self.descriptor, keys.encode())
+
+    def close(self) -> None:
+        os.kill(self.pid, signal.SIGHUP)
+        os.close(self.descriptor)
+        os.waitpid(self.pid, 0)
+
+
+@pytest.fixture
+def terminal(folder, environment):
+    terminal = Terminal(folder, environment)
+    yield terminal
+    terminal.close()
+
+
+def test_a_terminal_tells_its_session_and_types_the_chapters_commands(kernel, terminal):
+    domain = kernel.run("print(ros.domain_id)")
+    terminal.read_until(rf"\({re.escape(STRANGE)}, ROS domain {domain}\)")
+    terminal.type("ros2 node list\n")
+    terminal.read_until(r"[\r\n]/calculator_server\r\n")
+    terminal.type("python3 calculator_client.py 15.5 3.2 add\n")
+    terminal.read_until(r"18\.7")
+
+
+def test_the_tab_key_completes_ros2(kernel, terminal):
+    terminal.read_until(r"ROS domain \d+\)")
+    terminal.type("ros2 service ca\t")
+    terminal.read_until("ros2 service call ")
+    terminal.type("/calc\t")
+    terminal.read_until(r"/calc\x07?ulator")
+
+
+def test_a_terminal_that_changes_its_folder_joins_the_session_there(kernel, terminal, tmp_path):
+    terminal.read_until(r"ROS domain \d+\)")
+    terminal.type(f"cd {tmp_path}\n")
+    terminal.read_until(rf"\({tmp_path.name}, ROS domain \d+\)")
+    terminal.type("ros2 node list && echo none\n")
+    assert "/calculator_server" not in terminal.read_until(r"[\r\n]none\r\n")
+    terminal.type("cd -\n")
+    terminal.read_until(rf"\({re.escape(STRANGE)}, ROS domain \d+\)")
+    terminal.type("ros2 node list\n")
+    terminal.read_until(r"[\r\n]/calculator_server\r\n")
