@@ -69,7 +69,10 @@ def refresh(folder: Path) -> list[str]:
             paths = [folder / name for name in kept.files]
             if kept.prefix.name != identity(kept.package, paths) or not kept.prefix.exists():
                 keep(folder, build(kept.package, paths, use=False), kept.files)
-                said.append(f"{', '.join(kept.files)} has changed: {kept.package} was built again.")
+                said.append(
+                    f"{', '.join(kept.files)} has changed: {kept.package} was built again. "
+                    "Run the cell that imports it again."
+                )
         except InterfaceError as error:
             said.append(f"{kept.package} was not built again: {error}")
         except (RuntimeError, OSError) as error:

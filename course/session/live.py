@@ -402,7 +402,7 @@ class Session:
     def _find_packages(self) -> None:
         """Make the interface packages of the folder importable, and build again what has changed on the disk."""
         for line in kept.refresh(self._folder):
-            self.watch.notice(f"{line} Run the cell that imports it again.")
+            self.watch.notice(line)
         kept.use(self._folder)
 
     def _publish(self) -> None:

@@ -339,6 +339,7 @@ def test_what_students_get_can_be_set_up_and_holds_no_answer(course, tmp_path):
         "when-it-goes-wrong.md",
         "pyproject.toml",
         "environment/install",
+        "environment/shell",
         "environment/start",
         "environment/requirements.lock",
         "environment/Dockerfile",

@@ -103,7 +103,10 @@ def test_a_definition_that_changed_on_the_disk_is_built_again(environment, tmp_p
     assert shell(environment, tmp_path, *fields).stdout == "['a']\n"
     (tmp_path / "Ask.srv").write_text("int32 b\n---\n")
     done = shell(environment, tmp_path, *fields)
-    assert (done.stdout, done.stderr) == ("['b']\n", "Ask.srv has changed: ask was built again.\n")
+    assert (done.stdout, done.stderr) == (
+        "['b']\n",
+        "Ask.srv has changed: ask was built again. Run the cell that imports it again.\n",
+    )
     assert shell(environment, tmp_path, *fields).stderr == ""
     (tmp_path / "Ask.srv").write_text("float b\n---\n")
     done = shell(environment, tmp_path, *fields)

@@ -61,7 +61,7 @@ class Kernels:
         try:
             for step in mistake.steps:
                 if step.new_kernel:
-                    new.append(Kernel(kernel.folder))
+                    new.append(Kernel(self._folder_for(mistake.exercise)))
                 each = _run(new[-1] if new else kernel, step)
                 before, seconds = f"{before}\n{each.text}", seconds + each.seconds
                 shown.append(Shown(step, before.strip(), seconds, step.differs(before), each.stayed))
@@ -73,6 +73,15 @@ class Kernels:
         kept = kernel.run("print(course.live() is ros and ros.ok)\nros.stop()")
         assert "True" in kept, f"the session has ended: {kept}"
         return shown
+
+    def _folder_for(self, exercise: str) -> Path:
+        """A new folder with the exercise's notebook and the reference answer, in which nothing was built yet."""
+        folder = Path(tempfile.mkdtemp(dir=self._folder, prefix=f"{exercise}-"))
+        shutil.copy(SOLUTIONS.parent / "notebooks" / exercise / f"{exercise}.ipynb", folder)
+        for file in (SOLUTIONS / exercise).iterdir():
+            if file.is_file():
+                shutil.copyfile(file, folder / file.name)
+        return folder
 
     def _kernel(self, exercise: str) -> Kernel:
         if exercise not in self._made:
