@@ -22,9 +22,12 @@ def live() -> "Session":
     from course.session.live import live as session
 
     if (shell := _shell()) is not None:
+        from course.notebook.drift import difference_of
         from course.notebook.extension import load_ipython_extension
+        from course.session.live import before_start
 
         load_ipython_extension(shell)
+        before_start[:] = [difference_of]
     return session()
 
 

@@ -17,7 +17,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 if TYPE_CHECKING:  # `ros2 node list` uses one name of this module, and has no time for all that these import
     from rcl_interfaces.msg import SetParametersResult
     from rclpy.client import Client
-    from rclpy.executors import MultiThreadedExecutor
+    from rclpy.executors import Executor, MultiThreadedExecutor
     from rclpy.node import Node
     from rclpy.parameter import Parameter
 
@@ -83,6 +83,11 @@ def end_thread_pool(executor: MultiThreadedExecutor) -> Iterable[threading.Threa
         task._set_executor(None)
         task.add_done_callback(Future.exception)
     return executor._executor._threads
+
+
+def is_shut_down(executor: Executor) -> bool:
+    """Whether `executor.shutdown` was called.  Seen in 7.1.6: nothing public tells."""
+    return executor._is_shutdown
 
 
 def destroy(waitable: object) -> None:

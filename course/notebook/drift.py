@@ -9,6 +9,19 @@ from course.notebook import cells
 SUFFIXES = (".py", *(f".{kind}" for kind in SECTIONS))
 
 
+_written: dict[Path, bytes] = {}  # what this kernel's cells have written
+
+
+def remember(file: Path, content: str) -> None:
+    """Note what an exercise cell of this kernel has written: the notebook on the disk may not have that cell yet."""
+    _written[file.resolve()] = content.encode()
+
+
+def difference_of(file: Path) -> str:
+    """What `differences` says of one file, or ''."""
+    return differences(file.parent).get(file.name, "")
+
+
 def differences(folder: Path = Path()) -> dict[str, str]:
     """What is wrong with each file of `folder` that an exercise cell of its notebooks, as saved, should have written.
 
@@ -40,9 +53,10 @@ def _difference(file: Path, notebook: Path, written: bytes) -> str:
         return f"{file.name} is not there: run its cell."
     except OSError as error:
         return f"{file.name} cannot be read ({error.strerror})."
-    if content == written:
+    newer = changed > notebook.stat().st_mtime
+    if content == written or (newer and content == _written.get(file.resolve())):
         return ""
-    if changed > notebook.stat().st_mtime:
+    if newer:
         return (
             f"{file.name} is not what its cell in the saved notebook says, and is the newer of the two: save the "
             "notebook, or copy what you changed in the file into the cell. The file is what counts."

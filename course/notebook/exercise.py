@@ -11,6 +11,7 @@ from course.interfaces import InterfaceError, build
 from course.interfaces.definition import SECTIONS
 from course.interfaces.kept import keep, packages
 from course.notebook.cells import content
+from course.notebook.drift import remember
 from course.session.live import live
 
 
@@ -32,6 +33,7 @@ def exercise(line: str, cell: str) -> None:
         return
     _check_syntax(path, cell)
     path.write_text(cell, encoding="utf-8")
+    remember(path, cell)
     if options.no_start:
         print(f"{path.name}: written")
         return
@@ -69,5 +71,6 @@ def _interface(path: Path, cell: str, package: str) -> None:
     except InterfaceError as error:
         raise ExerciseError(str(error)) from None
     path.write_text(cell, encoding="utf-8")
+    remember(path, cell)
     keep(Path(), built, {*known, path.name})
     print(f"{path.name}: written, built as {package}/{path.suffix[1:]}/{path.stem}")

@@ -16,7 +16,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
-from course.rclpy_internals import replace_in_rclpy
+from course.rclpy_internals import is_shut_down, replace_in_rclpy
 from course.waiting import wait_until
 
 SLICE = 0.2  # s between two looks at Ctrl-C
@@ -133,7 +133,7 @@ class Guards:
                 "ros.start(YourNode, threads=2) instead: it makes the node and spins it in the background."
             )
             try:
-                while self.context.ok() and not self._is_shutdown:
+                while self.context.ok() and not is_shut_down(self):
                     self.spin_once(timeout_sec=SLICE)
             except KeyboardInterrupt:
                 raise Interrupted from None

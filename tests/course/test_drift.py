@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from course.notebook.drift import differences
+from course.notebook.drift import difference_of, differences, remember
 
 
 @pytest.fixture
@@ -54,3 +54,12 @@ def test_a_file_that_was_deleted(folder):
 def test_what_is_no_notebook_is_passed_over(folder):
     (folder / "other.ipynb").write_text("{")
     assert differences(folder) == {}
+
+
+def test_what_a_cell_of_this_kernel_wrote_is_no_difference_until_the_file_is_edited(folder):
+    age(folder / "section.ipynb", 60)  # the cell was run and is not saved yet
+    (folder / "server.py").write_text("print('three')\n")
+    remember(folder / "server.py", "print('three')\n")
+    assert difference_of(folder / "server.py") == ""
+    (folder / "server.py").write_text("print('four')\n")
+    assert "is the newer of the two" in difference_of(folder / "server.py")

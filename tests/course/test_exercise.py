@@ -1,5 +1,6 @@
 """`%%exercise` in a real kernel: files written, programs restarted, mistakes told in one line."""
 
+import json
 from pathlib import Path
 
 import nbformat
@@ -109,3 +110,16 @@ def test_stop_leaves_no_node(kernel):
 def test_a_saved_notebook_has_the_schema_that_nbformat_knows():
     for path in sorted(Path(__file__).parents[2].glob("notebooks/*/*.ipynb")):
         nbformat.validate(nbformat.read(path, 4))
+
+
+def test_a_session_says_when_it_starts_a_file_that_its_cell_did_not_write(kernel):
+    source = "%%exercise drifted.py\nimport rclpy\nrclpy.init()\nrclpy.spin(rclpy.create_node('drifted'))\n"
+    notebook = {"cells": [{"cell_type": "code", "metadata": {}, "source": source}]}
+    (kernel.folder / "drifted.ipynb").write_text(json.dumps(notebook))
+    assert kernel.run(source) == "drifted.py: written, running as /drifted"
+    with open(kernel.folder / "drifted.py", "a") as file:
+        file.write("# edited elsewhere\n")
+    assert kernel.run("_ = ros.start('drifted.py')").startswith(
+        "drifted.py is not what its cell in the saved notebook says"
+    )
+    (kernel.folder / "drifted.ipynb").unlink()

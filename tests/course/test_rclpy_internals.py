@@ -6,7 +6,7 @@ import threading
 import pytest
 from course_interfaces.action import Fibonacci
 from example_interfaces.srv import AddTwoInts
-from rclpy.action import ActionClient
+from rclpy.action import ActionClient, ActionServer
 from rclpy.context import Context
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
@@ -124,3 +124,20 @@ def test_every_way_of_setting_parameters_is_watched(node):
     end()
     node.set_parameters([Parameter("speed", value=4.0)])
     assert seen == [2.0, 3.0]
+
+
+def test_an_executor_tells_whether_it_was_shut_down(node):
+    executor = MultiThreadedExecutor(num_threads=2, context=node.context)
+    assert not rclpy_internals.is_shut_down(executor)
+    executor.shutdown()
+    assert rclpy_internals.is_shut_down(executor)
+    rclpy_internals.end_thread_pool(executor)
+
+
+def test_an_action_server_still_prints_what_an_execute_callback_raises():
+    """When this fails, rclpy hands such an exception on: `watch_goals` may be no longer needed."""
+    end = rclpy_internals.watch_goals(lambda node, error: None)
+    assert inspect.unwrap(ActionServer._execute_goal) is not ActionServer._execute_goal
+    end()
+    assert "traceback.print_exc()" in inspect.getsource(ActionServer._execute_goal)
+    assert not hasattr(ActionServer._execute_goal, "__wrapped__")
