@@ -45,6 +45,18 @@ def workspace_variables() -> dict[str, str]:
     }
 
 
+def session_variables(domain: int) -> dict[str, str]:
+    """What the processes of a session and of its terminals share: the ROS domain, how to discover, how to log."""
+    return {
+        "ROS_DOMAIN_ID": str(domain),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"),
+        # As in the book.
+        "RCUTILS_CONSOLE_OUTPUT_FORMAT": os.environ.get(
+            "RCUTILS_CONSOLE_OUTPUT_FORMAT", "[{severity}] [{name}]: {message}"
+        ),
+    }
+
+
 def prepare() -> None:
     """Complete `os.environ` for this process and its children; what the user has set is kept.
 

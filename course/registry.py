@@ -122,7 +122,7 @@ def shells() -> list[ShellRecord]:
         for path in folder().glob("shell-*.json"):
             with contextlib.suppress(OSError, ValueError, TypeError):
                 record = ShellRecord(**json.loads(path.read_text(encoding="utf-8")))
-                if birth(record.pid) == record.born:
+                if _alive(record):
                     found.append(record)
                 else:
                     path.unlink(missing_ok=True)
@@ -142,7 +142,7 @@ def _read(path: Path) -> SessionRecord | None:
         return None
 
 
-def _alive(record: SessionRecord) -> bool:
+def _alive(record: SessionRecord | ShellRecord) -> bool:
     """Whether the process runs, and is not a later one of the same number."""
     return birth(record.pid) == record.born
 

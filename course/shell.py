@@ -73,25 +73,24 @@ def join(folder: Path, shell: int, session: str = "") -> dict[str, str]:
         print(line, file=sys.stderr)
     kept.use(home)
     stamp = kept.record_file(home)
-    return environment.workspace_variables() | {
-        "PATH": os.environ["PATH"],
-        "PYTHONPATH": os.environ.get("PYTHONPATH", ""),
-        "AMENT_PREFIX_PATH": os.environ["AMENT_PREFIX_PATH"],
-        "FASTRTPS_DEFAULT_PROFILES_FILE": os.environ["FASTRTPS_DEFAULT_PROFILES_FILE"],
-        "ROS_PYTHON_CHECK_FIELDS": os.environ["ROS_PYTHON_CHECK_FIELDS"],
-        "ROS_DOMAIN_ID": str(domain),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"),
-        "RCUTILS_CONSOLE_OUTPUT_FORMAT": os.environ.get(
-            "RCUTILS_CONSOLE_OUTPUT_FORMAT", "[{severity}] [{name}]: {message}"
-        ),
-        SHELL: str(shell),
-        FIXED: session,
-        "COURSE_FOLDER": str(folder),
-        "COURSE_PYTHON": sys.executable,
-        "COURSE_BUILT": str(stamp),
-        "COURSE_BUILT_AT": str(int(stamp.stat().st_mtime)) if stamp.exists() else "",
-        "COURSE_PROMPT": f"{home.name or '/'}, ROS domain {domain}",
-    }
+    return (
+        environment.workspace_variables()
+        | environment.session_variables(domain)
+        | {
+            "PATH": os.environ["PATH"],
+            "PYTHONPATH": os.environ.get("PYTHONPATH", ""),
+            "AMENT_PREFIX_PATH": os.environ["AMENT_PREFIX_PATH"],
+            "FASTRTPS_DEFAULT_PROFILES_FILE": os.environ["FASTRTPS_DEFAULT_PROFILES_FILE"],
+            "ROS_PYTHON_CHECK_FIELDS": os.environ["ROS_PYTHON_CHECK_FIELDS"],
+            SHELL: str(shell),
+            FIXED: session,
+            "COURSE_FOLDER": str(folder),
+            "COURSE_PYTHON": sys.executable,
+            "COURSE_BUILT": str(stamp),
+            "COURSE_BUILT_AT": str(int(stamp.stat().st_mtime)) if stamp.exists() else "",
+            "COURSE_PROMPT": f"{home.name or '/'}, ROS domain {domain}",
+        }
+    )
 
 
 def exports(folder: Path, shell: int, session: str) -> str:

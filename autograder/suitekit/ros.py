@@ -15,6 +15,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from course.rclpy_internals import NodeNameNonExistentError, RCLError, patch
+from course.ros2.graph import OF_EVERY_NODE
 from course.session.spinner import Spinner
 
 AGAIN = 3.0  # s without an answer until a request is sent again
@@ -90,7 +91,7 @@ class Ros:
             f"{service} ({types[0]})"
             for node in self.others()
             for service, types in graph(self.node.get_service_names_and_types_by_node, *node)
-            if not types[0].startswith(("rcl_interfaces/", "type_description_interfaces/"))
+            if not types[0].startswith(OF_EVERY_NODE)
         )
 
 

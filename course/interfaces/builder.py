@@ -14,6 +14,7 @@ import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -164,14 +165,20 @@ def _read(files: Mapping[str, str] | Iterable[str | Path]) -> dict[str, str]:
 
 
 def _key(package: str, texts: Mapping[str, str]) -> str:
+    versions, own = _builder()
+    return hashlib.sha256(json.dumps([package, texts, versions, own]).encode()).hexdigest()[:20]
+
+
+@cache
+def _builder() -> tuple[list[str], list[str]]:
+    """What builds: the versions of the tools, and this package's own text.  Asked at every start of a node."""
     versions = [sys.version, platform.machine()]
     for distribution in TOOL_CHAIN:
         try:
             versions.append(f"{distribution} {version(distribution)}")
         except PackageNotFoundError:  # a sourced ROS 2
             versions.append(f"{distribution} {os.environ.get('ROS_DISTRO')}")
-    own = [Path(__file__).with_name(name).read_text() for name in ("builder.py", "generate.py")]
-    return hashlib.sha256(json.dumps([package, texts, versions, own]).encode()).hexdigest()[:20]
+    return versions, [Path(__file__).with_name(name).read_text() for name in ("builder.py", "generate.py")]
 
 
 def _prefixes() -> list[Path]:

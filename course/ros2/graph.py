@@ -30,6 +30,7 @@ if TYPE_CHECKING:  # rclpy is loaded by the first Graph: `-h` and the Tab key ne
 PROFILES = Path(__file__).parent
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 HIDDEN_PREFIX = "_"
+OF_EVERY_NODE = ("rcl_interfaces/", "type_description_interfaces/")  # types of the services that every node has
 COMMAND_PREFIX = "_ros2cli"
 
 QUIET = 0.1  # s without a change after which topics and services count as complete

@@ -6,13 +6,11 @@ import time
 from collections.abc import Callable
 
 from course import registry
-from course.ros2.graph import Graph
+from course.ros2.graph import OF_EVERY_NODE, Graph
 
 LOOK = 0.2  # s between two looks at what became of a server
 TELL = 5.0  # s after which it is told what is served instead
 LATE = 1.0  # s that the news of a failed goal may come after its end
-# The services that every node has.
-OF_EVERY_NODE = ("rcl_interfaces/", "type_description_interfaces/")
 STALE = 0.2  # s that what was read is good for
 
 

@@ -25,10 +25,11 @@ from rclpy.exceptions import NotInitializedException
 from rclpy.node import Node
 from rclpy.task import Future
 
-from course import registry
+from course import environment, registry
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.interfaces import builder, kept
 from course.rclpy_internals import NodeNameNonExistentError, action_type, destroy, is_initialized, patch, watch_goals
+from course.ros2.graph import OF_EVERY_NODE
 from course.session.domains import session_domain
 from course.session.guards import Guards
 from course.session.logs import LogBook, Logs, program_logs
@@ -43,7 +44,6 @@ from course.waiting import lookouts, wait_until
 
 LOOK = 0.05  # s between two looks whether the node that is to answer has died
 LISTED = 8  # services that a message names
-OF_EVERY_NODE = ("rcl_interfaces/", "type_description_interfaces/")  # the types of the services that every node has
 GRACE = 1.0  # s that a server may take to be found, before the story of a dead node is told instead
 SETTLED = 2.0  # s that a program may take from its node to its executor
 FORGOTTEN = 15.0  # s; a node that was killed is in the graph for 5 (discovery.xml), on a busy machine for longer
@@ -72,9 +72,7 @@ class Session:
         os.environ.pop("COURSE_SHELL", None)  # what a course's terminal started has a domain of its own
         self.domain_id = domain_id
         # Children (`!ros2 ...`, `!python ...`) must meet these nodes, and nobody else's.
-        os.environ["ROS_DOMAIN_ID"] = str(domain_id)
-        os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-        os.environ.setdefault("RCUTILS_CONSOLE_OUTPUT_FORMAT", "[{severity}] [{name}]: {message}")  # as in the book
+        os.environ.update(environment.session_variables(domain_id))
         patch()
         # Of a client that has died while it waited: its own story says so.
         warnings.filterwarnings("ignore", "failed to send response", RuntimeWarning)

@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
-from course.session.story import GOAL_FAILED, STATE_NOT_SET, Story, failed_goals, of_program
+from course.session.story import GOAL_FAILED, MARK, STATE_NOT_SET, Story, failed_goals, of_program, text_at
 
 KEPT_LINES = 2000
 GRACE = 3.0  # s for a program to end after Ctrl-C
@@ -32,8 +32,10 @@ class NodeProcess:
         self.services: set[str] = set()  # that it has offered
         self.stopped = False  # by the reader, through the session
         self._story: Story | None = None
-        self._goals = False  # whether one has failed with an exception
+        self._goals = False  # whether one has failed
         self._failed: list[Story] = []
+        self._read_lines = 0  # of its output
+        self._searched_lines = 0  # of these, for failed goals
         self._lines: deque[str] = deque(maxlen=KEPT_LINES)
         self.started = time.time()
         self._popen = subprocess.Popen(
@@ -52,14 +54,19 @@ class NodeProcess:
 
     def _read(self) -> None:
         assert self._popen.stdout is not None
+        awaited = ""  # after a failed goal: the line that its traceback begins with, and then the one that it ends with
         for line in self._popen.stdout:
             self._lines.append(line[:10_000])
+            self._read_lines += 1
             if GOAL_FAILED in line:
-                self._goals = True
+                self._goals, awaited = True, "begin"
             elif STATE_NOT_SET in line:
                 self._goals = True
                 self._changed()
-            elif self._goals and not line.startswith(" "):
+            elif awaited == "begin" and line.startswith(MARK):
+                awaited = "end"
+            elif awaited == "end" and not line.startswith(" "):
+                awaited = ""
                 self._changed()
         self._popen.wait()
         self._changed()
@@ -84,10 +91,7 @@ class NodeProcess:
     @property
     def source(self) -> str:
         """The program's text, '' when its file is not there any more."""
-        try:
-            return self.path.read_text(encoding="utf-8", errors="replace")
-        except OSError:
-            return ""
+        return text_at(self.path)
 
     @property
     def died(self) -> bool:
@@ -97,7 +101,8 @@ class NodeProcess:
     @property
     def stories(self) -> list[Story]:
         """What it has to tell: an exception in an action's execute callback, and how it came to its end."""
-        if self._goals:
+        if self._goals and self._searched_lines != self._read_lines:
+            self._searched_lines = self._read_lines
             known = {(story.error, story.frames) for story in self._failed}
             found = failed_goals(self.path, "".join(self._lines))
             self._failed += [story for story in found if (story.error, story.frames) not in known]

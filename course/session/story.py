@@ -9,7 +9,7 @@ import re
 import signal
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -74,14 +74,13 @@ class Story:
 
 def of_program(path: Path, output: str, status: int, *, before_its_node: bool = False) -> Story:
     """The story of the program at `path` that printed `output` and ended with `status` (negative: by that signal)."""
-    source = _read(path)
+    source = text_at(path)
     error, frames = _last_traceback(output, path)
     ending = f"ended with exit status {status}" if status >= 0 else f"was ended by the signal {_signal(-status)}"
-    inside = [frame for frame in frames if frame.function not in ("main", "<module>")]
     callback: tuple[str, int, str] | tuple[str, int] | None = defined(error, source)
     if error in NO_RESPONSE or RESULT_TYPE in error:
         callback = no_result(source) if RESULT_TYPE in error else wrong_return(source)
-    if callback and not inside:  # the error is raised after it, in rclpy
+    if callback and not _inside(frames):  # the error is raised after it, in rclpy
         frames = (Frame(path.name, callback[1], "", source.splitlines()[callback[1] - 1].strip()),)
     if error:
         return Story(path.name, ending, error, frames, _hint(error, source, frames))
@@ -136,7 +135,7 @@ def failed_goals(path: Path, output: str) -> list[Story]:
         stories.append(of_goal(path.name, NO_STATE))
     for part in output.split(GOAL_FAILED)[1:]:
         error, frames = _last_traceback(part.partition("\n")[2], path, first=True)
-        story = Story(path.name, GOAL_ENDING, error, frames, _hint(error, _read(path), frames))
+        story = Story(path.name, GOAL_ENDING, error, frames, _hint(error, text_at(path), frames))
         if error and story not in stories:
             stories.append(story)
     return stories
@@ -180,10 +179,14 @@ def _continued(lines: list[str]) -> list[str]:
     return found
 
 
+def _inside(frames: Iterable[Frame]) -> list[Frame]:
+    """The frames in functions of theirs other than `main`."""
+    return [frame for frame in frames if frame.function not in ("main", "<module>")]
+
+
 def _without_main(frames: list[Frame]) -> tuple[Frame, ...]:
     """Without the way through `main`, when it led into another function of theirs."""
-    inner = [frame for frame in frames if frame.function not in ("main", "<module>")]
-    return tuple(inner or [frame for frame in frames[-1:] if not re.search(r"\bspin\(", frame.code)])
+    return tuple(_inside(frames) or [frame for frame in frames[-1:] if not re.search(r"\bspin\(", frame.code)])
 
 
 def _hint(error: str, source: str, frames: tuple[Frame, ...]) -> str:
@@ -230,7 +233,8 @@ def _is_cell(filename: str) -> bool:
     return "ipykernel_" in filename or filename.startswith("<ipython-input")
 
 
-def _read(path: Path) -> str:
+def text_at(path: Path) -> str:
+    """The program's text; '' when its file is not there any more."""
     try:
         return path.read_text(encoding="utf-8", errors="replace")
     except OSError:
