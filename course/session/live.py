@@ -6,7 +6,6 @@ only itself.  Callbacks run in those threads; cells run in the main thread.
 """
 
 import atexit
-import contextlib
 import functools
 import itertools
 import os
@@ -28,12 +27,13 @@ from rclpy.task import Future
 from course import environment, registry
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.interfaces import builder, kept
-from course.rclpy_internals import NodeNameNonExistentError, action_type, destroy, is_initialized, patch, watch_goals
+from course.rclpy_internals import action_type, destroy, is_initialized, patch, watch_goals
 from course.ros2.graph import OF_EVERY_NODE
 from course.session.domains import session_domain
 from course.session.guards import Guards
 from course.session.logs import LogBook, Logs, program_logs
 from course.session.node import LiveNode, in_context
+from course.session.presence import Presence, base, difference
 from course.session.process import NodeProcess
 from course.session.requests import argument, fill
 from course.session.source import blocked
@@ -46,7 +46,6 @@ LOOK = 0.05  # s between two looks whether the node that is to answer has died
 LISTED = 8  # services that a message names
 GRACE = 1.0  # s that a server may take to be found, before the story of a dead node is told instead
 SETTLED = 2.0  # s that a program may take from its node to its executor
-FORGOTTEN = 15.0  # s; a node that was killed is in the graph for 5 (discovery.xml), on a busy machine for longer
 # Asked before a file is started; what they return is told to the reader.  The notebook's part of the course looks here
 # whether the file is what its cell says.
 before_start: list[Callable[[Path], str]] = []
@@ -82,6 +81,7 @@ class Session:
             args=["--ros-args", "--disable-stdout-logs", "--disable-external-lib-logs"], domain_id=domain_id
         )
         self.node = Node("_course_session", context=self.context, enable_rosout=False, start_parameter_services=False)
+        self._presence = Presence(self.node)
         self._book = LogBook(self.node)
         self._spinner = Spinner(self.node)
         self._handles: dict[str, LiveNode | NodeProcess] = {}
@@ -155,7 +155,7 @@ class Session:
     def _replace(self, name: str, new: NodeProcess | None = None, cls: type[Node] | None = None) -> None:
         """Make room for a node, or a file's process, of this name; `new` already has it, and `cls` is to have it."""
         for key, handle in list(self._handles.items()):
-            if handle is not new and name in (key, *map(_base, handle.nodes)):
+            if handle is not new and name in (key, *map(base, handle.nodes)):
                 if cls is not None and isinstance(handle, LiveNode) and not handle.is_version_of(cls):
                     self.watch.notice(
                         f"{cls.__name__} takes the place of {type(handle.node).__name__}: both call their node "
@@ -163,7 +163,7 @@ class Session:
                     )
                 self.stop(key)
                 for node in handle.nodes:
-                    self._book.forget(_base(node), *([new.started] if new else []))
+                    self._book.forget(base(node), *([new.started] if new else []))
 
     def _start_file(self, path: Path, arguments: list[str], timeout: float) -> NodeProcess:
         if not path.is_file():
@@ -172,11 +172,11 @@ class Session:
             if line := look(path):
                 self.watch.notice(line)
         self._replace(path.name)
-        before = self._all_nodes()
+        before, served = self._presence.names(), self._presence.served()
         process = NodeProcess(path, arguments, self._publish)
         self._handles[process.name] = process
-        wait_until(lambda: not process.alive or len(self._all_nodes()) > len(before), timeout, alert=False)
-        process.nodes = sorted(_difference(self._all_nodes(), before)) if process.alive else []
+        wait_until(lambda: not process.alive or len(self._presence.names()) > len(before), timeout, alert=False)
+        process.nodes = difference(self._presence.names(), before) if process.alive else []
         if not process.alive:
             raise self._failed(process)
         if not process.nodes:
@@ -186,8 +186,8 @@ class Session:
                 "`super().__init__('name')`, or is `main()` not reached?"
             )
         for node in process.nodes:
-            self._replace(_base(node), process)
-        self._settle(process)
+            self._replace(base(node), process)
+        self._settle(process, served)
         self._publish()
         if process.died and process.returncode:
             raise self._failed(process)
@@ -197,10 +197,11 @@ class Session:
         self.watch.told(process)
         return NodeFailed("\n".join(map(str, process.stories)))
 
-    def _settle(self, process: NodeProcess) -> None:
+    def _settle(self, process: NodeProcess, served: set[str]) -> None:
         """Wait until the program answers from its executor, so that what it does in its first moments is over.
 
-        A program that offers no parameters, or is busy for longer than `SETTLED`, is taken as it is.
+        `served` are the services that were there before it.  A program that offers no parameters, or is busy for longer
+        than `SETTLED`, is taken as it is.
         """
         end = time.monotonic() + SETTLED
         client = self.node.create_client(ListParameters, f"{process.nodes[0]}/list_parameters")
@@ -208,11 +209,8 @@ class Session:
         if process.alive and client.service_is_ready():
             future = client.call_async(ListParameters.Request())
             wait_until(lambda: future.done() or not process.alive, end - time.monotonic(), alert=False)
-        for name, namespace in self.node.get_node_names_and_namespaces():
-            if f"{namespace.rstrip('/')}/{name}" in process.nodes:
-                with contextlib.suppress(NodeNameNonExistentError):
-                    found = self.node.get_service_names_and_types_by_node(name, namespace)
-                    process.services |= {service for service, _ in found}
+        for name in process.nodes:  # that of a ghost with its name are none
+            process.services |= self._presence.services(name) or self._presence.served() - served
         self.node.destroy_client(client)
 
     def stop(self, name: str | None = None) -> None:
@@ -223,9 +221,9 @@ class Session:
                 continue
             self._forget_clients(handle.services)
             handle._end()
-            if not self._closed:  # a call made next must not meet the old one
+            if not self._closed:
                 others = [node for other in self._handles.values() for node in other.nodes]
-                wait_until(functools.partial(self._gone, handle.nodes, others), FORGOTTEN, alert=False)
+                self._presence.wait_until_gone(handle.nodes, others)
                 self._publish()
 
     def _forget_clients(self, services: set[str]) -> None:
@@ -234,16 +232,12 @@ class Session:
             if client.service_name in services:
                 self.node.destroy_client(self._clients.pop(key))
 
-    def _gone(self, nodes: list[str], others: list[str]) -> bool:
-        """Whether the graph has forgotten `nodes`; `others`, perhaps of the same names, are still there."""
-        return not set(nodes) & set(_difference(self._all_nodes(), others))
-
     def nodes(self) -> Nodes:
         """The full names of the nodes that run in this session's domain, hidden ones left out.
 
         A notebook shows them as a table, with the started nodes that have ended, and why.
         """
-        names = sorted(name for name in self._all_nodes() if not _base(name).startswith("_"))
+        names = [name for name in self._presence.names() if not base(name).startswith("_")]
         rows, known = [], set()
         for handle in self._handles.values():
             for name in handle.nodes or [handle.name]:
@@ -268,10 +262,10 @@ class Session:
         """Of programs what they wrote on their terminal, where it is in order; of the others what is on /rosout."""
         wanted = name and name.lstrip("/")
         programs = [handle for handle in self._handles.values() if isinstance(handle, NodeProcess)]
-        printed = {_base(node) for program in programs for node in program.nodes if program.output}
+        printed = {base(node) for program in programs for node in program.nodes if program.output}
         entries = [entry for entry in self._book.read() if entry.node not in printed and wanted in (None, entry.node)]
         for program in programs:
-            if wanted in (None, program.name, *map(_base, program.nodes)):
+            if wanted in (None, program.name, *map(base, program.nodes)):
                 entries += program_logs(program.name, program.output, [story.line for story in program.stories])
         return Logs(entries)
 
@@ -454,9 +448,6 @@ class Session:
         if not self.ok:
             raise LiveError("this session has ended: get a new one with `ros = course.live()`")
 
-    def _all_nodes(self) -> list[str]:
-        return [f"{namespace.rstrip('/')}/{name}" for name, namespace in self.node.get_node_names_and_namespaces()]
-
     def __repr__(self) -> str:
         return f"<live session: {len(self._handles)} started>"
 
@@ -499,18 +490,3 @@ def _uses(node: Node, package: str) -> Iterator[Callable[[], object]]:
     for waitable in node.waitables:
         if _of(action_type(waitable) or object, package):
             yield functools.partial(destroy, waitable)
-
-
-def _base(node: str) -> str:
-    return node.rpartition("/")[2]
-
-
-def _difference(after: list[str], before: list[str]) -> list[str]:
-    rest = list(before)
-    new = []
-    for name in after:
-        if name in rest:
-            rest.remove(name)
-        else:
-            new.append(name)
-    return new
