@@ -59,6 +59,32 @@ def export(
     print("\n".join(lines))
 
 
+@app.command("hand-in")
+def hand_in_command(
+    folder: Annotated[Path, typer.Argument(help="The exercise's folder; default: this one.")] = Path(),
+    name: Annotated[
+        str, typer.Option(envvar="COURSE_STUDENT", help="Your name on the course; default: your login name.")
+    ] = "",
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Hand in as it is, without a question.")] = False,
+    check: Annotated[bool, typer.Option("--check/--no-check", help="Run the public checks first.")] = True,
+) -> None:
+    """Write an archive of the exercise, with a receipt, to hand in.
+
+    It is called NAME-ASSIGNMENT-TIME.zip. What counts are the files, and the notebook as you last saved it.
+    """
+    from getpass import getuser
+
+    from course.errors import CourseError
+    from course.hand_in import hand_in
+
+    try:
+        status = hand_in(folder, name or getuser(), yes=yes, check=check)
+    except CourseError as error:
+        print(f"course hand-in: {error}", file=sys.stderr)
+        raise typer.Exit(1) from None
+    raise typer.Exit(status)
+
+
 def main() -> None:
     """Run the command."""
     app()

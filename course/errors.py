@@ -8,6 +8,7 @@ CourseError                 something that the reader can put right; a notebook 
     InterfaceError          a .msg, .srv or .action file that ROS 2 cannot build
     UnreadableNotebook      a file that is no notebook
     WorkspaceError          an exercise that cannot be laid out as ROS 2 packages
+    HandInError             a folder whose exercise cannot be handed in
 """
 
 
@@ -45,3 +46,7 @@ class UnreadableNotebook(CourseError, ValueError):
 
 class WorkspaceError(CourseError):
     """The exercise cannot be laid out as ROS 2 packages; the message says what to do."""
+
+
+class HandInError(CourseError):
+    """The folder's exercise cannot be handed in; the message says what to do."""

@@ -8,7 +8,8 @@ from IPython import get_ipython
 
 from course.notebook import cells
 from course.notebook.drift import differences
-from course.notebook.extension import makes, reason
+from course.notebook.extension import reason
+from course.notebook.needed import names_of
 
 
 def check(name: str = "") -> None:
@@ -40,7 +41,7 @@ def _run(source: str, failed: dict[str, str]) -> str:
     except AssertionError as error:
         return f"not yet: {error}"
     except NameError as error:
-        first = next((name for name, text in failed.items() if makes(text, error.name or "")), "")
+        first = next((name for name, text in failed.items() if error.name in names_of(text).made), "")
         if first:
             return f"not yet: it needs `{error.name}` of the check '{first}', which failed"
         where = reason(error, Path()).removeprefix("Hint: ")

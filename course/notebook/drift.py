@@ -34,13 +34,14 @@ def differences(folder: Path = Path()) -> dict[str, str]:
         except (UnreadableNotebook, OSError):
             continue
         for cell in known:
-            name = _written_by(cell)
+            name = written_by(cell)
             if name and (why := _difference(folder / name, path, cells.exercise_file([cell], name) or b"")):
                 found[name] = why
     return found
 
 
-def _written_by(cell: cells.Cell) -> str:
+def written_by(cell: cells.Cell) -> str:
+    """The file that an exercise cell writes; '' for any other cell."""
     words = cell.source.lstrip("\n").partition("\n")[0].split()
     wanted = cell.kind == "code" and words[:1] == ["%%exercise"] and len(words) > 1 and words[1].endswith(SUFFIXES)
     return words[1] if wanted and Path(words[1]).name == words[1] else ""

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from course.errors import CourseError, UnreadableNotebook
 from course.notebook import cells
+from course.notebook.needed import SESSION, names_of
 
 if TYPE_CHECKING:
     from IPython.core.interactiveshell import InteractiveShell
-
-SESSION = "ros"  # what the notebooks call the session
 
 
 def load_ipython_extension(shell: "InteractiveShell") -> None:
@@ -54,7 +53,7 @@ def reason(error: Exception, folder: Path) -> str:
     if name == SESSION:
         return "Hint: `ros` is the live session: run the notebook's first code cell, `ros = course.live()`, first."
     for path, cell in _code_cells(folder):
-        if makes(cell.source, name):
+        if name in names_of(cell.source).made:
             first = next(line for line in cell.source.splitlines() if line.strip())
             where = f"the cell of {path.name} that begins with `{first[:60]}`"
             return f"Hint: `{name}` is made in {where}: run it first, to its end."
@@ -78,29 +77,6 @@ def _code_cells(folder: Path) -> list[tuple[Path, cells.Cell]]:
         except (UnreadableNotebook, OSError):
             continue
     return found
-
-
-def makes(source: str, name: str) -> bool:
-    """Whether a cell defines, assigns or imports `name` for the cells after it."""
-    import ast
-
-    if source.lstrip().startswith("%%"):
-        return False
-    lines = ("" if line.lstrip().startswith(("!", "%")) else line for line in source.splitlines())
-    try:
-        tree = ast.parse("\n".join(lines))
-    except SyntaxError:
-        return False
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store) and node.id == name:
-            return True
-        if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and node.name == name:
-            return True
-        if isinstance(node, (ast.Import, ast.ImportFrom)):
-            names = (alias.asname or alias.name.split(".")[0] for alias in node.names)
-            if name in names:
-                return True
-    return False
 
 
 def _news_before(*_: Any) -> None:

@@ -1,0 +1,166 @@
+"""`course hand-in`: an exercise's files as one archive with a receipt, checked before it is written."""
+
+import contextlib
+import hashlib
+import io
+import json
+import platform
+import re
+import sys
+import tempfile
+import zipfile
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import typer
+from rich.console import Console
+
+from course.errors import HandInError, UnreadableNotebook
+from course.notebook import cells
+from course.notebook.drift import differences, written_by
+
+RECEIPT = "receipt.json"
+FORMAT = 1  # of the receipt
+PACKAGES = ("ros2-course", "ros-jazzy-rclpy", "nbgrader")
+
+
+@dataclass(frozen=True)
+class HandIn:
+    """What lies in an exercise's folder."""
+
+    assignment: str
+    notebook: Path
+    cells: list[cells.Cell]
+    files: dict[str, bytes]  # what is handed in, the notebook too, by name
+    doubts: dict[str, str]  # what is wrong with a file, by name
+
+
+def hand_in(folder: Path, name: str, *, yes: bool, check: bool) -> int:
+    """Hand in the exercise in `folder` for the student `name`; the exit status.
+
+    What is doubtful (a file that is not what its cell says, or is missing) is asked about; `yes` answers it.  The
+    public checks are run first, and what they say goes into the receipt; they keep nobody from handing in.
+    """
+    console = Console(highlight=False, width=None if sys.stdout.isatty() else 120, soft_wrap=True)
+    found = read(folder)
+    for why in found.doubts.values():
+        print(f"Careful: {why}", file=sys.stderr)
+    if found.doubts and not yes:
+        if not sys.stdin.isatty():
+            raise HandInError("nothing was handed in: mend what is said above, or hand it in as it is with --yes")
+        if not typer.confirm("Hand it in as it is?"):
+            print("Nothing was handed in.")
+            return 1
+    checks = _checked(found, console) if check else {}
+    archive = write(found, folder, name, checks)
+    passed = sum(outcome == "passed" for outcome in checks.values())
+    console.print(f"[bold]{archive.name}[/bold]: {', '.join(found.files)}")
+    if checks:
+        console.print(f"{passed} of {len(checks)} public checks passed.")
+    console.print("Keep it: it is your receipt. You can hand in again; the newest counts.")
+    return 0
+
+
+def read(folder: Path) -> HandIn:
+    """What is to be handed in from `folder`, as saved; raises HandInError."""
+    found = {}
+    for path in sorted(folder.glob("*.ipynb")):
+        try:
+            known = cells.read(path)
+        except UnreadableNotebook as error:
+            raise HandInError(f"{path.name} cannot be read: {error}") from None
+        except OSError as error:
+            raise HandInError(f"{path.name} cannot be read: {error.strerror}") from None
+        if any(cell.solution and written_by(cell) for cell in known):
+            found[path] = known
+    if not found:
+        raise HandInError(
+            f"there is no notebook with an exercise in {folder.absolute()}: go to the exercise's folder, or name it: "
+            "`course hand-in notebooks/calculator`"
+        )
+    if len(found) > 1:
+        names = " and ".join(path.name for path in found)
+        raise HandInError(f"{names} both have an exercise: which one? Move the copy to another folder.")
+    notebook, known = next(iter(found.items()))
+    wanted = [written_by(cell) for cell in known if cell.solution and written_by(cell)]
+    files = {}
+    for name in [*wanted, notebook.name]:
+        with contextlib.suppress(OSError):  # told as a doubt
+            files[name] = (folder / name).read_bytes()
+    if files.keys() == {notebook.name}:
+        raise HandInError(f"none of its files is there: run the cells that write {', '.join(wanted)}")
+    doubts = {name: why for name, why in differences(folder).items() if name in wanted}
+    return HandIn(notebook.stem, notebook, known, files, doubts)
+
+
+def write(found: HandIn, folder: Path, name: str, checks: dict[str, str], now: datetime | None = None) -> Path:
+    """Write the archive `NAME-ASSIGNMENT-UTC TIME.zip` into `folder`, whole or not at all; raises HandInError."""
+    now = now or datetime.now(UTC)
+    name = re.sub(r"[^\w.]+", "_", name).strip("._") or "student"
+    stem = f"{name}-{found.assignment}-{now:%Y%m%dT%H%M%SZ}"
+    content = _archive(found, name, checks, now)
+    try:
+        for number in range(1, 100):
+            path = folder / f"{stem}{f'-{number}' if number > 1 else ''}.zip"
+            with contextlib.suppress(FileExistsError):
+                return _written(path, content)
+    except OSError as error:
+        raise HandInError(f"{path.name} could not be written: {error.strerror}; nothing was handed in") from None
+    raise HandInError(f"there are 99 archives {stem}*.zip already")
+
+
+def receipt(found: HandIn, name: str, checks: dict[str, str], now: datetime) -> dict[str, Any]:
+    """What the archive says of itself: who, what and when, each file's size and digest, checks, doubts and versions."""
+    return {
+        "format": FORMAT,
+        "student": name,
+        "assignment": found.assignment,
+        "handed_in": now.isoformat(timespec="seconds"),
+        "files": {
+            each: {"bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
+            for each, content in found.files.items()
+        },
+        "checks": checks,
+        "doubts": found.doubts,
+        "versions": {"python": platform.python_version(), **{each: _version(each) for each in PACKAGES}},
+    }
+
+
+def _checked(found: HandIn, console: Console) -> dict[str, str]:
+    from course.notebook.runs import outcomes
+
+    with tempfile.TemporaryDirectory(prefix="hand-in-") as folder, console.status("Running the public checks ..."):
+        checks = outcomes(found.cells, found.files, Path(folder))
+    for check, outcome in checks.items():
+        console.print(f"{check}: {outcome}", markup=False)
+    return checks
+
+
+def _archive(found: HandIn, name: str, checks: dict[str, str], now: datetime) -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        text = json.dumps(receipt(found, name, checks, now), indent=1, ensure_ascii=False)
+        for each, content in {RECEIPT: text.encode(), **found.files}.items():
+            archive.writestr(zipfile.ZipInfo(each, now.timetuple()[:6]), content, zipfile.ZIP_DEFLATED)
+    return buffer.getvalue()
+
+
+def _written(path: Path, content: bytes) -> Path:
+    with path.open("xb") as file:
+        try:
+            file.write(content)
+            file.flush()
+        except OSError:
+            path.unlink(missing_ok=True)
+            raise
+    return path
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:  # a sourced ROS 2
+        return ""

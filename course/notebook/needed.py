@@ -1,0 +1,78 @@
+"""What of a notebook its exercises need: their cells, the public checks, and the cells that make what these use.
+
+A page shows much that takes its time.  Who only wants to know whether the exercise is right need not run it.
+"""
+
+import ast
+import builtins
+import symtable
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+from course.notebook.cells import Cell
+
+SESSION = "ros"  # what the notebooks call the session
+MAGIC = "%%exercise"
+
+
+@dataclass(frozen=True)
+class Names:
+    """The names of a code cell."""
+
+    made: set[str] = field(default_factory=set)  # that it defines, assigns or imports for the cells after it
+    used: set[str] = field(default_factory=set)  # that it reads before it has made them itself
+
+
+def names_of(source: str) -> Names:
+    """The names that a cell makes and uses; none for a cell magic, or a cell that is not Python."""
+    if source.lstrip().startswith("%%"):
+        return Names()
+    lines = ("" if line.lstrip().startswith(("!", "%")) else line for line in source.splitlines())
+    try:
+        tree = ast.parse("\n".join(lines))
+    except SyntaxError:
+        return Names()
+    made: set[str] = set()
+    used: set[str] = set()
+    for statement in tree.body:
+        table = symtable.symtable(ast.unparse(statement), "cell", "exec")
+        makes = {symbol.get_name() for symbol in table.get_symbols() if symbol.is_assigned() or symbol.is_imported()}
+        reads = set(_read(table))
+        if isinstance(statement, ast.AugAssign):
+            reads |= makes
+        elif not isinstance(statement, (ast.Assign, ast.AnnAssign)):
+            reads -= makes  # as a loop reads its own variable, and a function its own name
+        used |= reads - made
+        made |= makes
+    return Names(made, used - set(dir(builtins)))
+
+
+def _read(table: symtable.SymbolTable) -> Iterator[str]:
+    """The names of the cell's own scope that a statement reads, in functions and classes too."""
+    for symbol in table.get_symbols():
+        if symbol.is_referenced() and (table.get_type() == "module" or symbol.is_global()):
+            yield symbol.get_name()
+    for inner in table.get_children():
+        yield from _read(inner)
+
+
+def needed(cells: Sequence[Cell]) -> list[int]:
+    """The positions of the code cells that the exercises need, in order.
+
+    What a cell changes without giving it a name (it appends to a list, it starts a node) is not seen: a public check
+    that relies on that must do it itself.
+    """
+    names = [names_of(cell.source) if cell.kind == "code" else Names() for cell in cells]
+    wanted: set[int] = set()
+    missing: set[str] = set()
+    for position in range(len(cells) - 1, -1, -1):
+        cell = cells[position]
+        if cell.kind != "code":
+            continue
+        exercise = cell.source.lstrip("\n").startswith(MAGIC)
+        if exercise:
+            missing.add(SESSION)
+        if exercise or cell.public_check or cell.solution or names[position].made & missing:
+            wanted.add(position)
+            missing = (missing - names[position].made) | names[position].used
+    return sorted(wanted)

@@ -1,0 +1,76 @@
+"""The public checks of a notebook in a kernel of their own, with only what they need: for Validate and the hand-in."""
+
+import re
+import subprocess
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import nbformat
+from nbclient import NotebookClient
+from nbclient.exceptions import DeadKernelError
+from nbformat import NotebookNode
+from nbgrader.preprocessors import NbGraderPreprocessor
+
+from course.notebook.cells import Cell
+from course.notebook.drift import written_by
+from course.notebook.needed import needed
+
+CELL = 60  # s that a cell may take
+COLOUR = re.compile(r"\x1b\[[0-9;]*m")
+PASSED = "passed"
+
+
+class Needed(NbGraderPreprocessor):
+    """Leaves out the code cells that no exercise needs, so that Validate is soon through; Markdown stays."""
+
+    def preprocess(self, nb: NotebookNode, resources: dict[str, Any]) -> tuple[NotebookNode, dict[str, Any]]:
+        """The notebook without these cells."""
+        kept = set(needed([_cell(cell) for cell in nb.cells]))
+        nb.cells = [cell for number, cell in enumerate(nb.cells) if cell.cell_type != "code" or number in kept]
+        return nb, resources
+
+
+def outcomes(cells: list[Cell], files: Mapping[str, bytes], folder: Path) -> dict[str, str]:
+    """How each public check of a notebook ends with these `files`: "passed", or "not yet: " and why.
+
+    `folder` must be empty: the files are written there, from what was handed over and not from the exercise cells.
+    """
+    wanted = [cells[number] for number in needed(cells)]
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(_source(cell, files)) for cell in wanted])
+    client = NotebookClient(
+        notebook,
+        timeout=CELL,
+        interrupt_on_timeout=True,
+        error_on_timeout={"ename": "Timeout", "evalue": f"it was not through after {CELL} s", "traceback": []},
+        allow_errors=True,
+        kernel_name="python3",
+        resources={"metadata": {"path": str(folder)}},
+    )
+    died = ""
+    try:
+        client.execute(stderr=subprocess.DEVNULL)
+    except DeadKernelError:
+        died = "not yet: the kernel ended before this check was through"
+    checks = zip(wanted, notebook.cells, strict=True)
+    return {cell.name: _outcome(ran) or died or PASSED for cell, ran in checks if cell.public_check}
+
+
+def _source(cell: Cell, files: Mapping[str, bytes]) -> str:
+    name = written_by(cell)
+    if name not in files:
+        return cell.source
+    first = cell.source.lstrip("\n").partition("\n")[0]
+    return f"{first}\n{files[name].decode(errors='replace')}"
+
+
+def _outcome(ran: NotebookNode) -> str:
+    error = next((output for output in ran.outputs if output.output_type == "error"), None)
+    if error is None:
+        return ""
+    why = COLOUR.sub("", error.evalue).strip()
+    return f"not yet: {why if error.ename in ('AssertionError', 'NodeFailed') and why else f'{error.ename}: {why}'}"
+
+
+def _cell(cell: NotebookNode) -> Cell:
+    return Cell(cell.cell_type, cell.source, cell.metadata.get("nbgrader", {}))

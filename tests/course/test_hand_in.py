@@ -1,0 +1,161 @@
+"""`course hand-in`: one archive with a receipt, of what is there; what is doubtful is asked, nothing is lost."""
+
+import hashlib
+import json
+import os
+import re
+import resource
+import signal
+import subprocess
+import sys
+import zipfile
+from datetime import UTC, datetime
+from pathlib import Path
+
+import nbformat
+import pytest
+
+from course import hand_in
+from course.errors import HandInError
+
+COURSE = str(Path(sys.executable).with_name("course"))
+NOW = datetime(2026, 11, 2, 9, 30, 5, tzinfo=UTC)
+SERVER = "print('server')\n"
+
+
+def notebook(*sources: tuple[str, dict]) -> str:
+    cells = [nbformat.v4.new_code_cell(source, metadata={"nbgrader": mark} if mark else {}) for source, mark in sources]
+    return nbformat.writes(nbformat.v4.new_notebook(cells=cells))
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """An exercise as a student has it: a notebook whose check reads the file, and the file."""
+    solution = {"solution": True, "grade": False, "locked": False, "grade_id": "file"}
+    check = {"solution": False, "grade": True, "locked": True, "grade_id": "says-server", "points": 1}
+    text = notebook(
+        ("raise SystemError('a cell that no exercise needs')", {}),
+        (f"%%exercise server.py --no-start\n{SERVER}", solution),
+        ("assert 'server' in open('server.py').read(), 'it must say server'\nprint('as asked')", check),
+    )
+    (tmp_path / "greeter.ipynb").write_text(text)
+    (tmp_path / "server.py").write_text(SERVER)
+    return tmp_path
+
+
+def run(folder, *arguments, stdin=""):
+    environment = {name: value for name, value in os.environ.items() if name != "COURSE_STUDENT"}
+    return subprocess.run(
+        [COURSE, "hand-in", *arguments],
+        cwd=folder,
+        input=stdin,
+        capture_output=True,
+        text=True,
+        timeout=100,
+        env=environment | {"LOGNAME": "ada"},
+    )
+
+
+def receipt_of(path):
+    with zipfile.ZipFile(path) as archive:
+        return json.loads(archive.read("receipt.json")), {name: archive.read(name) for name in archive.namelist()}
+
+
+def test_an_archive_holds_the_files_as_they_are_and_a_receipt(folder):
+    ran = run(folder)
+    assert ran.returncode == 0, ran.stderr
+    (path,) = folder.glob("*.zip")
+    assert re.fullmatch(r"ada-greeter-\d{8}T\d{6}Z\.zip", path.name)
+    receipt, content = receipt_of(path)
+    assert receipt["student"] == "ada"
+    assert receipt["assignment"] == "greeter"
+    assert receipt["checks"] == {"says-server": "passed"}
+    assert receipt["doubts"] == {}
+    for name in ("server.py", "greeter.ipynb"):
+        assert content[name] == (folder / name).read_bytes()
+        expected = {"bytes": len(content[name]), "sha256": hashlib.sha256(content[name]).hexdigest()}
+        assert receipt["files"][name] == expected
+    assert "1 of 1 public checks passed" in ran.stdout
+    assert ran.stderr == ""
+
+
+def test_a_failed_check_is_told_and_keeps_nobody_from_handing_in(folder):
+    text = (folder / "greeter.ipynb").read_text().replace("print('server')", "print('other')")
+    (folder / "greeter.ipynb").write_text(text)
+    (folder / "server.py").write_text(SERVER.replace("server", "other"))
+    ran = run(folder)
+    assert ran.returncode == 0
+    assert "says-server: not yet: it must say server" in ran.stdout
+    receipt, _ = receipt_of(*folder.glob("*.zip"))
+    assert receipt["checks"] == {"says-server": "not yet: it must say server"}
+
+
+def test_a_file_that_is_not_what_its_cell_says_is_asked_about(folder):
+    (folder / "server.py").write_text("print('edited elsewhere: server')\n")
+    refused = run(folder)
+    assert refused.returncode == 1
+    assert "Careful: server.py is not what its cell" in refused.stderr
+    assert "--yes" in refused.stderr
+    assert "Traceback" not in refused.stderr
+    assert list(folder.glob("*.zip")) == []
+    handed_in = run(folder, "--yes", "--no-check")
+    assert handed_in.returncode == 0
+    receipt, content = receipt_of(*folder.glob("*.zip"))
+    assert content["server.py"] == b"print('edited elsewhere: server')\n"  # the file counts
+    assert list(receipt["doubts"]) == ["server.py"]
+    assert (folder / "server.py").read_text() == "print('edited elsewhere: server')\n"  # and is not written over
+
+
+def test_the_checks_see_the_file_that_is_handed_in_not_its_cell(folder):
+    (folder / "server.py").write_text("print('other')\n")
+    ran = run(folder, "--yes")
+    assert "says-server: not yet: it must say server" in ran.stdout
+
+
+@pytest.mark.parametrize(
+    ("break_it", "says"),
+    [
+        (lambda folder: (folder / "greeter.ipynb").unlink(), "there is no notebook with an exercise in"),
+        (lambda folder: (folder / "server.py").unlink(), "run the cells that write server.py"),
+        (lambda folder: (folder / "greeter.ipynb").write_text("no JSON"), "greeter.ipynb cannot be read"),
+        (lambda folder: (folder / "copy.ipynb").write_text((folder / "greeter.ipynb").read_text()), "which one?"),
+    ],
+    ids=["no notebook", "no file", "a broken notebook", "a copy of the notebook"],
+)
+def test_what_cannot_be_handed_in_is_told_in_a_line(folder, break_it, says):
+    break_it(folder)
+    ran = run(folder)
+    assert ran.returncode == 1
+    assert says in ran.stderr
+    assert "Traceback" not in ran.stderr
+    assert list(folder.glob("*.zip")) == []
+
+
+def test_handing_in_twice_in_a_second_keeps_both(folder):
+    found = hand_in.read(folder)
+    first = hand_in.write(found, folder, "ada", {}, NOW)
+    second = hand_in.write(found, folder, "ada", {}, NOW)
+    assert first.name == "ada-greeter-20261102T093005Z.zip"
+    assert second.name == "ada-greeter-20261102T093005Z-2.zip"
+    assert first.exists()
+
+
+def test_a_name_of_any_letters_makes_a_file_name(folder):
+    path = hand_in.write(hand_in.read(folder), folder, "../Zoë Müller", {}, NOW)
+    assert path.parent == folder
+    assert path.name == "Zoë_Müller-greeter-20261102T093005Z.zip"
+
+
+def test_a_full_disk_leaves_no_half_archive(folder, monkeypatch):
+    found = hand_in.read(folder)
+    monkeypatch.setattr(hand_in, "_archive", lambda *_: b"x" * 100_000)
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limit[1]))
+    try:
+        with pytest.raises(HandInError, match="File too large; nothing was handed in"):
+            hand_in.write(found, folder, "ada", {}, NOW)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+        signal.signal(signal.SIGXFSZ, handler)
+    assert list(folder.glob("*.zip")) == []
