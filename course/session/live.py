@@ -6,19 +6,17 @@ only itself.  Callbacks run in those threads; cells run in the main thread.
 """
 
 import atexit
-import functools
 import itertools
 import os
 import socket
 import threading
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from rcl_interfaces.srv import ListParameters
-from rclpy.client import Client
 from rclpy.context import Context
 from rclpy.exceptions import NotInitializedException
 from rclpy.node import Node
@@ -27,8 +25,8 @@ from rclpy.task import Future
 from course import environment, registry
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.interfaces import builder, kept
-from course.rclpy_internals import action_type, destroy, is_initialized, patch, watch_goals
-from course.ros2.graph import OF_EVERY_NODE
+from course.rclpy_internals import is_initialized, patch, watch_goals
+from course.session.calls import Calls
 from course.session.domains import session_domain
 from course.session.guards import Guards
 from course.session.logs import LogBook, Logs, program_logs
@@ -36,9 +34,9 @@ from course.session.node import LiveNode, in_context
 from course.session.presence import Presence, base, difference
 from course.session.process import NodeProcess
 from course.session.requests import argument, fill
-from course.session.source import blocked
 from course.session.spinner import Spinner
 from course.session.table import Nodes, Row
+from course.session.uses import uses
 from course.session.watch import Watch
 from course.waiting import lookouts, wait_until
 
@@ -86,7 +84,7 @@ class Session:
         self._spinner = Spinner(self.node)
         self._handles: dict[str, LiveNode | NodeProcess] = {}
         self.watch = Watch(self._handles)
-        self._clients: dict[tuple[str, type], Client] = {}
+        self._calls = Calls(self.node, self._handles, self.watch)
         self._closed = False
         self._since = time.time()
         self._publishing = threading.Lock()
@@ -219,18 +217,12 @@ class Session:
             handle = self._handles.pop(key, None)
             if handle is None:
                 continue
-            self._forget_clients(handle.services)
+            self._calls.forget(handle.services)
             handle._end()
             if not self._closed:
                 others = [node for other in self._handles.values() for node in other.nodes]
                 self._presence.wait_until_gone(handle.nodes, others)
                 self._publish()
-
-    def _forget_clients(self, services: set[str]) -> None:
-        """Destroy the clients of these services: matched with a server that ends, they could miss the next one."""
-        for key, client in list(self._clients.items()):
-            if client.service_name in services:
-                self.node.destroy_client(self._clients.pop(key))
 
     def nodes(self) -> Nodes:
         """The full names of the nodes that run in this session's domain, hidden ones left out.
@@ -273,7 +265,8 @@ class Session:
 
     def wait_for_service(self, service: str, srv_type: type[Any], timeout: float = 5.0) -> None:
         """Wait until a server for `service` is there; raises CallTimeout after `timeout` s."""
-        self._ready(self._client(service, srv_type), timeout)
+        self._check_open()
+        self._calls.wait_for_service(service, srv_type, timeout)
 
     def call(
         self, service: str, srv_type: type[Any], request: object = None, *, timeout: float = 5.0, **fields: object
@@ -284,92 +277,18 @@ class Session:
         within `timeout` s, and LiveError for a field that the request has not or that cannot hold the value.
         """
         self._check_open()
-        if request is None:
-            request = fill(srv_type, fields)
-        client = self._client(service, srv_type)
-        deadline = time.monotonic() + timeout
-        self._ready(client, timeout)
-        future = client.call_async(request)
-        if self._done(future, deadline, lambda: self._look_at(client.service_name)):
-            return future.result()
-        client.remove_pending_request(future)
-        self._look_at(client.service_name)
-        why = self._blocked(client.service_name) or "is its server busy or blocked?"
-        raise CallTimeout(f"{service} did not answer within {timeout:g} s: {why}")
-
-    def _blocked(self, service: str) -> str:
-        """What in the text of a node's callback may keep it from answering at `service`."""
-        for handle in list(self._handles.values()):
-            if service in handle.services and (why := blocked(handle.source, service)):
-                self.watch.forget("inside a callback")  # the guards have noticed the same
-                return why
-        return ""
+        return self._calls.call(service, srv_type, fill(srv_type, fields) if request is None else request, timeout)
 
     def wait(self, future: Future, timeout: float = 5.0) -> Any:
         """Wait for a future in the main thread and return its result; raises CallTimeout after `timeout` s.
 
         Raises NodeFailed when one of the session's nodes dies, or raises an exception, meanwhile.
         """
-        if self._done(future, time.monotonic() + timeout, self.watch.look):
-            return future.result()
-        raise CallTimeout(f"nothing came within {timeout:g} s")
-
-    def _done(self, future: Future, deadline: float, look: Callable[[], None]) -> bool:
-        """Whether the future is done before `deadline`; `look` may raise meanwhile."""
-        done = threading.Event()
-        future.add_done_callback(lambda _: done.set())
-        while not future.done() and not done.wait(max(0.0, min(LOOK, deadline - time.monotonic()))):
-            if time.monotonic() >= deadline:
-                return False
-            look()
-        return True
-
-    def _look_at(self, service: str, *, again: bool = False) -> None:
-        """Raise NodeFailed when a node that serves, or was to serve, `service` has something to tell."""
-        if story := self.watch.reason(service, again=again):
-            raise NodeFailed(f"{service} does not answer.\n{story}")
+        return self._calls.wait(future, timeout)
 
     def until(self, condition: Callable[[], object], timeout: float = 5.0) -> bool:
         """Wait in the main thread until `condition()` holds; False after `timeout` s."""
         return bool(wait_until(condition, timeout))
-
-    def _client(self, service: str, srv_type: type[Any]) -> Client:
-        self._check_open()
-        key = (service, srv_type)
-        if key not in self._clients:
-            self._clients[key] = self.node.create_client(srv_type, service)
-        return self._clients[key]
-
-    def _ready(self, client: Client, timeout: float) -> None:
-        if not wait_until(client.service_is_ready, min(timeout, GRACE), alert=False):
-            self._look_at(client.service_name, again=True)  # nobody serves it, and somebody has died
-        if not wait_until(client.service_is_ready, timeout - GRACE):
-            raise CallTimeout(f"no server for {client.service_name} within {timeout:g} s. {self._served(client)}")
-        if len(servers := self._servers(client.service_name)) > 1:
-            self.watch.notice(
-                f"{client.service_name} is served by {' and by '.join(servers)}: who answers first is a matter of "
-                f"luck. Stop one of them, as with ros.stop('{servers[0]}')."
-            )
-
-    def _servers(self, service: str) -> list[str]:
-        """The session's running nodes that serve `service`."""
-        if self.node.count_services(service) < 2:
-            return []
-        return [name for name, handle in list(self._handles.items()) if handle.alive and service in handle.services]
-
-    def _served(self, client: Client) -> str:
-        """What is served instead of what `client` asks for."""
-        kind = f"{client.srv_type.__module__.split('.')[0]}/srv/{getattr(client.srv_type, '__name__', '')}"
-        served = {
-            name: types
-            for name, types in self.node.get_service_names_and_types()
-            if not types[0].startswith(OF_EVERY_NODE) and "/_action/" not in name and self.node.count_services(name)
-        }
-        others = [each for each in served.get(client.service_name, []) if each != kind]
-        if others:
-            return f"It is served with the type {others[0]}, and you ask for {kind}."
-        listed = ", ".join(sorted(served)[:LISTED])
-        return f"Served here: {listed}." if served else "No service is served here: has its node been started?"
 
     # The session itself
 
@@ -436,12 +355,12 @@ class Session:
     def _drop_types(self, package: str) -> None:
         """Stop the nodes of this kernel that use an interface of `package`, and drop the session's own uses."""
         for handle in list(self._handles.values()):
-            if isinstance(handle, LiveNode) and any(_uses(handle.node, package)):
+            if isinstance(handle, LiveNode) and any(uses(handle.node, package)):
                 self.stop(handle.name)
         self._spinner.stop(destroy=False)  # what an executor waits on is not destroyed before it looks up
-        for end in list(_uses(self.node, package)):
+        self._calls.forget_types(package)
+        for end in list(uses(self.node, package)):
             end()
-        self._clients = {key: client for key, client in self._clients.items() if not _of(key[1], package)}
         self._spinner = Spinner(self.node)
 
     def _check_open(self) -> None:
@@ -467,26 +386,3 @@ def live() -> Session:
             session.close()
         _current[:] = [Session()]
     return _current[0]
-
-
-def _of(interface: object, package: str) -> bool:
-    return str(getattr(interface, "__module__", "")).split(".")[0] == package
-
-
-def _uses(node: Node, package: str) -> Iterator[Callable[[], object]]:
-    """For each client, server, publisher, ... of `node` whose type is of `package`, what destroys it."""
-    for client in node.clients:
-        if _of(client.srv_type, package):
-            yield functools.partial(node.destroy_client, client)
-    for service in node.services:
-        if _of(service.srv_type, package):
-            yield functools.partial(node.destroy_service, service)
-    for publisher in node.publishers:
-        if _of(publisher.msg_type, package):
-            yield functools.partial(node.destroy_publisher, publisher)
-    for subscription in node.subscriptions:
-        if _of(subscription.msg_type, package):
-            yield functools.partial(node.destroy_subscription, subscription)
-    for waitable in node.waitables:
-        if _of(action_type(waitable) or object, package):
-            yield functools.partial(destroy, waitable)

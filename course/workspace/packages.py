@@ -14,6 +14,7 @@ from xml.sax.saxutils import escape
 
 from course import interfaces
 from course.errors import WorkspaceError
+from course.ros2.pkg_create import SETUP, SETUP_CFG
 from course.workspace.exercise import Exercise, Interface, Program
 
 # An interface package of the course that no ROS 2 installation has: a program that uses it brings it along.
@@ -57,41 +58,6 @@ $files
 
 ament_export_dependencies(rosidl_default_runtime)
 ament_package()
-""")
-
-SETUP = Template("""\
-from setuptools import find_packages, setup
-
-package_name = '$name'
-
-setup(
-    name=package_name,
-    version='0.0.0',
-    packages=find_packages(exclude=['test']),
-    data_files=[
-        ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
-        ('share/' + package_name, ['package.xml']),
-    ],
-    install_requires=['setuptools'],
-    zip_safe=True,
-    maintainer='student',
-    maintainer_email='student@example.org',
-    description=$description,
-    license='TODO: License declaration',
-    entry_points={
-        'console_scripts': [
-$scripts
-        ],
-    },
-)
-""")
-
-# Where `ros2 run` looks for a package's executables.
-SETUP_CFG = Template("""\
-[develop]
-script_dir=$$base/lib/$name
-[install]
-install_scripts=$$base/lib/$name
 """)
 
 
@@ -168,13 +134,20 @@ def _interface_package(name: str, files: list[Interface]) -> dict[str, str]:
 
 def _python_package(name: str, exercise: Exercise) -> dict[str, str]:
     description = f"My nodes of the exercise {exercise.name}"
-    scripts = [f"            '{program.name} = {name}.{program.name}:main'," for program in exercise.programs]
+    scripts = [f"            '{program.name} = {name}.{program.name}:main',\n" for program in exercise.programs]
     return {
         "package.xml": _manifest(
             name, description, "ament_python", [("exec_depend", sorted(_used(exercise.programs, name)))]
         ),
-        "setup.py": SETUP.substitute(name=name, description=repr(description), scripts="\n".join(scripts)),
-        "setup.cfg": SETUP_CFG.substitute(name=name),
+        "setup.py": SETUP.format(
+            name=name,
+            maintainer="student",
+            email="student@example.org",
+            description=description,
+            license="TODO: License declaration",
+            scripts="".join(["\n", *scripts, "        "]),
+        ),
+        "setup.cfg": SETUP_CFG.format(name=name),
         f"resource/{name}": "",
         f"{name}/__init__.py": "",
         **{f"{name}/{program.file}": program.text for program in exercise.programs},

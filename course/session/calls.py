@@ -1,0 +1,127 @@
+"""The session's calls of services: what to wait for, for how long, and what to say when no answer comes."""
+
+import threading
+import time
+from collections.abc import Callable, Collection, Mapping
+from typing import Any
+
+from rclpy.client import Client
+from rclpy.node import Node
+from rclpy.task import Future
+
+from course.errors import CallTimeout, NodeFailed
+from course.ros2.graph import OF_EVERY_NODE
+from course.session.source import blocked
+from course.session.uses import is_of
+from course.session.watch import Handle, Watch
+from course.waiting import wait_until
+
+LOOK = 0.05  # s between two looks whether the node that is to answer has died
+LISTED = 8  # services that a message names
+GRACE = 1.0  # s that a server may take to be found, before the story of a dead node is told instead
+
+
+class Calls:
+    """The clients of `node`, which is spun elsewhere, and what is known of the `handles` that serve them."""
+
+    def __init__(self, node: Node, handles: Mapping[str, Handle], watch: Watch):
+        self.node, self._handles, self.watch = node, handles, watch
+        self._clients: dict[tuple[str, type], Client] = {}
+
+    def forget(self, services: Collection[str]) -> None:
+        """Destroy the clients of these services: matched with a server that ends, they could miss the next one."""
+        self._destroy([key for key, client in self._clients.items() if client.service_name in services])
+
+    def forget_types(self, package: str) -> None:
+        """Destroy the clients whose type is of `package`."""
+        self._destroy([key for key in self._clients if is_of(key[1], package)])
+
+    def _destroy(self, keys: list[tuple[str, type]]) -> None:
+        for key in keys:
+            self.node.destroy_client(self._clients.pop(key))
+
+    def wait_for_service(self, service: str, srv_type: type[Any], timeout: float) -> None:
+        """Wait until a server for `service` is there; raises CallTimeout after `timeout` s."""
+        self._ready(self._client(service, srv_type), timeout)
+
+    def call(self, service: str, srv_type: type[Any], request: object, timeout: float) -> Any:
+        """Send `request` and return the response; raises CallTimeout when none has come after `timeout` s."""
+        client = self._client(service, srv_type)
+        deadline = time.monotonic() + timeout
+        self._ready(client, timeout)
+        future = client.call_async(request)
+        if self._done(future, deadline, lambda: self._look_at(client.service_name)):
+            return future.result()
+        client.remove_pending_request(future)
+        self._look_at(client.service_name)
+        why = self._blocked(client.service_name) or "is its server busy or blocked?"
+        raise CallTimeout(f"{service} did not answer within {timeout:g} s: {why}")
+
+    def _blocked(self, service: str) -> str:
+        """What in the text of a node's callback may keep it from answering at `service`."""
+        for handle in list(self._handles.values()):
+            if service in handle.services and (why := blocked(handle.source, service)):
+                self.watch.forget("inside a callback")  # the guards have noticed the same
+                return why
+        return ""
+
+    def wait(self, future: Future, timeout: float) -> Any:
+        """Wait for a future in the main thread and return its result; raises CallTimeout after `timeout` s.
+
+        Raises NodeFailed when one of the session's nodes dies, or raises an exception, meanwhile.
+        """
+        if self._done(future, time.monotonic() + timeout, self.watch.look):
+            return future.result()
+        raise CallTimeout(f"nothing came within {timeout:g} s")
+
+    def _done(self, future: Future, deadline: float, look: Callable[[], None]) -> bool:
+        """Whether the future is done before `deadline`; `look` may raise meanwhile."""
+        done = threading.Event()
+        future.add_done_callback(lambda _: done.set())
+        while not future.done() and not done.wait(max(0.0, min(LOOK, deadline - time.monotonic()))):
+            if time.monotonic() >= deadline:
+                return False
+            look()
+        return True
+
+    def _look_at(self, service: str, *, again: bool = False) -> None:
+        """Raise NodeFailed when a node that serves, or was to serve, `service` has something to tell."""
+        if story := self.watch.reason(service, again=again):
+            raise NodeFailed(f"{service} does not answer.\n{story}")
+
+    def _client(self, service: str, srv_type: type[Any]) -> Client:
+        key = (service, srv_type)
+        if key not in self._clients:
+            self._clients[key] = self.node.create_client(srv_type, service)
+        return self._clients[key]
+
+    def _ready(self, client: Client, timeout: float) -> None:
+        if not wait_until(client.service_is_ready, min(timeout, GRACE), alert=False):
+            self._look_at(client.service_name, again=True)  # nobody serves it, and somebody has died
+        if not wait_until(client.service_is_ready, timeout - GRACE):
+            raise CallTimeout(f"no server for {client.service_name} within {timeout:g} s. {self._served(client)}")
+        if len(servers := self._servers(client.service_name)) > 1:
+            self.watch.notice(
+                f"{client.service_name} is served by {' and by '.join(servers)}: who answers first is a matter of "
+                f"luck. Stop one of them, as with ros.stop('{servers[0]}')."
+            )
+
+    def _servers(self, service: str) -> list[str]:
+        """The session's running nodes that serve `service`."""
+        if self.node.count_services(service) < 2:
+            return []
+        return [name for name, handle in list(self._handles.items()) if handle.alive and service in handle.services]
+
+    def _served(self, client: Client) -> str:
+        """What is served instead of what `client` asks for."""
+        kind = f"{client.srv_type.__module__.split('.')[0]}/srv/{getattr(client.srv_type, '__name__', '')}"
+        served = {
+            name: types
+            for name, types in self.node.get_service_names_and_types()
+            if not types[0].startswith(OF_EVERY_NODE) and "/_action/" not in name and self.node.count_services(name)
+        }
+        others = [each for each in served.get(client.service_name, []) if each != kind]
+        if others:
+            return f"It is served with the type {others[0]}, and you ask for {kind}."
+        listed = ", ".join(sorted(served)[:LISTED])
+        return f"Served here: {listed}." if served else "No service is served here: has its node been started?"

@@ -1,0 +1,32 @@
+"""What of a node uses the interfaces of a package: it must end before the package is built anew."""
+
+import functools
+from collections.abc import Callable, Iterator
+
+from rclpy.node import Node
+
+from course.rclpy_internals import action_type, destroy
+
+
+def is_of(interface: object, package: str) -> bool:
+    """Whether an interface's class is of `package`."""
+    return str(getattr(interface, "__module__", "")).split(".")[0] == package
+
+
+def uses(node: Node, package: str) -> Iterator[Callable[[], object]]:
+    """For each client, server, publisher, ... of `node` whose type is of `package`, what destroys it."""
+    for client in node.clients:
+        if is_of(client.srv_type, package):
+            yield functools.partial(node.destroy_client, client)
+    for service in node.services:
+        if is_of(service.srv_type, package):
+            yield functools.partial(node.destroy_service, service)
+    for publisher in node.publishers:
+        if is_of(publisher.msg_type, package):
+            yield functools.partial(node.destroy_publisher, publisher)
+    for subscription in node.subscriptions:
+        if is_of(subscription.msg_type, package):
+            yield functools.partial(node.destroy_subscription, subscription)
+    for waitable in node.waitables:
+        if is_of(action_type(waitable) or object, package):
+            yield functools.partial(destroy, waitable)
