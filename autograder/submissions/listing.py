@@ -17,7 +17,7 @@ def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> li
     if not submitted.is_dir():
         raise UsageError(f"there is no folder {submitted}")
     known = exercises.names() if assignment is None else [exercises.load(assignment).name]
-    present = [entry.name for entry in _entries(submitted) if entry.is_dir()]
+    present = [entry.name for entry in _entries(submitted) if entry.is_dir() and _is_text(entry.name)]
     chosen = list(students) or present
     if missing := sorted(set(chosen) - set(present)):
         raise UsageError(f"no folder in {submitted} for student {missing[0]!r}")
@@ -41,12 +41,24 @@ def _entries(submitted: Path) -> list[os.DirEntry]:
     )
 
 
+def _is_text(name: str) -> bool:
+    """Whether a name is UTF-8; in any other coding it cannot be written into results or the gradebook."""
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
 def overlooked(submitted: Path) -> list[str]:
     """What looks like a submission in another form, which `find` leaves out: a line each, for the instructor."""
     hints = []
     for entry in _entries(submitted):
         if not entry.is_dir():
             hints.append(f"{entry.name}: not a student's folder")
+            continue
+        if not _is_text(entry.name):
+            hints.append(f"{os.fsencode(entry.name)!r}: not a name in UTF-8: rename the folder")
             continue
         inside = sorted(os.listdir(entry))
         near = {

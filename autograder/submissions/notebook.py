@@ -51,7 +51,11 @@ def safe(handed_in: list[Cell]) -> "NotebookNode":
 
 
 def plain(markdown: str) -> str:
-    """Markdown that looks as before, but whose tags and `javascript:` links are only text."""
+    """Markdown that looks as before, but whose tags, pictures and `javascript:` links are only text.
+
+    A picture would be fetched by the instructor's browser, and tell its server who is reading.
+    """
+    markdown = re.sub(r"!(?=\[)", "!" + JOINER, markdown)
     markdown = re.sub(r"<(?=[a-z/!?])", "<" + JOINER, markdown, flags=re.IGNORECASE)
     markdown = re.sub(r"&(?=#|colon;|tab;|newline;)", "&" + JOINER, markdown, flags=re.IGNORECASE)
     return re.sub(r"script(?=\s*[:%\\&])", "script" + JOINER, markdown, flags=re.IGNORECASE)

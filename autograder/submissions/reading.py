@@ -12,7 +12,7 @@ from pathlib import Path
 from autograder.records import Submission
 from autograder.submissions import notebook
 from course.errors import UnreadableNotebook
-from course.notebook.cells import Cell, exercise_file
+from course.notebook.cells import Cell, exercise_file, text_of
 
 MAX_BYTES = 1_000_000  # a file; a program of this course has some 5,000
 
@@ -35,7 +35,7 @@ def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> 
             present = {
                 entry.name: entry.is_dir(follow_symlinks=False) for entry in sorted(entries, key=lambda e: e.name)
             }
-        folders = [name for name, is_folder in present.items() if is_folder and name[0] not in "._"]
+        folders = [text_of(name) for name, is_folder in present.items() if is_folder and name[0] not in "._"]
         for name in wanted:
             try:
                 files[name] = _read_file(name, inside)
@@ -108,4 +108,4 @@ def _read_file(name: str, inside: int, limit: int = MAX_BYTES) -> bytes:
 
 def _missing(name: str, present: Iterable[str]) -> str:
     near = next((other for other in present if other != name and other.lower() == name.lower()), None)
-    return f"{name} (there is {near}: capital and small letters count)" if near else name
+    return f"{name} (there is {text_of(near)}: capital and small letters count)" if near else name

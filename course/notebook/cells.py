@@ -30,7 +30,7 @@ class Cell:
     def name(self) -> str:
         """nbgrader's name of the cell, or ''."""
         name = self.mark.get("grade_id")
-        return name if isinstance(name, str) else ""
+        return text_of(name) if isinstance(name, str) else ""
 
     @property
     def solution(self) -> bool:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from autograder.records import CRASHED, GRADED, INVALID_SUBMISSION, NOT_RUN, PASSED, TIMED_OUT
-from autograder.submissions import reading
+from autograder.submissions import listing, notebook, reading
 
 from .answers.calculator import CLIENT, REFERENCE, SERVER, SRV
 from .conftest import no_program_is_left
@@ -92,6 +92,32 @@ def test_folder_for_a_file(handed_in):
     (handed_in / SERVER).unlink()
     (handed_in / SERVER).mkdir()
     assert "calculator_server.py is a folder" in problems(handed_in)
+
+
+def test_a_folder_named_in_latin_1_inside_is_told_in_text_that_can_be_written(tmp_path):
+    folder = write(tmp_path / "student" / "calculator", {})
+    (folder / os.fsdecode("J\u00f6rg".encode("latin-1"))).mkdir()
+    assert b"J?rg" in problems(folder).encode()
+
+
+def test_a_student_s_folder_named_in_latin_1_is_listed_and_stops_nobody(tmp_path):
+    write(tmp_path / "ada" / "calculator", REFERENCE)
+    write(tmp_path / os.fsdecode("J\u00f6rg".encode("latin-1")) / "calculator", REFERENCE)
+    assert listing.find(tmp_path, None, []) == [("ada", "calculator")]
+    assert listing.overlooked(tmp_path) == [r"b'J\xf6rg': not a name in UTF-8: rename the folder"]
+
+
+def test_half_a_surrogate_pair_in_a_notebook_s_marks_becomes_text():
+    mark = {"nbgrader": {"grade_id": "\ud800x"}}
+    text = json.dumps({"cells": [{"cell_type": "code", "source": "", "metadata": mark}]})
+    (cell,) = notebook.parse(text.encode())
+    assert cell.name.encode() == b"?x"
+
+
+def test_a_picture_in_markdown_is_not_fetched():
+    shown = notebook.plain("see ![it](https://example.org/seen.png) and ![it][1]\n\n[1]: https://example.org/1.png")
+    assert "![" not in shown
+    assert "see !" in shown
 
 
 @pytest.mark.parametrize("target", ["/etc/passwd", "../../../nothing", "calculator_client.py"])

@@ -217,17 +217,18 @@ def test_what_is_no_time_is_told_and_loses_no_score(course, caplog):
         "long": "2026-05-01 " * 99,
         "bytes": "\0\ud800",
         "far": "9" * 30,
+        "hours": "9" * 30 + "h",
     }.items():
         hand_in(submitted, student, None)
         (submitted / student / "calculator" / "timestamp.txt").write_bytes(text.encode(errors="surrogatepass"))
     hand_in(submitted, "linked", None)
     (submitted / "linked" / "calculator" / "timestamp.txt").symlink_to("/dev/stdin")
     url = f"sqlite:///{course / 'gradebook.db'}"
-    names = ("words", "long", "bytes", "far", "linked")
+    names = ("words", "long", "bytes", "far", "hours", "linked")
     with caplog.at_level(logging.WARNING), Scores(url, submitted) as scores:
         for student in names:
             scores.write(report(student))
-    assert [f"{name}/calculator: timestamp.txt cannot be read" in caplog.text for name in names] == [True] * 5
+    assert [f"{name}/calculator: timestamp.txt cannot be read" in caplog.text for name in names] == [True] * 6
     assert penalties(url) == dict.fromkeys(names, 0)
 
 

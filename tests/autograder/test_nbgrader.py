@@ -87,9 +87,16 @@ def hostile(book: dict) -> dict:
         copy.deepcopy(faked),
         {
             "cell_type": "markdown",
-            "source": [f"{HOSTILE_HTML}\n[link](javascript:alert(6)) [link](java&#115;cript:alert(7)) a<b"],
+            "source": [
+                (
+                    f"{HOSTILE_HTML}\n[link](javascript:alert(6)) [link](java&#115;cript:alert(7)) a<b "
+                    "![seen](https://example.org/seen.png)"
+                )
+            ],
             "attachments": {"x": {}},
-            "metadata": {"nbgrader": {"grade_id": f"'>{HOSTILE_HTML}", "grade": True, "points": 9, "solution": True}},
+            "metadata": {
+                "nbgrader": {"grade_id": f"\ud800'>{HOSTILE_HTML}", "grade": True, "points": 9, "solution": True}
+            },
         },
     ]
     book["metadata"] = {"title": HOSTILE_HTML, "kernelspec": {"name": HOSTILE_HTML}}
@@ -197,6 +204,7 @@ def test_no_script_of_a_student_runs_in_formgrader(graded):
     page, clean = formgrader_page(course, "hostile"), formgrader_page(course, "only_notebook")
     assert "bold" in page and page.count("<script") == clean.count("<script")
     for tag in re.findall(r"<[a-zA-Z][^>]*>", page):
+        assert not (tag.startswith("<img") and "seen.png" in tag)
         assert "alert(" not in tag or re.match(r'<a href="java[^:]*%E2%81%A0', tag), tag  # no scheme: a broken link
 
 
