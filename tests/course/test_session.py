@@ -279,10 +279,9 @@ def test_stopping_a_node_amid_its_callbacks_is_silent_and_takes_no_longer_than_i
     before = {*threading.enumerate()}
     busy = session.start(Busy, threads=3)
     node = busy.node
-    session._ready(session._client("relay", AddTwoInts), 5.0)
-    session._client("relay", AddTwoInts).call_async(AddTwoInts.Request())
-    session._ready(session._client("wait", Trigger), 5.0)
-    session._client("wait", Trigger).call_async(Trigger.Request())
+    for name, srv_type in (("relay", AddTwoInts), ("wait", Trigger)):
+        session.wait_for_service(name, srv_type)
+        session.node.create_client(srv_type, name).call_async(srv_type.Request())
     assert node.calling.wait(5) and node.waiting.wait(5)
     began = time.monotonic()
     busy.stop()
