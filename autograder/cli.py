@@ -57,7 +57,7 @@ Out = Annotated[Path, typer.Argument(metavar="OUTPUT", help="The output folder o
 
 @app.command()
 def check(
-    folder: Annotated[Path, typer.Argument(help="The folder with the files handed in.")],
+    folder: Annotated[Path, typer.Argument(help="The folder with the files handed in, or an archive of them.")],
     assignment: Annotated[str, typer.Option(help="The exercise, for example calculator.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
     unsafe: Unsafe = False,
@@ -66,11 +66,17 @@ def check(
 ) -> None:
     """Grade one submission and print the report."""
     exercise = exercises.load(assignment)
-    if not folder.is_dir():
-        raise UsageError(f"there is no folder {folder}")
-    place = folder.resolve()
-    student = (place.parent if place.name == assignment else place).name
-    handed_in = reading.read(folder, student, assignment, exercise.files)
+    if folder.is_file():
+        from autograder.collecting.archives import unpacked
+
+        with unpacked(folder, [*exercise.files, f"{assignment}.ipynb"]) as files:
+            handed_in = reading.read(files, folder.stem, assignment, exercise.files)
+    elif folder.is_dir():
+        place = folder.resolve()
+        student = (place.parent if place.name == assignment else place).name
+        handed_in = reading.read(folder, student, assignment, exercise.files)
+    else:
+        raise UsageError(f"there is no folder or archive {folder}")
     report = single.grade(handed_in, choose(unsafe), seed, patience)
     print(json.dumps(report.public(), indent=2) if as_json else printable(describe(report)))
     raise typer.Exit(_exit_code([report]))
@@ -225,6 +231,32 @@ def doctor_command() -> None:
         table.add_row(layer.name, "yes" if layer.holds else "NO" if layer.required else "no (not required)", layer.seen)
     Console(width=None if sys.stdout.isatty() else 120).print(table)
     raise typer.Exit(1 if doctor.refused(layers) else 0)
+
+
+@app.command("collect")
+def collect_command(
+    sources: Annotated[
+        list[Path],
+        typer.Argument(metavar="SOURCE...", help="Archives of `course hand-in`, bulk downloads, or folders of them."),
+    ],
+    into: Annotated[Path, typer.Option(help="Where to lay out STUDENT/ASSIGNMENT/FILES; made if it does not exist.")],
+    roster: Annotated[
+        Path | None,
+        typer.Option(help="A CSV file: the column `student` names the folder, all others what they are called."),
+    ] = None,
+    due: Annotated[
+        str | None, typer.Option(help="Of several, the newest until this time counts, as '2026-11-20 23:59 UTC'.")
+    ] = None,
+) -> None:
+    """Lay out what students handed in; exit code 1 when something could not be placed, which is named."""
+    from autograder.collecting.collect import collect, parse_due
+    from autograder.collecting.collect import describe as describe_collection
+    from autograder.collecting.origins import read_roster
+
+    known = read_roster(roster) if roster else None
+    collection = collect(sources, into, known, parse_due(due) if due else None)
+    print(printable(describe_collection(collection)))
+    raise typer.Exit(1 if collection.unplaced else 0)
 
 
 @app.command("release")

@@ -1,0 +1,113 @@
+"""Whose file it is: the names that learning platforms give to what they download, and the class's roster.
+
+Canvas, *Download Submissions*: `doejane_LATE_1234_5678_calculator.zip`, which is the name without spaces, the mark of
+a late one, the user's number and the upload's; a file handed in again gets `-1`, `-2`, ... before its suffix.
+Moodle, *Download all submissions*: a folder `Jane Doe_1234_assignsubmission_file_`, or the same before each file's
+name when folders are switched off; 1234 is the participant's number.
+`course hand-in`: `ada-calculator-20261102T093005Z.zip`, with a receipt inside.
+"""
+
+import csv
+import re
+import unicodedata
+from collections import defaultdict
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+
+from autograder.errors import UsageError
+
+CANVAS = re.compile(r"(?P<name>[^_/]+)_(?:(?P<late>LATE)_)?(?P<user>\d+)_(?P<upload>\d+)_(?P<file>.+)", re.DOTALL)
+MOODLE = re.compile(r"(?P<name>[^/]+)_(?P<user>\d+)_assignsubmission_file_?(?P<file>.*)", re.DOTALL)
+AGAIN = re.compile(r"-(?P<number>\d{1,3})(?=\.[A-Za-z]+$)")  # Canvas's mark of a file that was handed in again
+ID = re.compile(r"[\w.@+-]+(?: [\w.@+-]+)*")
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What a name tells of a file: who handed it in, as the platform calls them, and the file's own name."""
+
+    names: tuple[str, ...]  # of the student: any of them may be in the roster
+    file: str
+    late: bool = False  # marked so by the platform
+    platform: str = ""
+    upload: int = 0  # the platform's number of it, which grows
+
+
+def origin(path: PurePosixPath) -> Origin | None:
+    """What the path of a file in a bulk download tells; None when it is of no known form."""
+    for number, part in enumerate(path.parts):
+        rest = path.parts[number + 1 :]
+        if found := MOODLE.fullmatch(part):
+            own = rest[-1] if rest else found["file"]
+            return Origin((found["user"], found["name"]), own, platform="Moodle") if own else None
+        if not rest and (found := CANVAS.fullmatch(part)):
+            file = AGAIN.sub("", found["file"])
+            names = (found["user"], found["name"])
+            return Origin(names, file, found["late"] is not None, "Canvas", int(found["upload"]))
+    return None
+
+
+@dataclass
+class Roster:
+    """The students of a class: for each the name of their folder, and whatever else they are called."""
+
+    students: set[str] = field(default_factory=set)
+    _called: dict[str, set[str]] = field(default_factory=lambda: defaultdict(set))
+
+    def find(self, names: tuple[str, ...]) -> str:
+        """The student who is called one of `names`, the first that the roster knows; raises LookupError.
+
+        The message says why in a few words.
+        """
+        for name in names:
+            found = self._called.get(_plain(name), set())
+            if len(found) > 1:
+                raise LookupError(f"{name!r} is {' and '.join(sorted(found))} in the roster")
+            if found:
+                return next(iter(found))
+        raise LookupError(f"{' or '.join(map(repr, names))} is not in the roster")
+
+    def add(self, student: str, names: list[str]) -> None:
+        """Add a student and what else they are called."""
+        self.students.add(student)
+        for name in (student, *names):
+            if _plain(name):
+                self._called[_plain(name)].add(student)
+
+
+def read_roster(path: Path) -> Roster:
+    """The roster in a CSV file with a header: the column `student` names the folder, all others are further names.
+
+    A column pair `first_name`, `last_name` makes the two orders of the whole name.  Raises UsageError.
+    """
+    roster = Roster()
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            reader = csv.DictReader(file)
+            if "student" not in (reader.fieldnames or ()):
+                raise UsageError(f"{path} has no column 'student' in its first line")
+            for line in reader:
+                student = (line.get("student") or "").strip()
+                if not ID.fullmatch(student) or student.startswith("."):
+                    raise UsageError(f"{path}, line {reader.line_num}: {student!r} cannot be the name of a folder")
+                if student in roster.students:
+                    raise UsageError(f"{path}, line {reader.line_num}: {student!r} is there twice")
+                names = [value for key, value in line.items() if key and key != "student" and isinstance(value, str)]
+                first, last = line.get("first_name") or "", line.get("last_name") or ""
+                roster.add(student, [*names, f"{first} {last}", f"{last} {first}"] if first and last else names)
+    except OSError as error:
+        raise UsageError(f"{path} cannot be read: {error.strerror}") from None
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise UsageError(f"{path} is not a CSV file in UTF-8: {error}") from None
+    return roster
+
+
+def folder_name(name: str) -> str:
+    """A name as that of a folder: the letters, digits and `._-` of it, never hidden."""
+    return re.sub(r"[^\w.@+-]+", "_", unicodedata.normalize("NFC", name)).strip("._")[:100]
+
+
+def _plain(name: str) -> str:
+    """What is compared: letters and digits, without accents and case, as Canvas writes names in file names."""
+    letters = unicodedata.normalize("NFKD", name.casefold())
+    return "".join(letter for letter in letters if letter.isalnum())

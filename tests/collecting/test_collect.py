@@ -1,0 +1,355 @@
+"""`autograder collect`: whatever form hand-ins come in, each is laid out for its student, and nothing is lost."""
+
+import io
+import json
+import os
+import subprocess
+import sys
+import zipfile
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from autograder.collecting.collect import collect, describe, parse_due
+from autograder.collecting.origins import Roster, read_roster
+from autograder.errors import UsageError
+from course.hand_in import HandIn, write
+
+AUTOGRADER = str(Path(sys.executable).with_name("autograder"))
+EARLY, LATER = datetime(2026, 11, 2, 9, 30, tzinfo=UTC), datetime(2026, 11, 3, 9, 30, tzinfo=UTC)
+FILES = {"motor_service.py": b"print('motor')\n", "relay.py": b"print('relay')\n", "services.ipynb": b"{}"}
+
+
+def handed_in(folder: Path, name: str = "ada", at: datetime = EARLY, files: dict[str, bytes] = FILES) -> Path:
+    """What `course hand-in` writes."""
+    folder.mkdir(parents=True, exist_ok=True)
+    return write(HandIn("services", folder / "services.ipynb", [], files, {}), folder, name, {}, at)
+
+
+def archive(path: Path, files: dict[str, bytes], at: datetime = LATER) -> Path:
+    with zipfile.ZipFile(path, "w") as writer:
+        for name, content in files.items():
+            writer.writestr(zipfile.ZipInfo(name, at.timetuple()[:6]), content)
+    return path
+
+
+def laid_out(into: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(into)): path.read_bytes() for path in sorted(into.rglob("*")) if path.is_file()}
+
+
+def counted(into: Path) -> set[str]:
+    """STUDENT/ASSIGNMENT of what the grader would find."""
+    return {f"{path.parent.name}/{path.name}" for path in into.glob("[!.]*/*")}
+
+
+def test_an_archive_is_laid_out_with_its_files_and_the_receipt_s_time(tmp_path):
+    result = collect([handed_in(tmp_path / "in")], tmp_path / "out")
+    assert [each.receipt for each in result.laid_out] == ["verified"]
+    assert laid_out(tmp_path / "out") == {
+        **{f"ada/services/{name}": content for name, content in FILES.items()},
+        "ada/services/timestamp.txt": b"2026-11-02 09:30:00 UTC\n",
+    }
+    assert (result.kept, result.unplaced) == ([], [])
+
+
+def test_collecting_again_changes_nothing(tmp_path):
+    handed_in(tmp_path / "in")
+    collect([tmp_path / "in"], tmp_path / "out")
+    before = laid_out(tmp_path / "out")
+    again = collect([tmp_path / "in"], tmp_path / "out")
+    assert laid_out(tmp_path / "out") == before
+    assert again.kept == []
+
+
+def test_the_newest_counts_and_the_others_are_kept(tmp_path):
+    handed_in(tmp_path / "in", at=EARLY)
+    handed_in(tmp_path / "in", at=LATER, files=FILES | {"relay.py": b"print('better')\n"})
+    result = collect([tmp_path / "in"], tmp_path / "out")
+    assert (tmp_path / "out" / "ada" / "services" / "relay.py").read_bytes() == b"print('better')\n"
+    assert [each.at for each in result.kept] == [EARLY]
+    (kept,) = (tmp_path / "out" / ".others" / "ada" / "services").iterdir()
+    assert (kept / "relay.py").read_bytes() == FILES["relay.py"]
+
+
+def test_the_newest_on_time_counts_more_than_a_late_one(tmp_path):
+    handed_in(tmp_path / "in", at=EARLY)
+    handed_in(tmp_path / "in", at=LATER, files=FILES | {"relay.py": b"late"})
+    collect([tmp_path / "in"], tmp_path / "out", due=parse_due("2026-11-02 23:59 UTC"))
+    assert (tmp_path / "out" / "ada" / "services" / "relay.py").read_bytes() == FILES["relay.py"]
+
+
+def test_an_older_one_that_comes_later_replaces_nothing_and_is_kept(tmp_path):
+    collect([handed_in(tmp_path / "new", at=LATER)], tmp_path / "out")
+    old = handed_in(tmp_path / "old", at=EARLY, files=FILES | {"relay.py": b"old"})
+    result = collect([old], tmp_path / "out")
+    assert (tmp_path / "out" / "ada" / "services" / "relay.py").read_bytes() == FILES["relay.py"]
+    assert len(result.kept) == 1
+    assert b"old" in laid_out(tmp_path / "out").values()
+
+
+def test_what_is_replaced_is_kept(tmp_path):
+    collect([handed_in(tmp_path / "old", at=EARLY)], tmp_path / "out")
+    new = handed_in(tmp_path / "new", at=LATER, files=FILES | {"relay.py": b"new"})
+    collect([new], tmp_path / "out")
+    content = laid_out(tmp_path / "out")
+    assert content["ada/services/relay.py"] == b"new"
+    assert any(name.startswith(".others/") and value == FILES["relay.py"] for name, value in content.items())
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"relay.py": b"changed after the receipt"}, "does not match relay.py"),
+        ({"receipt.json": b"{"}, "cannot be read"),
+        ({"receipt.json": b"[" * 100_000}, "cannot be read"),
+    ],
+    ids=["a changed file", "a broken receipt", "a deep receipt"],
+)
+def test_a_receipt_that_does_not_fit_is_named_and_its_time_is_not_believed(tmp_path, change, says):
+    path = handed_in(tmp_path / "in", at=EARLY)
+    with zipfile.ZipFile(path) as whole:
+        content = {name: whole.read(name) for name in whole.namelist()} | change
+    bulk = archive(tmp_path / "bulk.zip", {f"doejane_1_2_{path.name}": archive(path, content).read_bytes()})
+    (only,) = collect([bulk], tmp_path / "out").laid_out
+    assert says in only.remark
+    assert only.at == LATER  # the platform's
+
+
+def test_a_receipt_from_the_future_is_not_believed(tmp_path):
+    path = handed_in(tmp_path / "in", at=datetime(2999, 1, 1, tzinfo=UTC))
+    os.utime(path, (EARLY.timestamp(), EARLY.timestamp()))
+    (only,) = collect([path], tmp_path / "out").laid_out
+    assert only.at == EARLY
+
+
+def test_a_bulk_download_of_canvas(tmp_path):
+    one = handed_in(tmp_path / "one", "x").read_bytes()
+    two = handed_in(tmp_path / "two", "y", files=FILES | {"relay.py": b"again"}).read_bytes()
+    bulk = archive(
+        tmp_path / "submissions.zip",
+        {
+            "doejane_LATE_1234_900_x-services-20261102T093000Z.zip": one,
+            "doejane_1234_901_x-services-20261102T093000Z-1.zip": two,  # handed in again
+            "roejim_77_902_motor_service.py": b"first",
+            "roejim_77_903_motor_service-1.py": b"second",
+            "roejim_77_904_relay.py": b"relay",
+        },
+    )
+    result = collect([bulk], tmp_path / "out")
+    assert counted(tmp_path / "out") == {"doejane/services", "roejim/services"}
+    content = laid_out(tmp_path / "out")
+    assert content["doejane/services/relay.py"] == b"again"
+    assert content["roejim/services/motor_service.py"] == b"second"
+    assert [each.late for each in result.kept] == [True]
+    assert "the platform marks it late" in describe(result)
+
+
+def test_a_bulk_download_of_moodle_with_folders_and_without(tmp_path):
+    one = handed_in(tmp_path / "one", "x").read_bytes()
+    bulk = archive(
+        tmp_path / "moodle.zip",
+        {
+            "Zoë Müller_55_assignsubmission_file_/services/motor_service.py": b"motor",
+            "Zoë Müller_55_assignsubmission_file_/services/relay.py": b"relay",
+            "Jim Roe_56_assignsubmission_file_/x-services-20261102T093000Z.zip": one,
+            "Jane Doe_57_assignsubmission_file_pid_node.py": b"pid",
+            "Jane Doe_57_assignsubmission_onlinetext_/onlinetext.html": b"hello",
+        },
+    )
+    result = collect([bulk], tmp_path / "out")
+    assert counted(tmp_path / "out") == {"Zoë_Müller/services", "Jim_Roe/services", "Jane_Doe/parameters"}
+    assert len(result.unplaced) == 1
+    assert "onlinetext.html: no platform names a file so" in result.unplaced[0]
+
+
+def test_a_folder_that_is_laid_out_already_is_taken_as_it_is(tmp_path):
+    folder = tmp_path / "in" / "ada" / "services"
+    folder.mkdir(parents=True)
+    for name, content in FILES.items():
+        (folder / name).write_bytes(content)
+    (folder / "link.py").symlink_to("/etc/passwd")
+    collect([tmp_path / "in"], tmp_path / "out")
+    assert {name.rpartition("/")[2] for name in laid_out(tmp_path / "out")} == {*FILES, "timestamp.txt"}
+
+
+def test_files_in_a_folder_inside_the_archive_are_found(tmp_path):
+    path = archive(tmp_path / "ada.zip", {f"my work/services/{name}": content for name, content in FILES.items()})
+    result = collect([path], tmp_path / "out")
+    assert result.unplaced == ["ada.zip: nothing tells who handed it in"]
+    bulk = archive(tmp_path / "bulk.zip", {"doejane_1_2_work.zip": path.read_bytes()})
+    collect([bulk], tmp_path / "out")
+    assert counted(tmp_path / "out") == {"doejane/services"}
+
+
+def test_a_roster_tells_folders_from_names(tmp_path):
+    roster = tmp_path / "roster.csv"
+    roster.write_text(
+        "student,login,canvas_id,first_name,last_name\n"
+        "ada,al12,1234,Ada,Lovelace\njim,jr3,77,Jim,Roe\nzoe,zm9,55,Zoë,Müller\n"
+    )
+    bulk = archive(
+        tmp_path / "bulk.zip",
+        {
+            "lovelaceada_1234_900_relay.py": b"by number",
+            "roejim_9999_901_relay.py": b"by name",
+            "mullerzoe_8888_902_relay.py": b"without accents",
+            "strangersam_5_903_relay.py": b"nobody knows",
+        },
+    )
+    result = collect([bulk], tmp_path / "out", read_roster(roster))
+    content = laid_out(tmp_path / "out")
+    assert content["ada/services/relay.py"] == b"by number"
+    assert content["jim/services/relay.py"] == b"by name"
+    assert content["zoe/services/relay.py"] == b"without accents"
+    assert len(result.laid_out) == 3
+    assert result.unplaced == ["bulk.zip, files of strangersam: '5' or 'strangersam' is not in the roster"]
+
+
+def test_an_archive_that_is_made_out_to_another_student_is_named(tmp_path):
+    roster = Roster()
+    roster.add("ada", ["Ada Lovelace", "1"])
+    roster.add("jim", ["Jim Roe", "2"])
+    copied = handed_in(tmp_path / "in", "ada").read_bytes()
+    bulk = archive(tmp_path / "bulk.zip", {"roejim_2_3_services.zip": copied})
+    (only,) = collect([bulk], tmp_path / "out", roster).laid_out
+    assert only.student == "jim"
+    assert only.remark == "its receipt is made out to ada"
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("name,login\nada,x\n", "has no column 'student'"),
+        ("student,login\nada,x\nada,y\n", "line 3: 'ada' is there twice"),
+        ("student,login\n../ada,x\n", "cannot be the name of a folder"),
+        ("student,login\n.others,x\n", "cannot be the name of a folder"),
+        (b"student,login\nJ\xf6rg,x\n", "is not a CSV file in UTF-8"),
+    ],
+)
+def test_a_wrong_roster_is_one_line(tmp_path, text, says):
+    roster = tmp_path / "roster.csv"
+    roster.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with pytest.raises(UsageError, match=".*") as caught:
+        read_roster(roster)
+    assert says in str(caught.value)
+
+
+def test_a_name_that_two_students_have_is_placed_with_neither(tmp_path):
+    roster = Roster()
+    roster.add("jane1", ["Jane Doe"])
+    roster.add("jane2", ["Jane Doe"])
+    bulk = archive(tmp_path / "bulk.zip", {"janedoe_5_6_relay.py": b"x"})
+    result = collect([bulk], tmp_path / "out", roster)
+    assert result.laid_out == []
+    assert "'janedoe' is jane1 and jane2 in the roster" in result.unplaced[0]
+
+
+def bomb() -> bytes:
+    """A small archive of a file of 100 MB."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as writer:
+        writer.writestr("relay.py", bytes(100_000_000))
+    return buffer.getvalue()
+
+
+def linked() -> bytes:
+    buffer = io.BytesIO()
+    info = zipfile.ZipInfo("relay.py")
+    info.external_attr = 0o120777 << 16
+    with zipfile.ZipFile(buffer, "w") as writer:
+        writer.writestr(info, "/etc/passwd")
+    return buffer.getvalue()
+
+
+def named(name: str) -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as writer:
+        writer.writestr(name, "x")
+    return buffer.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (b"", "not a zip archive"),
+        (b"PK\x03\x04" + os.urandom(50), "not a zip archive"),
+        (bomb, "is larger than 50 MB"),
+        (linked, "relay.py is a link"),
+        (lambda: named("../../relay.py"), "leads out of it"),
+        (lambda: named("/etc/relay.py"), "leads out of it"),
+        (lambda: named("..\\..\\relay.py"), "leads out of it"),
+        (lambda: named("a/" * 50 + "relay.py"), "too deep"),
+        (lambda: named("thesis.docx"), "no file of an exercise of this course, but thesis.docx"),
+    ],
+    ids=["empty", "noise", "bomb", "link", "up", "absolute", "backslash", "deep", "another course's"],
+)
+def test_a_bad_archive_is_a_line_and_stops_nobody(tmp_path, content, says):
+    bad = content if isinstance(content, bytes) else content()
+    bulk = archive(
+        tmp_path / "bulk.zip",
+        {"bad_1_2_services.zip": bad, "good_3_4_services.zip": handed_in(tmp_path / "in").read_bytes()},
+    )
+    result = collect([bulk], tmp_path / "out")
+    assert counted(tmp_path / "out") == {"good/services"}
+    assert len(result.unplaced) == 1
+    assert says in result.unplaced[0]
+    assert not (tmp_path / "relay.py").exists()
+
+
+def test_no_student_s_name_leads_out_of_the_folder(tmp_path):
+    path = handed_in(tmp_path / "in")
+    with zipfile.ZipFile(path) as whole:
+        content = {name: whole.read(name) for name in whole.namelist()}
+    for number, student in enumerate(("../../evil", ".others", "..", "/etc", "a\nb", "x" * 1000)):
+        receipt = json.loads(content["receipt.json"]) | {"student": student}
+        archive(tmp_path / "in" / f"{number}.zip", content | {"receipt.json": json.dumps(receipt).encode()})
+    collect([tmp_path / "in"], tmp_path / "deep" / "out")
+    assert {path.name for path in tmp_path.iterdir()} == {"in", "deep"}
+    assert [path.name for path in (tmp_path / "deep").iterdir()] == ["out"]
+    assert counted(tmp_path / "deep" / "out") == {
+        f"{name}/services" for name in ("ada", "evil", "others", "etc", "a_b", "x" * 100)
+    }
+
+
+def test_a_full_disk_leaves_what_was_there(tmp_path, monkeypatch):
+    collect([handed_in(tmp_path / "old", at=EARLY)], tmp_path / "out")
+    before = laid_out(tmp_path / "out")
+    new = handed_in(tmp_path / "new", "bob", at=LATER)
+
+    def full(self, content):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(OSError, match="No space left"):
+        collect([new], tmp_path / "out")
+    monkeypatch.undo()
+    assert laid_out(tmp_path / "out") == before
+
+
+def test_the_command_says_what_came_of_it(tmp_path):
+    handed_in(tmp_path / "in")
+    (tmp_path / "in" / "broken.zip").write_text("no archive")
+    command = [AUTOGRADER, "collect", str(tmp_path / "in"), "--into", str(tmp_path / "out")]
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert ran.returncode == 1
+    assert "ada/services, 2026-11-02 09:30:00 UTC, receipt verified" in ran.stdout
+    assert "broken.zip: not a zip archive" in ran.stdout
+    assert "1 submissions of 1 students; 1 not placed." in ran.stdout
+    assert ran.stderr == ""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["nothing.zip", "--into", "out"], "there is no file or folder nothing.zip"),
+        ([".", "--into", "out", "--due", "yesterday"], "'yesterday' is no time"),
+        ([".", "--into", "out", "--due", "2026-11-20 23:59"], "has no time zone"),
+        ([".", "--into", "out", "--roster", "none.csv"], "none.csv cannot be read"),
+    ],
+)
+def test_a_wrong_command_is_one_line(tmp_path, arguments, says):
+    ran = subprocess.run([AUTOGRADER, "collect", *arguments], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert ran.returncode == 2
+    assert says in ran.stderr
+    assert "Traceback" not in ran.stderr
