@@ -1,6 +1,8 @@
 """The notebooks as they are stored and released."""
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import nbformat
@@ -85,3 +87,27 @@ def test_the_released_notebook_has_no_marking_scheme(released):
         ]
         assert all("arking scheme" in cell.source for cell in manual)
         assert "Marking scheme" not in (released / path.parent.name / path.name).read_text()
+
+
+@pytest.mark.parametrize(
+    ("stored", "now", "verdict"),
+    [
+        ("median: ≈ 3.2 ms of 20", "median: ≈ 41.75 ms of 20", "1 passed"),
+        ("≈ 1,200 calls in ≈0.5 s", "≈ 998 calls in ≈1.5e-3 s", "1 passed"),
+        ("median: ≈ 3.2 ms of 20", "median: ≈ 3.2 ms of 21", "1 failed"),
+        ("median: ≈ 3.2 ms", "median: ≈ 3.2 s", "1 failed"),
+        ("median: 3.2 ms", "median: 3.3 ms", "1 failed"),
+    ],
+)
+def test_a_number_behind_the_sign_may_differ_and_no_other(tmp_path, stored, now, verdict):
+    """tests/measured.cfg: strict nbval takes `≈` and the number after it for the same in every run."""
+    cell = nbformat.v4.new_code_cell(f"print({now!r})", execution_count=1)
+    cell.outputs = [nbformat.v4.new_output("stream", name="stdout", text=stored + "\n")]
+    nbformat.write(nbformat.v4.new_notebook(cells=[cell]), tmp_path / "measured.ipynb")
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-c", "pyproject.toml", str(tmp_path / "measured.ipynb")],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
+    assert verdict in done.stdout, done.stdout
