@@ -13,19 +13,20 @@ from course.notebook.cells import content
 
 ROOT = Path(__file__).parents[1]
 NOTEBOOKS = sorted(ROOT.glob("notebooks/*/*.ipynb"))
+STORED = [ROOT / "notebooks/index.ipynb", *NOTEBOOKS]
 
 
 def code_cells(path: Path):
     return [cell for cell in nbformat.read(path, 4).cells if cell.cell_type == "code" and cell.source.strip()]
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", STORED, ids=lambda path: path.stem)
 def test_every_code_cell_was_run_before_it_was_stored(path):
     """nbval does not compare a cell that was stored without having been run."""
     assert [cell.source for cell in code_cells(path) if cell.execution_count is None] == []
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", STORED, ids=lambda path: path.stem)
 def test_no_cell_is_stored_with_an_error_that_is_not_meant(path):
     failed = [
         cell.source
@@ -36,7 +37,7 @@ def test_no_cell_is_stored_with_an_error_that_is_not_meant(path):
     assert failed == []
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", STORED, ids=lambda path: path.stem)
 def test_a_notebook_was_run_once_from_top_to_bottom(path):
     assert [cell.execution_count for cell in code_cells(path)] == list(range(1, len(code_cells(path)) + 1))
 
