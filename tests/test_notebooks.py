@@ -12,7 +12,7 @@ from autograder.gradebook.release import release
 from course.notebook.cells import content
 
 ROOT = Path(__file__).parents[1]
-NOTEBOOKS = sorted(ROOT.glob("notebooks/*/*.ipynb"))
+NOTEBOOKS = sorted(ROOT.glob("notebooks/[!.]*/*.ipynb"))
 STORED = [ROOT / "notebooks/index.ipynb", *NOTEBOOKS]
 
 
