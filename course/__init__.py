@@ -9,9 +9,10 @@ from course.errors import CallTimeout, CourseError, LiveError, NodeFailed
 if TYPE_CHECKING:
     from IPython.core.interactiveshell import InteractiveShell
 
+    from course.notebook.progress import Progress
     from course.session.live import Session
 
-__all__ = ["CallTimeout", "CourseError", "LiveError", "NodeFailed", "check", "live"]
+__all__ = ["CallTimeout", "CourseError", "LiveError", "NodeFailed", "check", "live", "progress"]
 
 environment.prepare()
 
@@ -36,6 +37,13 @@ def check(name: str = "") -> None:
     from course.notebook.checks import check as run
 
     run(name)
+
+
+def progress() -> "Progress":
+    """What the public checks of all sections said when their notebooks were last saved, and the points of each part."""
+    from course.notebook.progress import progress as read
+
+    return read()
 
 
 def _shell() -> "InteractiveShell | None":

@@ -15,11 +15,13 @@ def main_options() -> None:
 
 
 @app.command()
-def doctor() -> None:
+def doctor(
+    short: Annotated[bool, typer.Option("--brief", help="Only what a student needs, in a line each.")] = False,
+) -> None:
     """Check that this machine can run the course, and say what to do where it cannot."""
-    from course.doctor import report
+    from course.doctor import brief, report
 
-    raise typer.Exit(report())
+    raise typer.Exit(brief() if short else report())
 
 
 @app.command("sessions")

@@ -1,6 +1,8 @@
 """The notebooks as they are stored and released."""
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import nbformat
@@ -10,20 +12,21 @@ from autograder.gradebook.release import release
 from course.notebook.cells import content
 
 ROOT = Path(__file__).parents[1]
-NOTEBOOKS = sorted(ROOT.glob("notebooks/*/*.ipynb"))
+NOTEBOOKS = sorted(ROOT.glob("notebooks/[!.]*/*.ipynb"))
+STORED = [ROOT / "notebooks/index.ipynb", *NOTEBOOKS]
 
 
 def code_cells(path: Path):
     return [cell for cell in nbformat.read(path, 4).cells if cell.cell_type == "code" and cell.source.strip()]
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", STORED, ids=lambda path: path.stem)
 def test_every_code_cell_was_run_before_it_was_stored(path):
     """nbval does not compare a cell that was stored without having been run."""
     assert [cell.source for cell in code_cells(path) if cell.execution_count is None] == []
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", STORED, ids=lambda path: path.stem)
 def test_no_cell_is_stored_with_an_error_that_is_not_meant(path):
     failed = [
         cell.source
@@ -34,7 +37,7 @@ def test_no_cell_is_stored_with_an_error_that_is_not_meant(path):
     assert failed == []
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", STORED, ids=lambda path: path.stem)
 def test_a_notebook_was_run_once_from_top_to_bottom(path):
     assert [cell.execution_count for cell in code_cells(path)] == list(range(1, len(code_cells(path)) + 1))
 
@@ -85,3 +88,27 @@ def test_the_released_notebook_has_no_marking_scheme(released):
         ]
         assert all("arking scheme" in cell.source for cell in manual)
         assert "Marking scheme" not in (released / path.parent.name / path.name).read_text()
+
+
+@pytest.mark.parametrize(
+    ("stored", "now", "verdict"),
+    [
+        ("median: ≈ 3.2 ms of 20", "median: ≈ 41.75 ms of 20", "1 passed"),
+        ("≈ 1,200 calls in ≈0.5 s", "≈ 998 calls in ≈1.5e-3 s", "1 passed"),
+        ("median: ≈ 3.2 ms of 20", "median: ≈ 3.2 ms of 21", "1 failed"),
+        ("median: ≈ 3.2 ms", "median: ≈ 3.2 s", "1 failed"),
+        ("median: 3.2 ms", "median: 3.3 ms", "1 failed"),
+    ],
+)
+def test_a_number_behind_the_sign_may_differ_and_no_other(tmp_path, stored, now, verdict):
+    """tests/measured.cfg: strict nbval takes `≈` and the number after it for the same in every run."""
+    cell = nbformat.v4.new_code_cell(f"print({now!r})", execution_count=1)
+    cell.outputs = [nbformat.v4.new_output("stream", name="stdout", text=stored + "\n")]
+    nbformat.write(nbformat.v4.new_notebook(cells=[cell]), tmp_path / "measured.ipynb")
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-c", "pyproject.toml", str(tmp_path / "measured.ipynb")],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
+    assert verdict in done.stdout, done.stdout

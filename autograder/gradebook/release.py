@@ -24,7 +24,8 @@ from course.environment import prepare
 
 log = logging.getLogger(__name__)
 
-DEVELOPERS = ["check", "test", "lock"]  # of environment/: not for students
+START_PAGE = "index.ipynb"
+DEVELOPERS = ["check", "test", "lock", "site"]  # of environment/: not for students
 PROJECT = ("[build-system]", "[project", "[tool.setuptools")  # of pyproject.toml: what students install
 
 
@@ -55,7 +56,7 @@ def release(course: Path, chosen: Iterable[str] = (), notebooks: Path | None = N
 
 
 def hand_out(folder: Path, released: Iterable[Path]) -> None:
-    """Lay out in `folder` what students get: the released notebooks, `course`, its set-up and a README; no answers.
+    """Lay out in `folder` what students get: start page, released notebooks, `course`, its set-up, README; no answers.
 
     Files that are there already are brought up to date; none is removed.
     """
@@ -64,10 +65,23 @@ def hand_out(folder: Path, released: Iterable[Path]) -> None:
         shutil.copytree(root / name, folder / name, ignore=shutil.ignore_patterns(*without), dirs_exist_ok=True)
     for notebooks in released:
         shutil.copytree(notebooks, folder / "notebooks" / notebooks.name, dirs_exist_ok=True)
+    (folder / "notebooks").mkdir(exist_ok=True)
+    (folder / "notebooks" / START_PAGE).write_text(start_page(), encoding="utf-8")
     shutil.copy(root / "LICENSE", folder)
     (folder / "pyproject.toml").write_text(_students_project(root / "pyproject.toml"), encoding="utf-8")
     for page in ("student/README.md", "when-it-goes-wrong.md"):
         shutil.copy(root / "docs" / page, folder)
+
+
+def start_page() -> str:
+    """The notebook beside the sections, without what its cells have printed here: it is no assignment of nbgrader's."""
+    import nbformat
+
+    notebook = nbformat.read(repository() / "notebooks" / START_PAGE, as_version=4)
+    for cell in notebook.cells:
+        if cell.cell_type == "code":
+            cell.outputs, cell.execution_count = [], None
+    return str(nbformat.writes(notebook)) + "\n"
 
 
 def api(course: Path) -> NbGraderAPI:

@@ -50,7 +50,7 @@ def given(assignment: str, courses: Iterable[Path] = ()) -> list[str]:
 
     `courses` are folders of submissions: the course folder around each may have its own version of the notebook.
     """
-    books = [*(repository() / "notebooks").glob("*/*.ipynb")]
+    books = [*(repository() / "notebooks").glob("[!.]*/*.ipynb")]
     books += [folder.resolve().parent / "release" / assignment / f"{assignment}.ipynb" for folder in courses]
     texts = [path.read_text(encoding="utf-8") for path in sorted((COURSE / "nodes").glob("*.py"))]
     for path in books:

@@ -351,6 +351,7 @@ def test_what_students_get_can_be_set_up_and_holds_no_answer(course, tmp_path):
         "environment/start",
         "environment/requirements.lock",
         "environment/Dockerfile",
+        "notebooks/index.ipynb",
         *(f"notebooks/{name}/{name}.ipynb" for name in release.names()),
     }
     assert all(files[f"environment/{name}"].stat().st_mode & 0o100 for name in ("install", "start"))
@@ -365,6 +366,8 @@ def test_what_students_get_can_be_set_up_and_holds_no_answer(course, tmp_path):
         assert "autograder" not in shown and not [text for text in kept if text in shown], name
     project = tomllib.loads(files["pyproject.toml"].read_text())
     assert project["tool"]["setuptools"]["packages"]["find"]["include"] == ["course*"]
+    start = json.loads(files["notebooks/index.ipynb"].read_text())
+    assert not any(cell.get("outputs") or cell.get("execution_count") for cell in start["cells"])
     assert files["README.md"].read_text().startswith("# ROS 2") and "%%exercise" in files["README.md"].read_text()
     assert files["README.md"].read_text() == (repository() / "docs" / "student" / "README.md").read_text()
 

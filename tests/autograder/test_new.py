@@ -31,7 +31,7 @@ def run(tmp_path_factory):
     copy = tmp_path_factory.mktemp("copy")
     for folder in ("autograder", "course", "solutions", "tests"):
         shutil.copytree(ROOT / folder, copy / folder, ignore=shutil.ignore_patterns("__pycache__"))
-    for notebook in ROOT.glob("notebooks/*/*.ipynb"):
+    for notebook in ROOT.glob("notebooks/[!.]*/*.ipynb"):
         (copy / "notebooks" / notebook.stem).mkdir(parents=True)
         shutil.copy(notebook, copy / "notebooks" / notebook.stem)
     shutil.copy(ROOT / "pyproject.toml", copy)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from course.doctor import CHECKS, Check, report
+from course.doctor import CHECKS, Check, brief, report
 
 
 def broken() -> str:
@@ -23,6 +23,13 @@ def test_only_what_a_student_needs_fails_the_command(student, status):
     fine, lost = (line for line in out.getvalue().splitlines() if "fine" in line or "lost" in line)
     assert "ok" in fine and "found" in fine
     assert "no" in lost and "it is not there: look for it" in lost
+
+
+def test_brief_is_a_line_for_each_check_that_a_student_needs(capsys):
+    checks = (Check("fine", lambda: "found", "nothing"), Check("grading", broken, "look for it", student=False))
+    assert brief(checks) == 0 and capsys.readouterr().out == "ok  fine\n"
+    assert brief((Check("lost", broken, "look for it"),)) == 1
+    assert capsys.readouterr().out == "no  lost: it is not there: look for it\n"
 
 
 def test_every_check_has_a_cure():

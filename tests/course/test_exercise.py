@@ -108,7 +108,7 @@ def test_stop_leaves_no_node(kernel):
 
 
 def test_a_saved_notebook_has_the_schema_that_nbformat_knows():
-    for path in sorted(Path(__file__).parents[2].glob("notebooks/*/*.ipynb")):
+    for path in sorted(Path(__file__).parents[2].glob("notebooks/[!.]*/*.ipynb")):
         nbformat.validate(nbformat.read(path, 4))
 
 

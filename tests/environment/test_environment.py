@@ -1,5 +1,6 @@
 """The scripts in environment/, and the lock file."""
 
+import json
 import re
 import subprocess
 import tomllib
@@ -51,12 +52,18 @@ def test_start_passes_its_arguments_to_jupyter_lab():
     assert done.returncode == 0 and re.fullmatch(r"4\.\d+\.\d+.*", done.stdout.strip())
 
 
+def test_start_opens_the_start_page():
+    done = run("environment/start", "developer", "--no-browser", "--show-config-json")
+    assert json.loads(done.stdout)["LabApp"]["default_url"] == "/lab/tree/index.ipynb"
+    assert (ROOT / "notebooks/index.ipynb").exists()
+
+
 def test_an_unknown_profile_is_a_usage_error():
     done = run("environment/install", "teacher")
     assert done.returncode == 2 and done.stderr.startswith("Usage: environment/install")
 
 
-@pytest.mark.parametrize("script", ["environment/start", "environment/test", "environment/check"])
+@pytest.mark.parametrize("script", ["environment/start", "environment/test", "environment/check", "environment/site"])
 def test_every_command_begins_with_install(script):
     lines = [line for line in (ROOT / script).read_text().splitlines() if "environment/" in line and line[0] != "#"]
     assert "environment/install" in lines[0]

@@ -1,0 +1,113 @@
+"""`progress()`: what the public checks of all sections said when their notebooks were last saved.
+
+Nothing is run, and nothing is kept beside the notebooks: a notebook file has the outputs of its checks in it.
+"""
+
+import html
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from course.errors import UnreadableNotebook
+from course.notebook import cells
+from course.notebook.cells import Cell
+
+ORDER = ("services", "actions", "parameters", "ai_integration", "calculator")
+PASSED, ANSWERED = "passed", "answered"
+STUBS = ("YOUR ANSWER HERE", "YOUR CODE HERE")
+HEAD = ("section", "part", "so far", "points")
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of an exercise that gives points: one public check, or one question in words."""
+
+    section: str
+    name: str
+    state: str  # passed, answered, or what is missing
+    points: float  # that the hidden tests, or the reader of the answer, can give for it
+
+    @property
+    def done(self) -> bool:
+        """Whether its public check has passed, or its question has an answer."""
+        return self.state in (PASSED, ANSWERED)
+
+    def texts(self) -> tuple[str, str, str, str]:
+        """What the table shows."""
+        return self.section, self.name, self.state, f"{self.points:g}"
+
+
+class Progress(list[Part]):
+    """The parts of all exercises, in the order of the course; a notebook shows them as a table."""
+
+    @property
+    def summary(self) -> str:
+        """How far this is, in a sentence."""
+        if not self:
+            return "There are no exercises here: run this in the folder that holds the sections."
+        done = [part for part in self if part.done]
+        reached, all_points = (sum(part.points for part in parts) for parts in (done, self))
+        return (
+            f"{len(done)} of {len(self)} parts done. Up to {reached:g} of {all_points:g} points can be given for them: "
+            "your instructor's tests decide."
+        )
+
+    def __repr__(self) -> str:
+        lines = [HEAD, *(part.texts() for part in self)]
+        widths = [max(len(line[column]) for line in lines) for column in range(len(HEAD))]
+        padded = ("  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)) for line in lines)
+        return "\n".join([*(line.rstrip() for line in padded if self), self.summary])
+
+    def _repr_html_(self) -> str:
+        def row(texts: tuple[str, ...], tag: str) -> str:
+            inner = "".join(f'<{tag} style="text-align:left">{html.escape(text)}</{tag}>' for text in texts)
+            return f"<tr>{inner}</tr>"
+
+        body = "\n".join(row((*part.texts()[:2], ("✓ " if part.done else "") + part.state, part.texts()[3]), "td")
+                         for part in self)  # fmt: skip
+        table = f"<table><thead>{row(HEAD, 'th')}</thead>\n<tbody>{body}</tbody></table>" if self else ""
+        return f"{table}<p>{html.escape(self.summary)}</p>"
+
+
+def progress(folder: Path = Path()) -> Progress:
+    """Read the sections' notebooks as last saved, in the folders of `folder`, or beside it when it is a section's own.
+
+    A notebook that cannot be read is left out.
+    """
+    if not list(_notebooks(folder)):
+        folder = folder.resolve().parent
+    found = Progress()
+    for path in _notebooks(folder):
+        try:
+            known = cells.read(path)
+        except (UnreadableNotebook, OSError):
+            continue
+        found += [Part(path.stem, cell.name, _state(cell, known[:at]), _points(cell)) for at, cell in enumerate(known)
+                  if cell.mark.get("grade")]  # fmt: skip
+    return found
+
+
+def _notebooks(folder: Path) -> Iterator[Path]:
+    """The sections' notebooks: those of the course in its order, then those that were added."""
+    names = [path.stem for path in sorted(folder.glob("*/*.ipynb")) if path.stem == path.parent.name]
+    for name in sorted(names, key=lambda name: ORDER.index(name) if name in ORDER else len(ORDER)):
+        yield folder / name / f"{name}.ipynb"
+
+
+def _points(cell: Cell) -> float:
+    points = cell.mark.get("points", 0)
+    return float(points) if isinstance(points, (int, float)) else 0.0
+
+
+def _state(cell: Cell, before: list[Cell]) -> str:
+    """What is known of a graded cell; `before` are the cells above it."""
+    if cell.solution:
+        return ANSWERED if cell.source.strip() and not any(stub in cell.source for stub in STUBS) else "not answered"
+    if cell.count is None:
+        return "not run"
+    if error := next((output for output in cell.outputs if output.get("output_type") == "error"), None):
+        lines = cells.text_of(error.get("evalue", "")).strip().splitlines()
+        return f"not yet: {lines[0] if lines else error.get('ename', 'an error')}"
+    if any(above.solution and (above.count or 0) > cell.count for above in before):
+        return "run it again: you have changed the file since"
+    return PASSED

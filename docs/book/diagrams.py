@@ -1,0 +1,87 @@
+"""The notebooks' mermaid diagrams as SVG, drawn at build time by the mermaid that JupyterLab ships.
+
+The page then needs no script and no internet.  JupyterLab's files are packed by webpack: the loader in its `main` file
+is asked for the shared module `@jupyterlab/mermaid`, in a Chromium, and JupyterLab itself is never started.
+"""
+
+import re
+import shutil
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+FENCE = re.compile(r"^```mermaid\n(.*?)^```[ \t]*$", re.MULTILINE | re.DOTALL)
+STATIC = Path(sys.prefix) / "share/jupyter/lab/static"
+ADDRESS = "http://jupyterlab.invalid/"  # never looked up: every request is answered from STATIC
+THEMES = {"light": "default", "dark": "dark"}
+QUIET = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+START = """<!doctype html><body>
+<script id="jupyter-config-data" type="application/json">{"baseUrl": "/", "fullStaticUrl": "http://jupyterlab.invalid"}</script>
+<script>window.addEventListener = () => 0  // JupyterLab would start when the page has loaded</script>
+<script src="/%s"></script>
+"""
+LOAD = """async () => {
+  const packed = Object.keys(self).find(name => /^(web|rs)packChunk/.test(name));
+  let load;
+  self[packed].push([["diagrams"], {}, loader => { load = loader; }]);
+  await load.I("default");
+  const found = Object.values(load.S.default["@jupyterlab/mermaid"])[0];
+  const { MermaidManager } = (await found.get())();
+  self.mermaid = await new MermaidManager({}).getMermaid();
+}"""
+DRAW = """async ([text, theme, id]) => {
+  mermaid.initialize({ startOnLoad: false, theme, fontFamily: "Arial, Helvetica, sans-serif" });
+  return (await mermaid.render(id, text)).svg;
+}"""
+
+
+def drawn(texts: Iterable[str]) -> dict[str, str]:
+    """Each diagram's text with its HTML, in a light and a dark form; nothing when there is no Chromium to draw with."""
+    wanted = sorted({diagram for text in texts for diagram in FENCE.findall(text)})
+    program = shutil.which("chromium") or shutil.which("google-chrome")
+    if not wanted or not program:
+        return {}
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=program, args=list(QUIET))
+        page = browser.new_page()
+        page.route("**", _answer)
+        page.goto(ADDRESS)
+        page.evaluate(LOAD)
+        found = {text: _figure(page.evaluate, text, number) for number, text in enumerate(wanted)}
+        browser.close()
+    return found
+
+
+def replaced(text: str, figures: dict[str, str]) -> str:
+    """The Markdown `text` with each diagram as a drawing; one that was not drawn stays as it is."""
+    return FENCE.sub(lambda fence: figures.get(fence[1], fence[0]), text)
+
+
+def _answer(route: Any) -> None:
+    name = route.request.url.removeprefix(ADDRESS).partition("?")[0]
+    file = STATIC / name
+    if not name:
+        route.fulfill(body=START % next(STATIC.glob("main.*.js")).name, content_type="text/html")
+    elif name == Path(name).name and file.is_file():
+        route.fulfill(path=file)
+    else:
+        route.fulfill(status=404)
+
+
+def _figure(evaluate: Callable[..., str], text: str, number: int) -> str:
+    """On one line: Markdown ends a block of HTML at an empty one."""
+    forms = (
+        f'<div class="only-{name}">{evaluate(DRAW, [text, theme, f"diagram-{number}-{name}"])}</div>'
+        for name, theme in THEMES.items()
+    )
+    return '<figure class="diagram">' + " ".join("".join(forms).split("\n")) + "</figure>"

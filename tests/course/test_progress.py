@@ -1,0 +1,88 @@
+"""`course.progress()`: what the saved notebooks say of their exercises."""
+
+import json
+
+import pytest
+
+import course
+from course.notebook.progress import progress
+
+
+def mark(name: str, points: float, **more) -> dict:
+    return {"nbgrader": {"grade": True, "grade_id": name, "points": points, "locked": True, "solution": False} | more}
+
+
+def check(name: str = "adder", count: int | None = 3, outputs: tuple = (), points: float = 7) -> dict:
+    return {
+        "cell_type": "code",
+        "metadata": mark(name, points),
+        "execution_count": count,
+        "outputs": list(outputs),
+        "source": "assert total == 3",
+    }
+
+
+def answer(count: int | None) -> dict:
+    own = {"nbgrader": {"grade": False, "grade_id": "file", "locked": False, "solution": True}}
+    return {"cell_type": "code", "metadata": own, "execution_count": count, "outputs": [], "source": "%%exercise a.py"}
+
+
+def question(text: str) -> dict:
+    return {"cell_type": "markdown", "metadata": mark("why", 5, locked=False, solution=True), "source": text}
+
+
+@pytest.fixture
+def section(tmp_path):
+    def write(name: str, *cells: dict) -> None:
+        (tmp_path / name).mkdir(exist_ok=True)
+        (tmp_path / name / f"{name}.ipynb").write_text(json.dumps({"cells": cells}))
+
+    return write
+
+
+ERROR = {"output_type": "error", "ename": "AssertionError", "evalue": "1 + 2 gave 4\nsecond line", "traceback": []}
+
+
+@pytest.mark.parametrize(
+    ("cells", "state"),
+    [
+        ([answer(2), check(count=3)], "passed"),
+        ([answer(None), check(count=None)], "not run"),
+        ([answer(2), check(outputs=(ERROR,))], "not yet: 1 + 2 gave 4"),
+        ([answer(4), check(count=3)], "run it again: you have changed the file since"),
+        ([check(count=3), answer(4)], "passed"),  # the file of a later part
+        ([question("YOUR ANSWER HERE")], "not answered"),
+        ([question("Because it blocks.")], "answered"),
+    ],
+)
+def test_the_state_of_a_part(section, tmp_path, cells, state):
+    section("services", *cells)
+    assert [part.state for part in progress(tmp_path)] == [state]
+
+
+def test_points_are_those_of_the_cells_and_are_promised_to_nobody(section, tmp_path):
+    section("services", check("relay", points=8), check("motor", count=None, points=12), question("It blocks."))
+    told = progress(tmp_path)
+    assert told.summary.startswith("2 of 3 parts done. Up to 13 of 25 points can be given for them")
+    assert repr(told).splitlines()[1].split() == ["services", "relay", "passed", "8"]
+    assert told._repr_html_().count("<tr>") == 4 and "✓ passed" in told._repr_html_()
+
+
+def test_sections_come_in_the_order_of_the_course_and_own_ones_last(section, tmp_path):
+    for name in ("added", "calculator", "actions", "services"):
+        section(name, check(name))
+    section("broken")
+    (tmp_path / "broken/broken.ipynb").write_text("{")
+    assert [part.section for part in progress(tmp_path)] == ["services", "actions", "calculator", "added"]
+
+
+def test_it_can_be_asked_for_in_a_sections_own_folder(section, tmp_path, monkeypatch):
+    section("services", check())
+    monkeypatch.chdir(tmp_path / "services")
+    assert [part.section for part in course.progress()] == ["services"]
+
+
+def test_where_there_is_no_section_it_says_so(tmp_path):
+    (tmp_path / "empty").mkdir()
+    assert "no exercises here" in repr(progress(tmp_path / "empty"))
+    assert "no exercises here" in progress(tmp_path / "empty")._repr_html_()
