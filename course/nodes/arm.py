@@ -34,6 +34,7 @@ class Arm(Node):
         self._errors = self.create_publisher(Float64, "error", 10)
         self.create_subscription(Float64, "effort", self._on_effort, 10)
         self.create_timer(PERIOD, self._step)
+        self.get_logger().info("Arm started: it falls until an effort holds it")
 
     def note(self, text: str) -> None:
         """Keep in `track` what is done to the controller now, such as 'ki = 20'."""

@@ -41,7 +41,7 @@ SERVERS = {
     "fibonacci_action_server": "Fibonacci Action Server started",
     "parameter_node": "Debug Mode: False",
     "dynamic_parameter_node": "Dynamic Parameter Node started",
-    "arm": "",
+    "arm": "Arm started",
     "ai_robot_controller": "AI Robot Controller started",
     "world": "World started in room 'hall'",
 }
