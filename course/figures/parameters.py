@@ -4,7 +4,7 @@ import math
 
 from matplotlib.lines import Line2D
 
-from course.figures.palette import BLACK, BLUE, GREEN, GREY, VERMILLION, plain, style
+from course.figures.palette import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, plain, style
 from course.figures.picture import Picture
 from course.recorders import ParameterRecorder, Recorder
 
@@ -13,11 +13,18 @@ FAR = 1e6  # s, beyond every edge
 
 
 @plain
-def changes(record: ParameterRecorder, name: str, title: str = "A refused set leaves the value as it was") -> Picture:
+def changes(
+    record: ParameterRecorder,
+    name: str,
+    title: str = "A refused set leaves the value as it was",
+    unit: str = "",
+    beside: Recorder | None = None,
+) -> Picture:
     """The value of the numeric parameter `name` over time, with accepted and refused sets marked.
 
     The axis covers the accepted values and the declared range (dashed lines); a refused value beyond it is an arrow at
-    its edge.  Rejections are numbered, and their values and reasons are listed below the axis.
+    its edge.  Refusals are numbered, and their values and reasons are listed below the axis.  The columns of `beside`,
+    in the same `unit`, are drawn as well.
     """
     table = record.table()
     rows = [
@@ -28,7 +35,9 @@ def changes(record: ParameterRecorder, name: str, title: str = "A refused set le
     accepted = [(time, value) for time, value, ok, _ in rows if ok]
     refused = [(time, value, reason) for time, value, ok, reason in rows if not ok]
     picture = Picture(f"changes of {name}", 3.2 + 0.18 * min(LISTED, len(refused)))
-    axes = style(picture.figure.add_subplot(), title, "time since the recorder started (s)", name)
+    axes = style(
+        picture.figure.add_subplot(), title, "time since the recorder started (s)", f"{name} ({unit})" if unit else name
+    )
     limits = record.range(name) if isinstance(record, ParameterRecorder) else ()
     if accepted:
         axes.step(*zip(*accepted, strict=True), where="post", color=BLUE, label="value")
@@ -38,28 +47,33 @@ def changes(record: ParameterRecorder, name: str, title: str = "A refused set le
             Line2D([last, last + FAR], [value, value], color=BLUE, linewidth=line.get_linewidth(), zorder=line.zorder)
         )
         axes.plot(*zip(*accepted, strict=True), "o", color=GREEN, markersize=8, label="accepted")
+    if beside is not None:
+        time, *others = (table := beside.table())
+        for other in others:
+            axes.plot(table[time], table[other], color=ORANGE, label=other)
     for limit in limits:
         axes.axhline(limit, color=GREY, linestyle="--", zorder=1, label="range" if limit == limits[0] else None)
     axes.margins(y=0.2)
     low, high = axes.get_ylim()
     axes.set_ylim(low, high)
+    markers: list[str] = []
     for number, (time, value, _) in enumerate(refused, 1):
         drawable = isinstance(value, int | float) and not math.isnan(value)
         shown = min(max(value, low), high) if drawable else low
-        marker = "X" if not drawable or shown == value else "v" if value < low else "^"
-        axes.plot(time, shown, marker, color=VERMILLION, markersize=9, clip_on=False, zorder=3)
+        markers.append("X" if not drawable or shown == value else "v" if value < low else "^")
+        axes.plot(time, shown, markers[-1], color=VERMILLION, markersize=9, clip_on=False, zorder=3)
         axes.annotate(
             str(number),
             (time, shown),
-            xytext=(7, -9 if marker == "^" else 2),
+            xytext=(7, -9 if markers[-1] == "^" else 2),
             textcoords="offset points",
             color=BLACK,
             fontsize=9,
         )
     if refused:
-        axes.plot([], [], "X", color=VERMILLION, markersize=9, label="refused")
+        axes.plot([], [], markers[0], color=VERMILLION, markersize=9, label="refused")
     if rows:
-        picture.figure.legend(frameon=False, ncols=4, loc="outside upper right")
+        picture.figure.legend(frameon=False, ncols=5, loc="outside upper right")
     if refused:
         _list(picture, [f"{number}  {value} refused: {reason}" for number, (_, value, reason) in enumerate(refused, 1)])
     return picture
@@ -94,7 +108,7 @@ def response(
                 color=VERMILLION,
                 fontsize=9,
             )
-    upper.legend(frameon=False, loc="lower right")
+    picture.figure.legend(frameon=False, ncols=2, loc="outside upper right")
     return picture
 
 

@@ -36,6 +36,11 @@ class Arm(Node):
         self.create_timer(PERIOD, self._step)
         self.get_logger().info("Arm started: it falls until an effort holds it")
 
+    @property
+    def error(self) -> float:
+        """How far the angle is below the target (rad)."""
+        return float(self.get_parameter("target").value - self._angle)
+
     def note(self, text: str) -> None:
         """Keep in `track` what is done to the controller now, such as 'ki = 20'."""
         self.track.add(note=text)
@@ -48,9 +53,8 @@ class Arm(Node):
         step, self._last = min(now - self._last, LONGEST), now
         self._speed += (self._effort - LOAD - DAMPING * self._speed) / INERTIA * step
         self._angle += self._speed * step
-        target = self.get_parameter("target").value
-        self.track.add(angle=self._angle, target=target, effort=self._effort)
-        self._errors.publish(Float64(data=target - self._angle))
+        self.track.add(angle=self._angle, target=self._angle + self.error, effort=self._effort)
+        self._errors.publish(Float64(data=self.error))
 
 
 def main(args: list[str] | None = None) -> None:

@@ -88,7 +88,12 @@ def _run_until(words: list[str], timeout: float, until: str) -> tuple[str, int]:
     )
     assert program.stdout is not None
     late = threading.Event()
-    alarm = threading.Timer(timeout, lambda: (late.set(), _signal(program, signal.SIGKILL)))
+
+    def end() -> None:
+        late.set()
+        _signal(program, signal.SIGKILL)
+
+    alarm = threading.Timer(timeout, end)
     alarm.start()
     printed = ""
     try:
