@@ -82,7 +82,7 @@ class PidNode(LiveProgram):
             if name in RANGES and got.get(name) != value:
                 raise Wrong(f"It must be possible to set {name} to any value in its range.", f"{name} {value}: {got}")
 
-    def expect_refusal(self, about: str, reason: bool = True, **values: float | str) -> None:
+    def expect_refusal(self, about: str, reason: bool = True, /, **values: float | str) -> None:
         """It must refuse to set these together, with a `reason`, and change nothing; `about` tells what they are."""
         before = self.get()
         together = len(values) > 1
