@@ -29,18 +29,19 @@ from . import answers
 NOTHING = b"raise SystemExit('nothing handed in')\n"  # in the place of a file that is not looked at
 INLINED = ("nodes", "robot", "world", "recorders", "rclpy_internals", "errors", "waiting")  # what a program can need
 FENCED = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+NAMED = {"create_publisher", "create_subscription", "create_service", "create_client", "ActionServer", "ActionClient"}
 MAIN = re.compile(r"^(?:if __name__ == .__main__.:|rclpy\.init\()", re.MULTILINE)
 PATIENCE = 0.5  # most of these programs keep the grader waiting in vain
 SPIN = """
 
-def spin_every_node():
+def spin_nodes(wanted):
     import rclpy
     from rclpy.executors import MultiThreadedExecutor
     from rclpy.node import Node
     rclpy.init()
     executor = MultiThreadedExecutor(num_threads=8)
     for kind in list(globals().values()):
-        if isinstance(kind, type) and issubclass(kind, Node) and kind is not Node:
+        if isinstance(kind, type) and issubclass(kind, Node) and kind is not Node and wanted in (kind.__name__, ""):
             try:
                 executor.add_node(kind())
             except Exception as error:
@@ -49,7 +50,7 @@ def spin_every_node():
 
 
 if __name__ == "__main__":
-    spin_every_node()
+    spin_nodes("{wanted}")
 """
 
 Grade = Callable[..., "Future[Report]"]
@@ -70,18 +71,50 @@ def candidates(student: Path) -> dict[str, bytes]:
     }
     found = {name: _bundled(student, [path.read_text(encoding="utf-8")]) for name, path in programs.items()}
     nodes = [path.read_text(encoding="utf-8") for path in sorted((student / "course/nodes").glob("*.py"))]
-    found["all of course/nodes"] = _bundled(student, nodes, main=False) + SPIN
+    found["all of course/nodes"] = _bundled(student, nodes, main=False) + spinning()
     robot = [path.read_text(encoding="utf-8") for path in sorted((student / "course/robot").glob("*.py"))]
-    found["all of course/nodes and course/robot"] = _bundled(student, [*robot, *nodes], main=False) + SPIN
+    found["all of course/nodes and course/robot"] = _bundled(student, [*robot, *nodes], main=False) + spinning()
     every = []
     for notebook in sorted(student.glob("notebooks/*/*.ipynb")):
         shown = [*_shown(notebook)]
         every += shown
-        found[f"code of {notebook.name}"] = _bundled(student, shown, main=False) + SPIN
+        found[f"code of {notebook.name}"] = _bundled(student, shown, main=False) + spinning()
         for first, text in _written(notebook):
             found[f"{notebook.name}: {first}"] = text
-    found["code of all notebooks"] = _bundled(student, every, main=False) + SPIN
+    found["code of all notebooks"] = _bundled(student, every, main=False) + spinning()
     return {name: text.encode() for name, text in found.items()}
+
+
+def spinning(wanted: str = "") -> str:
+    """A main program that makes and spins a node of each class, or of the `wanted` one alone."""
+    return SPIN.replace("{wanted}", wanted)
+
+
+def single_nodes(student: Path, exercise: Exercise) -> dict[str, bytes]:
+    """Programs of one node of a page each, for the nodes that use a topic, service or action of the exercise.
+
+    Of all nodes of a page together, one may spoil what another does.
+    """
+    names = {
+        text.value.strip("/")
+        for file in programs_of(exercise)
+        for call in ast.walk(_parsed(answers.solution(exercise.name)[file].decode()))
+        if isinstance(call, ast.Call) and ast.unparse(call.func).split(".")[-1] in NAMED
+        for text in _texts(call)
+    }
+    found = {}
+    for notebook in sorted(student.glob("notebooks/*/*.ipynb")):
+        shown = [*_shown(notebook)]
+        classes = [part for text in shown for part in _parsed(text).body if isinstance(part, ast.ClassDef)]
+        for each in classes:
+            if names & {text.value.strip("/") for text in _texts(each)}:
+                text = _bundled(student, shown, main=False) + spinning(each.name)
+                found[f"{each.name} of {notebook.name}"] = text.encode()
+    return found
+
+
+def _texts(part: ast.AST) -> Iterator[ast.Constant]:
+    return (inner for inner in ast.walk(part) if isinstance(inner, ast.Constant) and isinstance(inner.value, str))
 
 
 def stubs(student: Path, exercise: Exercise) -> dict[str, bytes]:
@@ -122,7 +155,7 @@ def _written(notebook: Path) -> Iterator[tuple[str, str]]:
 def _bundled(student: Path, texts: Iterable[str], main: bool = True) -> str:
     """One program of several texts, without imports of the course: what they import of it stands before them.
 
-    Without `main` of each text only what it defines is left.
+    Without `main`, only what each text defines is left.
     """
     seen: set[Path] = set()
     parts: list[str] = []
@@ -135,8 +168,10 @@ def _bundled(student: Path, texts: Iterable[str], main: bool = True) -> str:
                     if path not in seen:
                         seen.add(path)
                         add(path.read_text(encoding="utf-8"), whole=False)
-            elif whole or _defines(part):
+            elif whole:
                 kept.append(ast.unparse(part))
+            elif _defines(part):
+                kept.append(ast.unparse(_tried(part)))
         parts.append("\n".join(kept))
 
     for text in texts:
@@ -151,6 +186,12 @@ def _defines(part: ast.stmt) -> bool:
     if isinstance(part, ast.Assign | ast.AnnAssign):
         return not any(isinstance(inner, ast.Name) and inner.id == "ros" for inner in ast.walk(part))
     return isinstance(part, ast.ImportFrom | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
+
+
+def _tried(part: ast.stmt) -> ast.stmt:
+    """The statement in a `try`: what it needs may have been left out, and the rest is to be tried without it."""
+    passed = ast.ExceptHandler(ast.Name("Exception", ast.Load()), None, [ast.Pass()])
+    return ast.fix_missing_locations(ast.Try([part], [passed], [], []))
 
 
 def _sources(student: Path, part: ast.ImportFrom) -> Iterator[Path]:
@@ -193,6 +234,7 @@ class Earned:
 
 def earned(exercise: Exercise, student: Path, programs: dict[str, bytes], grade: Grade) -> Earned:
     """Hand each program in under each name of the exercise's files, and the best ones together."""
+    programs = programs | single_nodes(student, exercise)
     files = programs_of(exercise)
     empty = given(exercise) | dict.fromkeys(files, NOTHING)
     nothing = grade(empty, exercise.name, patience=PATIENCE)
