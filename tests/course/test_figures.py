@@ -122,6 +122,14 @@ def test_a_refused_value_beyond_the_axis_is_an_arrow_at_its_edge_and_its_reason_
     assert figure.get_supxlabel() == ("1  2.0 refused: not now\n2  500.0 refused: too fast\n3  nan refused: no number")
 
 
+def test_what_follows_the_value_is_drawn_beside_it_in_its_unit():
+    sets = Recorded("name", "value", "accepted", "reason", rows=[("max_speed", 1.0, True, "")])
+    beside = Recorded("speed", rows=[(0.0,), (0.5,)])
+    axes = figures.changes(sets, "max_speed", unit="m/s", beside=beside).figure.axes[0]
+    assert axes.get_ylabel() == "max_speed (m/s)"
+    assert [0.0, 0.5] in [list(line.get_ydata()) for line in axes.get_lines() if line.get_label() == "speed"]
+
+
 def test_the_angle_and_the_effort_of_an_arm_are_drawn_with_what_was_done_to_it():
     upper, lower = DRAWN["response"]().figure.axes
     lines = {line.get_label(): list(line.get_ydata()) for line in upper.get_lines()}
