@@ -1,23 +1,30 @@
-"""The figure of section 3.3: what was set, when, and whether the node accepted it."""
+"""Figures of section 3.3: what was set, when, and whether the node accepted it; and an arm under a controller."""
 
 import math
 
 from matplotlib.lines import Line2D
 
-from course.figures.palette import BLACK, BLUE, GREEN, GREY, VERMILLION, plain, style
+from course.figures.palette import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, plain, style
 from course.figures.picture import Picture
-from course.recorders import ParameterRecorder
+from course.recorders import ParameterRecorder, Recorder
 
-LISTED = 4  # rejections listed at most, the newest ones
+LISTED = 4  # refusals listed at most, the newest ones
 FAR = 1e6  # s, beyond every edge
 
 
 @plain
-def changes(record: ParameterRecorder, name: str, title: str = "A rejected set leaves the value as it was") -> Picture:
-    """The value of the numeric parameter `name` over time, with accepted and rejected sets marked.
+def changes(
+    record: ParameterRecorder,
+    name: str,
+    title: str = "A refused set leaves the value as it was",
+    unit: str = "",
+    beside: Recorder | None = None,
+) -> Picture:
+    """The value of the numeric parameter `name` over time, with accepted and refused sets marked.
 
-    The axis covers the accepted values and the declared range (dashed lines); a rejected value beyond it is an arrow at
-    its edge.  Rejections are numbered, and their values and reasons are listed below the axis.
+    The axis covers the accepted values and the declared range (dashed lines); a refused value beyond it is an arrow at
+    its edge.  Refusals are numbered, and their values and reasons are listed below the axis.  The columns of `beside`,
+    in the same `unit`, are drawn as well.
     """
     table = record.table()
     rows = [
@@ -26,9 +33,11 @@ def changes(record: ParameterRecorder, name: str, title: str = "A rejected set l
         if parameter == name
     ]
     accepted = [(time, value) for time, value, ok, _ in rows if ok]
-    rejected = [(time, value, reason) for time, value, ok, reason in rows if not ok]
-    picture = Picture(f"changes of {name}", 3.2 + 0.18 * min(LISTED, len(rejected)))
-    axes = style(picture.figure.add_subplot(), title, "time since the recorder started (s)", name)
+    refused = [(time, value, reason) for time, value, ok, reason in rows if not ok]
+    picture = Picture(f"changes of {name}", 3.2 + 0.18 * min(LISTED, len(refused)))
+    axes = style(
+        picture.figure.add_subplot(), title, "time since the recorder started (s)", f"{name} ({unit})" if unit else name
+    )
     limits = record.range(name) if isinstance(record, ParameterRecorder) else ()
     if accepted:
         axes.step(*zip(*accepted, strict=True), where="post", color=BLUE, label="value")
@@ -38,32 +47,68 @@ def changes(record: ParameterRecorder, name: str, title: str = "A rejected set l
             Line2D([last, last + FAR], [value, value], color=BLUE, linewidth=line.get_linewidth(), zorder=line.zorder)
         )
         axes.plot(*zip(*accepted, strict=True), "o", color=GREEN, markersize=8, label="accepted")
+    if beside is not None:
+        time, *others = (table := beside.table())
+        for other in others:
+            axes.plot(table[time], table[other], color=ORANGE, label=other)
     for limit in limits:
         axes.axhline(limit, color=GREY, linestyle="--", zorder=1, label="range" if limit == limits[0] else None)
     axes.margins(y=0.2)
     low, high = axes.get_ylim()
     axes.set_ylim(low, high)
-    for number, (time, value, _) in enumerate(rejected, 1):
+    markers: list[str] = []
+    for number, (time, value, _) in enumerate(refused, 1):
         drawable = isinstance(value, int | float) and not math.isnan(value)
         shown = min(max(value, low), high) if drawable else low
-        marker = "X" if not drawable or shown == value else "v" if value < low else "^"
-        axes.plot(time, shown, marker, color=VERMILLION, markersize=9, clip_on=False, zorder=3)
+        markers.append("X" if not drawable or shown == value else "v" if value < low else "^")
+        axes.plot(time, shown, markers[-1], color=VERMILLION, markersize=9, clip_on=False, zorder=3)
         axes.annotate(
             str(number),
             (time, shown),
-            xytext=(7, -9 if marker == "^" else 2),
+            xytext=(7, -9 if markers[-1] == "^" else 2),
             textcoords="offset points",
             color=BLACK,
             fontsize=9,
         )
-    if rejected:
-        axes.plot([], [], "X", color=VERMILLION, markersize=9, label="rejected")
+    if refused:
+        axes.plot([], [], markers[0], color=VERMILLION, markersize=9, label="refused")
     if rows:
-        picture.figure.legend(frameon=False, ncols=4, loc="outside upper right")
-    if rejected:
-        _list(
-            picture, [f"{number}  {value} rejected: {reason}" for number, (_, value, reason) in enumerate(rejected, 1)]
-        )
+        picture.figure.legend(frameon=False, ncols=5, loc="outside upper right")
+    if refused:
+        _list(picture, [f"{number}  {value} refused: {reason}" for number, (_, value, reason) in enumerate(refused, 1)])
+    return picture
+
+
+@plain
+def response(
+    track: Recorder, title: str = "The angle follows its target, and what each change of a gain does"
+) -> Picture:
+    """The `angle` and `target` (rad) and the `effort` (N m) of an arm over time, with a line at each `note`."""
+    table = track.table()
+    rows = list(zip(table["time"], table["angle"], table["target"], table["effort"], strict=True))
+    moves = [row for row in rows if row[1] is not None]
+    times = [row[0] for row in moves]
+    picture = Picture("response of an arm", 4.2)
+    upper, lower = picture.figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    style(upper, title, "", "angle (rad)")
+    style(lower, "", "time since the arm started (s)", "effort (N m)")
+    upper.plot(times, [row[2] for row in moves], color=BLACK, linestyle=":", label="target")
+    upper.plot(times, [row[1] for row in moves], color=BLUE, label="angle")
+    lower.plot(times, [row[3] for row in moves], color=GREEN)
+    for time, note in zip(table["time"], table["note"], strict=True):
+        if note is not None:
+            for axes in (upper, lower):
+                axes.axvline(time, color=VERMILLION, linewidth=1, zorder=1)
+            upper.annotate(
+                note,
+                (time, 0.0),
+                xycoords=("data", "axes fraction"),
+                xytext=(4, 4),
+                textcoords="offset points",
+                color=VERMILLION,
+                fontsize=9,
+            )
+    picture.figure.legend(frameon=False, ncols=2, loc="outside upper right")
     return picture
 
 

@@ -21,7 +21,7 @@ class DynamicParameterNode(Node):
         self.get_logger().info("Dynamic Parameter Node started")
 
     def parameter_callback(self, params: list[Parameter]) -> SetParametersResult:
-        """Accept or reject all of `params`, and change nothing: another callback may still reject them."""
+        """Accept or refuse all of `params`, and change nothing: another callback may still refuse them."""
         for param in params:
             if param.name == "threshold":
                 reason = self.fault(param.value)

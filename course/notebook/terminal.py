@@ -1,7 +1,11 @@
 """Commands run side by side, each as in a terminal of its own, and what they printed."""
 
+import contextlib
+import os
 import shlex
+import signal
 import subprocess
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from html import escape
 
@@ -10,6 +14,7 @@ STYLE = (
     "white-space: pre-wrap; overflow-wrap: anywhere;"
 )
 PROMPT = "color: #7fc8a9;"
+GRACE = 5.0  # s for a program to end after Ctrl-C
 
 
 class Terminal:
@@ -37,15 +42,21 @@ class Terminal:
         return f'<pre style="{STYLE}">{chr(10).join(lines)}</pre>'
 
 
-def terminal(*commands: str, timeout: float = 30.0) -> Terminal:
-    """Run the commands at the same time (no shell), each for at most `timeout` s, and return the transcript."""
+def terminal(*commands: str, timeout: float = 30.0, until: str = "") -> Terminal:
+    """Run the commands at the same time (no shell), each for at most `timeout` s, and return the transcript.
+
+    With `until`, a command that runs on is ended with Ctrl-C once it has printed a line with that text; the transcript
+    leaves out what it prints afterwards.
+    """
     with ThreadPoolExecutor(len(commands)) as pool:
-        return Terminal([*pool.map(lambda command: _run(command, timeout), commands)])
+        return Terminal([*pool.map(lambda command: _run(command, timeout, until), commands)])
 
 
-def _run(command: str, timeout: float) -> tuple[str, str, int]:
+def _run(command: str, timeout: float, until: str) -> tuple[str, str, int]:
     words = shlex.split(command)
     try:
+        if until:
+            return command, *_run_until(words, timeout, until)
         done = subprocess.run(
             words,
             stdin=subprocess.DEVNULL,
@@ -61,3 +72,53 @@ def _run(command: str, timeout: float) -> tuple[str, str, int]:
     except subprocess.TimeoutExpired as expired:
         output = (expired.stdout or b"").decode(errors="replace")
         return command, f"{output}\n(stopped after {timeout:g} s)".lstrip("\n"), 124
+
+
+def _run_until(words: list[str], timeout: float, until: str) -> tuple[str, int]:
+    """What a command prints up to a line with `until`, or to its end, and its exit status."""
+    program = subprocess.Popen(
+        words,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+        start_new_session=True,  # a process group of its own, as for a terminal's Ctrl-C
+    )
+    assert program.stdout is not None
+    late = threading.Event()
+
+    def end() -> None:
+        late.set()
+        _signal(program, signal.SIGKILL)
+
+    alarm = threading.Timer(timeout, end)
+    alarm.start()
+    printed = ""
+    try:
+        for line in program.stdout:
+            printed += line
+            if until in line:
+                return f"{printed}^C", 0
+        status = program.wait()
+        return (f"{printed}(stopped after {timeout:g} s)", 124) if late.is_set() else (printed, status)
+    finally:
+        alarm.cancel()
+        _end(program)
+
+
+def _end(program: subprocess.Popen[str]) -> None:
+    """End a program as Ctrl-C in its terminal does, and by force when it takes no notice."""
+    try:
+        _signal(program, signal.SIGINT)
+        program.communicate(timeout=GRACE)
+    except subprocess.TimeoutExpired:
+        _signal(program, signal.SIGKILL)
+        program.communicate()
+
+
+def _signal(program: subprocess.Popen[str], number: int) -> None:
+    """Send a signal to a program and to those that it has started."""
+    with contextlib.suppress(ProcessLookupError):  # they have ended by themselves
+        os.killpg(program.pid, number)

@@ -162,7 +162,7 @@ def add_set_arguments(parser: ArgumentParser) -> None:
 
 
 def set_verb(args: Namespace) -> str | None:
-    """Set a parameter to a value written in YAML; a rejection goes to stderr, with exit status 0 as in ros2cli."""
+    """Set a parameter to a value written in YAML; a refusal goes to stderr, with exit status 0 as in ros2cli."""
     import yaml
     from rclpy.parameter import get_parameter_value
 

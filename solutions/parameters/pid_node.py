@@ -24,6 +24,7 @@ class PidNode(Node):
         joint = self.declare_parameter(
             'joint_name', 'elbow', ParameterDescriptor(read_only=True)).value
 
+        self.ki = self.value('ki')  # as it was when the integral began
         self.integral = 0.0  # error times seconds
         self.last_error = 0.0
         self.last_time = None  # seconds, of no message yet
@@ -44,12 +45,12 @@ class PidNode(Node):
         return self.get_parameter(name).value
 
     def check_parameters(self, params):
-        """Refuse limits in the wrong order. Only look: others may still refuse."""
+        """Refuse limits that are not in order. Only look: others may still refuse."""
         limits = {name: self.value(name) for name in ('output_min', 'output_max')}
         for param in params:
             if param.name in limits:
                 limits[param.name] = param.value
-        if limits['output_min'] >= limits['output_max']:
+        if not limits['output_min'] < limits['output_max']:  # so NaN is refused too
             return SetParametersResult(
                 successful=False,
                 reason='output_min ({output_min}) must be below output_max ({output_max})'
@@ -60,8 +61,8 @@ class PidNode(Node):
         """Act on new values: by now all of them are accepted and stored."""
         for param in params:
             self.get_logger().info(f'{param.name} is now {param.value}')
-            if param.name == 'ki':
-                self.integral = 0.0
+            if param.name == 'ki' and param.value != self.ki:
+                self.ki, self.integral = param.value, 0.0
 
     def error_callback(self, msg):
         """Answer each error with an effort, by the gains of this moment."""

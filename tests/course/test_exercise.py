@@ -68,6 +68,17 @@ print(future.result().b)
     )
 
 
+def test_a_terminal_ends_a_program_that_runs_on_with_ctrl_c(kernel):
+    (kernel.folder / "on.py").write_text(
+        "import time\nprint('begun')\ntry:\n    time.sleep(60)\nexcept KeyboardInterrupt:\n    open('ended', 'w')\n"
+    )
+    kernel.run("from course.notebook.terminal import terminal")
+    assert kernel.run("terminal('python on.py', until='begun')") == "$ python on.py\nbegun\n^C"
+    assert (kernel.folder / "ended").exists()
+    out = kernel.run("terminal('python -c 3', 'python on.py', until='never', timeout=5)")
+    assert out == "$ python -c 3\n$ python on.py\nbegun\n(stopped after 5 s)\n[exit status 124]"
+
+
 def test_solution_marks_are_not_part_of_the_file(kernel):
     kernel.run("%%exercise marked.py --no-start\nif True:\n    ### BEGIN SOLUTION\n    a = 1\n    ### END SOLUTION\n")
     assert (kernel.folder / "marked.py").read_text() == "if True:\n    a = 1\n"

@@ -68,6 +68,16 @@ DRAWN = {
         ),
         "speed",
     ),
+    "response": lambda: figures.response(
+        Recorded(
+            "angle",
+            "target",
+            "effort",
+            "note",
+            rows=[(0.0, 1.0, 0.0, None), (None,) * 3 + ("ki = 2",), (0.2, 1.0, 9.0, None)],
+        )
+    ),
+    "response of nothing": lambda: figures.response(Recorded("angle", "target", "effort", "note")),
     "changes of nothing": lambda: figures.changes(Recorded("name", "value", "accepted", "reason"), "speed"),
 }
 
@@ -79,19 +89,19 @@ def test_every_figure_is_a_picture_with_a_constant_text(name):
     assert repr(first) == repr(second) and "0x" not in repr(first)
 
 
-@pytest.mark.parametrize("name", [name for name in DRAWN if "nothing" not in name and "sectors" not in name])
+@pytest.mark.parametrize("name", [name for name in DRAWN if not {"nothing", "sectors", "response"} & {*name.split()}])
 def test_axes_have_a_title_and_labels_with_units(name):
     axes = DRAWN[name]().figure.axes[0]
     assert axes.get_title(loc="left") and axes.get_xlabel()
 
 
-def test_rejected_sets_are_not_on_the_line_of_values():
+def test_refused_sets_are_not_on_the_line_of_values():
     axes = DRAWN["changes"]().figure.axes[0]
     lines = {line.get_label(): list(line.get_ydata()) for line in axes.get_lines()}
     assert lines["value"] == [1.0] and lines["accepted"] == [1.0]
 
 
-def test_a_rejected_value_beyond_the_axis_is_an_arrow_at_its_edge_and_its_reason_is_told():
+def test_a_refused_value_beyond_the_axis_is_an_arrow_at_its_edge_and_its_reason_is_told():
     rows = [
         ("speed", 1.0, True, ""),
         ("speed", 3.0, True, ""),
@@ -109,9 +119,23 @@ def test_a_rejected_value_beyond_the_axis_is_an_arrow_at_its_edge_and_its_reason
     assert 0 < low < 1 and 3 < high < 4
     marks = [(line.get_marker(), line.get_ydata()[0]) for line in axes.get_lines() if len(line.get_ydata()) == 1]
     assert marks[-3:] == [("X", 2.0), ("^", high), ("X", low)]
-    assert figure.get_supxlabel() == (
-        "1  2.0 rejected: not now\n2  500.0 rejected: too fast\n3  nan rejected: no number"
-    )
+    assert figure.get_supxlabel() == ("1  2.0 refused: not now\n2  500.0 refused: too fast\n3  nan refused: no number")
+
+
+def test_what_follows_the_value_is_drawn_beside_it_in_its_unit():
+    sets = Recorded("name", "value", "accepted", "reason", rows=[("max_speed", 1.0, True, "")])
+    beside = Recorded("speed", rows=[(0.0,), (0.5,)])
+    axes = figures.changes(sets, "max_speed", unit="m/s", beside=beside).figure.axes[0]
+    assert axes.get_ylabel() == "max_speed (m/s)"
+    assert [0.0, 0.5] in [list(line.get_ydata()) for line in axes.get_lines() if line.get_label() == "speed"]
+
+
+def test_the_angle_and_the_effort_of_an_arm_are_drawn_with_what_was_done_to_it():
+    upper, lower = DRAWN["response"]().figure.axes
+    lines = {line.get_label(): list(line.get_ydata()) for line in upper.get_lines()}
+    assert lines["angle"] == [0.0, 0.2] and lines["target"] == [1.0, 1.0]
+    assert [text.get_text() for text in upper.texts] == ["ki = 2"]
+    assert list(lower.get_lines()[0].get_ydata()) == [0.0, 9.0] and lower.get_xlabel()
 
 
 def test_the_last_value_holds_to_the_edge_of_the_axis():

@@ -24,15 +24,18 @@ from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor, Si
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Float64
 
 import course.nodes
 from course.nodes import fibonacci_action_client
 from course.nodes.add_two_ints_client import AddTwoIntsClient
 from course.nodes.add_two_ints_server import AddTwoIntsServer
 from course.nodes.ai_robot_controller import AIRobotController
+from course.nodes.arm import Arm
 from course.nodes.dynamic_parameter_node import DynamicParameterNode
 from course.nodes.fibonacci_action_server import FibonacciActionServer
 from course.nodes.parameter_node import ParameterNode
+from course.waiting import wait_until
 
 DOMAIN = 36
 FOLDER = Path(course.nodes.__file__).parent
@@ -41,6 +44,7 @@ SERVERS = {
     "fibonacci_action_server": "Fibonacci Action Server started",
     "parameter_node": "Debug Mode: False",
     "dynamic_parameter_node": "Dynamic Parameter Node started",
+    "arm": "Arm started",
     "ai_robot_controller": "AI Robot Controller started",
     "world": "World started in room 'hall'",
 }
@@ -320,6 +324,17 @@ def test_threshold_is_checked_with_a_reason_and_used_after(spun):
         result = node.set_parameters([Parameter("threshold", value=value)])[0]
         assert not result.successful and result.reason, value
     assert node.threshold == node.get_parameter("threshold").value == 100.0
+
+
+def test_the_arm_falls_until_an_effort_holds_it(spun):
+    arm = spun.start(Arm)
+    efforts = arm.create_publisher(Float64, "effort", 10)
+    assert arm.track.wait_for(20, 20.0) and arm.error > 1.0  # it has fallen below 0
+    assert wait_until(lambda: efforts.publish(Float64(data=10.0)) or arm.error < 0.5, 20.0)
+    arm.note("lifted")
+    table = arm.track.table()
+    assert table["note"][-1] == "lifted" and table["angle"][-1] is None
+    assert table["target"][0] == 1.0 and 10.0 in table["effort"]
 
 
 def test_a_set_with_one_fault_changes_nothing(spun):

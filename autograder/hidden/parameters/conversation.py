@@ -82,8 +82,8 @@ class PidNode(LiveProgram):
             if name in RANGES and got.get(name) != value:
                 raise Wrong(f"It must be possible to set {name} to any value in its range.", f"{name} {value}: {got}")
 
-    def expect_refusal(self, about: str, **values: float | str) -> None:
-        """It must refuse to set these together, and change nothing; `about` tells the student what they are."""
+    def expect_refusal(self, about: str, reason: bool = True, /, **values: float | str) -> None:
+        """It must refuse to set these together, with a `reason`, and change nothing; `about` tells what they are."""
         before = self.get()
         together = len(values) > 1
         results = [self.parameters.set_together(values)] if together else self.parameters.set(values)
@@ -93,12 +93,13 @@ class PidNode(LiveProgram):
             raise Wrong(f"{about} must be refused.", got)
         if after != before:
             raise Wrong(f"{about} must be refused, and must then change nothing.", got)
-        if not all(result.reason.strip() for result in results):
+        if reason and not all(result.reason.strip() for result in results):
             raise Wrong(f"{about}: the refusal must give a reason; it is empty.", got)
 
     def expect_set(self, about: str, **values: float) -> None:
-        """It must accept these when they are set together; `about` tells the student what they are."""
-        result, after = self.parameters.set_together(values), self.get()
+        """It must accept these, set together or one alone; `about` tells the student what they are."""
+        result = self.parameters.set_together(values) if len(values) > 1 else self.parameters.set(values)[0]
+        after = self.get()
         if not result.successful or any(after.get(name) != value for name, value in values.items()):
             raise Wrong(f"{about} must be accepted.", f"{values}: {result}, {after}")
 

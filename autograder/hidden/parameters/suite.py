@@ -1,10 +1,11 @@
 """What the task asks of the PID node, as a conversation over its parameters and its two topics.
 
-The node measures time steps itself, by the wall clock.  What depends on them is judged by bounds: the node got an error
+The node measures time steps itself, in real time.  What depends on them is judged by bounds: the node got an error
 after the grader had sent it and before its answer came, however busy the machine was.
 Points add up to 20.
 """
 
+import math
 import random
 import time
 from collections.abc import Mapping
@@ -64,13 +65,14 @@ def test_proportional(pid: PidNode, rng: random.Random) -> None:
     kp = rng.randrange(9, 30) / 8
     pid.arrange(kp=kp)
     before, errors = len(pid.efforts.heard), [sign * rng.randrange(5, 20) / 8 for sign in (1, -1, -1, 1)]
-    for error in [*errors, 0.0]:
+    errors += [errors[-1], 0.0, 0.0]  # an effort that does not change is published too
+    for error in errors:
         pid.expect_effort(error, kp * error, "With kp alone, the effort must be kp × error")
-    wait_until(lambda: len(pid.efforts.heard) > before + len(errors) + 1, EXTRA)
-    if len(pid.efforts.heard) != before + len(errors) + 1:
+    wait_until(lambda: len(pid.efforts.heard) > before + len(errors), EXTRA)
+    if len(pid.efforts.heard) != before + len(errors):
         raise Wrong(
             "Each error must be answered with exactly one effort, and nothing may be published without an error.",
-            f"{len(errors) + 1} errors, {len(pid.efforts.heard) - before} efforts",
+            f"{len(errors)} errors, {len(pid.efforts.heard) - before} efforts",
         )
 
 
@@ -84,7 +86,7 @@ def test_new_gain(pid: PidNode, rng: random.Random) -> None:
         pid.expect_effort(error, kp / 8 * error, "After kp was set, the very next effort must use the new kp")
 
 
-@points(2, cell="pid-node")
+@points(1, cell="pid-node")
 @twice
 def test_clamped(pid: PidNode, rng: random.Random) -> None:
     """The effort stays within output_min and output_max, as they are at that moment."""
@@ -98,23 +100,49 @@ def test_clamped(pid: PidNode, rng: random.Random) -> None:
         pid.expect_effort(error, kp * error, "An effort between output_min and output_max must stay as it is")
 
 
-@points(2, cell="pid-node")
+@points(1, cell="pid-node")
 @twice
 def test_integral(pid: PidNode, rng: random.Random) -> None:
     """The integral part grows by ki × error × the seconds since the message before."""
     ki, error = rng.randrange(8, 32) / 4, rng.choice([-1, 1]) * rng.randrange(5, 10) / 8
     last = begin_integral(pid, error, ki=ki)
     for pause in (0.25, 0.05, rng.uniform(0.1, 0.15)):
-        time.sleep(pause)
-        answer = pid.send(error)
-        grown = answer.effort - last.effort
-        if not between(grown, expected := tuple(ki * error * step for step in steps(last, answer))):
+        last, fault = send_after(pid, pause, error, ki, last)
+        if fault:
             raise Wrong(
                 "With ki alone, the effort must grow from one message to the next by ki × error × the seconds between "
                 "the two.",
-                f"{pause} s: expected {expected}, got {grown}",
+                fault,
             )
-        last = answer
+
+
+@points(1, cell="pid-node")
+@twice
+def test_monotonic_clock(pid: PidNode, rng: random.Random) -> None:
+    """The seconds are those of time.monotonic(), also while use_sim_time is set."""
+    ki, error = rng.randrange(8, 32) / 4, rng.choice([-1, 1]) * rng.randrange(5, 10) / 8
+    last = begin_integral(pid, error, ki=ki)
+    _, fault = send_after(pid, 0.1, error, ki, last)
+    if fault:
+        return  # whatever the clock: judged by the other tests
+    pid.parameters.set({"use_sim_time": True})
+    _, fault = send_after(pid, 0.1, error, ki, pid.send(error))
+    pid.parameters.set({"use_sim_time": False})
+    if fault:
+        raise Wrong(
+            "While use_sim_time is set, the integral must grow as always: the seconds are those of time.monotonic(), "
+            "not those of the node's clock.",
+            fault,
+        )
+
+
+def send_after(pid: PidNode, pause: float, error: float, ki: float, last: Answer) -> tuple[Answer, str]:
+    """The answer to the same error after a pause (s), and what is wrong with how the effort has grown, or ''."""
+    time.sleep(pause)
+    answer = pid.send(error)
+    grown = answer.effort - last.effort
+    right = between(grown, expected := tuple(ki * error * step for step in steps(last, answer)))
+    return answer, "" if right else f"{pause} s: expected {expected}, got {grown}"
 
 
 @points(1, cell="pid-node")
@@ -154,12 +182,18 @@ def test_ki_starts_the_integral_again(pid: PidNode, rng: random.Random) -> None:
 @points(1, cell="pid-node")
 @twice
 def test_nothing_else_starts_it_again(pid: PidNode, rng: random.Random) -> None:
-    """Setting other parameters leaves the integral as it is."""
-    error = rng.randrange(5, 10) / 8
-    last = fill_integral(pid, error, ki=rng.randrange(8, 32) / 4)
+    """Setting other parameters, or ki to the value that it has, leaves the integral as it is."""
+    ki, error = rng.randrange(8, 32) / 4, rng.randrange(5, 10) / 8
+    pid.parameters.set({"ki": ki})  # alone, and then together with others
+    last = fill_integral(pid, error, ki=ki)
     pid.parameters.set({"kp": 0.5, "kd": 0.25, "output_min": -2e6, "output_max": 2e6})
     pid.parameters.set_together({"kp": 0.0, "kd": 0.0})
     expect_no_less(pid, error, last, "After kp, kd or a limit was set, the integral must continue from where it was")
+    same = "After ki was set to the value that it already had, the integral must continue from where it was"
+    pid.parameters.set({"ki": ki})
+    expect_no_less(pid, error, last, same)
+    pid.parameters.set_together({"kd": 0.25, "ki": ki})
+    expect_no_less(pid, error, last, same)
 
 
 def begin_integral(pid: PidNode, error: float, **gains: float) -> Answer:
@@ -208,7 +242,7 @@ def test_out_of_range(pid: PidNode, rng: random.Random) -> None:
             pid.expect_refusal(f"A {name} {'above' if value > high else 'below'} its range", **{name: value})
 
 
-@points(2, cell="pid-node")
+@points(1, cell="pid-node")
 @twice
 def test_limits_in_order(pid: PidNode, rng: random.Random) -> None:
     """An output_min that is not below output_max is refused with a reason, set alone or together with others."""
@@ -232,6 +266,44 @@ def test_limits_in_order(pid: PidNode, rng: random.Random) -> None:
 
 @points(1, cell="pid-node")
 @twice
+def test_one_limit(pid: PidNode, rng: random.Random) -> None:
+    """One limit, set alone, is accepted when it is in order with the stored value of the other."""
+    low, high = -rng.randrange(80, 100) / 4, rng.randrange(80, 100) / 4
+    pid.arrange(kp=1.0, output_min=low, output_max=high)
+    about = "{}, set alone to a value {} the stored {},"
+    pid.expect_set(about.format("output_min", "below", "output_max"), output_min=high - 2.5)
+    pid.expect_set(about.format("output_max", "above", "output_min"), output_max=high - 1.5)
+    pid.expect_set(about.format("output_min", "below", "output_max"), output_min=low)
+    pid.expect_set(about.format("output_max", "above", "output_min"), output_max=low + 1.5)
+    # A refused limit must not be remembered.  Whether it is refused is judged by another test.
+    about += " also after another value was refused,"
+    for bad, good, order in (
+        ({"output_min": high + 30.0}, {"output_max": high - 1.0}, ("output_max", "above", "output_min")),
+        ({"output_max": low - 30.0}, {"output_min": low + 1.0}, ("output_min", "below", "output_max")),
+    ):
+        pid.arrange(kp=1.0, output_min=low, output_max=high)
+        if not pid.parameters.set(bad)[0].successful:
+            pid.expect_set(about.format(*order), **good)
+
+
+@points(1, cell="pid-node")
+@twice
+def test_nan_limits(pid: PidNode, rng: random.Random) -> None:
+    """NaN as a limit is refused with a reason, set alone or together with others."""
+    low, high = -rng.randrange(5, 30) / 4, rng.randrange(5, 30) / 4
+    pid.arrange(kp=1.0, output_min=low, output_max=high)
+    ordinary = pid.parameters.set({"output_min": high + 1.5})[0]
+    reason = bool(ordinary.reason.strip())  # a node that never gives one loses the points of limits in the wrong order
+    pid.arrange(kp=1.0, output_min=low, output_max=high)
+    for name, other, value in (("output_min", "output_max", high + 1), ("output_max", "output_min", low - 1)):
+        pid.expect_refusal(f"NaN as {name}", reason, **{name: math.nan})
+        pid.expect_refusal(f"NaN as {name}, set together with {other},", reason, **{name: math.nan, other: value})
+        pid.expect_refusal(f"NaN as {name}, set together with kp,", reason, **{name: math.nan, "kp": 2.0})
+    pid.expect_refusal("NaN as both limits", reason, output_min=math.nan, output_max=math.nan)
+
+
+@points(1, cell="pid-node")
+@twice
 def test_limits_together(pid: PidNode, rng: random.Random) -> None:
     """Both limits, set together, can be moved beyond the old ones."""
     pid.arrange(kp=1.0, output_min=-5.0, output_max=5.0)
@@ -248,6 +320,10 @@ def test_all_or_nothing(pid: PidNode, rng: random.Random) -> None:
     gains = {"kp": rng.randrange(9, 30) / 8, "ki": rng.randrange(8, 32) / 4}
     error = rng.randrange(5, 10) / 8
     last, refused = fill_integral(pid, error, **gains), 0
+    pid.parameters.set({"kd": 0.25})
+    steady = pid.send(error).effort >= last.effort - ROUNDING  # or else another test judges it
+    if not steady:
+        last = fill_integral(pid, error, **gains)
     less = {name: gain / 2 for name, gain in gains.items()}
     for bad in ({"output_min": 2.0, "output_max": 1.0}, {"kd": RANGES["kd"][1] + 1.5}, {"output_max": -2e6}):
         for values in (less | bad, bad | less):
@@ -269,6 +345,14 @@ def test_all_or_nothing(pid: PidNode, rng: random.Random) -> None:
                 "After a refusal to set several parameters together, the node must continue as if nothing had been "
                 "asked: with the old gains and with its integral",
             )
+            if steady:
+                pid.parameters.set({"kd": 0.25})
+                expect_no_less(
+                    pid,
+                    error,
+                    last,
+                    "After a refused set and then an accepted one of kd, nothing of the refused one may take effect",
+                )
     if not refused:
         raise Wrong("Setting several parameters together must be refused when one of the values is bad.")
 

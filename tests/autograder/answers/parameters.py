@@ -13,10 +13,12 @@ def node(*pairs: tuple[str, str]) -> dict[str, bytes]:
 
 FUNCTIONS = """
 import rclpy
+from rclpy.clock import Clock, ClockType
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, ParameterType, SetParametersResult
 from std_msgs.msg import Float64
 
-state = {'sum': 0.0, 'before': None}
+state = {'sum': 0.0, 'before': None, 'ki': 0.0}
+steady = Clock(clock_type=ClockType.STEADY_TIME)
 
 def limited(top):
     return ParameterDescriptor(type=ParameterType.PARAMETER_DOUBLE, floating_point_range=[
@@ -29,7 +31,7 @@ def ok(parameters):
     return SetParametersResult(successful=low < high, reason='' if low < high else 'limits!')
 
 def on_error(message):
-    now = node.get_clock().now()
+    now = steady.now()
     p, i, d, low, high = (parameter.value for parameter in node.get_parameters(
         ['kp', 'ki', 'kd', 'output_min', 'output_max']))
     out = p * message.data
@@ -43,14 +45,16 @@ def on_error(message):
     publisher.publish(Float64(data=min(max(out, low), high)))
 
 def changed(parameters):
-    if any(p.name == 'ki' for p in parameters):
-        state['sum'] = 0.0
+    for p in parameters:
+        if p.name == 'ki' and p.value != state['ki']:
+            state.update(ki=p.value, sum=0.0)
 
 rclpy.init()
 node = rclpy.create_node('controller')
 node.declare_parameters('', [('kp', 1.0, limited(100)), ('ki', 0.0, limited(50)), ('kd', 0.0, limited(10)),
                              ('output_min', -10.0), ('output_max', 10.0),
                              ('joint_name', 'elbow', ParameterDescriptor(read_only=True))])
+state['ki'] = node.get_parameter('ki').value
 node.add_on_set_parameters_callback(ok)
 node.add_post_set_parameters_callback(changed)
 publisher = node.create_publisher(Float64, '/effort', 1)
@@ -80,7 +84,7 @@ class Pid:
     last: tuple = None
 
     def step(self, error):
-        now = time.time()
+        now = time.monotonic()
         dt = now - self.last[0] if self.last else 0.0
         before = self.last[1] if self.last else error
         self.last = now, error
@@ -181,6 +185,8 @@ class Node2(Node):
         new = {p.name: p for p in params}
         lo = new['output_min'].value if 'output_min' in new else self['output_min']
         hi = new['output_max'].value if 'output_max' in new else self['output_max']
+        if any(p.name.startswith('output_') and math.isnan(p.value) for p in params):
+            return R(successful=False, reason='NaN is no limit')
         match lo >= hi:
             case True:
                 return R(successful=False, reason=f'{lo} >= {hi}')
@@ -234,9 +240,25 @@ RIGHT = {
             ),
         )
     ),
-    "numpy, clock of the node": node(
+    "limits must be finite": node(
+        ("import time\n", "import math\nimport time\n"),
+        (
+            "        if not limits",
+            (
+                "        if not all(map(math.isfinite, limits.values())):\n            return "
+                "SetParametersResult(successful=False, reason='a limit must be finite')\n        if not limits"
+            ),
+        ),
+    ),
+    "the integral part kept in units of effort": node(
+        ("        self.integral += error * step\n", "        self.part += self.value('ki') * error * step\n"),
+        ("self.value('ki') * self.integral", "self.part"),
+        ("self.integral = 0.0  # error times seconds", "self.part = 0.0  # in units of effort"),
+        ("self.ki, self.integral = param.value, 0.0", "self.ki, self.part = param.value, 0.0"),
+    ),
+    "numpy, nanoseconds": node(
         ("import rclpy\n", "import numpy as np\nimport rclpy\n"),
-        ("time.monotonic()", "self.get_clock().now().nanoseconds / 1e9"),
+        ("time.monotonic()", "time.monotonic_ns() / 1e9"),
         (
             "max(self.value('output_min'), min(self.value('output_max'), effort))",
             "float(np.clip(effort, self.value('output_min'), self.value('output_max')))",
@@ -250,6 +272,7 @@ ALL_EFFORTS = {
     "new_gain",
     "clamped",
     "integral",
+    "monotonic_clock",
     "derivative",
     "ki_starts_the_integral_again",
     "nothing_else_starts_it_again",
@@ -260,11 +283,13 @@ ALL_EFFORTS = {
 REASON = """                successful=False,
                 reason='output_min ({output_min}) must be below output_max ({output_max})'
                 .format(**limits))"""
-RULE = "if limits['output_min'] >= limits['output_max']:"
+RULE = "if not limits['output_min'] < limits['output_max']:"
 CLAMP = "max(self.value('output_min'), min(self.value('output_max'), effort))"
-RESET = """            if param.name == 'ki':
-                self.integral = 0.0
+RESET = """            if param.name == 'ki' and param.value != self.ki:
+                self.ki, self.integral = param.value, 0.0
 """
+READY = "        self.integral = 0.0  # error"  # in __init__, when all is declared
+CHECK = "        limits = {name: self"  # the begin of check_parameters
 
 # What is wrong, and the tests that it loses (without "test_").
 WRONG = {
@@ -278,7 +303,7 @@ WRONG = {
             ("('output_min', 'output_max')}", "('output_max',)} | {'output_min': self.value('min_output')}"),
             ("max(self.value('output_min')", "max(self.value('min_output')"),
         ),
-        {"defaults", "clamped", "limits_in_order", "limits_together", "command_line", "parameter_file"},
+        {"defaults", "clamped", "limits_in_order", "one_limit", "limits_together", "command_line", "parameter_file"},
     ),
     "no ranges": (node(("floating_point_range=[limits]", "")), {"descriptors", "out_of_range"}),
     "another range": (node(("'ki', 0.0, 50.0", "'ki', 0.0, 100.0")), {"descriptors", "out_of_range"}),
@@ -316,7 +341,7 @@ WRONG = {
         node(("        self.integral += error * step\n", "")),
         {"integral", "ki_starts_the_integral_again", "nothing_else_starts_it_again", "all_or_nothing"},
     ),
-    "efforts that are no numbers": (node((CLAMP, "float('nan')")), ALL_EFFORTS),
+    "efforts that are no numbers": (node((CLAMP, "float('nan')")), ALL_EFFORTS - {"monotonic_clock"}),
     "integral without time": (node(("error * step", "error")), {"first_message", "integral"}),
     "derivative without time": (
         node(("(error - self.last_error) / step if step > 0.0 else 0.0", "error - self.last_error")),
@@ -334,7 +359,7 @@ WRONG = {
                 ("        self.gains = {n: self.value(n) for n in ('kp', 'ki', 'kd')}\n        self.integral = 0.0  #"),
             ),
             ("self.value('kp')", "self.gains['kp']"),
-            ("self.value('ki')", "self.gains['ki']"),
+            ("self.value('ki') * self.int", "self.gains['ki'] * self.int"),
             ("self.value('kd')", "self.gains['kd']"),
         ),
         {
@@ -362,16 +387,75 @@ WRONG = {
     "not clamped": (node((CLAMP, "effort")), {"clamped"}),
     "clamped above alone": (node((CLAMP, "min(self.value('output_max'), effort)")), {"clamped"}),
     "clamped to the defaults": (node((CLAMP, "max(-10.0, min(10.0, effort))")), {"clamped"}),
-    "no rule for the limits": (node((RULE, "if False:")), {"limits_in_order"}),
-    "limits may be equal": (node((RULE, RULE.replace(">=", ">"))), {"limits_in_order"}),
+    "no rule for the limits": (node((RULE, "if False:")), {"limits_in_order", "nan_limits"}),
+    "limits may be equal": (node((RULE, RULE.replace("<", "<="))), {"limits_in_order"}),
+    "NaN is accepted": (node((RULE, RULE.replace("not ", "").replace("<", ">="))), {"nan_limits"}),
+    "NaN is looked for in output_min alone": (
+        node(
+            (RULE, "if limits['output_min'] != limits['output_min'] or limits['output_min'] >= limits['output_max']:")
+        ),
+        {"nan_limits"},
+    ),
+    "NaN is looked for in a limit set alone": (
+        node((RULE, "low, high = limits.values()\n        if low >= high or len(params) == 1 and not low < high:")),
+        {"nan_limits"},
+    ),
+    "a NaN is replaced by the stored value": (
+        node(
+            (
+                "            if param.name in limits:\n",
+                "            if param.name in limits and param.value == param.value:\n",
+            )
+        ),
+        {"nan_limits"},
+    ),
+    "the rule looks at both limits or at none": (
+        node((CHECK, "        if len(params) < 2:\n            return SetParametersResult(successful=True)\n" + CHECK)),
+        {"limits_in_order", "nan_limits"},
+    ),
+    "one limit alone is always refused": (
+        node(
+            (
+                CHECK,
+                (
+                    "        if [p.name for p in params] in (['output_min'], ['output_max']):\n            return "
+                    "SetParametersResult(successful=False, reason='set both limits')\n" + CHECK
+                ),
+            )
+        ),
+        {"one_limit"},
+    ),
+    "one limit alone is compared with the default of the other": (
+        node(
+            (
+                "{name: self.value(name) for name in ('output_min', 'output_max')}",
+                "{'output_min': -10.0, 'output_max': 10.0}",
+            )
+        ),
+        {"limits_in_order", "one_limit"},
+    ),
+    "one limit alone is compared with the other as it was at the start": (
+        node(
+            (READY, "        self.limits = {n: self.value(n) for n in ('output_min', 'output_max')}\n" + READY),
+            ("{name: self.value(name) for name in ('output_min', 'output_max')}", "dict(self.limits)"),
+        ),
+        {"limits_in_order", "one_limit"},
+    ),
+    "a refused limit is remembered for the rule": (
+        node(
+            (READY, "        self.limits = {n: self.value(n) for n in ('output_min', 'output_max')}\n" + READY),
+            ("{name: self.value(name) for name in ('output_min', 'output_max')}", "self.limits"),
+        ),
+        {"one_limit"},
+    ),
     "limits one by one": (
         node(
             ("                limits[param.name] = param.value\n", "                pass\n"),
             (
                 RULE,
                 (
-                    "if any(p.name == 'output_min' and p.value >= limits['output_max'] or\n               p.name == "
-                    "'output_max' and p.value <= limits['output_min'] for p in params):"
+                    "if any(p.name == 'output_min' and not p.value < limits['output_max'] or\n               p.name == "
+                    "'output_max' and not p.value > limits['output_min'] for p in params):"
                 ),
             ),
         ),
@@ -379,7 +463,7 @@ WRONG = {
     ),
     "the rule raises": (
         node(("return SetParametersResult(\n" + REASON, "raise ValueError('wrong order')")),
-        {"limits_in_order", "all_or_nothing"},
+        {"limits_in_order", "one_limit", "nan_limits", "all_or_nothing"},
     ),
     "no reason": (node((REASON, "                successful=False)")), {"limits_in_order"}),
     "the chapter's way: acts while it looks": (
@@ -399,6 +483,82 @@ WRONG = {
             ("self.value('kp') * error", "self.gain * error"),
         ),
         {"all_or_nothing"},
+    ),
+    "a refused ki is made up for later": (
+        node(
+            (READY, "        self.again = False\n" + READY),
+            (
+                "            if param.name in limits:\n",
+                (
+                    "            if param.name == 'ki' and param.value != self.value('ki'):\n                "
+                    "self.again = True\n            if param.name in limits:\n"
+                ),
+            ),
+            (RESET, "            if self.again:\n                self.again, self.integral = False, 0.0\n"),
+        ),
+        {"all_or_nothing"},
+    ),
+    "what was refused is applied later": (
+        node(
+            (READY, "        self.new, self.gain = {}, self.value('kp')\n" + READY),
+            (CHECK, "        self.new.update((param.name, param.value) for param in params)\n" + CHECK),
+            (
+                "        for param in params:\n            self.get",
+                "        self.gain = self.new.get('kp', self.gain)\n        for param in params:\n            self.get",
+            ),
+            ("self.value('kp') * error", "self.gain * error"),
+        ),
+        {"all_or_nothing"},
+    ),
+    "acts before it checks, in a pre-set callback": (
+        node(
+            (RESET, ""),
+            (
+                "    def parameters_changed(",
+                (
+                    "    def before(self, params):\n        for param in params:\n"
+                    + RESET
+                    + "        return params\n\n"
+                    "    def parameters_changed("
+                ),
+            ),
+            (
+                "        self.add_post",
+                "        self.add_pre_set_parameters_callback(self.before)\n        self.add_post",
+            ),
+        ),
+        {"all_or_nothing"},
+    ),
+    "only the first of several is acted upon": (
+        node(
+            (
+                "        for param in params:\n            self.get",
+                "        for param in params[:1]:\n            self.get",
+            )
+        ),
+        {"ki_starts_the_integral_again"},
+    ),
+    "ki as it was starts the integral again": (
+        node((RESET, RESET.replace(" and param.value != self.ki", ""))),
+        {"nothing_else_starts_it_again"},
+    ),
+    "ki is compared with its value at the start": (
+        node((RESET, RESET.replace("self.ki, self.integral = param.value, 0.0", "self.integral = 0.0"))),
+        {"nothing_else_starts_it_again"},
+    ),
+    "the node's clock": (node(("time.monotonic()", "self.get_clock().now().nanoseconds / 1e9")), {"monotonic_clock"}),
+    "an effort that has not changed is not published": (
+        node(
+            (READY, "        self.before = None\n" + READY),
+            (
+                "        self.effort_pub.publish(",
+                (
+                    "        before, self.before = self.before, effort\n        if effort != before:\n            "
+                    "self.effort_pub.publish("
+                ),
+            ),
+        ),
+        {"proportional"},
     ),
     "integral never starts again": (node((RESET, "")), {"ki_starts_the_integral_again"}),
     "every parameter starts it again": (
@@ -449,4 +609,8 @@ WRONG = {
     ),
     "another topic": (node(("'effort', 10", "'command', 10")), ALL_EFFORTS),
 }
-SILENT = {"no answer to an error of 0", "another topic"}  # the grader waits for these in vain
+SILENT = {
+    "no answer to an error of 0",
+    "an effort that has not changed is not published",
+    "another topic",
+}  # the grader waits for these in vain
