@@ -146,7 +146,7 @@ def test_release(motors: Motors) -> None:
         if says(response.message) != DISABLED:
             raise Wrong(f"The message of {STOP} with data False must contain the new state.", f"got {response}")
         motors.command(ENABLE, True)
-        if told(motors.status()) != told(enabled):
+        if told(motors.status()) != told(enabled) or says(enabled.message) == DISABLED:
             raise Wrong("Once the emergency stop has ended, the motors can be enabled again.")
 
 

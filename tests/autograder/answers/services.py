@@ -510,7 +510,7 @@ WRONG = {
     ),
     "enable is inverted": (
         motors((SWITCH, "self.enabled = not request.data and response.success")),
-        {"enable_and_disable", "enable_says_state"},
+        {"enable_and_disable", "enable_says_state", "release"},
     ),
     "enable counts": (motors((SWITCH, COUNT)), {"enable_says_state", "last_command_counts"}),
     "repeating is an error": (
@@ -583,7 +583,7 @@ WRONG = {
     ),
     "status is of a state of its own": (
         motors((STATUS, STATUS + "\n        response.message = 'Motors disabled'\n        return response")),
-        {"enable_and_disable", "emergency_stop", "last_command_counts"},
+        {"enable_and_disable", "emergency_stop", "release", "last_command_counts"},
     ),
     "status under another name": (motors(("'/motors/status'", "'/motor/status'")), MOTOR_TESTS - {"enable_says_state"}),
     "enable returns nothing": (
