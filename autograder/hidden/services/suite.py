@@ -281,8 +281,8 @@ def test_no_caller_waits_for_another(relay: Relay) -> None:
             if not relay.one_answered(futures):
                 raise Wrong(
                     f"Two callers wait, and {ADD} answers the one that asked {which}: that answer must go to its "
-                    "caller at once, while the other still waits. (A callback that spins its own node keeps all "
-                    "callbacks beneath it from going on.)"
+                    "caller at once, while the other still waits. (A callback that spins its own node cannot go "
+                    "on before all that runs inside that spin has ended.)"
                 )
         relay.all_answered(futures)
 
