@@ -8,18 +8,26 @@ from course.figures.palette import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, plai
 from course.figures.picture import Picture
 
 LIMIT = 0.1  # s, one decision of a 10 Hz loop
+AROUND = 10  # calls before and after one that its median is taken of
 
 
 @plain
 def round_trips(series: Mapping[str, Sequence[float]], title: str = "How long a call takes, call by call") -> Picture:
-    """Round-trip times (s) of calls, in order, a colour for each name in `series`; the axis is logarithmic."""
+    """Round-trip times (s) of calls, in order, a colour for each name in `series`; the axis is logarithmic.
+
+    A dot is a call, and a line the median of the calls around it: what another program on the machine delays is a dot
+    far from its line.
+    """
     picture = Picture("service round trips")
     axes = style(picture.figure.add_subplot(), title, "call", "round trip (ms)")
     for (name, times), color in zip(series.items(), (BLUE, ORANGE, GREEN, PURPLE), strict=False):
-        axes.plot(np.arange(1, len(times) + 1), 1e3 * np.asarray(times), ".", markersize=3, color=color, label=name)
+        calls, values = np.arange(1, len(times) + 1), 1e3 * np.asarray(times)
+        axes.plot(calls, values, ".", markersize=3, alpha=0.5, color=color)
+        medians = [np.median(values[max(0, call - AROUND) : call + AROUND + 1]) for call in range(len(values))]
+        axes.plot(calls, medians, color=color, label=name)
     axes.set_yscale("log")
     axes.yaxis.set_major_formatter("{x:g}")
-    axes.legend(frameon=False, markerscale=3)
+    axes.legend(frameon=False, loc="upper left")
     return picture
 
 

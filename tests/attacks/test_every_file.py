@@ -157,6 +157,7 @@ def answer(request, response):
     response.success, response.message = True, 'disabled'
     return response
 node.create_service(SetBool, '/motors/enable', answer)
+node.create_service(SetBool, '/motors/emergency_stop', answer)
 node.create_service(Trigger, '/motors/status', answer)
 rclpy.spin(node)
 """

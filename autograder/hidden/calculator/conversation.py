@@ -94,6 +94,31 @@ class Calculator(Server):
 
         return wait_until(logged, limit)
 
+    def names_operation(self, question: Question, limit: float) -> bool:
+        """Whether a line of the log has the operation of an earlier request with its a and b, within `limit` s."""
+        a, operation, b = question
+
+        def named() -> bool:
+            lines = (line for line in self.log.splitlines() if operation in line)
+            return any({abs(a), abs(b)} <= set(map(abs, numbers(line))) for line in lines)
+
+        return wait_until(named, limit)
+
+    def logs_refusal(self, a: float, operation: str, b: float, limit: float) -> bool:
+        """Whether a refusal adds its message to the log within `limit` s; True also when nothing is refused in words.
+
+        Whether it is refused is judged by other tests.
+        """
+        before = [in_one_line(log) for log in (self.program.output, self.ros.rosout)]
+        if not (message := in_one_line(self.provoke(a, operation, b))):
+            return True
+
+        def logged() -> bool:
+            after = [in_one_line(log) for log in (self.program.output, self.ros.rosout)]
+            return any(new.count(message) > old.count(message) for new, old in zip(after, before, strict=True))
+
+        return wait_until(logged, limit)
+
     def answers(self, pairs: Sequence[tuple[float, float]]) -> dict[Question, Any]:
         """What it answers to each pair and operation, right or wrong, but does not refuse; there must be some.
 
@@ -120,6 +145,11 @@ class Calculator(Server):
         requests = [[Calculate.Request(a=a, b=b, operation=operation) for a, operation, b in order] for order in orders]
         responses = self.call_at_once(requests)
         return [pair for order, got in zip(orders, responses, strict=True) for pair in zip(order, got, strict=True)]
+
+
+def in_one_line(text: str) -> str:
+    """The text with each run of white space as one blank."""
+    return " ".join(text.split())
 
 
 def has_right_result(question: Question, response: Any) -> bool:

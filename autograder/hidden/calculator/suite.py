@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from calculator_interfaces.srv import Calculate
 
 from autograder.hidden.calculator.conversation import ANSWERS, CHATTER, SERVICE, Calculator, ClientRuns, is_answer, same
-from autograder.suitekit import Bench, Wrong, expect_gives_up, expect_usage, numbers, points
+from autograder.suitekit import Bench, Wrong, expect_gives_up, expect_usage, numbers, points, twice
 from course.interfaces import InterfaceError, parse
 
 SECTIONS = {
@@ -185,16 +185,20 @@ def test_two_clients(calculator: Calculator, rng: random.Random) -> None:
 
 @points(1, cell="calculator-server")
 def test_logs_requests(calculator: Calculator, rng: random.Random) -> None:
-    """The server logs each request."""
+    """The server logs each request, with its numbers and its operation."""
     a, b = rng.sample(range(1009, 4999), 2)
+    question = float(a), rng.choice(["subtract", "multiply"]), float(b)
     wait = calculator.bench.clock.allow(WRITTEN)
-    if not calculator.logs_of((float(a), "add", float(b)), {a, b}.issubset, (1000, 5000), wait):
+    if not calculator.logs_of(question, {a, b}.issubset, (1000, 5000), wait):
         raise Wrong("After a request, the server must have logged (or printed) its numbers a and b.")
+    if not calculator.names_operation(question, wait):
+        raise Wrong("The log line of a request must contain its operation, too, beside a and b.")
 
 
 @points(1, cell="calculator-server")
+@twice
 def test_logs_responses(calculator: Calculator, rng: random.Random) -> None:
-    """The server logs each response."""
+    """The server logs each response: its result, or the message of a refusal."""
     for operation in ANSWERS:
         a, b = rng.sample(range(5009, 8999), 2)
         question = float(a), operation, float(b)
@@ -212,6 +216,9 @@ def test_logs_responses(calculator: Calculator, rng: random.Random) -> None:
     wait = calculator.bench.clock.allow(WRITTEN)
     if not calculator.logs_of(question, shows_result, (size / 2, size * 2 + 1), wait):
         raise Wrong("After a response, the server must have logged (or printed) its result.")
+    for operation in ("divide", "modulo"):
+        if not calculator.logs_refusal(rng.uniform(1, 9), operation, 0.0, wait):
+            raise Wrong("After a refusal, the server must have logged (or printed) the message of its response.")
 
 
 @points(2, cell="calculator-client")

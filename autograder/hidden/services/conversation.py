@@ -4,20 +4,25 @@ import random
 import re
 import threading
 import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from example_interfaces.srv import AddTwoInts
 from rclpy.callback_groups import ReentrantCallbackGroup
 from std_srvs.srv import SetBool, Trigger
 
-from autograder.suitekit import SETTLED, Alive, Bench, Offers, Parameters, Ros, Server, Wrong, numbers, offer
+from autograder.suitekit import SETTLED, Alive, Bench, Crashed, Offers, Parameters, Ros, Server, Wrong, numbers, offer
 from course.waiting import wait_until
 
-ENABLE, STATUS = "/motors/enable", "/motors/status"
-WORDS = {True: "enabled", False: "disabled"}
+ENABLE, STOP, STATUS = "/motors/enable", "/motors/emergency_stop", "/motors/status"
+ENABLED, DISABLED, STOPPED = "enabled", "disabled", "stopped"
+STATES = (DISABLED, ENABLED, STOPPED)
+COMMANDS = [(ENABLE, True), (ENABLE, False), (STOP, True), (STOP, False)]
 RELAY, ADD = "/relay", "/add_two_ints"
 CALLERS = 6  # at once
 SLOW = 0.15  # s that /add_two_ints takes then, so that the calls overlap
+HELD = 4.0  # s that /add_two_ints holds an answer back at most, until the grader has seen what it wanted to see
 SENT = 2.0  # s until a request has arrived, when its answer was not waited for
 
 
@@ -25,33 +30,43 @@ class Motors(Server):
     """The student's motor_service.py, with two clients for each of its services."""
 
     def __init__(self, bench: Bench):
-        super().__init__(bench, "motor_service.py", {ENABLE: SetBool, STATUS: Trigger})
+        super().__init__(bench, "motor_service.py", {ENABLE: SetBool, STOP: SetBool, STATUS: Trigger})
+        self._pressed = False  # whether the emergency stop was asked for last, and not its end
 
     def connect(self) -> Offers:
         """The clients, of the grader's node and of a second one."""
+        self._pressed = False
         self.second = self.bench.enter(self.ros.domain)
         self.second_clients = {name: self.second.node.create_client(kind, name) for name, kind in self.services.items()}
         return super().connect()
 
-    def enable(self, on: bool, second: bool = False) -> Any:
-        """The response to switching the motors on or off, asked by the first or the second client."""
-        return self._call(ENABLE, SetBool.Request(data=on), second)
+    def command(self, service: str, on: bool, second: bool = False) -> Any:
+        """The response of /motors/enable or /motors/emergency_stop, asked by the first or the second client."""
+        if service == STOP:
+            self._pressed = on
+        return self._call(service, SetBool.Request(data=on), second)
 
     def status(self, second: bool = False) -> Any:
         """The response to asking for the state."""
         return self._call(STATUS, Trigger.Request(), second)
 
-    def bring(self, on: bool) -> None:
-        """Bring the motors into that state before a test begins."""
-        if says(self.status().message) is not on:
-            self.enable(on)
+    def bring(self, state: str) -> None:
+        """Bring the motors into that state before a test begins, as far as they let themselves be brought."""
+        if state != STOPPED and (self._pressed or says(self.status().message) == STOPPED):
+            self.command(STOP, False)
+        if says(self.status().message) == state:
+            return
+        if state == STOPPED:
+            self.command(STOP, True)
+        else:
+            self.command(ENABLE, state == ENABLED)
 
-    def expect(self, on: bool, when: str) -> None:
+    def expect(self, state: str, when: str) -> None:
         """The status must say this state."""
         message = self.status().message
-        if says(message) is not on:
+        if says(message) != state:
             raise Wrong(
-                f"{when}, the message of {STATUS} must contain the word '{WORDS[on]}' (and not '{WORDS[not on]}').",
+                f"{when}, the message of {STATUS} must contain the word '{state}', and neither of the other two.",
                 f"got {message!r}",
             )
 
@@ -63,16 +78,15 @@ class Motors(Server):
         return self.converse(question, f"a request to {name}", offer(name))
 
 
-def says(message: str) -> bool | None:
-    """The one state that a message names; None when it names none or both."""
-    words = set(re.findall(r"(?<![a-z])(?:enabled|disabled)(?![a-z])", message.lower()))
-    return next(iter(words)) == WORDS[True] if len(words) == 1 else None
+def says(message: str) -> str | None:
+    """The one state that a message names; None when it names none or several."""
+    words = set(re.findall(rf"(?<![a-z])(?:{'|'.join(STATES)})(?![a-z])", message.lower()))
+    return words.pop() if len(words) == 1 else None
 
 
-def told(response: Any) -> object:
+def told(response: Any) -> str:
     """What a response tells, in whatever words, to be compared with another."""
-    state = says(response.message)
-    return response.message if state is None else state
+    return says(response.message) or response.message
 
 
 class Adder:
@@ -82,14 +96,34 @@ class Adder:
         self.delay = 0.0  # s that an answer takes
         self.requests: list[tuple[int, int]] = []
         self.sums: list[int] = []
+        self.held: list[threading.Event] = []  # what lets go each answer that is held back, in the order of requests
+        self._holds = False
         self._rng, self._lock = rng, threading.Lock()
         ros.node.create_service(AddTwoInts, ADD, self._answer, callback_group=ReentrantCallbackGroup())
 
+    @contextmanager
+    def holding(self) -> Iterator[None]:
+        """Hold back each answer in this block, until its event is set, at most for HELD s."""
+        self.held.clear()
+        self._holds = True
+        try:
+            yield
+        finally:
+            self._holds = False
+            for let_go in self.held:
+                let_go.set()
+
     def _answer(self, request: Any, response: Any) -> Any:
+        let_go = threading.Event()
         with self._lock:
             response.sum = self._rng.randrange(10**8, 10**12)
             self.requests.append((request.a, request.b))
             self.sums.append(response.sum)
+            if self._holds:
+                self.held.append(let_go)
+            else:
+                let_go.set()
+        let_go.wait(HELD)
         time.sleep(self.delay)
         return response
 
@@ -154,6 +188,43 @@ class Relay(Server):
             return self.ros.call(self.clients[RELAY], Trigger.Request(), limit, alive, again=limit)
 
         return self.converse(question, f"a request to {RELAY}", offer(RELAY))
+
+    def send(self, count: int = 1) -> list[Any]:
+        """Call it `count` times without waiting; the futures of the responses, once all its requests are held.
+
+        For a block in which the adder holds its answers.  Raises Wrong when a request of the relay's does not arrive
+        while the others are held, and Crashed.
+        """
+        client = self.clients[RELAY]
+        futures = [client.call_async(Trigger.Request()) for _ in range(count)]
+        if not self._soon(lambda: len(self.adder.held) >= count):
+            for future in futures:
+                client.remove_pending_request(future)
+            raise Wrong(
+                f"The relay must call {ADD} each time that {RELAY} is called; it did not."
+                if count == 1
+                else f"While one call of {RELAY} waits for {ADD}, the next call must not have to wait for it: its "
+                f"request must go out to {ADD} at once.",
+                f"{len(self.adder.held)} of {count} requests arrived",
+            )
+        return futures
+
+    def one_answered(self, futures: Sequence[Any]) -> bool:
+        """Whether one of the futures gets a response, soon; raises Crashed."""
+        return self._soon(lambda: any(future.done() for future in futures))
+
+    def all_answered(self, futures: Sequence[Any]) -> bool:
+        """Whether all of the futures get a response, soon; raises Crashed."""
+        return self._soon(lambda: all(future.done() for future in futures))
+
+    def _soon(self, condition: Callable[[], bool]) -> bool:
+        """Whether the condition holds within SENT s; raises Crashed when the program dies before."""
+        program = self.program
+        wait_until(lambda: condition() or not program.alive, self.allow(SENT))
+        if not program.alive:
+            self.end()
+            raise Crashed(f"{self.file} died while several calls of {RELAY} waited for {ADD}: {program.last_words()}.")
+        return condition()
 
     def asked(self) -> tuple[int, int]:
         """The numbers that it sends to /add_two_ints when it is called once more."""

@@ -4,8 +4,28 @@ Points add up to 20.  The message of a failure speaks of the task; the numbers t
 """
 
 import random
+import time
+from typing import Any
 
-from autograder.hidden.services.conversation import CALLERS, STATUS, WORDS, Motors, Relay, draw, says, told
+from autograder.hidden.services.conversation import (
+    ADD,
+    CALLERS,
+    COMMANDS,
+    DISABLED,
+    ENABLE,
+    ENABLED,
+    HELD,
+    RELAY,
+    STATES,
+    STATUS,
+    STOP,
+    STOPPED,
+    Motors,
+    Relay,
+    draw,
+    says,
+    told,
+)
 from autograder.suitekit import Wrong, points, twice
 from course.waiting import wait_until
 
@@ -15,62 +35,41 @@ QUIET = 0.3  # s in which nobody calls the relay
 @points(1, cell="motor-service")
 def test_motors_start_disabled(motors: Motors) -> None:
     """The motors are disabled at first."""
-    motors.expect(False, "Right after the start")
-
-
-@points(2, cell="motor-service")
-@twice
-def test_enable(motors: Motors) -> None:
-    """SetBool with data True enables the motors."""
-    judge_switch(motors, True)
-
-
-@points(2, cell="motor-service")
-@twice
-def test_disable(motors: Motors) -> None:
-    """SetBool with data False disables the motors."""
-    judge_switch(motors, False)
-
-
-def judge_switch(motors: Motors, on: bool) -> None:
-    """Switching succeeds, and the other service tells the new state."""
-    motors.bring(not on)
-    if says(motors.status().message) is on:
-        raise Wrong(f"The motors cannot be switched to '{WORDS[not on]}', so data {on} cannot be tested.")
-    response = motors.enable(on)
-    motors.expect(on, f"After /motors/enable with data {on}")
-    if not response.success:
-        raise Wrong(
-            f"/motors/enable with data {on} does what it was asked to do, so success must be True.", f"{response}"
-        )
-
-
-@points(2, cell="motor-service")
-@twice
-def test_enable_says_state(motors: Motors) -> None:
-    """The answer to SetBool says the new state."""
-    for on in (True, False, True, True, False, False):
-        message = motors.enable(on).message
-        if says(message) is not on:
-            raise Wrong(
-                f"The message of /motors/enable with data {on} must contain the word '{WORDS[on]}' (and not "
-                f"'{WORDS[not on]}').",
-                f"got {message!r}",
-            )
+    motors.expect(DISABLED, "Right after the start")
 
 
 @points(1, cell="motor-service")
 @twice
-def test_repeating_is_no_error(motors: Motors) -> None:
-    """Enabling motors that are enabled, and disabling motors that are disabled, is no error."""
-    for on in (True, False):
-        motors.bring(not on)
-        first, before = motors.enable(on), motors.status()
-        again, after = motors.enable(on), motors.status()
-        if again.success != first.success:
-            raise Wrong(f"Asking for '{WORDS[on]}' a second time is no error: success must be True.", f"got {again}")
-        if told(after) != told(before):
-            raise Wrong(f"Asking for '{WORDS[on]}' a second time must leave the motors {WORDS[on]}.", f"got {after}")
+def test_enable_and_disable(motors: Motors) -> None:
+    """SetBool enables the motors and disables them."""
+    for on, before, after in [(True, DISABLED, ENABLED), (False, ENABLED, DISABLED)]:
+        motors.bring(before)
+        if says(motors.status().message) == after:
+            raise Wrong(f"The motors cannot be brought to '{before}', so {ENABLE} with data {on} cannot be tested.")
+        response = motors.command(ENABLE, on)
+        motors.expect(after, f"After {ENABLE} with data {on}")
+        expect_success(response, f"{ENABLE} with data {on}")
+
+
+def expect_success(response: Any, request: str) -> None:
+    """A request that could be done is answered with success True."""
+    if not response.success:
+        raise Wrong(f"{request} was done, so success must be True.", f"got {response}")
+
+
+@points(1, cell="motor-service")
+@twice
+def test_enable_says_state(motors: Motors) -> None:
+    """The answer to enabling and disabling says the new state."""
+    if says(motors.command(ENABLE, False).message) == STOPPED:
+        motors.command(STOP, False)
+    for on in (True, False, True, True, False, False):
+        message, state = motors.command(ENABLE, on).message, ENABLED if on else DISABLED
+        if says(message) != state:
+            raise Wrong(
+                f"The message of {ENABLE} with data {on} must contain the word '{state}', and neither of the others.",
+                f"got {message!r}",
+            )
 
 
 @points(1, cell="motor-service")
@@ -78,12 +77,11 @@ def test_repeating_is_no_error(motors: Motors) -> None:
 def test_status(motors: Motors) -> None:
     """Trigger tells the state with success True, and does not change it."""
     for on in (True, False):
-        motors.enable(on)
+        motors.command(ENABLE, on)
         first, again = motors.status(), motors.status()
         if not (first.success and again.success):
             raise Wrong(
-                f"{STATUS} can always tell the state, so success must be True when the motors are {WORDS[on]}, too.",
-                f"got {first}",
+                f"{STATUS} can always tell the state, so success must be True, whatever the state is.", f"got {first}"
             )
         if told(first) != told(again):
             raise Wrong(f"Asking {STATUS} must not change the state.", f"got {first}, then {again}")
@@ -91,25 +89,117 @@ def test_status(motors: Motors) -> None:
 
 @points(1, cell="motor-service")
 @twice
-def test_last_command_counts(motors: Motors, rng: random.Random) -> None:
-    """After many commands from two clients, the last one counts."""
-    expected = {}
-    for on in (True, False):
-        motors.bring(not on)
-        motors.enable(on)
-        expected[on] = told(motors.status())
-    if expected[True] == expected[False]:
-        raise Wrong(f"{STATUS} says the same after the motors were enabled as after they were disabled.", f"{expected}")
-    for number, on in enumerate([True, True, False, *rng.choices([True, False], k=15)]):
-        motors.enable(on, second=number % 2 == 1)
-        if told(motors.status(second=rng.random() < 0.5)) != expected[on]:
+def test_emergency_stop(motors: Motors) -> None:
+    """The emergency stop stops the motors, whether they were enabled or not."""
+    for state in (ENABLED, DISABLED):
+        motors.bring(state)
+        response = motors.command(STOP, True)
+        motors.expect(STOPPED, f"After {STOP} with data True")
+        expect_success(response, f"{STOP} with data True")
+        if says(response.message) != STOPPED:
             raise Wrong(
-                f"After several commands, some repeated and from two clients, {STATUS} does not tell the state that "
-                "the last command asked for."
+                f"The message of {STOP} must contain the state after the request: 'stopped' after data True.",
+                f"got {response}",
             )
 
 
-@points(2, cell="relay")
+@points(2, cell="motor-service")
+@twice
+def test_stopped_motors_refuse(motors: Motors) -> None:
+    """While the motors are stopped, enabling them is refused, and nothing changes."""
+    motors.bring(DISABLED)
+    ordinary = motors.command(ENABLE, True)
+    motors.command(STOP, True)
+    before = motors.status()
+    refusal, after = motors.command(ENABLE, True), motors.status()
+    if refusal.success:
+        raise Wrong(f"While the emergency stop is on, {ENABLE} with data True must be refused: success False.")
+    if told(after) != told(before):
+        raise Wrong(f"{ENABLE} with data True must not change the state of motors that are stopped.", f"got {after}")
+    # A message that never names a state loses the point of another test.
+    if says(ordinary.message) and says(refusal.message) != STOPPED:
+        raise Wrong(
+            f"The message of a refused {ENABLE} must contain the state after the request, which is still 'stopped', "
+            "and neither of the other two words.",
+            f"got {refusal}",
+        )
+
+
+@points(1, cell="motor-service")
+@twice
+def test_release(motors: Motors) -> None:
+    """After an emergency stop the motors are disabled, and can be enabled again."""
+    motors.bring(DISABLED)
+    motors.command(ENABLE, True)
+    enabled = motors.status()
+    for disturb in (False, True):
+        motors.command(STOP, True)
+        if disturb and motors.command(ENABLE, True).success:
+            break  # it should have been refused, which another test judges
+        response = motors.command(STOP, False)
+        if disturb:
+            when = f"After {ENABLE} with data True was refused, and then {STOP} with data False"
+        else:
+            when = f"After an emergency stop of enabled motors, and then {STOP} with data False"
+        motors.expect(DISABLED, when)
+        expect_success(response, f"{STOP} with data False")
+        if says(response.message) != DISABLED:
+            raise Wrong(f"The message of {STOP} with data False must contain the new state.", f"got {response}")
+        motors.command(ENABLE, True)
+        if told(motors.status()) != told(enabled) or says(enabled.message) == DISABLED:
+            raise Wrong("Once the emergency stop has ended, the motors can be enabled again.")
+
+
+@points(1, cell="motor-service")
+@twice
+def test_repeating_is_no_error(motors: Motors) -> None:
+    """A command that has nothing to do is no error, and changes nothing."""
+    for first, (service, on) in [
+        ((ENABLE, True), (ENABLE, True)),
+        ((ENABLE, False), (ENABLE, False)),
+        ((STOP, True), (STOP, True)),
+        ((STOP, True), (ENABLE, False)),
+        ((STOP, False), (STOP, False)),
+        ((ENABLE, True), (STOP, False)),
+    ]:
+        motors.bring(DISABLED)
+        motors.command(*first)
+        before, response, after = motors.status(), motors.command(service, on), motors.status()
+        what = f"{service} with data {on}, when the state is {says(before.message) or 'that already'},"
+        if not response.success:
+            raise Wrong(f"{what} has nothing to do, and is no error: success must be True.", f"got {response}")
+        if told(after) != told(before):
+            raise Wrong(f"{what} must leave the motors as they are.", f"{before}, then {after}")
+
+
+@points(1, cell="motor-service")
+@twice
+def test_last_command_counts(motors: Motors, rng: random.Random) -> None:
+    """After many commands from two clients, the state is what the last ones made of it."""
+    follows = {}  # what a command makes of each state, seen with one client: other tests judge whether it is right
+    for state in STATES:
+        for command in COMMANDS:
+            motors.bring(state)
+            before = told(motors.status())
+            motors.command(*command)
+            follows[before, command] = told(motors.status())
+    state = told(motors.status())
+    if len(set(follows.values())) == 1:
+        raise Wrong(f"{STATUS} says the same after every command.", f"{follows}")
+    repeated = [(ENABLE, True)] * 2 + [(ENABLE, False)] * 6
+    for number, command in enumerate(repeated + rng.choices(COMMANDS, weights=[4, 2, 1, 3], k=24)):
+        motors.command(*command, second=number % 2 == 1)
+        now = told(motors.status(second=rng.random() < 0.5))
+        expected, state = follows.setdefault((state, command), now), now
+        if state != expected:
+            raise Wrong(
+                f"After several commands, some repeated and from two clients, {STATUS} does not tell what the last "
+                "command makes of the state before it.",
+                f"{command}: expected {expected!r}, got {state!r}",
+            )
+
+
+@points(1, cell="relay")
 @twice
 def test_relay_answers(relay: Relay) -> None:
     """The relay answers with the sum that it got from /add_two_ints."""
@@ -153,7 +243,7 @@ def test_relay_sends_parameters(relay: Relay) -> None:
         )
 
 
-@points(2, cell="relay")
+@points(1, cell="relay")
 @twice
 def test_several_callers(relay: Relay) -> None:
     """Several callers at once each get their own answer."""
@@ -180,6 +270,40 @@ def test_several_callers(relay: Relay) -> None:
 
 
 @points(2, cell="relay")
+@twice
+def test_no_caller_waits_for_another(relay: Relay) -> None:
+    """Each caller gets its answer as soon as /add_two_ints has given it, whoever called first."""
+    relay.relay()
+    for index, which in [(0, "first"), (-1, "last")]:
+        with relay.adder.holding():
+            futures = relay.send(count=2)
+            relay.adder.held[index].set()
+            if not relay.one_answered(futures):
+                raise Wrong(
+                    f"Two callers wait, and {ADD} answers the one that asked {which}: that answer must go to its "
+                    "caller at once, while the other still waits. (A callback that spins its own node cannot go "
+                    "on before all that runs inside that spin has ended.)"
+                )
+        relay.all_answered(futures)
+
+
+@points(1, cell="relay")
+@twice
+def test_goes_on_serving(relay: Relay, rng: random.Random) -> None:
+    """While a call waits for /add_two_ints, a parameter can be set."""
+    relay.relay()
+    with relay.adder.holding():
+        relay.send()
+        start = time.monotonic()
+        relay.change(draw(rng))
+        if time.monotonic() - start > HELD / 2:
+            raise Wrong(
+                f"While a call of {RELAY} waits for {ADD}, the node must go on serving: setting the parameter a had to "
+                "wait for the end of the call."
+            )
+
+
+@points(1, cell="relay")
 @twice
 def test_changed_parameters(relay: Relay, rng: random.Random) -> None:
     """Parameters that are set while the relay runs are used from the next call on."""

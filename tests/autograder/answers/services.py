@@ -20,21 +20,27 @@ FUNCTIONS = """
 import rclpy
 from std_srvs.srv import SetBool, Trigger
 
-state = {'on': False}
+state = 'disabled'
 
-def enable(request, response):
-    was, state['on'] = state['on'], request.data
-    word = 'ENABLED' if state['on'] else 'DISABLED'
-    response.success, response.message = True, f'motors: {word}{" already" if was == state["on"] else ""}'
+def change(request, response, stop):
+    global state
+    was = state
+    if stop:
+        state = 'stopped' if request.data else 'disabled' if state == 'stopped' else state
+    elif state != 'stopped':
+        state = 'enabled' if request.data else 'disabled'
+    response.success = stop or not request.data or state == 'enabled'
+    response.message = f'motors: {state.upper()}{" already" if was == state else ""}'
     return response
 
 def status(request, response):
     print('asked')
-    return Trigger.Response(success=True, message='The motors are ' + ['disabled', 'enabled'][state['on']] + '.')
+    return Trigger.Response(success=True, message='The motors are ' + state + '.')
 
 rclpy.init()
 node = rclpy.create_node('m')
-node.create_service(SetBool, 'motors/enable', enable)
+node.create_service(SetBool, 'motors/enable', lambda *each: change(*each, stop=False))
+node.create_service(SetBool, 'motors/emergency_stop', lambda *each: change(*each, stop=True))
 node.create_service(Trigger, 'motors/status', status)
 rclpy.spin(node)
 """
@@ -52,6 +58,7 @@ from std_srvs.srv import SetBool, Trigger
 class State(Enum):
     disabled = 0
     enabled = 1
+    stopped = 2
 
 class Motors:
     state = State.disabled
@@ -64,7 +71,11 @@ class Switch(Node):
         self.create_service(SetBool, 'enable', self.on_request, callback_group=ReentrantCallbackGroup())
 
     async def on_request(self, request, response):
-        self.motors.state = State(int(request.data))
+        if self.motors.state is State.stopped:
+            if request.data:
+                return SetBool.Response(message='refused: motors are stopped')
+        else:
+            self.motors.state = State(int(request.data))
         response.success = True
         response.message = f'{self.motors.state.name} at {time.time()}'
         return response
@@ -73,7 +84,15 @@ class Watch(Node):
     def __init__(self, motors, context):
         super().__init__('watch', context=context, namespace='motors')
         self.create_service(Trigger, '~/../status'.replace('~/..', '/motors'), self.on_request)
+        self.create_service(SetBool, 'emergency_stop', self.on_stop)
         self.motors = motors
+
+    def on_stop(self, request, response):
+        if request.data:
+            self.motors.state = State.stopped
+        elif self.motors.state is State.stopped:
+            self.motors.state = State.disabled
+        return self.on_request(request, response)
 
     def on_request(self, _, response):
         response.message = f'{self.motors.state.name} at {time.time()}'
@@ -94,11 +113,54 @@ if __name__ == '__main__':
     main()
 """
 
-# The blocking call, done right: a group for the client, threads enough, one caller after the other.
+# The table of what each command makes of each state.
+TABLE = """
+import rclpy
+from rclpy.node import Node
+from std_srvs.srv import SetBool, Trigger
+
+NEXT = {
+    ('disabled', 'enable', True): 'enabled', ('disabled', 'enable', False): 'disabled',
+    ('enabled', 'enable', True): 'enabled', ('enabled', 'enable', False): 'disabled',
+    ('stopped', 'enable', True): None, ('stopped', 'enable', False): 'stopped',
+    ('disabled', 'emergency_stop', True): 'stopped', ('disabled', 'emergency_stop', False): 'disabled',
+    ('enabled', 'emergency_stop', True): 'stopped', ('enabled', 'emergency_stop', False): 'enabled',
+    ('stopped', 'emergency_stop', True): 'stopped', ('stopped', 'emergency_stop', False): 'disabled',
+}
+
+class Motors(Node):
+    state = 'disabled'
+
+    def __init__(self):
+        super().__init__('motors_of_the_table')
+        for name in ('enable', 'emergency_stop'):
+            self.create_service(SetBool, f'/motors/{name}', lambda *each, name=name: self.command(name, *each))
+        self.create_service(Trigger, '/motors/status', self.status)
+
+    def command(self, name, request, response):
+        new = NEXT[self.state, name, request.data]
+        response.success = new is not None
+        self.state = new or self.state
+        response.message = '' if response.success else 'Not while the emergency stop is on. '
+        response.message += f'State: {self.state}'
+        return response
+
+    def status(self, request, response):
+        response.success, response.message = True, f'State: {self.state}'
+        return response
+
+def main():
+    rclpy.init()
+    rclpy.spin(Motors())
+
+main()
+"""
+
+# The blocking call, done right: a reentrant group, and more threads than callers.
 BLOCKING = """
 import rclpy
 from example_interfaces.srv import AddTwoInts
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 from std_srvs.srv import Trigger
@@ -108,10 +170,10 @@ class Relay(Node):
         super().__init__('my_relay')
         self.declare_parameters('', [('a', 1), ('b', 2), ('verbose', True)])
         self.adder = self.create_client(AddTwoInts, 'add_two_ints', callback_group=MutuallyExclusiveCallbackGroup())
-        self.create_service(Trigger, 'relay', self.on_trigger, callback_group=MutuallyExclusiveCallbackGroup())
+        self.create_service(Trigger, 'relay', self.on_trigger, callback_group=ReentrantCallbackGroup())
 
     def on_trigger(self, request, response):
-        if not self.adder.wait_for_service(timeout_sec=5.0):
+        if not self.adder.wait_for_service(timeout_sec=1.0):
             self.get_logger().error('no adder')
             response.message = 'The service add_two_ints is not available.'
             return response
@@ -125,14 +187,54 @@ class Relay(Node):
 
 def main(args=None):
     rclpy.init(args=args)
-    executor = MultiThreadedExecutor(num_threads=2)
+    executor = MultiThreadedExecutor(num_threads=9)
     executor.add_node(Relay())
     executor.spin()
 
 main()
 """
 
-# A second node does the calling, spun by the callback itself.
+# A node of its own for each call, which the callback spins in an executor of its own; threads enough for it.
+HELPERS = """
+import itertools
+import rclpy
+from example_interfaces.srv import AddTwoInts
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+from std_srvs.srv import Trigger
+
+rclpy.init()
+node = rclpy.create_node('relay')
+node.declare_parameter('a', 0)
+node.declare_parameter('b', 0)
+number = itertools.count()
+
+def relay(request, response):
+    helper = rclpy.create_node(f'relay_helper_{next(number)}', use_global_arguments=False)
+    executor = SingleThreadedExecutor()
+    executor.add_node(helper)
+    client = helper.create_client(AddTwoInts, '/add_two_ints')
+    if not client.wait_for_service(2.0):
+        response.message = 'no server'
+    else:
+        request = AddTwoInts.Request()
+        request.a = node.get_parameter('a').get_parameter_value().integer_value
+        request.b = node.get_parameter('b').get_parameter_value().integer_value
+        future = client.call_async(request)
+        executor.spin_until_future_complete(future, 8.0)
+        response.success = future.done()
+        response.message = str(future.result().sum) if future.done() else 'silence'
+    executor.shutdown()
+    helper.destroy_node()
+    return response
+
+node.create_service(Trigger, '/relay', relay, callback_group=ReentrantCallbackGroup())
+executor = MultiThreadedExecutor(num_threads=9)
+executor.add_node(node)
+executor.spin()
+"""
+
+# One helper node and one thread: while a call waits, nothing else runs.
 SECOND_NODE = """
 import rclpy
 from example_interfaces.srv import AddTwoInts
@@ -163,6 +265,42 @@ def relay(request, response):
 
 node.create_service(Trigger, '/relay', relay)
 rclpy.spin(node)
+"""
+
+# Answers later, by a done callback that sets a future of its own, which the service's callback awaits.
+FUTURES = """
+import rclpy
+from example_interfaces.srv import AddTwoInts
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from rclpy.node import Node
+from rclpy.task import Future
+from std_srvs.srv import Trigger
+
+class Relay(Node):
+    def __init__(self):
+        super().__init__('relay')
+        self.declare_parameter('a', 0)
+        self.declare_parameter('b', 0)
+        self.adder = self.create_client(AddTwoInts, '/add_two_ints', callback_group=MutuallyExclusiveCallbackGroup())
+        self.srv = self.create_service(Trigger, '/relay', self.on_call, callback_group=ReentrantCallbackGroup())
+
+    async def on_call(self, request, response):
+        if not self.adder.service_is_ready():
+            return Trigger.Response(message='add_two_ints is down')
+        text = Future()
+        question = AddTwoInts.Request()
+        question.a, question.b = [self.get_parameter(name).value for name in 'ab']
+        self.adder.call_async(question).add_done_callback(lambda done: text.set_result(f'{done.result().sum}'))
+        return Trigger.Response(success=True, message=await text)
+
+def main(args=None):
+    rclpy.init(args=args)
+    node = Relay()
+    while rclpy.ok():
+        rclpy.spin_once(node)
+
+if __name__ == '__main__':
+    main()
 """
 
 # Parameters kept up to date by a callback; many threads that block.
@@ -217,12 +355,10 @@ if __name__ == '__main__':
 
 RIGHT = {
     "reference": REFERENCE,
-    "functions; blocking calls with a group and two threads": {MOTORS: FUNCTIONS.encode(), RELAY: BLOCKING.encode()},
-    "two nodes, own context, slow start; a second node for the calls": {
-        MOTORS: TWO_NODES.encode(),
-        RELAY: SECOND_NODE.encode(),
-    },
+    "functions; blocking calls with more threads than callers": {MOTORS: FUNCTIONS.encode(), RELAY: BLOCKING.encode()},
+    "two nodes, own context, slow start; a node for each call": {MOTORS: TWO_NODES.encode(), RELAY: HELPERS.encode()},
     "many threads, a parameter callback, a namespace": relay() | {RELAY: THREADS.encode()},
+    "a table of states; a future of its own": {MOTORS: TABLE.encode(), RELAY: FUTURES.encode()},
     "relay awaits with two threads": relay(
         ("import ExternalShutdownException", "import ExternalShutdownException, MultiThreadedExecutor"),
         ("rclpy.spin(node)", "rclpy.spin(node, executor=MultiThreadedExecutor(num_threads=2))"),
@@ -232,7 +368,7 @@ RIGHT = {
         ("if not self.client.service_is_ready()", "if not self.client.wait_for_service(timeout_sec=1.0)"),
         ("        a, b = ", "        self.get_logger().warning('a call of mine ' * 500)\n        a, b = "),
     ),
-    "motors with a property and words of their own": motors(
+    "motors with words of their own": motors(
         ("f'Motors {self.state()}'\n        return", "f'OK; state={self.state().upper()}; errors: 0'\n        return")
     ),
 }
@@ -242,11 +378,18 @@ READY = """        if not self.client.service_is_ready():
             response.message = '/add_two_ints is not there'
             return response
 """
-SWITCH = "self.enabled = request.data"
+SWITCH = "self.enabled = request.data and response.success"
 COUNT = """self.count = max(0, getattr(self, 'count', 0) + (1 if request.data else -1))
-        self.enabled = self.count > 0"""
+        self.enabled = self.count > 0 and not self.stopped"""
+REFUSE = "response.success = not (request.data and self.stopped)"
 STATUS = 'Say the state, and leave it alone."""\n        response.success = True'
-SAYS = "response.message = f'Motors {self.state()}'\n        return response\n\n    def status"
+ENABLE_SAYS = "response.message = f'Motors {self.state()}'\n        return response\n\n    def emergency_stop"
+SAYS = "response.success = True\n        response.message = f'Motors {self.state()}'\n        return response\n\n"
+STOP_SAYS = SAYS + "    def status"
+STOPS = """        self.stopped = request.data
+        if self.stopped:
+            self.enabled = False
+"""
 ASK = "        a, b = self.get_parameter('a').value, self.get_parameter('b').value\n"
 GROUP = (", callback_group=group", "")
 AWAIT = "await self.client.call_async(AddTwoInts.Request(a=a, b=b))"
@@ -257,75 +400,243 @@ THREADED = [
 ]
 BLOCK = [("async def", "def"), (AWAIT, "self.client.call(AddTwoInts.Request(a=a, b=b))")]
 
-SERVED = {"relay_answers", "relay_asks_each_time", "relay_sends_parameters", "several_callers", "changed_parameters"}
+ONE_BY_ONE = {"no_caller_waits_for_another"}
+ALONE = ONE_BY_ONE | {"goes_on_serving"}
+SERVED = ALONE | {
+    "relay_answers",
+    "relay_asks_each_time",
+    "relay_sends_parameters",
+    "several_callers",
+    "changed_parameters",
+}
 ABSENT = {"without_add_two_ints", "goes_on_afterwards"}
-TOLD = {"motors_start_disabled", "enable", "disable"}
-MOTOR_TESTS = TOLD | {"enable_says_state", "repeating_is_no_error", "status", "last_command_counts"}
+STOP_TESTS = {"emergency_stop", "stopped_motors_refuse", "release", "repeating_is_no_error", "last_command_counts"}
+MOTOR_TESTS = STOP_TESTS | {"motors_start_disabled", "enable_and_disable", "enable_says_state", "status"}
+
+# The page's own classes, with the names that the task gives them: what copying earns.
+CAMERA = """
+import rclpy
+from rclpy.node import Node
+from std_srvs.srv import SetBool, Trigger
+
+class Camera(Node):
+    def __init__(self):
+        super().__init__('camera')
+        self.on, self.pictures = False, 0
+        self.create_service(SetBool, '/motors/enable', self.power)
+        self.create_service(Trigger, '/motors/status', self.snapshot)
+
+    def power(self, request, response):
+        self.on = request.data
+        response.success = True
+        response.message = f"motors are {'enabled' if self.on else 'disabled'}"
+        return response
+
+    def snapshot(self, request, response):
+        response.success = True
+        response.message = f"motors are {'enabled' if self.on else 'disabled'}"
+        return response
+
+rclpy.init()
+rclpy.spin(Camera())
+"""
+AWAITING_DOUBLER = """
+import rclpy
+from example_interfaces.srv import AddTwoInts
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+class AwaitingDoubler(Node):
+    def __init__(self, group=None):
+        super().__init__('relay')
+        self.declare_parameter('a', 0)
+        self.declare_parameter('b', 0)
+        self.client = self.create_client(AddTwoInts, 'add_two_ints', callback_group=group)
+        self.create_service(Trigger, 'relay', self.double_sum)
+
+    async def double_sum(self, request, response):
+        a, b = self.get_parameter('a').value, self.get_parameter('b').value
+        answer = await self.client.call_async(AddTwoInts.Request(a=a, b=b))
+        response.success = True
+        response.message = str(answer.sum)
+        return response
+
+rclpy.init()
+rclpy.spin(AwaitingDoubler(MutuallyExclusiveCallbackGroup()))
+"""
+
+
+def spins(how: str, *more: tuple[str, str]) -> dict[str, bytes]:
+    """The relay that waits for its future by spinning in the callback."""
+    return relay(
+        ("async def", "def"),
+        (
+            "        answer = " + AWAIT,
+            f"        future = {AWAIT.removeprefix('await ')}\n        {how}\n        answer = future.result()",
+        ),
+        *more,
+    )
+
+
+NODE_SPINS = "rclpy.spin_until_future_complete(self, future)"
+EXECUTOR_SPINS = "self.executor.spin_until_future_complete(future)"
+HELPER = """import threading
+        if not hasattr(self, 'helper'):
+            from rclpy.executors import SingleThreadedExecutor
+            self.helper = SingleThreadedExecutor()
+        rclpy.spin_until_future_complete(self, future, self.helper)"""
 
 # What is wrong, and the tests that it loses (without "test_").
 WRONG = {
-    "motors start enabled": (motors(("self.enabled = False", "self.enabled = True")), {"motors_start_disabled"}),
+    "the page's camera and doubler, with the task's names": (
+        {MOTORS: CAMERA.encode(), RELAY: AWAITING_DOUBLER.encode()},
+        STOP_TESTS | ALONE | ABSENT,
+    ),
+    "motors start enabled": (
+        motors(
+            ("self.enabled = False\n        self.stopped = False", "self.enabled = True\n        self.stopped = False")
+        ),
+        {"motors_start_disabled"},
+    ),
+    "motors start stopped": (motors(("self.stopped = False", "self.stopped = True")), {"motors_start_disabled"}),
     "enable toggles": (
-        motors((SWITCH, "self.enabled = not self.enabled")),
-        {"enable_says_state", "repeating_is_no_error", "last_command_counts"},
+        motors((SWITCH, "self.enabled = not self.enabled and not self.stopped")),
+        {"enable_says_state", "repeating_is_no_error"},
     ),
     "enable only enables": (
-        motors((SWITCH, "self.enabled = self.enabled or request.data")),
-        {"disable", "enable_says_state", "last_command_counts"},
+        motors((SWITCH, "self.enabled = (self.enabled or request.data) and not self.stopped")),
+        {"enable_and_disable", "enable_says_state"},
     ),
     "enable is inverted": (
-        motors((SWITCH, "self.enabled = not request.data")),
-        {"enable", "disable", "enable_says_state"},
+        motors((SWITCH, "self.enabled = not request.data and response.success")),
+        {"enable_and_disable", "enable_says_state", "release"},
     ),
-    "enable counts": (motors((SWITCH, COUNT)), {"enable_says_state", "repeating_is_no_error", "last_command_counts"}),
+    "enable counts": (motors((SWITCH, COUNT)), {"enable_says_state", "last_command_counts"}),
     "repeating is an error": (
         motors(
-            (SWITCH, "same = self.enabled == request.data\n        " + SWITCH),
-            (
-                "        response.success = True\n        " + SAYS,
-                "        response.success = not same\n        " + SAYS,
-            ),
+            (REFUSE, "was = self.enabled\n        " + REFUSE),
+            (ENABLE_SAYS, "response.success = response.success and was != request.data\n        " + ENABLE_SAYS),
         ),
         {"repeating_is_no_error"},
     ),
-    "success is the state": (
-        motors(
-            (
-                "        response.success = True\n        " + SAYS,
-                "        response.success = self.enabled\n        " + SAYS,
-            )
-        ),
-        {"disable"},
+    "success of enable is the state": (
+        motors((ENABLE_SAYS, "response.success = self.enabled\n        " + ENABLE_SAYS)),
+        {"enable_and_disable", "repeating_is_no_error"},
+    ),
+    "success is always True": (
+        motors((ENABLE_SAYS, "response.success = True\n        " + ENABLE_SAYS)),
+        {"stopped_motors_refuse"},
+    ),
+    "success is never set": (
+        motors((ENABLE_SAYS, "response.success = False\n        " + ENABLE_SAYS)),
+        {"enable_and_disable", "repeating_is_no_error"},
     ),
     "enable says the state before": (
-        motors((SWITCH, "before = self.state()\n        " + SWITCH), (SAYS, SAYS.replace("self.state()", "before"))),
+        motors(
+            (REFUSE, "before = self.state()\n        " + REFUSE),
+            (ENABLE_SAYS, ENABLE_SAYS.replace("self.state()", "before")),
+        ),
         {"enable_says_state"},
     ),
     "enable says nothing": (
-        motors((SAYS, SAYS.replace("response.message = f'Motors {self.state()}'", "pass"))),
+        motors((ENABLE_SAYS, ENABLE_SAYS.replace("response.message = f'Motors {self.state()}'", "pass"))),
         {"enable_says_state"},
     ),
+    "a refusal says why, and not the state": (
+        motors(
+            (
+                ENABLE_SAYS,
+                ENABLE_SAYS.replace(
+                    "f'Motors {self.state()}'", "f'Motors {self.state()}' if response.success else 'emergency stop'"
+                ),
+            )
+        ),
+        {"stopped_motors_refuse"},
+    ),
+    "a refusal names two states": (
+        motors(
+            (
+                ENABLE_SAYS,
+                ENABLE_SAYS.replace(
+                    "f'Motors {self.state()}'",
+                    "f'Motors {self.state()}' if response.success else 'stopped: cannot be enabled'",
+                ),
+            )
+        ),
+        {"stopped_motors_refuse"},
+    ),
     "status success is the state": (motors((STATUS, STATUS.replace("True", "self.enabled"))), {"status"}),
-    "status toggles": (motors((STATUS, STATUS + "\n        self.enabled = not self.enabled")), TOLD | {"status"}),
+    "status toggles": (
+        motors((STATUS, STATUS + "\n        self.enabled = not self.enabled and not self.stopped")),
+        {"motors_start_disabled", "enable_and_disable", "status", "release", "repeating_is_no_error"},
+    ),
     "status says on and off": (
         motors(
-            (STATUS, STATUS + "\n        response.message = 'on' if self.enabled else 'off'\n        return response")
+            (
+                STATUS,
+                STATUS + "\n        response.message = {'enabled': 'on', 'disabled': 'off', 'stopped': 'halt'}"
+                "[self.state()]\n        return response",
+            )
         ),
-        TOLD,
+        {"motors_start_disabled", "enable_and_disable", "emergency_stop", "release"},
     ),
     "status is of a state of its own": (
         motors((STATUS, STATUS + "\n        response.message = 'Motors disabled'\n        return response")),
-        {"enable", "disable", "last_command_counts"},
+        {"enable_and_disable", "emergency_stop", "release", "last_command_counts"},
     ),
     "status under another name": (motors(("'/motors/status'", "'/motor/status'")), MOTOR_TESTS - {"enable_says_state"}),
     "enable returns nothing": (
-        motors((SAYS, SAYS.replace("return response", "pass"))),
+        motors((ENABLE_SAYS, ENABLE_SAYS.replace("return response", "pass"))),
         MOTOR_TESTS - {"motors_start_disabled"},
     ),
-    "relay adds by itself": (
-        relay((AWAIT, "AddTwoInts.Response(sum=a + b)")),
-        {"relay_answers", "relay_asks_each_time", "relay_sends_parameters", "changed_parameters", "several_callers"},
+    "no emergency stop": (
+        motors(("        self.create_service(SetBool, '/motors/emergency_stop', self.emergency_stop)\n", "")),
+        STOP_TESTS,
     ),
+    "the stop only disables": (
+        motors((STOPS, "        self.enabled = False\n")),
+        {"emergency_stop", "stopped_motors_refuse", "repeating_is_no_error"},
+    ),
+    "the stop is not latched": (
+        motors((REFUSE, "response.success = True\n        self.stopped = False")),
+        {"stopped_motors_refuse", "repeating_is_no_error"},
+    ),
+    "the end of a stop enables again": (motors((STOPS, "        self.stopped = request.data\n")), {"release"}),
+    "a refused enable is remembered": (motors((SWITCH, "self.enabled = request.data")), {"release"}),
+    "the end of a stop that is not on disables": (
+        motors((STOPS, "        self.stopped = request.data\n        self.enabled = False\n")),
+        {"repeating_is_no_error"},
+    ),
+    "the stop toggles": (
+        motors(
+            (
+                STOPS,
+                "        self.stopped = not self.stopped\n        self.enabled = self.enabled and not self.stopped\n",
+            )
+        ),
+        {"repeating_is_no_error"},
+    ),
+    "disabling ends the stop": (
+        motors((SWITCH, SWITCH + "\n        self.stopped = self.stopped and request.data")),
+        {"repeating_is_no_error"},
+    ),
+    "disabling a stopped motor is refused": (
+        motors((REFUSE, "response.success = not self.stopped")),
+        {"repeating_is_no_error"},
+    ),
+    "a second stop is an error": (
+        motors(
+            (STOPS, "        again = self.stopped and request.data\n" + STOPS),
+            (STOP_SAYS, STOP_SAYS.replace("True", "not again")),
+        ),
+        {"repeating_is_no_error"},
+    ),
+    "the stop says nothing": (
+        motors((STOP_SAYS, STOP_SAYS.replace("response.message = f'Motors {self.state()}'", "pass"))),
+        {"emergency_stop", "release"},
+    ),
+    "relay adds by itself": (relay((AWAIT, "AddTwoInts.Response(sum=a + b)")), SERVED),
     "relay shows its own sum": (relay(("{answer.sum}", "{a + b}")), {"relay_answers"}),
     "relay shows a number without end": (relay(("{answer.sum}", "1e999")), {"relay_answers"}),
     "relay has no success": (
@@ -342,7 +653,7 @@ WRONG = {
                 + "\n        answer = self.answer",
             )
         ),
-        {"relay_asks_each_time", "relay_sends_parameters", "changed_parameters", "several_callers"},
+        SERVED - {"relay_answers"},
     ),
     "relay mixes up a and b": (relay(("(a=a, b=b)", "(a=b, b=a)")), {"relay_sends_parameters"}),
     "relay has numbers of its own": (
@@ -362,20 +673,42 @@ WRONG = {
     "relay blocks its one thread": (relay(*BLOCK), SERVED | {"goes_on_afterwards"}),
     "relay blocks each of its threads": (relay(*BLOCK, *THREADED), {"several_callers"}),
     "relay awaits in the default group": (relay(GROUP), SERVED | {"goes_on_afterwards"}),
-    "relay spins in its callback": (
+    "relay awaits, only the client in a group of its own": (
+        relay(("self.relay, callback_group=group", "self.relay")),
+        ALONE,
+    ),
+    "relay awaits in a mutually exclusive group of its own": (
         relay(
-            ("async def", "def"),
-            GROUP,
-            (
-                "        answer = " + AWAIT,
-                "        future = "
-                + AWAIT.removeprefix("await ")
-                + "\n        rclpy.spin_until_future_complete(self, future)\n"
-                "        answer = future.result()",
-            ),
+            ("self.relay, callback_group=group", "self.relay, callback_group=MutuallyExclusiveCallbackGroup()"),
+            ("import ReentrantCallbackGroup", "import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup"),
         ),
+        ONE_BY_ONE,
+    ),
+    "relay takes turns with a lock": (
+        {
+            **REFERENCE,
+            RELAY: BLOCKING.replace("ReentrantCallbackGroup())", "MutuallyExclusiveCallbackGroup())").encode(),
+        },
+        ONE_BY_ONE,
+    ),
+    "relay spins in its callback, all in the default group": (
+        spins(NODE_SPINS, GROUP),
         SERVED | {"goes_on_afterwards"},
     ),
+    "relay spins in its callback": (spins(NODE_SPINS), ONE_BY_ONE),
+    "relay spins its executor in its callback": (spins(EXECUTOR_SPINS), ONE_BY_ONE),
+    "relay spins once and again in its callback": (
+        spins("while not future.done():\n            rclpy.spin_once(self)"),
+        ONE_BY_ONE,
+    ),
+    "relay spins in its callback, only the client in a group": (
+        spins(NODE_SPINS, ("self.relay, callback_group=group", "self.relay")),
+        ALONE,
+    ),
+    "relay spins in its callback, many threads": (spins(NODE_SPINS, *THREADED), SERVED - {"relay_answers"}),
+    "relay spins its executor in its callback, many threads": (spins(EXECUTOR_SPINS, *THREADED), {"several_callers"}),
+    "relay spins itself in another executor": (spins(HELPER), SERVED - {"relay_answers"}),
+    "relay spins a second node, with one thread": ({**REFERENCE, RELAY: SECOND_NODE.encode()}, ALONE),
     "relay does not wait for the answer": (
         relay(
             ("async def", "def"),
@@ -393,7 +726,7 @@ WRONG = {
                 + "\n        await self.future\n        answer = self.future.result()",
             )
         ),
-        {"several_callers"},
+        {"several_callers", "no_caller_waits_for_another"},
     ),
     "relay never looks whether there is a server": (relay((READY, "")), ABSENT),
     "relay waits for a server for ever": (
@@ -425,7 +758,10 @@ SILENT = {
     "relay blocks its one thread",
     "relay blocks each of its threads",
     "relay awaits in the default group",
-    "relay spins in its callback",
+    "relay spins in its callback, all in the default group",
+    "relay spins in its callback, many threads",
+    "relay spins its executor in its callback, many threads",
+    "relay spins itself in another executor",
     "relay never looks whether there is a server",
     "relay waits for a server for ever",
     "relay gives up after one failure",

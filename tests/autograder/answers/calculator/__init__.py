@@ -55,7 +55,7 @@ RIGHT = {
                 "            f'Response: result={response.result} success={response.success} '\n"
                 "            f'message={response.message}')"
             ),
-            "            f'={response.result}')",
+            "            f'={response.result}{response.message}')",
         ),
     ),
     "client asks three times": client(
@@ -379,6 +379,30 @@ WRONG = {
         {"logs_requests"},
     ),
     "logs b twice": (server(("a={request.a}", "a={request.b}")), {"logs_requests"}),
+    "logs a request without its operation": (server((" operation={request.operation}", "")), {"logs_requests"}),
+    "logs the operation of the first request only": (
+        server(
+            (
+                "        self.get_logger().info(\n            f'Request: a={request.a} b={request.b} ",
+                (
+                    "        self.first = getattr(self, 'first', request.operation)\n"
+                    "        self.get_logger().info(\n            f'Request: a={request.a} b={request.b} "
+                ),
+            ),
+            ("operation={request.operation}", "operation={self.first}"),
+        ),
+        {"logs_requests"},
+    ),
+    "logs a refusal without its message": (
+        server(("            f'message={response.message}')", "            'message=')")),
+        {"logs_responses"},
+    ),
+    "logs no refusals": (
+        server(
+            (LOG_RESPONSE, "        if response.success:\n" + LOG_RESPONSE.replace("        self", "            self"))
+        ),
+        {"logs_responses"},
+    ),
     "logs the response before it is there": (
         server((LOG_RESPONSE, ""), (SUCCEEDS, LOG_RESPONSE + SUCCEEDS)),
         {"logs_responses"},
