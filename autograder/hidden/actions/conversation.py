@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 from course_interfaces.action import Lift
@@ -36,6 +37,8 @@ STEP = 1.0  # s, the default
 SLOWEST = 1.3 * STEP  # s that a step may take, also when the parameter has no effect: that is judged by one test
 LATE = 1.0  # s until the last feedback has come, after the result
 QUICK_STEPS = (0.02, 0.025, 0.03)  # s: long enough to be measured, short enough for many steps
+AT_MOST = 5.0  # s until a goal has ended that must end within a step
+STILL = "still running"  # in the place of how such a goal ended
 BUSY_STEP = 0.3  # s: long enough that a request takes effect before the next step
 CLIENT = "lift_client.py"
 FEEDBACK_PAUSE = 0.05  # s between two feedback messages to the client
@@ -67,6 +70,12 @@ def stops_made(path: Sequence[int], floors: Sequence[int]) -> list[int]:
     return list(floors[: len(floors) - len(left)])
 
 
+def way(goal: Goal) -> list[int]:
+    """The floors in the feedback, when they show how the cabin moved, floor by floor; else nothing."""
+    floors = floors_heard(goal)
+    return floors if len(floors) > 1 and all(abs(a - b) == 1 for a, b in pairwise(floors)) else []
+
+
 def floors_heard(goal: Goal) -> list[int]:
     """The floors in the feedback."""
     return [heard.message.floor for heard in list(goal.feedback)]
@@ -89,14 +98,21 @@ class Server(LiveProgram):
 
     def connect(self) -> Offers:
         """The clients of the action and of the service."""
+        self.goals: list[Goal] = []  # that were sent to this start of the program
         self.caller = ActionCaller(self.ros, ACTION, Lift)
         self.service = self.ros.node.create_client(SetBool, BLOCK)
         return {OFFERED: self.caller.ready, offer(BLOCK): self.service.service_is_ready}
+
+    @property
+    def place(self) -> int:
+        """Where the cabin is, as far as the feedback tells."""
+        return next((floors_heard(goal)[-1] for goal in reversed(self.goals) if goal.feedback), 0)
 
     def give(self, floors: Sequence[int], alive: Alive, limit: float) -> Goal | None:
         """A new goal that is accepted or rejected; None when it is not answered."""
         self.fresh = False
         goal = self.caller.send(Lift.Goal(floors=list(floors)), alive)
+        self.goals.append(goal)
         if not goal.wait(lambda g: g.accepted is not None, limit):
             return None
         self.accepts = self.accepts or goal.accepted is True
@@ -117,7 +133,7 @@ class Server(LiveProgram):
 
     def over(self, goal: Goal, floors: Sequence[int], limit: float) -> bool:
         """Wait until an accepted goal has ended and its last feedback has come; False when it does not end."""
-        most = 2 * TOP + sum(abs(a - b) for a, b in zip(floors, floors[1:], strict=False))
+        most = 2 * TOP + sum(abs(a - b) for a, b in pairwise(floors))
         ended = goal.wait(lambda g: g.status, self.bench.clock.allow(limit + most * SLOWEST))
         if ended and goal.feedback:
             goal.wait(lambda g: g.feedback[-1].message.floor == g.result.floor, LATE)
@@ -137,7 +153,6 @@ class Ride:
 
     floors: list[int]
     goal: Goal
-    first: bool  # no goal was sent before to this start of the program
 
 
 class Quick(Server):
@@ -152,12 +167,11 @@ class Quick(Server):
 
     @contextmanager
     def sample(self) -> Iterator[Ride]:
-        """An ordinary goal; another one is sent when something is found wrong with it."""
+        """The program's first goal; the program is started again when something is found wrong with it."""
         with on_wrong(self._forget):
             if self._sample is None:
-                self.up(OFFERED)
-                first = self.fresh
-                self._sample = Ride(self._floors, self.run(self._floors), first)
+                self.ensure_fresh(OFFERED)
+                self._sample = Ride(self._floors, self.run(self._floors))
             yield self._sample
 
     def _forget(self) -> None:
@@ -216,7 +230,7 @@ class Cancelled(Server):
 class Blocking:
     """What came of a goal whose shaft was blocked, and of the goals after it."""
 
-    goal: Goal
+    ride: Ride
     sent: float  # when the shaft was blocked, a time of time.monotonic (s)
     here: int  # where the cabin stood then
     success: bool  # what the service said
@@ -235,8 +249,7 @@ class Preemption:
 class Busy(Server):
     """The student's lift, to which something happens while a goal runs."""
 
-    LONG = (0, 8, 0, 8)  # a goal that takes many steps, wherever the cabin is
-    STEPS = 2  # before something happens
+    STEPS = 3  # of a goal, before something happens
 
     def __init__(self, bench: Bench, rng: random.Random):
         super().__init__(bench, BUSY_STEP, "--ros-args", "-p", f"step_period:={BUSY_STEP}")
@@ -267,40 +280,48 @@ class Busy(Server):
     def _forget(self) -> None:
         self._blocking = self._preemption = None
 
-    def begin_long(self, alive: Alive, limit: float) -> Goal | None:
-        """A goal of many steps, some of which are done; None when it is not answered."""
-        goal = self.give(self.LONG, alive, limit)
-        if goal and accepted(goal):
-            goal.wait(lambda g: len(g.feedback) >= self.STEPS or g.status, 2 * self.STEPS * STEP)
-        return goal
+    def begin_long(self, alive: Alive, limit: float) -> Ride | None:
+        """A goal of at least 14 steps, some of which are done, the first of them a stop; None when it has no answer."""
+        here = max(0, min(TOP, self.place))
+        floors = [here + 1, TOP, 0] if here < TOP / 2 else [here - 1, 0, TOP]
+        goal = self.give(floors, alive, limit)
+        if goal is None:
+            return None
+        accepted(goal).wait(lambda g: len(g.feedback) >= self.STEPS or g.status, 2 * self.STEPS * BUSY_STEP)
+        return Ride(floors, goal)
 
     def _preempt(self, limit: float, alive: Alive) -> Preemption | None:
-        goal = self.begin_long(alive, limit)
+        first = self.begin_long(alive, limit)
+        if first is None:
+            return None
+        floors = [self.away(self.place)]
+        goal = self.give(floors, alive, limit)
         if goal is None:
             return None
-        floors = [self.away((floors_heard(goal) or [0])[-1])]
-        second = self.give(floors, alive, limit)
-        if second is None or not self.over(goal, self.LONG, limit):
+        if goal.accepted and not first.goal.wait(lambda g: g.status, self.bench.clock.allow(AT_MOST)):
+            for each in (first.goal, goal):  # the next test has the lift for itself
+                each.cancel()
+                each.wait(lambda g: g.status, AT_MOST)
+            first.goal.status = STILL
+        elif not self.over(first.goal, first.floors, limit) or (goal.accepted and not self.over(goal, floors, limit)):
             return None
-        if second.accepted and not self.over(second, floors, limit):
-            return None
-        return Preemption(Ride(list(self.LONG), goal, False), Ride(floors, second, False))
+        return Preemption(first, Ride(floors, goal))
 
     def _block(self, limit: float, alive: Alive) -> Blocking | None:
-        goal = self.begin_long(alive, limit)
-        if goal is None:
+        ride = self.begin_long(alive, limit)
+        if ride is None:
             return None
         sent = time.monotonic()
         success = self._set(True, limit, alive)
-        if success is None or not self.over(goal, self.LONG, limit):
+        if success is None or not self.over(ride.goal, ride.floors, limit):
             return None
-        here = (floors_heard(goal) or [goal.result.floor])[-1]
+        here = (floors_heard(ride.goal) or [ride.goal.result.floor])[-1]
         there = self.away(here)
         stuck = self._over([here, there], limit, alive)
         if stuck is None or self._set(False, limit, alive) is None:
             return None
         freed = self._over([there], limit, alive)
-        return freed and Blocking(goal, sent, here, success, stuck, freed)
+        return None if freed is None else Blocking(ride, sent, here, success, stuck, freed)
 
     def _set(self, blocked: bool, limit: float, alive: Alive) -> bool | None:
         response = self.ros.call(self.service, SetBool.Request(data=blocked), limit, alive)
@@ -310,7 +331,7 @@ class Busy(Server):
         goal = self.give(floors, alive, limit)
         if goal is None or (goal.accepted and not self.over(goal, floors, limit)):
             return None
-        return Ride(floors, goal, False)
+        return Ride(floors, goal)
 
 
 class Encounter:
