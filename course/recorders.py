@@ -40,7 +40,7 @@ class Recorder:
 
     def __init__(self, *columns: str) -> None:
         self.columns = ("time", *columns)
-        self._start = time.monotonic()
+        self.start = time.monotonic()  # s
         self._rows: list[tuple[Any, ...]] = []
         self._lock = threading.Lock()
 
@@ -49,7 +49,7 @@ class Recorder:
         if unknown := set(values) - set(self.columns):
             raise TypeError(f"no column {', '.join(sorted(unknown))}: the columns are {', '.join(self.columns)}")
         with self._lock:
-            row = {"time": time.monotonic() - self._start, **values}
+            row = {"time": time.monotonic() - self.start, **values}
             self._rows.append(tuple(row.get(column) for column in self.columns))
 
     def table(self) -> Table:

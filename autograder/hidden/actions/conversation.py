@@ -32,6 +32,7 @@ from course.waiting import wait_until
 ACTION, BLOCK = "/lift", "/lift/block"
 OFFERED = f"the action {ACTION} (course_interfaces/action/Lift)"
 TOP = 9  # the default
+HIGH = 8  # a floor that every lift has: whether it has `TOP` is judged by one test
 NOT_ACCEPTED = "A goal with at least one floor, and only floors from 0 to top, must be accepted."
 STEP = 1.0  # s, the default
 SLOWEST = 1.3 * STEP  # s that a step may take, also when the parameter has no effect: that is judged by one test
@@ -234,8 +235,8 @@ class Blocking:
     sent: float  # when the shaft was blocked, a time of time.monotonic (s)
     here: int  # where the cabin stood then
     success: bool  # what the service said
-    stuck: Ride  # asked for this floor and another one, while the shaft was blocked
-    freed: Ride  # asked for another floor, when the shaft was free again
+    stuck: Goal  # asked for this floor and another one, while the shaft was blocked
+    freed: Goal  # asked for another floor, when the shaft was free again
 
 
 @dataclass
@@ -258,8 +259,8 @@ class Busy(Server):
         self._preemption: Preemption | None = None
 
     def away(self, here: int, least: int = 2, most: int = 4) -> int:
-        """A floor that is so many steps from the floor `here`."""
-        return self._rng.choice([floor for floor in range(TOP) if least <= abs(floor - here) <= most])
+        """A floor that is so many steps from the floor `here`, and not near floor 0."""
+        return self._rng.choice([floor for floor in range(2, HIGH + 1) if least <= abs(floor - here) <= most])
 
     @contextmanager
     def preemption(self) -> Iterator[Preemption]:
@@ -281,14 +282,22 @@ class Busy(Server):
         self._blocking = self._preemption = None
 
     def begin_long(self, alive: Alive, limit: float) -> Ride | None:
-        """A goal of at least 14 steps, some of which are done, the first of them a stop; None when it has no answer."""
-        here = max(0, min(TOP, self.place))
-        floors = [here + 1, TOP, 0] if here < TOP / 2 else [here - 1, 0, TOP]
+        """A goal of at least 12 steps, some of which are done, the first of them a stop; None when it has no answer."""
+        here = max(0, min(HIGH, self.place))
+        floors = [here + 1, HIGH, 0] if here < HIGH / 2 else [here - 1, 0, HIGH]
         goal = self.give(floors, alive, limit)
         if goal is None:
             return None
         accepted(goal).wait(lambda g: len(g.feedback) >= self.STEPS or g.status, 2 * self.STEPS * BUSY_STEP)
         return Ride(floors, goal)
+
+    def soon_over(self, ride: Ride, limit: float) -> bool:
+        """Whether a goal that must end within a step ends soon; if not, it is cancelled."""
+        if ride.goal.wait(lambda g: g.status, self.bench.clock.allow(AT_MOST)):
+            return self.over(ride.goal, ride.floors, limit)
+        stop(ride.goal)
+        ride.goal.status = STILL
+        return False
 
     def _preempt(self, limit: float, alive: Alive) -> Preemption | None:
         first = self.begin_long(alive, limit)
@@ -298,12 +307,11 @@ class Busy(Server):
         goal = self.give(floors, alive, limit)
         if goal is None:
             return None
-        if goal.accepted and not first.goal.wait(lambda g: g.status, self.bench.clock.allow(AT_MOST)):
-            for each in (first.goal, goal):  # the next test has the lift for itself
-                each.cancel()
-                each.wait(lambda g: g.status, AT_MOST)
-            first.goal.status = STILL
-        elif not self.over(first.goal, first.floors, limit) or (goal.accepted and not self.over(goal, floors, limit)):
+        if not goal.accepted:
+            stop(first.goal)  # the next test has the lift for itself
+        elif not self.soon_over(first, limit):
+            stop(goal)
+        elif not self.over(goal, floors, limit):
             return None
         return Preemption(first, Ride(floors, goal))
 
@@ -313,25 +321,30 @@ class Busy(Server):
             return None
         sent = time.monotonic()
         success = self._set(True, limit, alive)
-        if success is None or not self.over(ride.goal, ride.floors, limit):
+        if success is None:
             return None
-        here = (floors_heard(ride.goal) or [ride.goal.result.floor])[-1]
+        self.soon_over(ride, limit)
+        here = self.place
         there = self.away(here)
-        stuck = self._over([here, there], limit, alive)
-        if stuck is None or self._set(False, limit, alive) is None:
+        stuck = self.give([here, there], alive, limit)
+        if stuck is None:
             return None
-        freed = self._over([there], limit, alive)
-        return None if freed is None else Blocking(ride, sent, here, success, stuck, freed)
+        if stuck.accepted:
+            self.soon_over(Ride([here, there], stuck), limit)
+        freed = self.give([there], alive, limit) if self._set(False, limit, alive) is not None else None
+        if freed is None or (freed.accepted and not self.over(freed, [there], limit)):
+            return None
+        return Blocking(ride, sent, here, success, stuck, freed)
 
     def _set(self, blocked: bool, limit: float, alive: Alive) -> bool | None:
         response = self.ros.call(self.service, SetBool.Request(data=blocked), limit, alive)
         return response and response.success
 
-    def _over(self, floors: list[int], limit: float, alive: Alive) -> Ride | None:
-        goal = self.give(floors, alive, limit)
-        if goal is None or (goal.accepted and not self.over(goal, floors, limit)):
-            return None
-        return Ride(floors, goal)
+
+def stop(goal: Goal) -> None:
+    """Cancel a goal that need not go on."""
+    goal.cancel()
+    goal.wait(lambda g: g.status, AT_MOST)
 
 
 class Encounter:

@@ -80,7 +80,7 @@ def test_feedback(quick: Quick) -> None:
 def test_keeps_its_place(quick: Quick, rng: random.Random) -> None:
     """The cabin starts at floor 0, and each goal goes on from where it is."""
     with quick.sample() as ride:
-        heard = floors_heard(ride.goal)
+        heard = way(ride.goal)
         if heard and heard[0] not in (0, 1):  # what is told of the first step is another test's
             raise Wrong("The cabin must start at floor 0.", f"{heard}")
     here, there = rng.randrange(6, 9), rng.randrange(2, 5)
@@ -232,14 +232,14 @@ def test_blocked_before(busy: Busy) -> None:
     """A goal that comes while the shaft is blocked makes no step and is aborted; a free shaft serves the next one."""
     with busy.blocking() as seen:
         stuck, freed = seen.stuck, seen.freed
-        if not stuck.goal.accepted:
+        if not stuck.accepted:
             raise Wrong("While the shaft is blocked, a goal must be accepted. It is aborted when it needs a step.")
-        expect_end(stuck.goal, "ABORTED", "While the shaft is blocked, a goal that needs a step must end as ABORTED.")
-        if {*floors_heard(stuck.goal)} - {seen.here}:
-            raise Wrong("While the shaft is blocked, the cabin must not move.", f"{floors_heard(stuck.goal)}")
-        if not freed.goal.accepted:
+        expect_end(stuck, "ABORTED", "While the shaft is blocked, a goal that needs a step must end as ABORTED.")
+        if {*floors_heard(stuck)} - {seen.here}:
+            raise Wrong("While the shaft is blocked, the cabin must not move.", f"{floors_heard(stuck)}")
+        if not freed.accepted:
             raise Wrong(NOT_ACCEPTED)
-        expect_end(freed.goal, "SUCCEEDED", f"After {BLOCK} got `data: false`, a goal must succeed.")
+        expect_end(freed, "SUCCEEDED", f"After {BLOCK} got `data: false`, a goal must succeed.")
 
 
 def expect_end(goal: Goal, status: str, rule: str) -> None:
@@ -250,9 +250,10 @@ def expect_end(goal: Goal, status: str, rule: str) -> None:
 
 def expect_so_far(goal: Goal, floors: list[int], about: str, place: bool = True) -> None:
     """The result must hold the stops made and, if asked, the floor, as far as the feedback tells what was done."""
+    if goal.status in ("SUCCEEDED", STILL):
+        how = "was still running" if goal.status == STILL else "succeeded"
+        raise Wrong(f"The goal {how}, so there is no result of {about}.")
     stops, heard = list(goal.result.stops), way(goal)
-    if goal.status == "SUCCEEDED":
-        raise Wrong(f"The goal succeeded, so there is no result of {about}.")
     # Where it started, one floor above or below the first that was heard, may have been a stop as well.
     paths = [[start, *heard] for start in (heard[0] - 1, heard[0] + 1)] if heard else []
     made = [stops_made(path, floors) for path in paths]
@@ -281,7 +282,8 @@ def test_step_period(quick: Quick, cancelled: Cancelled) -> None:
             )
     with cancelled.sample() as goal:
         times = [heard.time for heard in goal.feedback]
-        if len(times) > 1 and not MEASURED * STEP < times[1] - times[0] < 3 * STEP:
+        took = max((b - a for a, b in pairwise(times)), default=STEP)  # a message may be heard late
+        if not MEASURED * STEP < took < 3 * STEP:
             raise Wrong(f"When step_period is not set, each step must take {STEP:.0f} s.", f"{times}")
 
 
