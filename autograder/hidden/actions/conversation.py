@@ -154,6 +154,12 @@ class Ride:
 
     floors: list[int]
     goal: Goal
+    still: bool = False  # it was still running long after it had to end
+
+    @property
+    def end(self) -> str:
+        """How it ended."""
+        return STILL if self.still else self.goal.status
 
 
 class Quick(Server):
@@ -235,7 +241,7 @@ class Blocking:
     sent: float  # when the shaft was blocked, a time of time.monotonic (s)
     here: int  # where the cabin stood then
     success: bool  # what the service said
-    stuck: Goal  # asked for this floor and another one, while the shaft was blocked
+    stuck: Ride  # asked for this floor and another one, while the shaft was blocked
     freed: Goal  # asked for another floor, when the shaft was free again
 
 
@@ -295,8 +301,8 @@ class Busy(Server):
         """Whether a goal that must end within a step ends soon; if not, it is cancelled."""
         if ride.goal.wait(lambda g: g.status, self.bench.clock.allow(AT_MOST)):
             return self.over(ride.goal, ride.floors, limit)
+        ride.still = True
         stop(ride.goal)
-        ride.goal.status = STILL
         return False
 
     def _preempt(self, limit: float, alive: Alive) -> Preemption | None:
@@ -326,11 +332,12 @@ class Busy(Server):
         self.soon_over(ride, limit)
         here = self.place
         there = self.away(here)
-        stuck = self.give([here, there], alive, limit)
-        if stuck is None:
+        goal = self.give([here, there], alive, limit)
+        if goal is None:
             return None
-        if stuck.accepted:
-            self.soon_over(Ride([here, there], stuck), limit)
+        stuck = Ride([here, there], goal)
+        if goal.accepted:
+            self.soon_over(stuck, limit)
         freed = self.give([there], alive, limit) if self._set(False, limit, alive) is not None else None
         if freed is None or (freed.accepted and not self.over(freed, [there], limit)):
             return None

@@ -11,6 +11,7 @@ from itertools import pairwise
 from autograder.hidden.actions.conversation import (
     ACTION,
     BLOCK,
+    BUSY_STEP,
     NOT_ACCEPTED,
     OFFERED,
     STEP,
@@ -20,6 +21,7 @@ from autograder.hidden.actions.conversation import (
     Cancelled,
     Encounter,
     Quick,
+    Ride,
     Server,
     accepted,
     floors_heard,
@@ -41,7 +43,7 @@ IN_TIME = 2  # messages after a request: of the step that was under way, and of 
 def test_ride(quick: Quick) -> None:
     """A goal succeeds when all its stops are made, in their order."""
     with quick.sample() as ride:
-        expect_end(ride.goal, "SUCCEEDED", "Once all stops are made, the goal must succeed: goal_handle.succeed().")
+        expect_end(ride.end, "SUCCEEDED", "Once all stops are made, the goal must succeed: goal_handle.succeed().")
         stops, floor = list(ride.goal.result.stops), ride.goal.result.floor
         if stops != ride.floors:
             raise Wrong(
@@ -107,7 +109,7 @@ def test_cancel(cancelled: Cancelled) -> None:
                 "The request to cancel was refused. A cancel_callback must accept it while the goal runs: if you have "
                 "one, was a thread free to run it?"
             )
-        expect_end(goal, "CANCELED", "A cancelled goal must end as CANCELED: call goal_handle.canceled().")
+        expect_end(goal.status, "CANCELED", "A cancelled goal must end as CANCELED: call goal_handle.canceled().")
         if not goal.cancel_sent:
             raise Wrong(f"The goal was over after {cancelled.STEPS} steps, before it could be cancelled.")
         if later(goal, goal.cancel_sent) > IN_TIME or (not goal.feedback and goal.ended - goal.cancel_sent > 3 * STEP):
@@ -122,7 +124,7 @@ def test_cancel(cancelled: Cancelled) -> None:
 def test_cancelled_result(cancelled: Cancelled) -> None:
     """The result of a cancelled goal is what was done so far, and the cabin stays where it is."""
     with cancelled.sample() as goal:
-        expect_so_far(goal, cancelled.floors, "a cancelled goal")
+        expect_so_far(Ride(cancelled.floors, goal), "a cancelled goal")
         place = goal.result.floor
         if floors_heard(cancelled.run([place])):
             raise Wrong(
@@ -162,8 +164,8 @@ def test_preempt(busy: Busy) -> None:
         first, second = seen.first.goal, seen.second.goal
         if not second.accepted:
             raise Wrong("While a goal runs, a new one must be accepted.")
-        expect_end(first, "ABORTED", "When a new goal is accepted, the one that runs must end as ABORTED.")
-        expect_end(second, "SUCCEEDED", "A goal that takes over must be worked on, and succeed.")
+        expect_end(seen.first.end, "ABORTED", "When a new goal is accepted, the one that runs must end as ABORTED.")
+        expect_end(second.status, "SUCCEEDED", "A goal that takes over must be worked on, and succeed.")
         if later(first, second.sent) > IN_TIME:
             raise Wrong(
                 "When a new goal was accepted, the one that ran went on for more than a step.",
@@ -171,13 +173,28 @@ def test_preempt(busy: Busy) -> None:
             )
         if list(second.result.stops) != seen.second.floors:
             raise Wrong("A goal that takes over must make its stops.", f"{seen.second.floors}: {second.result}")
-        path = [*way(first), *way(second)] if way(first) and way(second) else []
-        if any(abs(a - b) != 1 for a, b in pairwise(path)):
-            raise Wrong(
-                "A goal that takes over must go on from where the cabin is, one floor a step: there is one cabin.",
-                f"{path}",
-            )
-        expect_so_far(first, seen.first.floors, "a goal that another one has taken over from", place=False)
+        expect_one_cabin(first, second)
+        expect_so_far(seen.first, "a goal that another one has taken over from", place=False)
+
+
+def expect_one_cabin(first: Goal, second: Goal) -> None:
+    """Two goals must have moved the cabin one after the other: floor by floor, and one step after the other."""
+    if not (way(first) and way(second)):
+        return  # what is told of the steps is another test's
+    path = [*way(first), *way(second)]
+    if any(abs(a - b) != 1 for a, b in pairwise(path)):
+        raise Wrong(
+            "A goal that takes over must go on from where the cabin is, one floor a step: there is one cabin.",
+            f"{path}",
+        )
+    told = [heard.published for heard in [*first.feedback, *second.feedback]]
+    between = [b - a for a, b in pairwise(told)]
+    if min(between) < MEASURED * BUSY_STEP < max(between):
+        raise Wrong(
+            "A goal that takes over must begin its first step when the goal before has ended its last one: two goals "
+            "must never move the cabin at the same time.",
+            f"steps of {between} s",
+        )
 
 
 @points(1, cell="lift-server")
@@ -204,7 +221,7 @@ def test_blocked(busy: Busy) -> None:
     """When the shaft is blocked while a goal runs, the goal is aborted within a step."""
     with busy.blocking() as seen:
         expect_end(
-            seen.ride.goal,
+            seen.ride.end,
             "ABORTED",
             f"A goal that runs while {BLOCK} gets `data: true` must end as ABORTED: call goal_handle.abort(). If you "
             "do, was a thread free to answer the service?",
@@ -223,7 +240,7 @@ def test_blocked(busy: Busy) -> None:
 def test_aborted_result(busy: Busy) -> None:
     """The result of an aborted goal is what was done so far."""
     with busy.blocking() as seen:
-        expect_so_far(seen.ride.goal, seen.ride.floors, "an aborted goal")
+        expect_so_far(seen.ride, "an aborted goal")
 
 
 @points(1, cell="lift-server")
@@ -232,27 +249,28 @@ def test_blocked_before(busy: Busy) -> None:
     """A goal that comes while the shaft is blocked makes no step and is aborted; a free shaft serves the next one."""
     with busy.blocking() as seen:
         stuck, freed = seen.stuck, seen.freed
-        if not stuck.accepted:
+        if not stuck.goal.accepted:
             raise Wrong("While the shaft is blocked, a goal must be accepted. It is aborted when it needs a step.")
-        expect_end(stuck, "ABORTED", "While the shaft is blocked, a goal that needs a step must end as ABORTED.")
-        if {*floors_heard(stuck)} - {seen.here}:
-            raise Wrong("While the shaft is blocked, the cabin must not move.", f"{floors_heard(stuck)}")
+        expect_end(stuck.end, "ABORTED", "While the shaft is blocked, a goal that needs a step must end as ABORTED.")
+        if {*floors_heard(stuck.goal)} - {seen.here}:
+            raise Wrong("While the shaft is blocked, the cabin must not move.", f"{floors_heard(stuck.goal)}")
         if not freed.accepted:
             raise Wrong(NOT_ACCEPTED)
-        expect_end(freed, "SUCCEEDED", f"After {BLOCK} got `data: false`, a goal must succeed.")
+        expect_end(freed.status, "SUCCEEDED", f"After {BLOCK} got `data: false`, a goal must succeed.")
 
 
-def expect_end(goal: Goal, status: str, rule: str) -> None:
+def expect_end(end: str, status: str, rule: str) -> None:
     """The goal must have ended so."""
-    if goal.status != status:
-        raise Wrong(f"{rule} It {'was' if goal.status == STILL else 'ended as'} {goal.status}.")
+    if end != status:
+        raise Wrong(f"{rule} It {'was' if end == STILL else 'ended as'} {end}.")
 
 
-def expect_so_far(goal: Goal, floors: list[int], about: str, place: bool = True) -> None:
+def expect_so_far(ride: Ride, about: str, place: bool = True) -> None:
     """The result must hold the stops made and, if asked, the floor, as far as the feedback tells what was done."""
-    if goal.status in ("SUCCEEDED", STILL):
-        how = "was still running" if goal.status == STILL else "succeeded"
+    if ride.end in ("SUCCEEDED", STILL):
+        how = f"was {STILL}" if ride.still else "succeeded"
         raise Wrong(f"The goal {how}, so there is no result of {about}.")
+    goal, floors = ride.goal, ride.floors
     stops, heard = list(goal.result.stops), way(goal)
     # Where it started, one floor above or below the first that was heard, may have been a stop as well.
     paths = [[start, *heard] for start in (heard[0] - 1, heard[0] + 1)] if heard else []

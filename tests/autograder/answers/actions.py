@@ -638,6 +638,10 @@ WRONG = {
         ),
         {"preempt"},
     ),
+    "preempts and does not wait for the cabin": (
+        server(("        with self.cabin:\n", "        if True:\n")),
+        {"preempt"},
+    ),
     "a preempted goal succeeds": (
         server(
             (ABORT, "            if self.newest is not goal_handle:\n                break\n" + ABORT),
