@@ -16,6 +16,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 
 if TYPE_CHECKING:  # `ros2 node list` uses one name of this module, and has no time for all that these import
     from rcl_interfaces.msg import SetParametersResult
+    from rclpy.action import ActionClient
     from rclpy.client import Client
     from rclpy.executors import Executor, MultiThreadedExecutor
     from rclpy.node import Node
@@ -98,6 +99,23 @@ def destroy(waitable: object) -> None:
 def action_type(waitable: object) -> type | None:
     """The type of an action client's or server's action; None for any other waitable.  Seen in 7.1.6: not public."""
     return getattr(waitable, "_action_type", None)
+
+
+class _Kept(dict[bytes, Callable[..., Any]]):
+    """Callbacks that nobody removes."""
+
+    def __delitem__(self, key: bytes) -> None:
+        """Keep it."""
+
+
+def keep_feedback(client: ActionClient) -> None:
+    """Have the feedback callbacks of this action client hear what comes after the result, too.
+
+    Seen in 7.1.6: rclpy removes a goal's callback when its result has come.  Result and feedback travel apart, so that
+    the last feedback is lost when it is the slower of the two.
+    """
+    if not isinstance(client._feedback_callbacks, _Kept):
+        client._feedback_callbacks = _Kept(client._feedback_callbacks)
 
 
 def watch_parameters(node: Node, watcher: Callable[[list[Parameter], SetParametersResult], None]) -> Callable[[], None]:

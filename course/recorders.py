@@ -21,7 +21,7 @@ from rclpy.parameter import Parameter
 from rclpy.task import Future
 
 from course.errors import CourseError
-from course.rclpy_internals import watch_parameters
+from course.rclpy_internals import keep_feedback, watch_parameters
 from course.waiting import ask_lookouts, wait_until
 
 STATUS = {
@@ -40,7 +40,7 @@ class Recorder:
 
     def __init__(self, *columns: str) -> None:
         self.columns = ("time", *columns)
-        self._start = time.monotonic()
+        self.start = time.monotonic()  # s
         self._rows: list[tuple[Any, ...]] = []
         self._lock = threading.Lock()
 
@@ -49,7 +49,7 @@ class Recorder:
         if unknown := set(values) - set(self.columns):
             raise TypeError(f"no column {', '.join(sorted(unknown))}: the columns are {', '.join(self.columns)}")
         with self._lock:
-            row = {"time": time.monotonic() - self._start, **values}
+            row = {"time": time.monotonic() - self.start, **values}
             self._rows.append(tuple(row.get(column) for column in self.columns))
 
     def table(self) -> Table:
@@ -96,18 +96,18 @@ class TopicRecorder(Recorder):
 
 
 class GoalRecorder(Recorder):
-    """The life of one goal, seen from its client: rows of `event` and `sequence`.
+    """The life of one goal, seen from its client: rows of `event`, `message` and `sequence`.
 
     The events are goal, accepted or rejected, feedback, cancel (requested) and, at the end, succeeded, canceled or
-    aborted.  `sequence` is the one that came with the event: in the field `feedback_field` of the feedback, or in the
-    field `sequence` of the result.
+    aborted.  `message` is the feedback or the result that came with the event, and `sequence` the first list in it.
     """
 
     END = ("rejected", *STATUS.values())
 
-    def __init__(self, client: ActionClient, feedback_field: str = "partial_sequence") -> None:
-        super().__init__("event", "sequence")
-        self._client, self._field = client, feedback_field
+    def __init__(self, client: ActionClient) -> None:
+        super().__init__("event", "sequence", "message")
+        keep_feedback(client)
+        self._client = client
         self._handle: ClientGoalHandle | None = None
 
     def send(self, goal: object) -> Self:
@@ -140,11 +140,16 @@ class GoalRecorder(Recorder):
             handle.get_result_async().add_done_callback(self._on_result)
 
     def _on_feedback(self, message: Any) -> None:
-        self.add(event="feedback", sequence=list(getattr(message.feedback, self._field)))
+        self._add("feedback", message.feedback)
 
     def _on_result(self, future: Future) -> None:
         response = future.result()
-        self.add(event=STATUS.get(response.status, "unknown"), sequence=list(response.result.sequence))
+        self._add(STATUS.get(response.status, "unknown"), response.result)
+
+    def _add(self, event: str, message: Any) -> None:
+        fields = [getattr(message, name) for name in message.get_fields_and_field_types()]
+        lists = [list(field) for field in fields if hasattr(field, "__len__") and not isinstance(field, str)]
+        self.add(event=event, message=message, sequence=lists[0] if lists else None)
 
     def count(self, event: str) -> int:
         """How often `event` has been seen."""
@@ -155,16 +160,34 @@ class GoalRecorder(Recorder):
         return self.wait_for(lambda table: table["event"].count("feedback") >= count, timeout)
 
     @property
+    def feedback(self) -> list[Any]:
+        """The feedback messages so far, in the order in which they came."""
+        table = self.table()
+        rows = zip(table["event"], table["message"], strict=True)
+        return [message for event, message in rows if event == "feedback"]
+
+    @property
+    def response(self) -> Any:
+        """The result message; None before the end, and for a rejected goal."""
+        return self._at_the_end("message")
+
+    @property
     def result(self) -> list[Any] | None:
-        """The sequence in the result; None before the end, and for a rejected goal.
+        """The list in the result; None before the end, and for a rejected goal.
 
         Feedback that was still on its way may be recorded after it.
         """
+        return self._at_the_end("sequence")
+
+    def _at_the_end(self, column: str) -> Any:
         table = self.table()
-        return next(
-            (sequence for event, sequence in zip(table["event"], table["sequence"], strict=True) if event in self.END),
-            None,
-        )
+        rows = zip(table["event"], table[column], strict=True)
+        return next((value for event, value in rows if event in self.END), None)
+
+    def time_of(self, event: str) -> float | None:
+        """When `event` was first seen (s since the recorder was made); None when it was not."""
+        table = self.table()
+        return next((time for time, each in zip(table["time"], table["event"], strict=True) if each == event), None)
 
     def wait_end(self, timeout: float = 10.0) -> str | None:
         """Wait for the event that ends the goal, and return it; None after `timeout` s.

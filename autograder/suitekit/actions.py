@@ -4,7 +4,7 @@ import threading
 import time
 import uuid
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
@@ -60,10 +60,10 @@ class Goal:
         if handle.accepted:
             handle.get_result_async().add_done_callback(self._on_end)
 
-    def on_feedback(self, message: Any) -> None:
-        """Feedback has come."""
+    def on_feedback(self, message: Any, published: float = 0.0) -> None:
+        """Feedback has come, which its server published then (s of its clock)."""
         with self._news:
-            self.feedback.append(Heard(time.monotonic(), sensible(message.feedback)))
+            self.feedback.append(Heard(time.monotonic(), sensible(message.feedback), published))
             self._news.notify_all()
 
     def _on_cancel(self, future: Any) -> None:
@@ -89,7 +89,11 @@ class ActionCaller:
         self._goals: dict[bytes, Goal] = {}
         qos = QoSProfile(depth=DEPTH)
         self._feedback = ros.node.create_subscription(
-            kind.Impl.FeedbackMessage, f"{action}/_action/feedback", self._hear, qos
+            # rclpy 7.1.6 declares one argument, and gives the message's times to a callback that takes two.
+            kind.Impl.FeedbackMessage,
+            f"{action}/_action/feedback",
+            cast(Callable[[Any], None], self._hear),
+            qos,
         )
         self._client = ActionClient(ros.node, kind, action)
 
@@ -104,9 +108,9 @@ class ActionCaller:
         self._client.send_goal_async(goal, goal_uuid=UUID(uuid=list(number))).add_done_callback(sent.on_answer)
         return sent
 
-    def _hear(self, message: Any) -> None:
+    def _hear(self, message: Any, info: dict[str, int]) -> None:
         if goal := self._goals.get(bytes(message.goal_id.uuid)):
-            goal.on_feedback(message)
+            goal.on_feedback(message, 1e-9 * info["source_timestamp"])
 
 
 def serve(

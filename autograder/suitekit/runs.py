@@ -20,6 +20,11 @@ class Run:
         self.file, self._start, self._clock = file, start, clock
         self._program = start()
 
+    @property
+    def output(self) -> str:
+        """What the program has printed so far."""
+        return self._program.output
+
     def finish(self, doing: str, limit: float = LIMIT) -> Program:
         """The program, once it has ended; it is run a second time when the first may have been the machine's fault.
 

@@ -20,6 +20,7 @@ class Heard(NamedTuple):
 
     time: float
     message: Any
+    published: float = 0.0  # s of its publisher's clock; only of an action's feedback
 
 
 def speaker(ros: Ros, topic: str, kind: type) -> Any:

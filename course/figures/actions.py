@@ -2,16 +2,25 @@
 
 from course.figures.palette import BLACK, BLUE, EVENTS, GREY, plain, style
 from course.figures.picture import Picture
-from course.recorders import GoalRecorder
+from course.recorders import GoalRecorder, Recorder
 
-# Request and answer are less than a millisecond apart: bars of different heights keep both visible.
+# What each event looks like: the size (points²), the marker, and its place in rows below the goal's line.  What the
+# client sends stands above the line and what the server answers below it: a goal and its answer are less than a
+# millisecond apart.
+ABOVE, BELOW = -0.24, 0.24
 MARKERS = {
-    "goal": (600, "|"),
-    "accepted": (200, "|"),
-    "feedback": (28, "o"),
-    "cancel": (600, "|"),
-    "rejected": (90, "X"),
+    "request": (70, "v", ABOVE),
+    "goal": (70, "v", ABOVE),
+    "accepted": (70, "^", BELOW),
+    "feedback": (28, "o", 0.0),
+    "cancel": (70, "v", ABOVE),
+    "response": (90, "D", 0.0),
+    "rejected": (90, "X", 0.0),
+    "canceled": (90, "s", 0.0),
+    "aborted": (110, "P", 0.0),
 }
+LABELS = {"request": "sent", "goal": "sent", "cancel": "cancel requested"}
+COLUMNS = 6  # of the legend
 
 
 @plain
@@ -20,7 +29,7 @@ def feedback(goal: GoalRecorder, title: str = "Each feedback message brings one 
     table = goal.table()
     rows = [
         (time, sequence)
-        for time, event, sequence in zip(*table.values(), strict=True)
+        for time, event, sequence in zip(table["time"], table["event"], table["sequence"], strict=True)
         if event == "feedback" and sequence
     ]
     picture = Picture("feedback of a goal")
@@ -38,45 +47,47 @@ def feedback(goal: GoalRecorder, title: str = "Each feedback message brings one 
 
 @plain
 def timeline(
-    *goals: GoalRecorder, labels: tuple[str, ...] = (), title: str = "A goal's life: request, feedback, end"
+    *goals: Recorder,
+    labels: tuple[str, ...] = (),
+    title: str = "A goal's life: request, feedback, end",
+    together: bool = False,
 ) -> Picture:
-    """One line for each goal: sent, accepted or rejected, feedback, cancel requested, and how it ended."""
-    picture = Picture("timeline of goals", 1.4 + 0.6 * max(1, len(goals)))
-    axes = style(picture.figure.add_subplot(), title, "time since the goal was sent (s)")
+    """One line for each goal or service call: what its client sends above it, what the server answers below it.
+
+    A recorder's events are those of a GoalRecorder, or `request` and `response` for a service call.  Each line begins
+    when its goal was sent; `together` draws all on one clock, which begins with the first goal.
+    """
+    picture = Picture("timeline of goals", 1.7 + 0.65 * max(1, len(goals)))
+    whose = "the first was sent" if together else "it was sent"
+    axes = style(picture.figure.add_subplot(), title, f"time since {whose} (s)")
+    first = min((goal.start for goal in goals), default=0.0)
     seen = {}
     for row, goal in enumerate(goals):
         table = goal.table()
-        start = table["time"][0] if table["time"] else 0.0
+        start = first - goal.start if together else next(iter(table["time"]), 0.0)
         times = [time - start for time in table["time"]]
         if times:
-            axes.plot([0, times[-1]], [row, row], color=GREY, linewidth=1, zorder=1)
+            axes.plot([times[0], times[-1]], [row, row], color=GREY, linewidth=1, zorder=1)
         for event, color in EVENTS.items():
             at = [time for time, name in zip(times, table["event"], strict=True) if name == event]
             if not at:
                 continue
-            size, marker = MARKERS.get(event, (90, "D"))
-            seen[event] = axes.scatter(
-                at,
-                [row] * len(at),
-                s=size,
-                marker=marker,
-                color=color,
-                zorder=2 if event == "feedback" else 3,
-                linewidths=2.5 if marker == "|" else None,
+            size, marker, offset = MARKERS.get(event, (90, "D", 0.0))
+            seen[LABELS.get(event, event)] = axes.scatter(
+                at, [row + offset] * len(at), s=size, marker=marker, color=color, zorder=2 if event == "feedback" else 3
             )
     axes.set_yticks(range(len(goals)), labels or [f"goal {number + 1}" for number in range(len(goals))])
     axes.set_ylim(len(goals) - 0.5, -0.5)
     if seen:
-        shown = [event for event in EVENTS if event in seen]
+        shown = [label for label in dict.fromkeys(LABELS.get(event, event) for event in EVENTS) if label in seen]
         picture.figure.legend(
-            [seen[event] for event in shown],
+            [seen[label] for label in shown],
             shown,
             loc="outside lower left",
-            ncols=len(EVENTS),
+            ncols=COLUMNS,
             frameon=False,
             fontsize=9,
-            markerscale=0.6,
-            columnspacing=1.0,
+            columnspacing=1.2,
             handletextpad=0.2,
         )
     return picture

@@ -18,11 +18,13 @@ GREY, GROUND = "#8a8a8a", "#fbfaf7"
 STATES = {"FORWARD": GREEN, "TURNING_LEFT": BLUE, "TURNING_RIGHT": ORANGE, "STOPPED": VERMILLION}
 SECTORS = {"front": GREEN, "left": BLUE, "right": ORANGE}
 EVENTS = {
+    "request": BLACK,
     "goal": BLACK,
     "accepted": BLUE,
     "rejected": VERMILLION,
     "feedback": SKY,
     "cancel": ORANGE,
+    "response": GREEN,
     "succeeded": GREEN,
     "canceled": PURPLE,
     "aborted": VERMILLION,

@@ -340,7 +340,7 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
     (
         NO_TEXT,
         r"publish_feedback\(",
-        "`publish_feedback` takes a message, with the value in its field: `Fibonacci.Feedback(...)`.",
+        "`publish_feedback` takes a message, with the value in its field: `TheType.Feedback(...)`.",
     ),
     (
         NO_TEXT,

@@ -24,7 +24,7 @@ NO_STATE = "returned a result and never said how the goal ended, so that it coun
 NO_RESULT = "ended an execute callback without returning a result"
 ABOUT_GOALS = {
     NO_STATE: "Call `goal_handle.succeed()`, `canceled()` or `abort()` before you return the result.",
-    NO_RESULT: "End the execute callback with `return Fibonacci.Result(...)`, on every path through it.",
+    NO_RESULT: "End the execute callback with `return TheType.Result(...)`, on every path through it.",
 }
 GOAL_ENDING = "raised an exception in an execute callback, so that the goal was aborted"
 NEVER_RETRIEVED = "The following exception was never retrieved"  # rclpy prints it of futures that nobody asks

@@ -50,6 +50,9 @@ DRAWN = {
     "timeline": lambda: figures.timeline(
         goal("goal", "accepted", "feedback", "cancel", "canceled"), goal("goal", "rejected"), labels=("one", "two")
     ),
+    "timeline on one clock": lambda: figures.timeline(
+        goal("goal", "accepted", "feedback", "aborted"), goal("request", "response"), together=True
+    ),
     "timeline of nothing": lambda: figures.timeline(goal()),
     "sectors": lambda: figures.sectors(scan([0.4] * 180 + [float("inf")] * 180), {"linear": 0.0, "angular": 0.5}),
     "sectors of no beam": lambda: figures.sectors(scan([float("nan")] * 8), {"linear": 0.3, "angular": 0.0}),

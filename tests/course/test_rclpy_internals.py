@@ -115,6 +115,18 @@ def test_a_waitable_tells_its_action(node):
     assert rclpy_internals.action_type(object()) is None
 
 
+def test_an_action_client_still_forgets_feedback(node):
+    """When this fails, rclpy hears the feedback that comes after a result: remove `keep_feedback`."""
+    assert "del self._feedback_callbacks[goal_uuid]" in inspect.getsource(ActionClient._remove_pending_result_request)
+    client = ActionClient(node, Fibonacci, "fibonacci")
+    rclpy_internals.keep_feedback(client)
+    client.send_goal_async(Fibonacci.Goal(order=1), feedback_callback=print)
+    (number,) = client._feedback_callbacks
+    del client._feedback_callbacks[number]
+    assert list(client._feedback_callbacks.values()) == [print]
+    client.destroy()
+
+
 def test_every_way_of_setting_parameters_is_watched(node):
     node.declare_parameter("speed", 1.0)
     seen = []

@@ -81,7 +81,9 @@ def test_a_goal_is_recorded_from_the_request_to_the_result(fibonacci):
     assert goal.wait_feedback(5)
     events = goal.table()["event"]
     assert events[0] == "goal" and events.count("accepted") == events.count("succeeded") == 1
-    assert goal.result == [0, 1, 1, 2, 3, 5]
+    assert goal.result == list(goal.response.sequence) == [0, 1, 1, 2, 3, 5]
+    assert [len(message.partial_sequence) for message in goal.feedback] == [2, 3, 4, 5, 6]
+    assert goal.time_of("goal") <= goal.time_of("succeeded") and goal.time_of("canceled") is None
 
 
 def test_a_cancelled_and_a_rejected_goal_end_as_such(fibonacci):

@@ -3,22 +3,28 @@
 from typing import Any
 
 import pytest
-from course_interfaces.action import Fibonacci
+from course_interfaces.action import Lift
 
-from autograder.hidden.actions.conversation import ACTION, CLIENT, Cancelled, Encounter, Quick
+from autograder.hidden.actions.conversation import ACTION, CLIENT, Busy, Cancelled, Encounter, Quick
 from autograder.suitekit import Bench, Run, serve
 
 
 @pytest.fixture(scope="session")
 def quick(bench: Bench) -> Quick:
-    """The student's server with a short step period."""
+    """The student's lift with a short step period and more floors."""
     return Quick(bench, bench.random("quick"))
 
 
 @pytest.fixture(scope="session")
+def busy(bench: Bench) -> Busy:
+    """The student's lift, to which something happens while a goal runs."""
+    return Busy(bench, bench.random("busy"))
+
+
+@pytest.fixture(scope="session")
 def cancelled(bench: Bench) -> Cancelled:
-    """The student's server with the default step period, and a goal that is cancelled."""
-    return Cancelled(bench)
+    """The student's lift with the default step period, and a goal that is cancelled."""
+    return Cancelled(bench, bench.random("cancelled"))
 
 
 @pytest.fixture(scope="session")
@@ -37,25 +43,26 @@ def clients(bench: Bench) -> dict[str, Encounter]:
 def misused(bench: Bench) -> dict[str, Run]:
     """The client's runs with a wrong command line, by what is wrong."""
     commands: dict[str, list[str]] = {
-        "without ORDER": [],
-        "with a word in the place of ORDER": ["ten"],
+        "without FLOOR": [],
+        "with a word in the place of FLOOR": ["5", "two"],
         "with --cancel-after but no number": ["5", "--cancel-after"],
     }
     ros = bench.enter(bench.new_domain(), threads=len(commands) + 1)
-    serve(ros, ACTION, Fibonacci, succeed)
+    serve(ros, ACTION, Lift, succeed)
     return {about: bench.run(CLIENT, *args, domain=ros.domain) for about, args in commands.items()}
 
 
 def succeed(handle: Any) -> Any:
     """An execute callback that has nothing to do."""
     handle.succeed()
-    return Fibonacci.Result()
+    return Lift.Result()
 
 
 @pytest.fixture(scope="session", autouse=True)
-def begun(cancelled: Cancelled, quick: Quick, request: pytest.FixtureRequest) -> None:
+def begun(cancelled: Cancelled, quick: Quick, busy: Busy, request: pytest.FixtureRequest) -> None:
     """Have all programs start at once."""
     cancelled.begin()
     quick.begin()
+    busy.begin()
     request.getfixturevalue("clients")
     request.getfixturevalue("misused")
