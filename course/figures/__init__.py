@@ -7,8 +7,20 @@ JupyterLab's light and dark themes alike.
 from course.figures.actions import feedback, timeline
 from course.figures.parameters import changes
 from course.figures.picture import Live, Picture, live
-from course.figures.room import drive
+from course.figures.room import distances, drive
 from course.figures.scan import sectors
 from course.figures.timing import latencies, round_trips
 
-__all__ = ["Live", "Picture", "changes", "drive", "feedback", "latencies", "live", "round_trips", "sectors", "timeline"]
+__all__ = [
+    "Live",
+    "Picture",
+    "changes",
+    "distances",
+    "drive",
+    "feedback",
+    "latencies",
+    "live",
+    "round_trips",
+    "sectors",
+    "timeline",
+]
