@@ -1,5 +1,7 @@
 """Answers to the exercise on an agent that follows a wall."""
 
+from pathlib import Path
+
 from . import changed, solution
 
 AGENT, NODE = "wall_agent.py", "wall_follower.py"
@@ -265,8 +267,33 @@ ONE_FILE = REFERENCE[NODE].replace(
     b"from wall_agent import WallAgent\n", REFERENCE[AGENT].split(b'"""\n', 1)[1].rstrip() + b"\n"
 )
 
+COURSE = Path(__file__).parents[3] / "course"
+
+
+def shipped(path: str) -> str:
+    """A file of the course, as students have it."""
+    return (COURSE / path).read_text()
+
+
+CHAPTERS_AGENT = shipped("robot/agent.py") + "\n\nWallAgent = ObstacleAvoidanceAI\n"
+# Each line that imports from the course is replaced by the agent's, or by what it imports from.
+CHAPTERS_NODE = shipped("robot/sectors.py") + shipped("nodes/ai_robot_controller.py").replace(
+    "from course.robot.agent import", "from wall_agent import"
+).replace("from course.robot.sectors import from_scan\n", "").replace("ObstacleAvoidanceAI(", "WallAgent(").replace(
+    "import ObstacleAvoidanceAI", "import WallAgent"
+)
+
 # What is wrong, and the tests that it loses (without "test_").
 WRONG = {
+    "what the course ships, pasted together": (
+        files(CHAPTERS_AGENT, CHAPTERS_NODE),
+        POLICY | SECTORS | ROOMS | {"stands_before_the_first_scan"},
+    ),
+    "the course's agent in the reference's node": (files(CHAPTERS_AGENT), POLICY | ROOMS),
+    "the course's node with the reference's agent": (
+        files(REFERENCE[AGENT].decode(), CHAPTERS_NODE.replace('self._declare("obstacle_threshold", 0.5)', "")),
+        SECTORS | {"stands_before_the_first_scan", "stops"},
+    ),
     "the agent imports rclpy": (
         agent(("from enum import Enum\n", "from enum import Enum\n\nfrom rclpy.node import Node\n")),
         {"agent_needs_no_ros"},
