@@ -7,7 +7,7 @@ JupyterLab's light and dark themes alike.
 from course.figures.actions import feedback, timeline
 from course.figures.parameters import changes, response
 from course.figures.picture import Live, Picture, live
-from course.figures.room import drive
+from course.figures.room import distances, drive
 from course.figures.scan import sectors
 from course.figures.timing import latencies, round_trips
 
@@ -15,6 +15,7 @@ __all__ = [
     "Live",
     "Picture",
     "changes",
+    "distances",
     "drive",
     "feedback",
     "latencies",

@@ -1,5 +1,6 @@
-"""The figure of a drive: the path in the room, coloured by state, above the states over time."""
+"""Figures of a drive: the path in the room above what the robot did over time, and a distance that is kept."""
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,38 +9,43 @@ from matplotlib.collections import LineCollection
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
-from course.figures.palette import BLACK, GREY, STATES, VERMILLION, plain, style
+from course.figures.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, STATES, VERMILLION, plain, style
 from course.figures.picture import Picture
 from course.recorders import DecisionRecorder
+from course.robot.sectors import wrap
 
 Floats = NDArray[np.float64]
+MOTIONS = {"straight on": GREEN, "to the left": BLUE, "to the right": ORANGE, "standing": VERMILLION}
+STRAIGHT = 0.05  # rad/s: slower turns are not shown as such
 
 
 @plain
 def drive(
-    simulation: Any,
-    decisions: DecisionRecorder | None = None,
-    title: str = "Where the robot has been, and in which state",
+    simulation: Any, decisions: DecisionRecorder | None = None, title: str = "Where the robot has been, and what it did"
 ) -> Picture:
     """The room and path of a `course.world.Simulation` (m), with the states that a `DecisionRecorder` saw.
 
-    A dot on the path shows where the robot turned on the spot, or stood; x marks a collision.  Decisions are placed on
+    Without decisions, the colours show how the robot moved: straight on, to the left, to the right, or not at all.  A
+    dot on the path shows where the robot turned on the spot, or stood; x marks a collision.  Decisions are placed on
     the path by their scans' stamps (s): in simulated time, or by the wall clock, and the newest is then the path's end.
     """
     path = simulation.path
-    table = decisions.table() if decisions is not None else {"stamp": [], "state": []}
-    stamps, decided = np.asarray(table["stamp"], dtype=float), table["state"]
+    if decisions is None:
+        lanes, stamps, decided = MOTIONS, path[:-1, 0], _motions(path)
+    else:
+        table = decisions.table()
+        lanes, stamps, decided = STATES, np.asarray(table["stamp"], dtype=float), table["state"]
     if len(stamps) and stamps[0] > path[-1, 0] + 1.0:
         stamps = stamps - stamps[-1] + path[-1, 0]
     picture = Picture("drive through a room", 6.4 if decided else 4.6)
     if decided:
         axes, strip = picture.figure.subplots(2, 1, height_ratios=[4, 1])
-        _strip(strip, stamps, decided)
+        _strip(strip, stamps, decided, lanes)
     else:
         axes = picture.figure.add_subplot()
     style(axes, title, "x (m)", "y (m)")
     axes.add_collection(LineCollection(list(simulation.room.segments), colors=BLACK, linewidths=2))
-    colours = [STATES.get(state, GREY) for state in _states(path[:, 0], stamps, decided)]
+    colours = [lanes.get(state, GREY) for state in _states(path[:, 0], stamps, decided)]
     pieces = np.stack([path[:-1, 1:3], path[1:, 1:3]], axis=1)
     axes.add_collection(LineCollection(list(pieces), colors=colours[1:], linewidths=2.5))
     still = np.flatnonzero(np.all(pieces[:, 0] == pieces[:, 1], axis=1)) + 1
@@ -72,19 +78,41 @@ def _robot(axes: Axes, pose: tuple[float, float, float], radius: float) -> None:
     axes.plot([x, x + radius * np.cos(heading)], [y, y + radius * np.sin(heading)], color=BLACK, zorder=4)
 
 
-def _strip(axes: Axes, stamps: Floats, decided: list[str]) -> None:
+def _strip(axes: Axes, stamps: Floats, decided: list[str], lanes: Mapping[str, str]) -> None:
     """A lane for each state, filled while the robot was in it; it is also the legend of the path's colours."""
     style(axes, "", "time (s)")
     ends = np.append(stamps[1:], stamps[-1] + (np.median(np.diff(stamps)) if len(stamps) > 1 else 0.1))
-    for lane, state in enumerate(STATES):
+    for lane, state in enumerate(lanes):
         spans = [(at, end - at) for at, end, name in zip(stamps, ends, decided, strict=True) if name == state]
-        axes.broken_barh(spans, (lane - 0.4, 0.8), color=STATES[state])
-    axes.set_yticks(range(len(STATES)), STATES, fontsize=9)
-    axes.set_ylim(len(STATES) - 0.5, -0.5)
+        axes.broken_barh(spans, (lane - 0.4, 0.8), color=lanes[state])
+    axes.set_yticks(range(len(lanes)), list(lanes), fontsize=9)
+    axes.set_ylim(len(lanes) - 0.5, -0.5)
     axes.set_xlim(min(0.0, stamps[0]), ends[-1])
+
+
+def _motions(path: Floats) -> list[str]:
+    """How the robot moved from each point of the path to the next."""
+    moved = np.any(path[1:, 1:3] != path[:-1, 1:3], axis=1)
+    turned = wrap(np.diff(path[:, 3])) / np.maximum(np.diff(path[:, 0]), 1e-9)
+    sides = np.where(turned > STRAIGHT, "to the left", "to the right")
+    return np.where(np.abs(turned) > STRAIGHT, sides, np.where(moved, "straight on", "standing")).tolist()
 
 
 def _states(times: Floats, stamps: Floats, decided: list[str]) -> list[str]:
     """The state of the last decision before each time (s); "" before the first."""
     last = np.searchsorted(stamps, times - 1e-6, side="right") - 1
     return [decided[number] if number >= 0 else "" for number in last]
+
+
+@plain
+def distances(
+    series: Mapping[str, Sequence[float]], aim: float, period: float = 0.1, title: str = "How a distance is kept"
+) -> Picture:
+    """A distance (m) over time for each name in `series`, one value every `period` s, and the one that is aimed at."""
+    picture = Picture("distances over time")
+    axes = style(picture.figure.add_subplot(), title, "time (s)", "distance (m)")
+    for (name, values), color in zip(series.items(), (ORANGE, BLUE, GREEN, PURPLE), strict=False):
+        axes.plot(period * np.arange(len(values)), values, color=color, label=name)
+    axes.axhline(aim, color=VERMILLION, linestyle="--", label=f"aim: {aim:g} m")
+    axes.legend(frameon=False)
+    return picture

@@ -15,11 +15,12 @@ NOTEBOOKS = Path(__file__).parents[2] / "notebooks"
 
 @dataclass(frozen=True)
 class Program:
-    """A `.py` file whose `main` becomes an executable of the ROS 2 package."""
+    """A `.py` file: its `main` becomes an executable of the ROS 2 package, or else other files import it."""
 
     file: str
     text: str
     imports: frozenset[str]  # top-level names, without Python's own modules
+    runs: bool  # whether it has a main
 
     @property
     def name(self) -> str:
@@ -61,6 +62,12 @@ def read(name: str, folder: Path) -> Exercise:
             programs.append(_program(file, text))
         else:
             interfaces.append(Interface(file, text, package, parse(text, file, package)))
+    used = {module for program in programs for module in program.imports}
+    for program in programs:
+        if not program.runs and program.name not in used:
+            raise WorkspaceError(
+                f"{program.file} has no function main: `ros2 run` calls it, so write `def main(args=None):`"
+            )
     if not programs and not interfaces:
         raise WorkspaceError(f"the notebook {name}.ipynb has no %%exercise cell, so there is nothing to export")
     return Exercise(name, programs, interfaces)
@@ -117,11 +124,10 @@ def _program(file: str, text: str) -> Program:
     except (SyntaxError, ValueError) as error:
         line = f", line {error.lineno}: {error.msg}" if isinstance(error, SyntaxError) else f": {error}"
         raise WorkspaceError(f"{file}{line}; correct it and run its cell again") from None
-    if not any(isinstance(node, ast.FunctionDef) and node.name == "main" for node in tree.body):
-        raise WorkspaceError(f"{file} has no function main: `ros2 run` calls it, so write `def main(args=None):`")
+    runs = any(isinstance(node, ast.FunctionDef) and node.name == "main" for node in tree.body)
     if not all(_callable_without(node) for node in tree.body if isinstance(node, ast.FunctionDef)):
         raise WorkspaceError(f"{file}: `ros2 run` calls main without arguments, so write `def main(args=None):`")
-    return Program(file, text, frozenset(_imports(tree)))
+    return Program(file, text, frozenset(_imports(tree)), runs)
 
 
 def _callable_without(function: ast.FunctionDef) -> bool:

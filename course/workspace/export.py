@@ -36,7 +36,7 @@ def export(name: str, workspace: Path, folder: Path = Path(), *, package: str = 
             f"cannot write {error.filename2 or error.filename or workspace}: {error.strerror}; make room there, or "
             "choose another WORKSPACE"
         ) from None
-    return _summary(workspace, made, [*packages.notes(read, package or name), *notes])
+    return _summary(workspace, made, [*packages.notes(read), *notes])
 
 
 def _summary(workspace: Path, made: dict[str, dict[str, str]], notes: list[str]) -> list[str]:

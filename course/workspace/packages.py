@@ -84,18 +84,13 @@ def of_exercise(exercise: Exercise, name: str) -> dict[str, dict[str, str]]:
     return packages
 
 
-def notes(exercise: Exercise, name: str) -> list[str]:
-    """What of the programs will not work in a ROS 2 package called `name`, a line each."""
-    beside = {program.name for program in exercise.programs}
-    lines = []
-    for program in exercise.programs:
-        lines += [
-            f"{program.file} imports {other}.py, which is beside it: in a package, write `from {name} import {other}`"
-            for other in sorted(beside & program.imports)
-        ]
-        if "course" in program.imports:
-            lines.append(f"{program.file} imports course, which a robot does not have")
-    return lines
+def notes(exercise: Exercise) -> list[str]:
+    """What of the programs will not work in a ROS 2 package, a line each."""
+    return [
+        f"{program.file} imports course, which a robot does not have"
+        for program in exercise.programs
+        if "course" in program.imports
+    ]
 
 
 def check_name(name: str) -> None:
@@ -134,7 +129,9 @@ def _interface_package(name: str, files: list[Interface]) -> dict[str, str]:
 
 def _python_package(name: str, exercise: Exercise) -> dict[str, str]:
     description = f"My nodes of the exercise {exercise.name}"
-    scripts = [f"            '{program.name} = {name}.{program.name}:main',\n" for program in exercise.programs]
+    scripts = [
+        f"            '{program.name} = {name}.{program.name}:main',\n" for program in exercise.programs if program.runs
+    ]
     return {
         "package.xml": _manifest(
             name, description, "ament_python", [("exec_depend", sorted(_used(exercise.programs, name)))]
@@ -150,8 +147,17 @@ def _python_package(name: str, exercise: Exercise) -> dict[str, str]:
         "setup.cfg": SETUP_CFG.format(name=name),
         f"resource/{name}": "",
         f"{name}/__init__.py": "",
-        **{f"{name}/{program.file}": program.text for program in exercise.programs},
+        **{f"{name}/{program.file}": _in_package(program, name, exercise) for program in exercise.programs},
     }
+
+
+def _in_package(program: Program, name: str, exercise: Exercise) -> str:
+    """The program's text, in which the files beside it are imported from the package."""
+    beside = "|".join(other.name for other in exercise.programs)
+    text = re.sub(rf"^(\s*)from ({beside}) import ", rf"\1from {name}.\2 import ", program.text, flags=re.MULTILINE)
+    return re.sub(
+        rf"^(\s*)import ({beside})(?= as |\s*(?:#.*)?$)", rf"\1from {name} import \2", text, flags=re.MULTILINE
+    )
 
 
 def _used(programs: list[Program], name: str) -> set[str]:

@@ -179,6 +179,12 @@ node.create_timer(0.1, drive)
 rclpy.spin(node)
 """
 
+SAME = """
+class WallAgent:
+    def decide_action(self, distances):
+        return {'linear': 0.3, 'angular': 0.0}
+"""
+
 # What it is, the files that are replaced, and the points of the whole exercise that may be left.
 LITTLE = {
     "exit status of no signal": ("services", {"motor_service.py": "raise SystemExit(170)"}, 10),
@@ -186,7 +192,7 @@ LITTLE = {
     "a name that is no text": ("services", {"motor_service.py": NO_NAME}, 10),
     "constants": ("services", {"motor_service.py": CONSTANT}, 13),
     "a relay that asks without being called": ("services", {"relay.py": None}, 19),
-    "drives blindly": ("ai_integration", {"obstacle_avoider.py": BLIND}, 1),
+    "drives blindly": ("ai_integration", {"wall_agent.py": SAME, "wall_follower.py": BLIND}, 1),
 }
 
 

@@ -54,7 +54,10 @@ def test_stop_is_a_state_of_its_own():
     assert agent.state is RobotState.STOPPED
 
 
-@pytest.mark.parametrize("module", ["course.robot.agent", "course.robot.sectors", "course.world"])
+@pytest.mark.parametrize(
+    "module",
+    ["course.robot.agent", "course.robot.sectors", "course.robot.driver", "course.world", "course.world.practice"],
+)
 def test_importing_it_loads_no_ros(module):
     program = (
         f"import sys, {module}\n"

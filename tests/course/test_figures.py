@@ -12,6 +12,7 @@ from sensor_msgs.msg import LaserScan
 
 from course import figures
 from course.figures import palette
+from course.figures.room import MOTIONS
 from course.recorders import Recorder
 from course.world import Simulation
 
@@ -58,6 +59,7 @@ DRAWN = {
     "sectors of no beam": lambda: figures.sectors(scan([float("nan")] * 8), {"linear": 0.3, "angular": 0.0}),
     "drive": lambda: figures.drive(*driven()),
     "drive without decisions": lambda: figures.drive(Simulation("office")),
+    "distances": lambda: figures.distances({"rule": [3.0, 2.5, 2.0]}, aim=2.0),
     "latencies": lambda: figures.latencies({"fast": [0.001] * 9, "slow": [0.15] * 9}),
     "latencies of nothing": lambda: figures.latencies({"none": []}),
     "round trips": lambda: figures.round_trips({"calls": [0.001, 0.002]}),
@@ -159,6 +161,16 @@ def test_the_path_has_the_colour_of_its_state():
     colours = figures.drive(simulation, record).figure.axes[0].collections[1].get_colors()
     assert matplotlib.colors.same_color(colours[5], palette.STATES["FORWARD"])
     assert matplotlib.colors.same_color(colours[-1], palette.STATES["TURNING_LEFT"])
+
+
+def test_without_decisions_the_colours_show_how_the_robot_moved():
+    simulation = Simulation("hall")
+    for linear, angular in ((0.3, 0.0), (0.3, 0.5), (0.0, -0.5), (0.0, 0.0)):
+        simulation.step(linear, angular, 0.1)
+    room, lanes = figures.drive(simulation).figure.axes
+    assert [label.get_text() for label in lanes.get_yticklabels()] == [*MOTIONS]
+    for colour, wanted in zip(room.collections[1].get_colors(), MOTIONS.values(), strict=True):
+        assert matplotlib.colors.same_color(colour, wanted)
 
 
 def test_a_turn_on_the_spot_is_a_dot_of_its_colour_and_the_lanes_of_the_states_stand_below_the_room():

@@ -226,7 +226,28 @@ def test_what_a_robot_will_not_find_is_told(tmp_path, files):
         "import course\nimport calculator_server\ndef main(args=None):\n    pass\n"
     )
     notes = [line for line in export("calculator", tmp_path, files) if line.startswith("Note: ")]
-    assert "`from calculator import calculator_server`" in notes[0] and "imports course" in notes[1]
+    assert len(notes) == 1 and "imports course" in notes[0]
+
+
+def test_a_file_without_main_is_a_module_that_the_others_import_from_the_package(tmp_path):
+    export("ai_integration", tmp_path, SOLUTIONS / "ai_integration", package="robot")
+    package = tmp_path / "src/robot"
+    assert "from robot.wall_agent import WallAgent\n" in (package / "robot/wall_follower.py").read_text()
+    assert "wall_agent" not in (package / "setup.py").read_text()
+
+
+@pytest.mark.parametrize(
+    ("written", "exported"),
+    [
+        ("import calculator_server", "from calculator import calculator_server"),
+        ("import calculator_server as server  # mine", "from calculator import calculator_server as server  # mine"),
+        ("from calculator_server import main as serve", "from calculator.calculator_server import main as serve"),
+    ],
+)
+def test_a_file_beside_it_is_imported_from_the_package(tmp_path, files, written, exported):
+    (files / "calculator_client.py").write_text(f"{written}\ndef main(args=None):\n    pass\n")
+    export("calculator", tmp_path, files)
+    assert (tmp_path / "src/calculator/calculator/calculator_client.py").read_text().startswith(f"{exported}\n")
 
 
 def test_a_foreign_ros_is_told_and_is_no_reason_to_refuse(tmp_path, files, course_command):

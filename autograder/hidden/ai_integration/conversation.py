@@ -1,11 +1,17 @@
-"""The grader's side of the conversation: it is the robot's laser, its clock, and whoever listens to its wheels."""
+"""The grader's side of the conversation: it is the robot's laser, its clock, and whoever listens to its wheels.
+
+The agent is asked by a small program of the grader's, and the node is shown scans with an agent that tells what it was
+given.  Both run the student's files, and so in the sandbox: see `programs`.
+"""
 
 import contextlib
 import itertools
+import json
 import math
 import statistics
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 from geometry_msgs.msg import Twist
@@ -13,16 +19,25 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan
 
 from autograder.hidden.ai_integration.simulated_time import SimulatedTime
-from autograder.suitekit import Alive, Bench, Heard, Listener, LiveProgram, Offers, Wrong, speaker
+from autograder.sandbox.program import Program
+from autograder.suitekit import Alive, Bench, Heard, Listener, LiveProgram, Offers, Run, Wrong, speaker
 from autograder.suitekit.lifecycle import Answer, Question
 from course.waiting import wait_until
 from course.world import Laser, Room, Simulation
 from course.world.node import World
 
+AGENT, NODE = "wall_agent.py", "wall_follower.py"
+ASK, ECHO = "ask_agent.py", "echo_node.py"
+PROGRAMS = Path(__file__).parent / "programs"
 SCAN = "a subscription to the topic scan (sensor_msgs/LaserScan)"
 CMD_VEL = "a publisher of the topic cmd_vel (geometry_msgs/Twist)"
 SIMULATED = ("--ros-args", "-p", "use_sim_time:=true")
 PERIOD = 0.1  # s of simulated time between two commands
+
+# As in programs/echo_node.py: what its agent adds to a distance (m), and says for one that is infinite or missing.
+MORE, FAR, NOTHING = 10.0, 100.0, -10.0
+SAME = 1e-3  # m: ranges are 32-bit floats
+SAME_SPEED = 1e-6  # m/s and rad/s
 
 TRIES = 6  # ticks until a node must have done what a scan asks for
 STAYS = 4  # commands that must then be the same
@@ -48,26 +63,88 @@ class Command(NamedTuple):
     angular: float  # rad/s
 
 
-FORWARD, LEFT, RIGHT, STOP = Command(0.3, 0.0), Command(0.0, 0.5), Command(0.0, -0.5), Command(0.0, 0.0)
-WORDS = {
-    FORWARD: "drive forward (linear.x 0.3, angular.z 0)",
-    LEFT: "turn left (linear.x 0, angular.z 0.5)",
-    RIGHT: "turn right (linear.x 0, angular.z -0.5)",
-    STOP: "stand still (linear.x 0, angular.z 0)",
-}
+STOP = Command(0.0, 0.0)
+SECTORS = {"front": "from -25 to 25 degrees", "right": "from -80 to -40 degrees"}
 
 
 class StandstillError(Exception):
     """The node sends no commands any more."""
 
 
-class Avoider(LiveProgram):
+class Agent:
+    """The student's agent, asked by a program of its own."""
+
+    def __init__(self, bench: Bench):
+        self._bench = bench
+
+    def ask(self, *asked: tuple[float, float], ros: bool = True) -> list[Command]:
+        """What it decides for each front and right (m), in turn; without `ros`, no ROS package can be imported."""
+        for distances in asked:
+            self._bench.hide(*(value for value in distances if math.isfinite(value)))
+        questions = json.dumps([{"front": front, "right": right} for front, right in asked])
+
+        def start() -> Program:
+            program = self._bench.start(
+                ASK, "ros" if ros else "no-ros", questions, domain=self._bench.new_domain(), files=laid(ASK)
+            )
+            program.name = AGENT
+            return program
+
+        program = Run(AGENT, start, self._bench.clock).finish("with a few distances" if ros else "without ROS 2")
+        said = [line.removeprefix("answers: ") for line in program.output.splitlines() if line.startswith("answers: ")]
+        try:
+            answers = [Command(float(linear), float(angular)) for linear, angular in json.loads(said[-1])]
+        except (IndexError, TypeError, ValueError):
+            answers = []
+        if len(answers) != len(asked):
+            raise Wrong(
+                "decide_action must return a dict with the numbers 'linear' and 'angular', for any two distances.",
+                program.output,
+            )
+        return answers
+
+    def expect(self, *cases: tuple[float, float, Command, str]) -> None:
+        """For each front and right (m) it must decide on this command; the text says for what."""
+        got = self.ask(*((front, right) for front, right, _, _ in cases))
+        for (front, right, wanted, about), answer in zip(cases, got, strict=True):
+            if not math.dist(answer, wanted) < SAME_SPEED:
+                raise Wrong(f"{about}, the agent must {words(wanted)}.", f"front {front}, right {right}: {answer}")
+
+
+def words(command: Command) -> str:
+    """What the task says of a right decision."""
+    if command.linear == 0.0:
+        return "turn left on the spot (linear 0, angular 0.5)"
+    if command.linear < 0.3:
+        return "drive a curve to the right (linear 0.2, angular -0.4)"
+    return "follow the wall (linear 0.3, and angular 1.5 · (0.6 - right) between -0.5 and 0.5)"
+
+
+def laid(*names: str) -> dict[str, bytes]:
+    """Programs of the grader's, to be laid beside the student's files."""
+    return {name: (PROGRAMS / name).read_bytes() for name in names}
+
+
+class Follower(LiveProgram):
     """The student's node."""
 
     advice = "a timer of 10 Hz must publish on cmd_vel, and no callback may wait"
 
-    def __init__(self, bench: Bench, *args: str):
-        super().__init__(bench, "obstacle_avoider.py", *args)
+    def __init__(self, bench: Bench, *args: str, echo: bool = False):
+        """With `echo`, the agent is replaced by one that tells what it was given; see `programs/echo_node.py`."""
+        super().__init__(bench, NODE, *args)
+        self._echo = echo
+
+    def launch(self) -> Program:
+        """Start the node, with its own agent or the grader's."""
+        if not self._echo:
+            return super().launch()
+        domain = self.bench.new_domain()
+        program = self.bench.start(ECHO, *self.args, domain=domain, files=laid(ECHO))
+        program.name = NODE
+        self.ros = self.bench.enter(domain)
+        self._offers = self.connect()
+        return program
 
     def connect(self) -> Offers:
         """The laser, a subscription of the commands, and the clock."""
@@ -105,8 +182,22 @@ class Avoider(LiveProgram):
 
         return self.ask(play)
 
-    def expect(self, scan: LaserScan, right: Command, about: str) -> None:
-        """Shown this scan again and again, it must come to the right command and stay with it."""
+    def expect(self, scan: LaserScan, front: float, right: float, about: str) -> None:
+        """Shown this scan again and again, it must give these distances (m) to the agent, and stay with them."""
+        wanted = told(front, right)
+        got = self._show_until(scan, lambda command: command == wanted)
+        for command in got[-STAYS:] if got[-2:] == [wanted, wanted] else got[-1:]:
+            if command != wanted:
+                raise Wrong(f"{about}, {difference(command, wanted)}.", f"commands {got}, scan {scan}")
+
+    def expect_driving(self, scan: LaserScan, about: str) -> None:
+        """Shown this scan again and again, it must do what the agent says, whatever it makes of the scan."""
+        got = self._show_until(scan, is_of_the_agent)
+        if not is_of_the_agent(got[-1]):
+            raise Wrong(f"{about}, {difference(got[-1], got[-1])}.", f"commands {got}, scan {scan}")
+
+    def _show_until(self, scan: LaserScan, fits: Callable[[Command], bool]) -> list[Command]:
+        """The commands that come of showing this scan again and again, until they fit and stay so."""
 
         def show(limit: float, alive: Alive) -> list[Command] | None:
             got: list[Command] = []
@@ -115,23 +206,12 @@ class Avoider(LiveProgram):
                 if tries >= TRIES and self._time.can_be_asked:
                     break
                 got += self.tick(scan)[-1:]
-                stays = [right] * (STAYS if self._time.can_be_asked else MORE_STAYS)
-                if got[-len(stays) :] == stays or not alive() or time.monotonic() > end:
+                stays = STAYS if self._time.can_be_asked else MORE_STAYS
+                if (len(got) >= stays and all(map(fits, got[-stays:]))) or not alive() or time.monotonic() > end:
                     break
             return got if got and alive() else None
 
-        got = self.ask(show)
-        if got[-2:] != [right, right]:
-            raise Wrong(
-                f"{about}, the robot must {WORDS[right]}; it was told to {describe(got[-1])}.",
-                f"commands {got}, scan {scan}",
-            )
-        if other := {*got[-STAYS:]} - {right}:
-            raise Wrong(
-                f"{about}, the robot must {WORDS[right]}, for as long as the scan stays the same; it was also told to "
-                f"{describe(other.pop())}.",
-                f"commands {got}, scan {scan}",
-            )
+        return self.ask(show)
 
     def rate(self, scan: LaserScan, hertz: float) -> tuple[float, list[Command]]:
         """Commands a second in real time while scans come at `hertz`, and the commands.
@@ -152,16 +232,24 @@ class Avoider(LiveProgram):
 
         return self.ask(measure)
 
-    def time_to_stop(self, scan: LaserScan) -> float:
-        """How long after the last scan it stands still for good (s, in real time); infinite when it does not."""
+    def times_to_stop(self, scan: LaserScan) -> tuple[float, float]:
+        """How long after the last scan it still drives, and stands still for good (s, in real time).
 
-        def measure(limit: float, alive: Alive) -> float | None:
+        The second is infinite when it does not.
+        """
+
+        def measure(limit: float, alive: Alive) -> tuple[float, float] | None:
             self._show(scan, DRIVING_HERTZ, DRIVING)
             last = time.monotonic()
             wait_until(lambda: not alive(), WATCHED)
             after = [heard for heard in self.commands.heard if heard.time > last]
             standing = [*itertools.takewhile(lambda heard: command_of(heard) == STOP, reversed(after))]
-            return (standing[-1].time - last if standing else math.inf) if alive() else None
+            driving = after[: len(after) - len(standing)]
+            return (
+                (driving[-1].time - last if driving else 0.0, standing[-1].time - last if standing else math.inf)
+                if alive()
+                else None
+            )
 
         return self.ask(measure)
 
@@ -214,16 +302,39 @@ class StandstillWatch:
             raise StandstillError
 
 
+def told(front: float, right: float) -> Command:
+    """What the agent that tells what it was given commands for these distances (m)."""
+    return Command(*(FAR if math.isinf(value) else round(MORE + value, 3) for value in (front, right)))
+
+
+def is_of_the_agent(command: Command) -> bool:
+    """Whether a command is one of the agent that tells what it was given."""
+    return all(speed == NOTHING or speed >= MORE for speed in command)
+
+
+def difference(command: Command, wanted: Command) -> str:
+    """What is wrong with a command of the agent that tells what it was given, in words for the student."""
+    if command == STOP:
+        return "the robot was told to stand still, although a fresh scan was there"
+    if not is_of_the_agent(command):
+        return (
+            "the node must publish what decide_action of the WallAgent in wall_agent.py returns: another agent was put "
+            "in its place, and the node did not do what it said"
+        )
+    for name, got, right in zip(SECTORS, command, wanted, strict=True):
+        what = f"`{name}` must be the nearest usable distance {SECTORS[name]}"
+        if got == NOTHING:
+            return f"decide_action was given no number for '{name}'"
+        if abs(got - right) > SAME:
+            return f"{what}: the agent was given a {'smaller' if got < right else 'larger'} one"
+    return "it must stay so for as long as the scan stays the same"
+
+
 def command_of(heard: Heard) -> Command:
     """What a message on cmd_vel says."""
-    return Command(round(heard.message.linear.x, 6), round(heard.message.angular.z, 6))
+    return Command(round(heard.message.linear.x, 3), round(heard.message.angular.z, 3))
 
 
 def commands_of(heard: Sequence[Heard]) -> list[Command]:
     """What messages on cmd_vel say."""
     return [command_of(message) for message in heard]
-
-
-def describe(command: Command) -> str:
-    """A command in words for the student."""
-    return WORDS.get(command, f"do something else (linear.x {command.linear:g}, angular.z {command.angular:g})")

@@ -1,91 +1,83 @@
-"""Rooms that nobody has seen: drawn anew for each grading, and driven by the course's own agent when in doubt."""
+"""Rooms that nobody has seen, drawn anew for each grading, and what is asked of a drive through one."""
 
+import itertools
 import math
 import random
 from typing import NamedTuple
 
-from course.robot.agent import ObstacleAvoidanceAI
-from course.robot.sectors import sectors
+import numpy as np
+
+from course.robot.sectors import wrap
 from course.world import Laser, Room, Simulation
+from course.world.geometry import RayCaster
 
 SECONDS = 30.0  # of simulated time
-GROUND = 3.0  # m² that must be covered, in squares of 0.5 m; the course's own agent never covers less than 4
+ALONG = 6.0  # m that must be driven beside a wall; the grader's own follower never drives less than 7
+SHARE = (
+    0.8  # of the time, since there was a wall beside the robot first; the grader's own follower never has less than 0.9
+)
+BESIDE = (0.3, 1.0)  # m: so far away is a wall that the robot has on its right
+VIEW = np.radians(np.arange(-120.0, -59.0, 2.0))  # rad: where that is
 PERIOD = 0.1  # s between two decisions
-ROBOT = 0.3  # m around the start of a drive that stay free
-PILLARS, DRAWN = 4, 100  # pillars at most, and places that are tried for them
-CORNERS = 16  # of the polygon that stands for a round pillar
-WALL = 1.2  # m from a wall to the middle of a pillar, at least
-GAP = 0.9  # m between two pillars, at least: the robot is 0.36 m wide
-SLANT = 0.3  # rad that the robot may be turned against the corridor's direction at first
-KINDS = ("hall", "pillars", "corridor")
+SLANT = 0.3  # rad that the robot may be turned against the wall at first
+KINDS = ("hall", "block", "bend")
 LASERS = {
     "hall": Laser.turn(beams=720, angle_min=-math.pi),
-    "pillars": Laser(beams=541, angle_min=-math.radians(135), angle_increment=math.radians(0.5)),
-    "corridor": Laser(beams=360, angle_min=math.pi, angle_increment=-math.radians(1.0)),
+    "block": Laser(beams=541, angle_min=-math.radians(135), angle_increment=math.radians(0.5)),
+    "bend": Laser(beams=360, angle_min=math.pi, angle_increment=-math.radians(1.0)),
 }
-
 
 Point = tuple[float, float]  # m
 Polygon = list[Point]
 
 
-class Pose(NamedTuple):
-    """Where the robot starts."""
+class Driven(NamedTuple):
+    """What is asked of a drive."""
 
-    x: float  # m
-    y: float  # m
-    heading: float  # rad
+    collisions: int
+    first: float  # s until there was a wall on the right; infinite when there was none
+    along: float  # m driven with a wall on the right
+    share: float  # of the time since `first` in which there was one
+
+    @property
+    def passed(self) -> bool:
+        """Whether it was as the task asks."""
+        return not self.collisions and self.along >= ALONG and self.share >= SHARE
 
 
 def draw(kind: str, rng: random.Random) -> Room:
-    """A room of that kind, turned by any angle."""
-    width, depth = rng.uniform(6.0, 9.0), rng.uniform(5.0, 7.0)
-    polygons = [outline(width, depth, rng.uniform(0.8, 1.2))]
-    start = Pose(rng.uniform(1.5, 2.5), rng.uniform(1.5, 2.5), rng.uniform(-math.pi, math.pi))
-    if kind == "pillars":
-        polygons += pillars(rng, width, depth, start)
-    if kind == "corridor":
-        wide = rng.uniform(1.5, 1.8)
-        polygons.append([(wide, wide), (width - wide, wide), (width - wide, depth - wide), (wide, depth - wide)])
-        along = rng.uniform(2.0, width / 2)
-        start = Pose(along, wide / 2, rng.choice([0.0, math.pi]) + rng.uniform(-SLANT, SLANT))
+    """A room of that kind, turned by any angle; the robot starts with a wall on its right."""
+    width, depth = rng.uniform(6.0, 8.0), rng.uniform(5.5, 7.0)
+    x, y, heading = rng.uniform(1.2, 2.2), rng.uniform(0.6, 0.9), rng.uniform(-SLANT, SLANT)
+    if kind == "hall":  # with a wall that stands into it
+        wall, length = rng.uniform(2.8, width - 2.5), rng.uniform(1.0, depth - 3.2)
+        end = depth - length
+        polygons = [
+            [
+                *[(0, 0), (width, 0), (width, depth), (wall + 0.1, depth)],
+                *[(wall + 0.1, end), (wall - 0.1, end), (wall - 0.1, depth), (0, depth)],
+            ]
+        ]
+    elif kind == "block":  # the robot drives around it
+        wide, deep = rng.uniform(1.2, 2.0), rng.uniform(1.2, 2.0)
+        polygons = [box(0, 0, width, depth), box(2.0, 2.0, 2.0 + wide, 2.0 + deep)]
+        x, y, heading = 2.0 + rng.uniform(0.3, wide - 0.3), 2.0 - y, heading + math.pi
+    else:
+        first, second = rng.uniform(2.2, 2.8), rng.uniform(2.2, 2.8)
+        polygons = [[(0, 0), (width, 0), (width, second), (first, second), (first, depth), (0, depth)]]
     angle = rng.uniform(-math.pi, math.pi)
     return Room.from_data(
         {
             "name": kind,
-            "start": (*turned((start.x, start.y), angle), start.heading + angle),
+            "start": (*turned((x, y), angle), heading + angle),
             "polygons": [[turned(point, angle) for point in polygon] for polygon in polygons],
         }
     )
 
 
-def outline(width: float, depth: float, corner: float) -> Polygon:
-    """The walls of a room (m), whose corners are cut off by `corner` m."""
-    return [
-        (corner, 0),
-        (width - corner, 0),
-        (width, corner),
-        (width, depth - corner),
-        (width - corner, depth),
-        (corner, depth),
-        (0, depth - corner),
-        (0, corner),
-    ]
-
-
-def pillars(rng: random.Random, width: float, depth: float, start: Pose) -> list[Polygon]:
-    """Up to four round pillars, with room for the robot between them and around its start."""
-    taken = [(start.x, start.y, ROBOT)]
-    for _ in range(DRAWN):
-        x, y = rng.uniform(WALL, width - WALL), rng.uniform(WALL, depth - WALL)
-        radius = rng.uniform(0.25, 0.45)
-        if len(taken) <= PILLARS and all(math.hypot(x - a, y - b) > radius + other + GAP for a, b, other in taken):
-            taken.append((x, y, radius))
-    corners = [turn * 2 * math.pi / CORNERS for turn in range(CORNERS)]
-    return [
-        [(x + radius * math.cos(corner), y + radius * math.sin(corner)) for corner in corners]
-        for x, y, radius in taken[1:]
-    ]
+def box(x_min: float, y_min: float, x_max: float, y_max: float) -> Polygon:
+    """The corners of a rectangle (m)."""
+    return [(x_min, y_min), (x_max, y_min), (x_max, y_max), (x_min, y_max)]
 
 
 def turned(point: Point, angle: float) -> Point:
@@ -94,23 +86,40 @@ def turned(point: Point, angle: float) -> Point:
     return x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle)
 
 
-def passed(driven: Simulation) -> bool:
-    """Whether a drive was as the task asks."""
-    return not driven.collisions and driven.ground_covered() >= GROUND
+def look_back(simulation: Simulation) -> Driven:
+    """What a drive was like."""
+    path, caster = simulation.path, RayCaster(simulation.room.segments)
+    beside = [
+        BESIDE[0] <= caster.distances((x, y), VIEW + heading).min() <= BESIDE[1] for _, x, y, heading in path.tolist()
+    ]
+    if True not in beside:
+        return Driven(len(simulation.collisions), math.inf, 0.0, 0.0)
+    first = beside.index(True)
+    steps = [math.dist(one[1:3], other[1:3]) for one, other in itertools.pairwise(path.tolist())]
+    along = sum(step for step, wall in zip(steps, beside[1:], strict=True) if wall)
+    return Driven(len(simulation.collisions), float(path[first, 0]), along, sum(beside[first:]) / (len(beside) - first))
 
 
 def can_be_driven(room: Room, laser: Laser, seed: int) -> bool:
-    """Whether the course's own agent passes there, with each decision carried out at once and a moment later."""
-    return all(passed(drive(room, laser, seed, late)) for late in (0, 1))
+    """Whether the grader's own follower passes there, with each decision carried out at once and a moment later."""
+    return all(look_back(drive(room, laser, seed, late)).passed for late in (0, 1))
 
 
 def drive(room: Room, laser: Laser, seed: int, late: int = 0) -> Simulation:
-    """A drive of the course's own agent there, each decision carried out `late` periods later."""
-    simulation, agent = Simulation(room, laser, seed=seed), ObstacleAvoidanceAI()
-    actions = [agent.stop()] * late
+    """A drive of the grader's own follower there, each decision carried out `late` periods later."""
+    simulation, angles = Simulation(room, laser, seed=seed), np.degrees(wrap(laser.angles))
+    actions = [(0.0, 0.0)] * late
     for _ in range(round(SECONDS / PERIOD)):
-        seen = sectors(simulation.scan(), laser.angle_min, laser.angle_increment, laser.range_min, laser.range_max)
-        actions.append(agent.decide_action(seen))
-        action = actions.pop(0)
-        simulation.step(action["linear"], action["angular"], PERIOD)
+        ranges = np.where(np.isneginf(scan := simulation.scan()), 0.0, scan)
+        actions.append(decide(ranges[np.abs(angles) <= 25].min(), ranges[(angles >= -80) & (angles <= -40)].min()))
+        simulation.step(*actions.pop(0), PERIOD)
     return simulation
+
+
+def decide(front: float, right: float) -> tuple[float, float]:
+    """The speeds (m/s, rad/s) that the task asks for at these distances (m)."""
+    if front < 0.5:
+        return 0.0, 0.5
+    if right > 1.2:
+        return 0.2, -0.4
+    return 0.3, max(-0.5, min(0.5, 1.5 * (0.6 - right)))

@@ -1,4 +1,4 @@
-"""Scans for which the right command is known: a scanner, and how near the obstacles in each of its sectors are."""
+"""Scans of which the nearest distances are known: a scanner, and how near the obstacles in each sector are."""
 
 import math
 import random
@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 from sensor_msgs.msg import LaserScan
 
-SECTORS = {"front": (-30.0, 30.0), "left": (30.0, 90.0), "right": (-90.0, -30.0)}  # degrees
-MIDDLE = {"front": (-20.0, 20.0), "left": (50.0, 80.0), "right": (-80.0, -50.0)}  # degrees, far from any edge
+SECTORS = {"front": (-25.0, 25.0), "right": (-80.0, -40.0)}  # degrees
+MIDDLE = {"front": (-16.0, 16.0), "right": (-70.0, -50.0)}  # degrees, far from any edge
+AROUND = 12.0  # degrees beside a sector that have the value that a whole sector has
 EDGE = 1.5  # degrees on both sides of a sector's edge: no obstacle is there, so rounding at the edge is not judged
 MIN, MAX = 0.12, 10.0  # m, of every scanner
-FAR = (6.0, 8.0)  # m: what is seen between the sectors, where nothing is near
-FAR_BEHIND, NEAR_BEHIND = 6.0, MIN + 0.1  # m
+FAR = (6.0, 8.0)  # m: what is seen outside the sectors
+OUTSIDE = (0.13, 0.19)  # m: the same where it must not count, nearer than anything in a sector
 OPEN = 5.0  # m: the nearest obstacle of a sector of which nothing is said
 BACKGROUND = (0.2, 2.0)  # m that the other beams of a sector see farther than its nearest obstacle
-CLEAR_BACKGROUND = (1.5, 3.0)  # m, the same where it matters which beam sees the obstacle
 INF, NAN = math.inf, math.nan
 
 
@@ -37,37 +37,48 @@ class Scanner:
         return [beam for beam in range(self.beams) if low + EDGE <= self.angle(beam) <= high - EDGE]
 
     def look(self, rng: random.Random, /, **nearest: float) -> LaserScan:
-        """A scan in which each sector's obstacle is as near as `nearest` says (m), somewhere in the sector's middle."""
-        return self._look(rng, {}, nearest)
+        """A scan in which each sector's obstacle is as near as `nearest` says (m), somewhere in its middle."""
+        return self._look(rng, {}, nearest, FAR)
 
     def look_at(self, rng: random.Random, angles: Mapping[str, float], /, **nearest: float) -> LaserScan:
-        """The same with the obstacles of some sectors at these angles (degrees).
+        """The same with the sectors' obstacles at these angles (degrees).
 
-        Something is close behind the robot then, which must not count.
+        Everywhere outside the sectors something is closer, which must not count.
         """
-        return self._look(rng, angles, nearest)
+        return self._look(rng, angles, nearest, OUTSIDE)
 
-    def _look(self, rng: random.Random, angles: Mapping[str, float], nearest: Mapping[str, float]) -> LaserScan:
-        behind, background = (NEAR_BEHIND, CLEAR_BACKGROUND) if angles else (FAR_BEHIND, BACKGROUND)
-        ranges = [behind if abs(self.angle(beam)) >= 90.0 + EDGE else rng.uniform(*FAR) for beam in range(self.beams)]
-        for sector, middle in MIDDLE.items():
+    def _look(
+        self,
+        rng: random.Random,
+        angles: Mapping[str, float],
+        nearest: Mapping[str, float],
+        outside: tuple[float, float],
+    ) -> LaserScan:
+        ranges = [rng.uniform(*outside) for _ in range(self.beams)]
+        for sector in SECTORS:
+            for beam in self._around(sector):
+                ranges[beam] = rng.uniform(*FAR)
             beams = self.inside(sector)
-            if not beams:
-                continue
             for beam in beams:
-                ranges[beam] = nearest.get(sector, OPEN) + rng.uniform(*background)
-            angle = angles.get(sector, rng.uniform(*middle))
-            off = {beam: abs(self.angle(beam) - angle) for beam in beams}
-            ranges[min(beams, key=off.__getitem__)] = nearest.get(sector, OPEN)
+                ranges[beam] = nearest.get(sector, OPEN) + rng.uniform(*BACKGROUND)
+            if beams:
+                angle = angles.get(sector, rng.uniform(*MIDDLE[sector]))
+                off = {beam: abs(self.angle(beam) - angle) for beam in beams}
+                ranges[min(beams, key=off.__getitem__)] = nearest.get(sector, OPEN)
         return self.scan(ranges)
 
-    def change(self, scan: LaserScan, rng: random.Random, sector: str, value: float, share: float = 1.0) -> LaserScan:
-        """The scan with `value` in all beams of a sector and at its edges.
-
-        A `share` below 1 leaves out the edges, the beam that sees the nearest obstacle, and some others at random.
-        """
+    def _around(self, sector: str, margin: float = EDGE) -> list[int]:
+        """The beams of a sector, and those beside it, up to `margin` degrees away."""
         low, high = SECTORS[sector]
-        beams = [beam for beam in range(self.beams) if low - EDGE <= self.angle(beam) <= high + EDGE]
+        return [beam for beam in range(self.beams) if low - margin <= self.angle(beam) <= high + margin]
+
+    def change(self, scan: LaserScan, rng: random.Random, sector: str, value: float, share: float = 1.0) -> LaserScan:
+        """The scan with `value` in all beams of a sector and beside it, but not in other sectors.
+
+        A `share` below 1 leaves out what is beside it, the beam that sees the nearest obstacle, and others at random.
+        """
+        others = {beam for other in SECTORS if other != sector for beam in self._around(other)}
+        beams = [beam for beam in self._around(sector, AROUND) if beam not in others]
         if share < 1.0:
             nearest = min(self.inside(sector), key=lambda beam: scan.ranges[beam])
             beams = [beam for beam in self.inside(sector) if beam != nearest and rng.random() < share]

@@ -1,8 +1,9 @@
-"""What the task asks of the obstacle avoider: its command for a scan, its timing, and whether it drives safely.
+"""What the task asks of the wall follower: its decisions, what the node makes of a scan, its timing and its drives.
 
-Everything is played in simulated time, in which a busy machine changes nothing.  A node that keeps its own time by the
-wall clock does not show 10 Hz there, and is judged in real time instead.
-Points add up to 20.
+The agent is asked by itself, without a node; the node is judged by what it gives to an agent of the grader's, so that
+a mistake in one costs nothing in the other.  Everything with a clock is played in simulated time, in which a busy
+machine changes nothing.  A node that keeps its own time by the wall clock does not show 10 Hz there, and is judged in
+real time instead.  Points add up to 20.
 """
 
 import math
@@ -11,14 +12,14 @@ from collections.abc import Callable, Mapping
 
 from sensor_msgs.msg import LaserScan
 
-from autograder.hidden.ai_integration.conversation import FORWARD, LEFT, PERIOD, RIGHT, STOP, Avoider, Command
-from autograder.hidden.ai_integration.rooms import GROUND, LASERS, SECONDS, can_be_driven, draw, passed
+from autograder.hidden.ai_integration.conversation import PERIOD, STOP, Agent, Command, Follower, is_of_the_agent
+from autograder.hidden.ai_integration.rooms import ALONG, LASERS, SECONDS, SHARE, can_be_driven, decide, draw, look_back
 from autograder.hidden.ai_integration.scanner import INF, MAX, MIN, NAN, PLAIN, Scanner
 from autograder.suitekit import Alive, Wrong, points, twice
 
-CLEAR = {"front": 3.0, "left": 2.0, "right": 2.5}  # m
-EDGES = {"front": [-28.0, 28.0], "left": [32.0, 88.0], "right": [-88.0, -32.0]}  # degrees, just inside
+EDGES = {"front": [-22.0, 22.0], "right": [-77.0, -43.0]}  # degrees, just inside
 MORE_THAN_MAX = MAX + 5.0  # m
+A_MILLIMETRE = 0.01  # m/s and rad/s: more than the difference that it makes to a decision
 SOME = 0.5  # the share of a sector's beams that have a special value
 
 FIRST_TICKS = 6  # before the first scan
@@ -28,85 +29,104 @@ RATE = (9.0, 11.0)  # Hz that pass as 10 Hz
 RATE_SECONDS = 3.0  # of simulated time, in which the rate is measured
 RATE_STEP = 0.025  # s of simulated time between two ticks then: scans come at up to 40 Hz
 SCAN_RATES = (5, 40)  # Hz
-DRIVEN = 0.8  # the share of commands that must drive forward when nothing is near: the first ones may be older
+DRIVEN = 0.8  # the share of commands that must be the agent's: the first ones may be older
 
 PAUSE = 1.5  # s of simulated time without scans
 PAUSE_COMMANDS = 8  # that must come in it at least, of 15
-FRESH_COMMANDS = 5  # of 0.5 s, in which the last scan is still fresh; all later ones must stop
+FRESH_COMMANDS = (3, 5)  # that must still be the agent's, and may: a scan's age is 0.3 or 0.4 s, and 0.5 or 0.6 s
+EARLIEST_STOP = 0.3  # s of real time: 0.5 s, but for a period of the timer, and a little for a busy machine
 LATEST_STOP = 0.75  # s of real time: 0.5 s, two periods of a timer of 10 Hz, and a little for a busy machine
-TRIED_ROOMS = 2  # rooms in which the course's own agent drives well, and the node fails, until it has failed
+TRIED_ROOMS = 2  # rooms in which the grader's own follower drives well, and the node fails, until it has failed
 
 
-@points(1, cell="obstacle-avoider")
-@twice
-def test_stands_before_the_first_scan(avoider: Avoider) -> None:
-    """Before the first scan it commands the robot to stand still."""
-    avoider.start_fresh()
-
-    def wait(limit: float, alive: Alive) -> list[Command] | None:
-        commands = [command for _ in range(FIRST_TICKS) for command in avoider.tick()]
-        return commands if alive() else None
-
-    commands = avoider.ask(wait, "the time before the first scan")
-    if len(commands) < FIRST_COMMANDS or set(commands) != {STOP}:
-        raise Wrong("Before the first scan, a zero Twist must be published ten times a second.", commands)
+@points(1, cell="wall-agent")
+def test_agent_needs_no_ros(agent: Agent) -> None:
+    """wall_agent.py can be imported, and its agent decides, where ROS 2 is not installed."""
+    answers = agent.ask((3.0, 0.3), (3.0, 0.9), (0.2, 0.6), ros=False)
+    if not all(math.isfinite(speed) for answer in answers for speed in answer) or len({*answers}) == 1:
+        raise Wrong("Without ROS 2, decide_action must return two speeds that depend on the distances.", answers)
 
 
-@points(2, cell="obstacle-avoider")
-@twice
-def test_decisions(avoider: Avoider, rng: random.Random) -> None:
-    """It drives forward while the way is clear, and turns to the more open side when it is not."""
-    for seen, right, about in [
-        ({"front": rng.uniform(1, 4)}, FORWARD, "With nothing near"),
-        (
-            {"front": rng.uniform(0.2, 0.45), "left": rng.uniform(1.5, 3), "right": rng.uniform(0.4, 1)},
-            LEFT,
-            "With an obstacle nearer than 0.5 m ahead and more room on the left",
-        ),
-        (
-            {"front": rng.uniform(0.55, 0.7), "left": 0.4, "right": 0.3},
-            FORWARD,
-            "With an obstacle ahead that is farther than 0.5 m, and nearer ones beside it",
-        ),
-        (
-            {"front": rng.uniform(0.2, 0.45), "left": rng.uniform(0.4, 1), "right": rng.uniform(1.5, 3)},
-            RIGHT,
-            "With an obstacle nearer than 0.5 m ahead and more room on the right",
-        ),
-        (
-            {"front": rng.uniform(0.2, 0.45), "left": 0.4, "right": 0.3},
-            LEFT,
-            "With obstacles all around, a little farther on the left",
-        ),
-        (
-            {"front": rng.uniform(0.2, 0.45), "left": 1.5, "right": 1.5},
-            RIGHT,
-            "With an obstacle ahead and both sides equally open",
-        ),
-    ]:
-        avoider.expect(PLAIN.look(rng, **seen), right, about)
+@points(1, cell="wall-agent")
+def test_wall_ahead(agent: Agent, rng: random.Random) -> None:
+    """It turns left on the spot at a wall ahead, wherever else a wall is."""
+    about = "With a wall ahead nearer than 0.5 m, and {}"
+    agent.expect(
+        *case(rng.uniform(0.2, 0.45), rng.uniform(0.3, 0.5), about.format("one near on the right")),
+        *case(rng.uniform(0.2, 0.45), INF, about.format("nothing on the right")),
+        *case(rng.uniform(0.2, 0.45), rng.uniform(1.5, 3.0), about.format("one far away on the right")),
+        *case(0.0, rng.uniform(0.7, 0.9), about.format("the robot touching it")),
+    )
 
 
-@points(1, cell="obstacle-avoider")
-@twice
-def test_edges_of_the_sectors(avoider: Avoider, rng: random.Random) -> None:
-    """Front is within 30 degrees of 0, left is 30 to 90, right is -90 to -30."""
-    expect_sectors(avoider, PLAIN, rng, "the first beam ahead and one beam per degree")
+@points(1, cell="wall-agent")
+def test_looks_for_a_wall(agent: Agent, rng: random.Random) -> None:
+    """Without a wall on the right it drives a curve to the right."""
+    about = "With nothing ahead, and {}"
+    agent.expect(
+        *case(INF, INF, about.format("nothing on the right")),
+        *case(rng.uniform(2.0, 4.0), rng.uniform(1.3, 2.0), about.format("a wall on the right, farther than 1.2 m")),
+        *case(rng.uniform(0.6, 0.9), rng.uniform(4.0, 8.0), "With a wall ahead farther than 0.5 m, and none right"),
+        *case(rng.uniform(2.0, 4.0), INF, about.format("nothing on the right, again")),
+    )
 
 
-@points(1, cell="obstacle-avoider")
-@twice
-def test_resolutions(avoider: Avoider, rng: random.Random) -> None:
-    """Any number of beams over a full turn."""
-    for beams in (72, rng.choice([180, 240, 300]), rng.choice([720, 900, 1440])):
-        expect_sectors(
-            avoider, Scanner(beams, 0.0, 360.0 / beams), rng, "the first beam ahead and more or fewer than 360 beams"
+@points(2, cell="wall-agent")
+def test_keeps_its_distance(agent: Agent, rng: random.Random) -> None:
+    """It steers towards 0.6 m from the wall, the more the farther it is from that, and at most by 0.5 rad/s."""
+    distances = [rng.uniform(*span) for span in ((0.3, 0.45), (0.45, 0.59), (0.61, 0.75), (0.75, 0.92))]
+    sharp = [rng.uniform(0.05, 0.25), rng.uniform(0.96, 1.15), 0.0]
+    rng.shuffle(distances)
+    agent.expect(
+        *(one for right in distances for one in case(INF, right, "With nothing ahead, and a wall near 0.6 m right")),
+        *(one for right in sharp for one in case(2.0, right, "With a wall on the right, very near or nearly lost")),
+        *case(rng.uniform(0.55, 0.7), 0.5, "With a wall ahead farther than 0.5 m, and one on the right"),
+    )
+
+
+@points(1, cell="wall-agent")
+def test_thresholds(agent: Agent, rng: random.Random) -> None:
+    """Exactly 0.5 m ahead is not near, and exactly 1.2 m on the right is not lost; each decision stands for itself."""
+    near, beside, lost, far = (rng.uniform(*span) for span in ((0.2, 0.28), (0.5, 0.8), (2.0, 4.0), (2.0, 4.0)))
+    asked = [(near, beside), (0.5, beside), (0.501, beside), (far, lost), (far, 1.2), (far, 1.199)]
+    again = rng.sample(range(len(asked)), len(asked))
+    answers = agent.ask(*asked, *(asked[number] for number in again))
+    turns, at_half, beyond_half, searches, at_lost, before_lost = answers[: len(asked)]
+    if not is_close(at_half, beyond_half) or is_close(at_half, turns):
+        raise Wrong("Exactly 0.5 m ahead is not nearer than 0.5 m: the agent must not turn on the spot.", answers)
+    if not is_close(at_lost, before_lost) or is_close(at_lost, searches):
+        raise Wrong(
+            "Exactly 1.2 m on the right is not farther than 1.2 m: the agent must not look for a wall.", answers
         )
+    for number, answer in zip(again, answers[len(asked) :], strict=True):
+        if not is_close(answer, answers[number]):
+            raise Wrong("The same two distances must lead to the same decision, whatever was decided before.", answers)
 
 
-@points(2, cell="obstacle-avoider")
+def is_close(one: Command, other: Command) -> bool:
+    """Whether two decisions are the same, but for what a millimetre makes."""
+    return math.dist(one, other) < A_MILLIMETRE
+
+
+def case(front: float, right: float, about: str) -> list[tuple[float, float, Command, str]]:
+    """These distances (m), rounded, with the right decision."""
+    front, right = round(front, 3), round(right, 3)
+    return [(front, right, Command(*decide(front, right)), about)]
+
+
+@points(1, cell="wall-follower")
 @twice
-def test_first_beam_anywhere(avoider: Avoider, rng: random.Random) -> None:
+def test_sectors(follower: Follower, rng: random.Random) -> None:
+    """Front is from -25 to 25 degrees and right from -80 to -40, whatever number of beams a turn has."""
+    expect_sectors(follower, PLAIN, rng, "the first beam ahead and one beam per degree")
+    for beams in (72, rng.choice([180, 240, 300]), rng.choice([720, 900, 1440])):
+        scanner = Scanner(beams, 0.0, 360.0 / beams)
+        expect_sectors(follower, scanner, rng, "the first beam ahead and more or fewer than 360 beams")
+
+
+@points(1, cell="wall-follower")
+@twice
+def test_first_beam_anywhere(follower: Follower, rng: random.Random) -> None:
     """Scanners that start behind or beside the robot, or see less than a full turn."""
     for scanner, about in [
         (Scanner(360, -180.0, 1.0), "the first beam behind the robot"),
@@ -114,156 +134,119 @@ def test_first_beam_anywhere(avoider: Avoider, rng: random.Random) -> None:
         (Scanner(481, -120.0, 0.5), "240 degrees of view, in steps of half a degree"),
         (Scanner(720, rng.choice([40.0, 90.0, 140.0]), 0.5), "the first beam on the left and a full turn"),
     ]:
-        expect_sectors(avoider, scanner, rng, about)
+        expect_sectors(follower, scanner, rng, about)
 
 
-@points(1, cell="obstacle-avoider")
+@points(1, cell="wall-follower")
 @twice
-def test_clockwise(avoider: Avoider, rng: random.Random) -> None:
+def test_clockwise(follower: Follower, rng: random.Random) -> None:
     """Scanners that turn clockwise: angle_increment is negative."""
     for scanner in (Scanner(360, 180.0, -1.0), Scanner(541, 135.0, -0.5), Scanner(360, 0.0, -1.0)):
-        expect_sectors(avoider, scanner, rng, "a negative angle_increment")
+        expect_sectors(follower, scanner, rng, "a negative angle_increment")
 
 
-def expect_sectors(avoider: Avoider, scanner: Scanner, rng: random.Random, about: str) -> None:
-    """It must see the nearest obstacle of each sector, even at its edges, and none behind or in the next sector."""
-    front, left, right = (rng.sample(EDGES[sector], 2) for sector in ("front", "left", "right"))
-    about = f"With a scanner that has {about}, and {{}}"
-    avoider.expect(
-        scanner.look_at(rng, {"left": left[0], "right": right[0]}, left=0.3, right=0.35),
-        FORWARD,
-        about.format("obstacles left, right and behind, none within 30 degrees of 0"),
-    )
-    avoider.expect(
-        scanner.look_at(rng, {"front": front[0], "left": left[0]}, front=0.4, left=0.8, right=1.6),
-        RIGHT,
-        about.format("an obstacle ahead, and one between 30 and 90 degrees"),
-    )
-    avoider.expect(
-        scanner.look_at(rng, {"left": left[1], "right": right[1]}, left=0.35, right=0.3),
-        FORWARD,
-        about.format("obstacles left, right and behind, none within 30 degrees of 0"),
-    )
-    avoider.expect(
-        scanner.look_at(rng, {"front": front[1], "right": right[0]}, front=0.4, left=1.6, right=0.8),
-        LEFT,
-        about.format("an obstacle ahead, and one between -90 and -30 degrees"),
-    )
-    avoider.expect(
-        scanner.look_at(rng, {"front": front[1], "left": left[1]}, front=0.4, left=0.8, right=1.6),
-        RIGHT,
-        about.format("an obstacle ahead, and one between 30 and 90 degrees"),
-    )
-    avoider.expect(
-        scanner.look_at(rng, {"front": front[0], "right": right[1]}, front=0.4, left=1.6, right=0.8),
-        LEFT,
-        about.format("an obstacle ahead, and one between -90 and -30 degrees"),
-    )
+def expect_sectors(follower: Follower, scanner: Scanner, rng: random.Random, about: str) -> None:
+    """It must see the nearest obstacle of each sector, even at its edges, and none outside."""
+    for front_at, right_at in zip(rng.sample(EDGES["front"], 2), rng.sample(EDGES["right"], 2), strict=True):
+        front, right = some_distance(rng), some_distance(rng)
+        scan = scanner.look_at(rng, {"front": front_at, "right": right_at}, front=front, right=right)
+        follower.expect(
+            scan, front, right, f"With a scanner that has {about}, and nearer obstacles outside the sectors"
+        )
 
 
-@points(1, cell="obstacle-avoider")
+def some_distance(rng: random.Random) -> float:
+    """A distance (m) of an obstacle in a sector."""
+    return round(rng.uniform(0.25, 3.0), 2)
+
+
+@points(1, cell="wall-follower")
 @twice
-def test_no_return(avoider: Avoider, rng: random.Random) -> None:
-    """inf means that nothing is there."""
-    blocked = {"front": 0.4, "left": 2.0, "right": 2.5}
-    about = "With inf (no return) {}"
-    avoider.expect(PLAIN.look(rng, **blocked), RIGHT, "With an obstacle ahead and more room on the right")
-    avoider.expect(
-        PLAIN.change(PLAIN.look(rng, left=0.3), rng, "front", INF), FORWARD, about.format("in all beams of the front")
-    )
-    avoider.expect(
-        PLAIN.change(PLAIN.look(rng, **blocked), rng, "left", INF),
-        LEFT,
-        about.format("in all beams of the left, and obstacles ahead and on the right"),
-    )
-    avoider.expect(
-        PLAIN.change(PLAIN.look(rng, **blocked), rng, "left", INF, SOME),
-        RIGHT,
-        about.format("in some beams on the left, while others there see an obstacle nearer than on the right"),
-    )
+def test_no_return_and_touching(follower: Follower, rng: random.Random) -> None:
+    """inf means that nothing is there, and -inf that the robot touches something."""
+    front, right = some_distance(rng), some_distance(rng)
+    about = "With inf (no return) in {}"
+    for scan, wanted, where in [
+        (PLAIN.change(PLAIN.look(rng, front=front, right=right), rng, "front", INF), (INF, right), "the whole front"),
+        (PLAIN.change(PLAIN.look(rng, front=front, right=right), rng, "right", INF), (front, INF), "the whole right"),
+        (
+            PLAIN.change(PLAIN.look(rng, front=front, right=right), rng, "right", INF, SOME),
+            (front, right),
+            "some beams on the right",
+        ),
+    ]:
+        follower.expect(scan, *wanted, about.format(where))
+    about = "With -inf (touching, a distance of 0) in one beam {}"
+    follower.expect(PLAIN.look(rng, front=-INF, right=right), 0.0, right, about.format("of the front"))
+    follower.expect(PLAIN.look(rng, front=front, right=-INF), front, 0.0, about.format("on the right"))
 
 
-@points(1, cell="obstacle-avoider")
+@points(1, cell="wall-follower")
 @twice
-def test_touching(avoider: Avoider, rng: random.Random) -> None:
-    """-inf means an obstacle that is too near to be measured."""
-    about = "With -inf (touching) in one beam {}"
-    avoider.expect(PLAIN.look(rng, **CLEAR), FORWARD, "With nothing near")
-    avoider.expect(
-        PLAIN.look(rng, **CLEAR | {"front": -INF}), RIGHT, about.format("of the front, and nothing else near")
-    )
-    avoider.expect(
-        PLAIN.look(rng, front=0.4, left=0.6, right=-INF), LEFT, about.format("of the right, and an obstacle ahead")
-    )
-    avoider.expect(
-        PLAIN.look(rng, front=0.4, left=-INF, right=0.6), RIGHT, about.format("of the left, and an obstacle ahead")
-    )
-
-
-@points(1, cell="obstacle-avoider")
-@twice
-def test_no_measurements_among_others(avoider: Avoider, rng: random.Random) -> None:
-    """NaN, and values outside range_min and range_max, are no measurements."""
+def test_no_measurements(follower: Follower, rng: random.Random) -> None:
+    """NaN and values outside range_min and range_max are left out; a sector without any usable value counts as free."""
     for value, what in (
         (NAN, "NaN"),
         (0.0, "0.0"),
         (MIN / 2, "less than range_min"),
-        (NAN, "NaN"),
         (MORE_THAN_MAX, "more than range_max"),
     ):
-        about = f"With {what} in some beams, which is no measurement, and {{}}"
-        for sector in ("front", "left"):
-            avoider.expect(
-                PLAIN.change(PLAIN.look(rng, **CLEAR), rng, sector, value, SOME),
-                FORWARD,
-                about.format("nothing near in the other beams"),
-            )
-        blocked = PLAIN.look(rng, front=0.4, left=1.6, right=0.8)
-        for sector in ("front", "left", "right"):
-            blocked = PLAIN.change(blocked, rng, sector, value, SOME)
-        avoider.expect(blocked, LEFT, about.format("an obstacle ahead, and more room on the left"))
+        front, right = some_distance(rng), some_distance(rng)
+        scan = PLAIN.look(rng, front=front, right=right)
+        for sector in ("front", "right"):
+            scan = PLAIN.change(scan, rng, sector, value, SOME)
+        follower.expect(scan, front, right, f"With {what} in some beams, which is no measurement")
+        scan = PLAIN.change(PLAIN.look(rng, front=front, right=right), rng, "right", value)
+        follower.expect(scan, front, INF, f"With {what} in all beams of the right, which then counts as free (inf)")
+        scan = PLAIN.change(PLAIN.look(rng, front=front, right=right), rng, "front", value)
+        follower.expect(scan, INF, right, f"With {what} in all beams of the front, which then counts as free (inf)")
+    front, right = some_distance(rng), some_distance(rng)
+    scan = Scanner(121, 0.0, 1.0).look(rng, front=front)
+    follower.expect(scan, front, INF, "With a scanner that does not cover the right, which then counts as free (inf)")
+    follower.expect(PLAIN.scan([]), INF, INF, "With a scan that has no beams at all, so that all is free (inf)")
+    follower.expect(PLAIN.look(rng, front=front, right=right), front, right, "After a scan without beams")
 
 
-@points(1, cell="obstacle-avoider")
+@points(1, cell="wall-follower")
 @twice
-def test_nothing_usable(avoider: Avoider, rng: random.Random) -> None:
-    """A sector without any usable value counts as free, and so does an empty scan."""
-    for value, what in ((NAN, "NaN"), (0.0, "less than range_min"), (MORE_THAN_MAX, "more than range_max")):
-        about = f"With {what} in all beams of {{}}, which then counts as free"
-        blocked = {"front": 0.4, "left": 2.0, "right": 3.0}
-        avoider.expect(PLAIN.change(PLAIN.look(rng, **blocked), rng, "left", value), LEFT, about.format("the left"))
-        avoider.expect(
-            PLAIN.change(PLAIN.look(rng, front=0.3), rng, "front", value), FORWARD, about.format("the front")
-        )
-    about = "With an obstacle ahead, and a scanner that does not cover the {} side, which then counts as free"
-    avoider.expect(Scanner(121, -95.0, 1.0).look(rng, front=0.4), LEFT, about.format("left"))
-    avoider.expect(Scanner(121, -25.0, 1.0).look(rng, front=0.4), RIGHT, about.format("right"))
-    avoider.expect(PLAIN.scan([]), FORWARD, "With a scan that has no beams at all")
-    avoider.expect(
-        PLAIN.look(rng, front=0.4, left=3.0, right=1.0),
-        LEFT,
-        "After a scan without beams, with an obstacle ahead and more room on the left",
-    )
-    avoider.expect(PLAIN.scan([NAN] * 360), FORWARD, "With NaN in all beams")
+def test_stands_before_the_first_scan(follower: Follower, rng: random.Random) -> None:
+    """Before the first scan it commands the robot to stand still, and then what the agent decides."""
+    follower.start_fresh()
+
+    def wait(limit: float, alive: Alive) -> list[Command] | None:
+        commands = [command for _ in range(FIRST_TICKS) for command in follower.tick()]
+        return commands if alive() else None
+
+    commands = follower.ask(wait, "the time before the first scan")
+    if len(commands) < FIRST_COMMANDS or set(commands) != {STOP}:
+        raise Wrong("Before the first scan, a zero Twist must be published ten times a second.", commands)
+    follower.expect_driving(seen(rng), "After the first scan")
 
 
-@points(1, cell="obstacle-avoider")
+@points(1, cell="wall-follower")
 @twice
-def test_rate(avoider: Avoider, by_the_wall: Avoider, rng: random.Random) -> None:
+def test_rate(follower: Follower, by_the_wall: Follower, rng: random.Random) -> None:
     """Ten commands per second, whether scans come at 5 or at 40 Hz."""
-    scan = PLAIN.look(rng, **CLEAR)
+    scan = seen(rng)
     for hertz in SCAN_RATES:
-        commands = avoider.simulate(RATE_SECONDS, RATE_STEP, scans_at(hertz, scan))
+        commands = follower.simulate(RATE_SECONDS, RATE_STEP, scans_at(hertz, scan))
         rate = len(commands) / RATE_SECONDS
         if not is_right(rate):
             rate, commands = by_the_wall.rate(scan, hertz)
         about = f"while scans come at {hertz} Hz"
         if not is_right(rate):
             raise Wrong(f"Commands must be published at 10 Hz {about}; it was {rate:.1f} Hz.")
-        if commands.count(FORWARD) < DRIVEN * len(commands):
+        if sum(map(is_of_the_agent, commands)) < DRIVEN * len(commands):
             raise Wrong(
-                f"With nothing near, the robot must keep driving {about}: a scan that is 0.2 s old is fresh.", commands
+                f"The node must publish what decide_action of the WallAgent in wall_agent.py returns {about}: a scan "
+                "that is 0.2 s old is fresh.",
+                commands,
             )
+
+
+def seen(rng: random.Random) -> LaserScan:
+    """A plain scan."""
+    return PLAIN.look(rng, front=some_distance(rng), right=some_distance(rng))
 
 
 def scans_at(hertz: int, scan: LaserScan) -> Callable[[int], LaserScan | None]:
@@ -277,54 +260,73 @@ def is_right(rate: float) -> bool:
     return RATE[0] <= rate <= RATE[1]
 
 
-@points(1, cell="obstacle-avoider")
+@points(1, cell="wall-follower")
 @twice
-def test_stops(avoider: Avoider, by_the_wall: Avoider, rng: random.Random) -> None:
-    """When scans stop coming, it commands the robot to stand still within 0.5 s, and to drive when they come again."""
-    scan = PLAIN.look(rng, **CLEAR)
-    avoider.expect(scan, FORWARD, "With nothing near")
-    after = avoider.simulate(PAUSE, PERIOD, lambda tick: None)
-    if len(after) < PAUSE_COMMANDS or set(after[FRESH_COMMANDS:]) != {STOP}:
-        late = by_the_wall.time_to_stop(scan)
+def test_stops(follower: Follower, by_the_wall: Follower, rng: random.Random) -> None:
+    """When scans stop coming, it drives on for 0.5 s and stands still then, until the next one comes."""
+    scan = seen(rng)
+    follower.expect_driving(scan, "With a fresh scan")
+    after = follower.simulate(PAUSE, PERIOD, lambda tick: None)
+    must, may = FRESH_COMMANDS
+    if (
+        len(after) < PAUSE_COMMANDS
+        or not all(map(is_of_the_agent, after[:must]))
+        or not all(command == STOP or is_of_the_agent(command) for command in after[must:may])
+        or set(after[may:]) != {STOP}
+    ):
+        early, late = by_the_wall.times_to_stop(scan)
         if late > LATEST_STOP:
             raise Wrong(
                 "When no scan has come for 0.5 s, every command until the next scan must be a zero Twist.",
                 f"commands {after}; in real time after {late} s",
             )
-    avoider.expect(scan, FORWARD, "When scans come again after a pause, with nothing near")
+        if early < EARLIEST_STOP:
+            raise Wrong(
+                "A scan may be used until it is 0.5 s old: the robot was told to stand still before.",
+                f"commands {after}; in real time until {early} s",
+            )
+    follower.expect_driving(scan, "When scans come again after a pause")
 
 
 @points(2, cell="rooms")
-def test_hall(drivers: Mapping[str, Avoider], rng: random.Random) -> None:
-    """Drives about a hall, with a scanner of 720 beams that starts behind."""
+def test_hall(drivers: Mapping[str, Follower], rng: random.Random) -> None:
+    """Follows the wall of a hall, with a scanner of 720 beams that starts behind."""
     expect_drive(drivers["hall"], "hall", rng)
 
 
 @points(2, cell="rooms")
-def test_pillars(drivers: Mapping[str, Avoider], rng: random.Random) -> None:
-    """Drives among pillars, with a scanner that sees 270 degrees."""
-    expect_drive(drivers["pillars"], "pillars", rng)
+def test_block(drivers: Mapping[str, Follower], rng: random.Random) -> None:
+    """Drives around a block, by its outer corners, with a scanner that sees 270 degrees."""
+    expect_drive(drivers["block"], "block", rng)
 
 
 @points(2, cell="rooms")
-def test_corridor(drivers: Mapping[str, Avoider], rng: random.Random) -> None:
-    """Drives along a corridor, with a scanner that turns clockwise."""
-    expect_drive(drivers["corridor"], "corridor", rng)
+def test_bend(drivers: Mapping[str, Follower], rng: random.Random) -> None:
+    """Follows a way with a bend, with a scanner that turns clockwise."""
+    expect_drive(drivers["bend"], "bend", rng)
 
 
-def expect_drive(driver: Avoider, kind: str, rng: random.Random) -> None:
-    """It must drive safely and cover ground, in one of two rooms where the course's own agent does."""
+def expect_drive(driver: Follower, kind: str, rng: random.Random) -> None:
+    """It must drive along the wall, in one of two rooms where the grader's own follower does."""
     tried = 0
     while tried < TRIED_ROOMS:
         room, seed = draw(kind, rng), rng.randrange(1000)
-        driven = driver.drive(room, LASERS[kind], seed, SECONDS)
-        if passed(driven):
+        simulation = driver.drive(room, LASERS[kind], seed, SECONDS)
+        driven = look_back(simulation)
+        if driven.passed:
             return
         tried += can_be_driven(room, LASERS[kind], seed)
     if driven.collisions:
-        seconds = math.ceil(driven.collisions[0].time)
-        raise Wrong(f"The robot must not touch anything: it hit an obstacle after {seconds} s.")
+        seconds = math.ceil(simulation.collisions[0].time)
+        raise Wrong(f"The robot must not touch anything: it hit an obstacle after {seconds} s.", driven)
+    if driven.along < ALONG:
+        raise Wrong(
+            f"In {SECONDS:.0f} s the robot must drive {ALONG:g} m with a wall on its right: it drove "
+            f"{driven.along:.1f} m so.",
+            driven,
+        )
     raise Wrong(
-        f"In {SECONDS:.0f} s the robot must cover {GROUND:g} m² (in squares of 0.5 m): it covered "
-        f"{driven.ground_covered():g} m²."
+        f"Once there is a wall on its right, the robot must keep it there for {SHARE:.0%} of the time: it did for "
+        f"{driven.share:.0%}.",
+        driven,
     )

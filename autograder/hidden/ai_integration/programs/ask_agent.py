@@ -1,0 +1,40 @@
+"""Asks the student's agent what it decides: `python ask_agent.py ros|no-ros QUESTIONS`, in the sandbox.
+
+QUESTIONS is a JSON list of the distances that `decide_action` is given.  Prints `answers: ` and a JSON list with the
+two speeds of each answer.  With `no-ros`, importing a ROS package fails as on a computer without ROS.
+"""
+
+import importlib
+import json
+import sys
+from collections.abc import Sequence
+from types import ModuleType
+
+ROS = ("rclpy", "rcl_interfaces", "rosidl_", "ament_", "rpyutils", "builtin_interfaces", "action_msgs")
+MESSAGES = ("_msgs", "_srvs")
+
+
+class WithoutRos:
+    """Finds no package of ROS."""
+
+    @staticmethod
+    def find_spec(name: str, path: Sequence[str] | None = None, target: ModuleType | None = None) -> None:
+        """Raise ModuleNotFoundError for a ROS package, and leave all others to the finders behind it."""
+        package = name.partition(".")[0]
+        if package.startswith(ROS) or package.endswith(MESSAGES):
+            raise ModuleNotFoundError(f"No module named '{package}'")
+
+
+if __name__ == "__main__":
+    mode, questions = sys.argv[1:]
+    if mode == "no-ros":
+        sys.meta_path.insert(0, WithoutRos())
+    agent = importlib.import_module("wall_agent").WallAgent()
+    answers: list[tuple[float | None, float | None]] = []
+    for question in json.loads(questions):
+        action = agent.decide_action(question)
+        try:
+            answers.append((float(action["linear"]), float(action["angular"])))
+        except (KeyError, TypeError, ValueError):
+            answers.append((None, None))
+    print(f"\nanswers: {json.dumps(answers)}", flush=True)

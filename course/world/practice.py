@@ -1,0 +1,67 @@
+"""Drives to learn from: what a driver saw, and what it did, without ROS and much faster than real time."""
+
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, Protocol
+
+import numpy as np
+
+from course.robot.sectors import Scan
+from course.world.laser import Laser
+from course.world.rooms import Room
+from course.world.simulation import Simulation
+
+PERIOD = 0.1  # s between two decisions
+SHOVE = 0.8  # rad/s, standard deviation of the turn that a shove adds
+SHOVED = 10  # decisions that a shove lasts
+
+
+class Agent(Protocol):
+    """Whatever decides."""
+
+    def decide_action(self, laser_data: Mapping[str, Any]) -> Mapping[str, float]:
+        """The next action, {'linear': m/s, 'angular': rad/s}."""
+
+
+def practise(
+    driver: Agent,
+    look: Callable[[Scan], Mapping[str, Any]],
+    rooms: Iterable[str | Path | Room],
+    seconds: float = 60.0,
+    drives: int = 6,
+    seed: int = 0,
+) -> tuple[list[Mapping[str, Any]], list[Mapping[str, float]]]:
+    """What `driver` was given (by `look`, from each scan) and what it decided, ten times a second.
+
+    In each room it drives `drives` times for `seconds` s of simulated time.  Half of the time it is shoved: something
+    turns the robot aside, so that there are examples of how to get out of a bad place.  The same `seed` gives the same
+    examples.  Raises ValueError when there is no such room.
+    """
+    random = np.random.default_rng(seed)
+    seen: list[Mapping[str, Any]] = []
+    done: list[Mapping[str, float]] = []
+    for room in rooms:
+        for _ in range(drives):
+            simulation, shove = Simulation(room, Laser(), seed=int(random.integers(1 << 30))), 0.0
+            for tick in range(round(seconds / PERIOD)):
+                laser_data = look(scan_of(simulation))
+                action = driver.decide_action(laser_data)
+                seen.append(laser_data)
+                done.append(action)
+                if tick % SHOVED == 0:
+                    shove = float(random.normal(0.0, SHOVE)) if random.random() < 0.5 else 0.0
+                simulation.step(action["linear"], action["angular"] + shove, PERIOD)
+    return seen, done
+
+
+def scan_of(simulation: Simulation) -> Scan:
+    """What the laser sees, with the fields of a sensor_msgs/LaserScan that `course.robot.sectors` needs."""
+    laser = simulation.laser
+    return SimpleNamespace(
+        ranges=simulation.scan(),
+        angle_min=laser.angle_min,
+        angle_increment=laser.angle_increment,
+        range_min=laser.range_min,
+        range_max=laser.range_max,
+    )
