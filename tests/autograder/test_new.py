@@ -34,6 +34,7 @@ def run(tmp_path_factory):
     for notebook in ROOT.glob("notebooks/[!.]*/*.ipynb"):
         (copy / "notebooks" / notebook.stem).mkdir(parents=True)
         shutil.copy(notebook, copy / "notebooks" / notebook.stem)
+    shutil.copy(ROOT / "notebooks/index.ipynb", copy / "notebooks")
     shutil.copy(ROOT / "pyproject.toml", copy)
 
     def python(*command: str) -> subprocess.CompletedProcess[str]:
@@ -88,7 +89,8 @@ def test_its_own_tests_pass(made, run, box):
     """Its notebook by nbval, its right and wrong answers, and what is held of every notebook and suite."""
     done = run(
         "-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "matrix or not matrix", "-k", NAME, f"notebooks/{NAME}",
-        "tests/test_notebooks.py", "tests/autograder/test_answers.py", "tests/autograder/test_exercises.py",
+        "tests/test_notebooks.py", "tests/test_pages.py", "tests/autograder/test_answers.py",
+        "tests/autograder/test_exercises.py",
     )  # fmt: skip
     assert done.returncode == 0 and "skipped" not in done.stdout, done.stdout
     (made / f"notebooks/{NAME}/{NAME}.py").unlink()  # nbval ran the notebook in its folder

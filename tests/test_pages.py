@@ -1,0 +1,192 @@
+"""The shape of the sections' pages, so that a reader finds the same things in the same places; and their links."""
+
+import itertools
+import re
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+
+from course.notebook import cells
+from course.notebook.cells import Cell
+
+ROOT = Path(__file__).parents[1]
+START = ROOT / "notebooks/index.ipynb"
+SECTIONS = sorted(ROOT.glob("notebooks/[!.]*/*.ipynb"))
+PAGES = [START, *SECTIONS, *sorted(ROOT.glob("*.md")), *sorted(ROOT.glob("docs/**/*.md"))]
+WORDS = 1600  # of a section, without its exercises and folded answers
+FOLDED = re.compile(r"<details>.*?</details>", re.DOTALL)
+FENCED = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
+ANSWER = "<details><summary>Answer</summary>\n\n"
+PREDICT = "**Predict**:"
+HINTS = [f"<details><summary>Hint {hint}</summary>\n\n" for hint in ("1: where to look", "2: the idea",
+                                                                    "3: almost the code")]  # fmt: skip
+OFFICIAL = re.compile(
+    r"https://(docs\.ros\.org/en/jazzy/|design\.ros2\.org/|(www\.)?ros\.org/reps/|reps\.openrobotics)"
+)
+LINK = re.compile(r"\]\(([^)\s]+)\)|(https?://[^\s)\"'`>]+)")
+
+sections = pytest.mark.parametrize("path", SECTIONS, ids=lambda path: path.stem)
+
+
+def texts(path: Path) -> list[str]:
+    """The page's Markdown cells, without code that is shown in them."""
+    return [FENCED.sub("", cell.source) for cell in cells.read(path) if cell.kind == "markdown"]
+
+
+def parts(path: Path) -> list[tuple[int, str, str]]:
+    """The page's headings, each with its level and the text up to the next one."""
+    pieces = re.split(r"^(#+) +(.*)$", "\n".join(texts(path)), flags=re.MULTILINE)[1:]
+    return [(len(level), title, text) for level, title, text in zip(*[iter(pieces)] * 3, strict=True)]
+
+
+def part(path: Path, title: str) -> str:
+    found = [text for _, heading, text in parts(path) if heading == title]
+    assert len(found) == 1, f"the heading '{title}' is there {len(found)} times"
+    return found[0]
+
+
+def items(text: str) -> list[str]:
+    return re.findall(r"^(?:[-*]|\d+\.) +\S.*", text, re.MULTILINE)
+
+
+@sections
+def test_the_beginning_says_what_it_needs_how_long_it_takes_and_what_for(path):
+    first = cells.read(path)[0].source
+    assert first.startswith("# ")
+    assert "**You need**" in first
+    assert re.search(r"\*\*Time\*\*:? [^\n]*\d+[^\n]* minutes", first)
+    after = first.partition("**After it you can**")[2]
+    assert len(items(after)) >= 3
+
+
+def told_after(known: list[Cell], at: int) -> str:
+    """The Markdown below the code that comes after cell `at`."""
+    below = itertools.dropwhile(lambda cell: cell.kind != "code", known[at + 1 :])
+    below = itertools.dropwhile(lambda cell: cell.kind == "code", below)
+    return next((cell.source for cell in below), "")
+
+
+@sections
+def test_a_prediction_comes_before_the_code_and_its_answer_after_it(path):
+    known = cells.read(path)
+    asked = [at for at, cell in enumerate(known) if cell.kind == "markdown" and PREDICT in cell.source]
+    assert len(asked) >= 2
+    for at in asked:
+        question = known[at].source.rpartition(PREDICT)[2].strip()
+        if ANSWER in question:  # about what is to be read there
+            continue
+        assert known[at + 1].kind == "code", f"no code comes after: {question}"
+        assert told_after(known, at).startswith(ANSWER), f"no folded answer begins the text after: {question}"
+
+
+@sections
+def test_there_are_things_to_change_and_see(path):
+    assert sum(text.count("**Change this and see**") for text in texts(path)) >= 2
+
+
+@sections
+def test_an_exercise_has_numbered_steps_and_hints_in_three_grades(path):
+    own = "".join(f"\n{title}\n{text}" for _, title, text in within(path, exercise=True))
+    steps = (r"^1\. .*?^2\. .*?^3\. ", r"^Your turn, step 1: .*?^Your turn, step 2: .*?^Your turn, step 3: ")
+    assert any(re.search(each, own, re.MULTILINE | re.DOTALL) for each in steps), "there are no numbered steps"
+    found = re.findall("|".join(map(re.escape, HINTS)), own)
+    assert found and found == HINTS * (len(found) // 3)
+
+
+def within(path: Path, *, exercise: bool) -> list[tuple[int, str, str]]:
+    """The parts that belong to an exercise, `Your turn` and what is below it, or the others."""
+    chosen, level = [], 0  # of the exercise that this part is in
+    for each in parts(path):
+        if level and each[0] <= level:
+            level = 0
+        if each[1].startswith("Your turn"):
+            level = each[0]
+        if bool(level) is exercise:
+            chosen.append(each)
+    return chosen
+
+
+@sections
+def test_the_questions_at_the_end_have_folded_answers(path):
+    assert part(path, "Check yourself").count(ANSWER) >= 3
+
+
+@sections
+def test_what_is_folded_can_be_unfolded(path):
+    for text in texts(path):
+        assert text.count("<details>") == text.count("</details>") == len(FOLDED.findall(text))
+        for folded in FOLDED.findall(text):
+            assert re.match(r"<details><summary>[^<]+</summary>\n\n.*\n\n</details>$", folded, re.DOTALL), folded[:80]
+
+
+@sections
+def test_the_summary_has_five_lines(path):
+    assert len(items(part(path, "Summary"))) == 5
+
+
+@sections
+def test_the_words_lead_to_the_official_documentation(path):
+    found = [link for pair in LINK.findall(part(path, "Words")) for link in pair if link]
+    assert len([link for link in found if OFFICIAL.match(link)]) >= 4
+
+
+@sections
+def test_it_says_where_to_go_on(path):
+    assert LINK.search(part(path, "Where to go on"))
+
+
+@sections
+def test_what_was_measured_is_explained(path):
+    known = cells.read(path)
+    if any("≈" in str(cell.outputs) for cell in known):
+        assert any("≈ marks what was measured" in text for text in texts(path))
+
+
+def words(path: Path) -> int:
+    """The words to be read: up to the last exercise, without exercises and folded answers, and the summary."""
+    own = within(path, exercise=False)
+    titles = [title for _, title, _ in parts(path)]
+    last = max((at for at, title in enumerate(titles) if title.startswith("Your turn")), default=len(titles))
+    counted = [each for each in own if titles.index(each[1]) < last or each[1] == "Summary"]
+    read = " ".join(FOLDED.sub("", f"{title} {text}") for _, title, text in counted)
+    return sum(any(map(str.isalnum, word)) for word in read.split())
+
+
+@sections
+def test_a_page_is_not_too_long(path):
+    assert words(path) < WORDS
+
+
+def minutes(path: Path) -> list[str]:
+    """The numbers of its line on the time it takes."""
+    return re.findall(r"\d+", re.search(r"\*\*Time\*\*(.*)", cells.read(path)[0].source)[1])
+
+
+def test_the_start_page_has_the_sections_with_their_times():
+    rows = re.findall(r"^\|.*\]\((\w+)/\1\.ipynb\).*\| *([^|]+?) *\|$", "\n".join(texts(START)), re.MULTILINE)
+    assert {name: re.findall(r"\d+", time) for name, time in rows} == {path.stem: minutes(path) for path in SECTIONS}
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_links_to_the_internet_are_well_formed(path):
+    """They are not fetched: the tests need no internet."""
+    text = "\n".join(texts(path)) if path.suffix == ".ipynb" else FENCED.sub("", path.read_text(encoding="utf-8"))
+    links = [link for pair in LINK.findall(text) for link in pair if link.startswith("http")]
+    for link in links:
+        parts = urlsplit(link)
+        assert parts.scheme == "https" and re.fullmatch(r"([a-z0-9-]+\.)+[a-z]{2,}", parts.netloc), link
+        assert re.fullmatch(r"[\w./~%+@=&?#:,-]*[\w/]", link.partition("://")[2]), link
+        if parts.netloc == "docs.ros.org":
+            assert re.match(r"/en/(jazzy|api)/", parts.path) and parts.path.endswith((".html", "/")), link
+
+
+@pytest.mark.parametrize("path", [START, *SECTIONS], ids=lambda path: path.stem)
+def test_links_between_the_notebooks_lead_somewhere(path):
+    found = [link for text in texts(path) for link, _ in LINK.findall(text) if link and not link.startswith("http")]
+    for link in found:
+        name, _, anchor = link.partition("#")
+        target = (path.parent / name).resolve() if name else path
+        assert target.is_file(), link
+        if anchor:
+            assert anchor in {title.replace(" ", "-") for _, title, _ in parts(target)}, link
