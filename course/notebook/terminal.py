@@ -14,7 +14,7 @@ STYLE = (
     "white-space: pre-wrap; overflow-wrap: anywhere;"
 )
 PROMPT = "color: #7fc8a9;"
-GRACE = 5.0  # s for a program to end after Ctrl-C
+GRACE = 10.0  # s for a program to end after Ctrl-C
 
 
 class Terminal:

@@ -26,7 +26,7 @@ from course.notebook import cells
 
 from . import answers
 
-NOTHING = b"raise SystemExit('nothing handed in')\n"  # in the place of a file that is not looked at
+NOTHING = b"pass\n"  # in the place of a file that is not looked at
 INLINED = ("nodes", "robot", "world", "recorders", "rclpy_internals", "errors", "waiting")  # what a program can need
 FENCED = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 NAMED = {"create_publisher", "create_subscription", "create_service", "create_client", "ActionServer", "ActionClient"}
@@ -303,9 +303,9 @@ def _show(result: Earned) -> None:
     files = [*result.alone]
     for name in next(iter(result.alone.values())):
         gains = [result.alone[file][name] for file in files]
-        if any(gains):
-            print(f"  {name:50}", ", ".join(f"+{gain:g} as {file}" for gain, file in zip(gains, files, strict=True)))
-    print(f"  all others{'':40} +0 under every name")
+        if any(gain > 0 for gain in gains):
+            print(f"  {name:50}", ", ".join(f"{gain:+g} as {file}" for gain, file in zip(gains, files, strict=True)))
+    print("  all others: nothing more under any name")
     print(f"  the best for each file, together: {result.together:g}; at most {result.most:g} ", end="")
     print("TOO MUCH\n" if result.too_much else "(less than half)\n", flush=True)
 
