@@ -18,7 +18,6 @@ from course.waiting import wait_until
 ENABLE, STOP, STATUS = "/motors/enable", "/motors/emergency_stop", "/motors/status"
 ENABLED, DISABLED, STOPPED = "enabled", "disabled", "stopped"
 STATES = (DISABLED, ENABLED, STOPPED)
-COMMANDS = [(ENABLE, True), (ENABLE, False), (STOP, True), (STOP, False)]
 RELAY, ADD = "/relay", "/add_two_ints"
 CALLERS = 6  # at once
 SLOW = 0.15  # s that /add_two_ints takes then, so that the calls overlap

@@ -506,7 +506,7 @@ WRONG = {
     ),
     "enable only enables": (
         motors((SWITCH, "self.enabled = (self.enabled or request.data) and not self.stopped")),
-        {"enable_and_disable", "enable_says_state"},
+        {"enable_and_disable", "enable_says_state", "last_command_counts"},
     ),
     "enable is inverted": (
         motors((SWITCH, "self.enabled = not request.data and response.success")),
@@ -706,7 +706,6 @@ WRONG = {
         ALONE,
     ),
     "relay spins in its callback, many threads": (spins(NODE_SPINS, *THREADED), SERVED - {"relay_answers"}),
-    "relay spins its executor in its callback, many threads": (spins(EXECUTOR_SPINS, *THREADED), {"several_callers"}),
     "relay spins itself in another executor": (spins(HELPER), SERVED - {"relay_answers"}),
     "relay spins a second node, with one thread": ({**REFERENCE, RELAY: SECOND_NODE.encode()}, ALONE),
     "relay does not wait for the answer": (
@@ -760,7 +759,6 @@ SILENT = {
     "relay awaits in the default group",
     "relay spins in its callback, all in the default group",
     "relay spins in its callback, many threads",
-    "relay spins its executor in its callback, many threads",
     "relay spins itself in another executor",
     "relay never looks whether there is a server",
     "relay waits for a server for ever",
