@@ -64,10 +64,12 @@ class LiftServer(Node):
             if goal_handle.is_cancel_requested:
                 goal_handle.canceled()
                 break
-            if self.blocked or self.newest is not goal_handle or not self.context.ok():
+            if self.blocked or self.newest is not goal_handle:
                 goal_handle.abort()
                 break
             time.sleep(period)
+            if not self.context.ok():  # Ctrl-C: nobody waits for this goal any more
+                break
             self.floor += 1 if left[0] > self.floor else -1
             self.stop(stops, left)
             goal_handle.publish_feedback(
