@@ -1,1 +1,1 @@
-"""The robot's agent, and the sectors of a laser scan that it decides on, in plain Python and NumPy: no ROS."""
+"""The robot's agent, the sectors of a laser scan that it decides on, and a good driver to learn from: no ROS."""

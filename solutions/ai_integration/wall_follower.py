@@ -11,8 +11,8 @@ from sensor_msgs.msg import LaserScan
 
 from wall_agent import WallAgent
 
-SECTORS = {'front': (-25, 25), 'right': (-80, -40)}  # degrees
 FRESH = Duration(seconds=0.5)  # for so long after it came, a scan may be used
+SECTORS = {'front': (-25, 25), 'right': (-80, -40)}  # degrees
 
 
 def nearest(scan):

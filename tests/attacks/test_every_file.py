@@ -58,17 +58,19 @@ def forged(request, grade):
     }
 
 
+# What the other file of an exercise keeps, where that is not all of its points: a node cannot run without its agent,
+# and an agent drives nothing without its node.
+KEPT = {"wall_agent.py": 0, "wall_follower.py": 6}
+
+
 @pytest.mark.parametrize(("name", "file"), FILES)
 def test_forged_verdicts_earn_nothing(forged, name, file):
     """The other file of the exercise keeps its points."""
     report = forged[name, file].result()
     cell = file.removesuffix(".py").replace("_", "-")
     cells = {test.id: test.cell for test in exercises.load(name).tests}
-    honest = (
-        0
-        if len(exercises.load(name).files) == 1
-        else sum(test.max_points for test in report.tests if cells[test.id] != cell)
-    )
+    others = sum(test.max_points for test in report.tests if cells[test.id] != cell)
+    honest = 0 if len(exercises.load(name).files) == 1 else KEPT.get(file, others)
     assert (report.status, report.score) == (GRADED, honest), [(test.id, test.outcome) for test in report.tests]
 
 

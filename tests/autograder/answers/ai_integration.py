@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from course.notebook import cells
+
 from . import changed, solution
 
 AGENT, NODE = "wall_agent.py", "wall_follower.py"
@@ -283,11 +285,35 @@ CHAPTERS_NODE = shipped("robot/sectors.py") + shipped("nodes/ai_robot_controller
     "import ObstacleAvoidanceAI", "import WallAgent"
 )
 
+SHOWN = {
+    name: cell.source
+    for cell in cells.read(COURSE.parent / "notebooks/ai_integration/ai_integration.ipynb")
+    for name in ("class ObstacleAvoidanceAI:", "def nearest(", "class Controller(")
+    if cell.kind == "code" and not cell.solution and name in cell.source
+}
+PAGES_AGENT = (
+    f"import math\nfrom enum import Enum\n{SHOWN['class ObstacleAvoidanceAI:']}\nWallAgent = ObstacleAvoidanceAI\n"
+)
+PAGES_NODE = f"""
+import numpy as np
+import rclpy
+from sensor_msgs.msg import LaserScan
+from wall_agent import WallAgent
+{SHOWN["def nearest("]}
+{SHOWN["class Controller("]}
+rclpy.init()
+rclpy.spin(Controller(WallAgent()))
+"""
+
 # What is wrong, and the tests that it loses (without "test_").
 WRONG = {
     "what the course ships, pasted together": (
         files(CHAPTERS_AGENT, CHAPTERS_NODE),
         POLICY | SECTORS | ROOMS | {"stands_before_the_first_scan"},
+    ),
+    "what the page builds, pasted together": (
+        files(PAGES_AGENT, PAGES_NODE),
+        POLICY | SECTORS | ROOMS | {"stands_before_the_first_scan", "stops"},
     ),
     "the course's agent in the reference's node": (files(CHAPTERS_AGENT), POLICY | ROOMS),
     "the course's node with the reference's agent": (
