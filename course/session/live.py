@@ -218,9 +218,11 @@ class Session:
             if handle is None:
                 continue
             self._calls.forget(handle.services)
+            others = [node for other in self._handles.values() for node in other.nodes]
+            if handle.alive and not self._closed:  # another session's node may have the same name
+                others = difference(self._presence.names(), handle.nodes)
             handle._end()
             if not self._closed:
-                others = [node for other in self._handles.values() for node in other.nodes]
                 self._presence.wait_until_gone(handle.nodes, others)
                 self._publish()
 

@@ -6,7 +6,6 @@ Such a ghost has a name and no endpoint, and stays for as long as this process d
 listener_thread.cpp; rmw_dds_common, GraphCache::update_participant_entities).
 """
 
-import time
 from collections import Counter
 from collections.abc import Iterable
 
@@ -16,7 +15,7 @@ from course.rclpy_internals import NodeNameNonExistentError
 from course.waiting import wait_until
 
 FORGOTTEN = 15.0  # s; a node that was killed is in the graph for 5 (discovery.xml), on a busy machine for longer
-GHOST = 1.0  # s for which the node of a program that has ended is listed with no endpoint, until it counts as a ghost
+EVENTS = "/parameter_events"  # every node of rclpy has one publisher there, and of rclcpp unless it was told not to
 
 
 class Presence:
@@ -24,34 +23,22 @@ class Presence:
 
     def __init__(self, node: Node):
         self._node = node
-        self._ghosts: Counter[str] = Counter()
 
     def names(self) -> list[str]:
         """The full names of all nodes, hidden ones too; a name that two nodes have is there twice."""
-        listed = Counter(
-            f"{namespace.rstrip('/')}/{name}" for name, namespace in self._node.get_node_names_and_namespaces()
-        )
-        self._ghosts &= listed
-        return sorted((listed - self._ghosts).elements())
+        listed = Counter(_full(name, space) for name, space in self._node.get_node_names_and_namespaces())
+        publishers = self._node.get_publishers_info_by_topic(EVENTS)
+        alive = Counter(_full(each.node_name, each.node_namespace) for each in publishers)
+        for name in listed - alive:
+            listed[name] = alive[name] or int(self._has_endpoints(name))
+        return sorted(listed.elements())
 
     def wait_until_gone(self, ended: Iterable[str], others: Iterable[str]) -> None:
         """Wait until the graph has forgotten the nodes `ended`; `others`, perhaps of the same names, are still there.
 
         A call made next must not meet the old node.
         """
-        seen = time.monotonic()  # when one of them had an endpoint
-
-        def forgotten() -> bool:
-            nonlocal seen
-            left = set(ended) & set(difference(self.names(), others))
-            if any(self._has_endpoints(name) for name in left):
-                seen = time.monotonic()
-            elif left and time.monotonic() - seen > GHOST:
-                self._ghosts.update(left)
-                return True
-            return not left
-
-        wait_until(forgotten, FORGOTTEN, alert=False)
+        wait_until(lambda: not set(ended) & set(difference(self.names(), others)), FORGOTTEN, alert=False)
 
     def services(self, name: str) -> set[str]:
         """The services that the node with the full name `name` offers."""
@@ -65,11 +52,11 @@ class Presence:
         return {name for name, _ in self._node.get_service_names_and_types() if self._node.count_services(name)}
 
     def _has_endpoints(self, name: str) -> bool:
-        # Every node of rclpy or rclcpp publishes parameter events, unless it was told not to.
         try:
-            return bool(self._node.get_publisher_names_and_types_by_node(*_parts(name)) or self.services(name))
+            found = self._node.get_publisher_names_and_types_by_node(*_parts(name))
         except NodeNameNonExistentError:
             return False
+        return bool(found or self.services(name))
 
 
 def base(node: str) -> str:
@@ -80,6 +67,10 @@ def base(node: str) -> str:
 def difference(after: Iterable[str], before: Iterable[str]) -> list[str]:
     """The names that are in `after` more often than in `before`, sorted."""
     return sorted((Counter(after) - Counter(before)).elements())
+
+
+def _full(name: str, namespace: str) -> str:
+    return f"{namespace.rstrip('/')}/{name}"
 
 
 def _parts(name: str) -> tuple[str, str]:

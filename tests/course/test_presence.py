@@ -1,28 +1,36 @@
 """The nodes that a session sees: those that are there, not the ghosts that the middleware leaves on a busy machine."""
 
 import time
+from types import SimpleNamespace
 
 import pytest
 from rclpy.node import Node
 
 from course.rclpy_internals import NodeNameNonExistentError
+from course.session import presence as module
 from course.session.live import Session
-from course.session.presence import FORGOTTEN, GHOST, Presence, difference
+from course.session.presence import EVENTS, Presence, difference
+
+GHOST, WHOLE, QUIET = range(3)  # without endpoints; with all of them; without parameter events
 
 
 class Graph:
-    """Stands for the session's node: what the middleware lists, by participant; the first of a name answers for it."""
+    """Stands for the session's node: what the middleware lists, by program; the first of a name answers for it."""
 
     def __init__(self):
-        self.participants: list[tuple[str, bool]] = []  # a node's name, and whether it has endpoints
+        self.programs: list[tuple[str, int]] = []  # a node's name, and which endpoints it has
 
     def get_node_names_and_namespaces(self):
-        return [(name, "/") for name, _ in self.participants]
+        return [(name, "/") for name, _ in self.programs]
+
+    def get_publishers_info_by_topic(self, topic):
+        assert topic == EVENTS
+        return [SimpleNamespace(node_name=name, node_namespace="/") for name, kind in self.programs if kind == WHOLE]
 
     def get_publisher_names_and_types_by_node(self, wanted, namespace):
-        for name, endpoints in self.participants:
+        for name, kind in self.programs:
             if (name, "/") == (wanted, namespace):
-                return [("/parameter_events", ["rcl_interfaces/msg/ParameterEvent"])] if endpoints else []
+                return [("/chatter", ["std_msgs/msg/String"])] if kind != GHOST else []
         raise NodeNameNonExistentError
 
     get_service_names_and_types_by_node = get_publisher_names_and_types_by_node
@@ -33,46 +41,37 @@ def graph():
     return Graph()
 
 
-@pytest.fixture
-def presence(graph):
-    return Presence(graph)
+@pytest.mark.parametrize(
+    ("programs", "names"),
+    [
+        ([("a", WHOLE), ("b", WHOLE)], ["/a", "/b"]),
+        ([("a", WHOLE), ("a", WHOLE)], ["/a", "/a"]),
+        ([("a", GHOST), ("b", WHOLE)], ["/b"]),
+        ([("a", GHOST), ("a", GHOST)], []),
+        ([("a", GHOST), ("a", WHOLE)], ["/a"]),
+        ([("a", WHOLE), ("a", GHOST), ("a", GHOST)], ["/a"]),
+        ([("a", QUIET)], ["/a"]),
+        ([("a", QUIET), ("a", GHOST)], ["/a"]),  # as a program looks that is just starting
+    ],
+)
+def test_a_name_counts_for_each_node_that_has_endpoints(graph, programs, names):
+    graph.programs = programs
+    assert Presence(graph).names() == names
 
 
-def test_the_name_of_a_program_that_has_gone_and_has_no_endpoint_does_not_count(graph, presence):
-    graph.participants = [("server", False), ("other", True)]
+def test_nobody_waits_for_a_ghost(graph):
+    graph.programs = [("server", GHOST), ("other", WHOLE)]
     began = time.monotonic()
-    presence.wait_until_gone(["/server"], ["/other"])
-    assert presence.names() == ["/other"]
-    assert GHOST <= time.monotonic() - began < FORGOTTEN / 2
+    Presence(graph).wait_until_gone(["/server"], ["/other"])
+    assert time.monotonic() - began < module.FORGOTTEN / 2
 
 
-def test_a_ghost_hides_no_later_program_of_its_name(graph, presence):
-    graph.participants = [("server", False)]
-    presence.wait_until_gone(["/server"], [])
-    for first in (False, True):  # whichever of the two the middleware lists first
-        graph.participants = [("server", first), ("server", not first)]
-        assert presence.names() == ["/server"]
-    graph.participants = [("server", False)]
+def test_a_program_with_endpoints_is_waited_for(graph, monkeypatch):
+    monkeypatch.setattr(module, "FORGOTTEN", 0.5)
+    graph.programs = [("server", WHOLE)]
     began = time.monotonic()
-    presence.wait_until_gone(["/server"], [])
-    assert presence.names() == []
-    assert time.monotonic() - began < GHOST  # it is known
-
-
-def test_a_node_that_was_late_to_go_takes_no_other_with_it(graph, presence):
-    graph.participants = [("server", False)]
-    presence.wait_until_gone(["/server"], [])
-    graph.participants = []
-    assert presence.names() == []
-    graph.participants = [("server", True)]
-    assert presence.names() == ["/server"]
-
-
-def test_a_program_with_endpoints_is_waited_for(graph, presence, monkeypatch):
-    monkeypatch.setattr("course.session.presence.FORGOTTEN", 2 * GHOST)
-    graph.participants = [("server", True)]
-    presence.wait_until_gone(["/server"], [])
-    assert presence.names() == ["/server"]
+    Presence(graph).wait_until_gone(["/server"], [])
+    assert time.monotonic() - began >= 0.5
 
 
 def test_a_node_of_the_same_name_elsewhere_is_still_there_after_a_stop():
