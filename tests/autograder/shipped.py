@@ -75,7 +75,7 @@ def candidates(student: Path) -> dict[str, bytes]:
     robot = [path.read_text(encoding="utf-8") for path in sorted((student / "course/robot").glob("*.py"))]
     found["all of course/nodes and course/robot"] = _bundled(student, [*robot, *nodes], main=False) + spinning()
     every = []
-    for notebook in sorted(student.glob("notebooks/*/*.ipynb")):
+    for notebook in sorted(student.glob("notebooks/[!.]*/*.ipynb")):
         shown = [*_shown(notebook)]
         every += shown
         found[f"code of {notebook.name}"] = _bundled(student, shown, main=False) + spinning()
@@ -103,7 +103,7 @@ def single_nodes(student: Path, exercise: Exercise) -> dict[str, bytes]:
         for text in _texts(call)
     }
     found = {}
-    for notebook in sorted(student.glob("notebooks/*/*.ipynb")):
+    for notebook in sorted(student.glob("notebooks/[!.]*/*.ipynb")):
         shown = [*_shown(notebook)]
         classes = [part for text in shown for part in _parsed(text).body if isinstance(part, ast.ClassDef)]
         for each in classes:

@@ -8,7 +8,7 @@ from course.notebook import cells
 from course.notebook.cells import Cell
 from course.notebook.needed import names_of, needed
 
-NOTEBOOKS = sorted((Path(__file__).parents[2] / "notebooks").glob("*/*.ipynb"))
+NOTEBOOKS = sorted((Path(__file__).parents[2] / "notebooks").glob("[!.]*/*.ipynb"))
 
 
 def code(source, **mark):
