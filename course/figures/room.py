@@ -20,14 +20,13 @@ STRAIGHT = 0.05  # rad/s: slower turns are not shown as such
 
 
 @plain
-def drive(
-    simulation: Any, decisions: DecisionRecorder | None = None, title: str = "Where the robot has been, and what it did"
-) -> Picture:
+def drive(simulation: Any, decisions: DecisionRecorder | None = None, title: str = "") -> Picture:
     """The room and path of a `course.world.Simulation` (m), with the states that a `DecisionRecorder` saw.
 
     Without decisions, the colours show how the robot moved: straight on, to the left, to the right, or not at all.  A
     dot on the path shows where the robot turned on the spot, or stood; x marks a collision.  Decisions are placed on
     the path by their scans' stamps (s): in simulated time, or by the wall clock, and the newest is then the path's end.
+    Without a `title` it says how far the robot came, and when it touched something.
     """
     path = simulation.path
     if decisions is None:
@@ -43,7 +42,7 @@ def drive(
         _strip(strip, stamps, decided, lanes)
     else:
         axes = picture.figure.add_subplot()
-    style(axes, title, "x (m)", "y (m)")
+    style(axes, title or _told(simulation), "x (m)", "y (m)")
     axes.add_collection(LineCollection(list(simulation.room.segments), colors=BLACK, linewidths=2))
     colours = [lanes.get(state, GREY) for state in _states(path[:, 0], stamps, decided)]
     pieces = np.stack([path[:-1, 1:3], path[1:, 1:3]], axis=1)
@@ -69,6 +68,13 @@ def drive(
     axes.set_aspect("equal", adjustable="datalim")
     axes.autoscale_view()
     return picture
+
+
+def _told(simulation: Any) -> str:
+    driven = f"{simulation.distance:.1f} m in {simulation.time:.0f} s"
+    if not simulation.collisions:
+        return f"{driven}: the robot touched nothing"
+    return f"{driven}: at x, after {simulation.collisions[0].time:.1f} s, the robot touched something"
 
 
 def _robot(axes: Axes, pose: tuple[float, float, float], radius: float) -> None:
