@@ -1,3 +1,30 @@
 """For every test: the course comes first, because it prepares the environment that message classes read."""
 
+import shutil
+
+import pytest
+from playwright.sync_api import sync_playwright
+
 import course  # noqa: F401
+
+QUIET = (  # Chromium looks for nothing outside of this machine
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    """The system's browser; the tests are skipped without one."""
+    program = shutil.which("chromium") or shutil.which("google-chrome")
+    if not program:
+        pytest.skip("no Chromium is installed")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=program, args=list(QUIET))
+        yield browser
+        browser.close()

@@ -13,6 +13,7 @@ from course.notebook.cells import Cell
 
 SESSION = "ros"  # what the notebooks call the session
 MAGIC = "%%exercise"
+AT_ONCE = {"listcomp", "setcomp", "dictcomp", "genexpr"}  # scopes of their own that run where they stand
 
 
 @dataclass(frozen=True)
@@ -34,26 +35,31 @@ def names_of(source: str) -> Names:
         return Names()
     made: set[str] = set()
     used: set[str] = set()
+    called: set[str] = set()
     for statement in tree.body:
         table = symtable.symtable(ast.unparse(statement), "cell", "exec")
         makes = {symbol.get_name() for symbol in table.get_symbols() if symbol.is_assigned() or symbol.is_imported()}
-        reads = set(_read(table))
+        reads = set(_read(table, later=False))
         if isinstance(statement, ast.AugAssign):
             reads |= makes
         elif not isinstance(statement, (ast.Assign, ast.AnnAssign)):
             reads -= makes  # as a loop reads its own variable, and a function its own name
         used |= reads - made
         made |= makes
+        called |= set(_read(table, later=True))
+    used |= called - made  # a function reads when it is called: by then the cell has made all of its names
     return Names(made, used - set(dir(builtins)))
 
 
-def _read(table: symtable.SymbolTable) -> Iterator[str]:
-    """The names of the cell's own scope that a statement reads, in functions and classes too."""
-    for symbol in table.get_symbols():
-        if symbol.is_referenced() and (table.get_type() == "module" or symbol.is_global()):
-            yield symbol.get_name()
+def _read(table: symtable.SymbolTable, *, later: bool, inside: bool = False) -> Iterator[str]:
+    """The names of the cell's own scope that a statement reads: at once, or `later`, in the functions it defines."""
+    inside = inside or (table.get_type() == "function" and table.get_name() not in AT_ONCE)
+    if inside == later:
+        for symbol in table.get_symbols():
+            if symbol.is_referenced() and (table.get_type() == "module" or symbol.is_global()):
+                yield symbol.get_name()
     for inner in table.get_children():
-        yield from _read(inner)
+        yield from _read(inner, later=later, inside=inside)
 
 
 def needed(cells: Sequence[Cell]) -> list[int]:

@@ -9,32 +9,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import sync_playwright
 
 ROOT = Path(__file__).parents[2]
 JUPYTER = Path(sys.executable).with_name("jupyter")
-QUIET = (  # Chromium looks for nothing outside of this machine
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
 WAIT = 90_000  # ms for whatever the page must show, on a busy machine
-
-
-@pytest.fixture(scope="session")
-def chromium():
-    """The system's browser; the tests are skipped without one."""
-    program = shutil.which("chromium") or shutil.which("google-chrome")
-    if not program:
-        pytest.skip("no Chromium is installed")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=program, args=list(QUIET))
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module")

@@ -59,6 +59,8 @@ def test_a_name_that_a_cell_changes_is_needed_from_before():
         ("for i in range(n):\n    print(i)", {"i"}, {"n"}),
         ("with open(p) as f:\n    t = f.read()", {"f", "t"}, {"p"}),
         ("def f(x=k):\n    y = x\n    return f(y)", {"f"}, {"k"}),
+        ("def f():\n    return later\nlater = 1\nf()", {"f", "later"}, set()),
+        ("class A:\n    x = y\n    def m(self):\n        return z", {"A"}, {"y", "z"}),
         ("!ls\n%time 1\nprint(len(q))", set(), {"q"}),
         ("%%exercise a.py\nx = 1", set(), set()),
         ("x = = 1", set(), set()),

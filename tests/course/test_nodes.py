@@ -35,9 +35,10 @@ from course.nodes.arm import Arm
 from course.nodes.dynamic_parameter_node import DynamicParameterNode
 from course.nodes.fibonacci_action_server import FibonacciActionServer
 from course.nodes.parameter_node import ParameterNode
+from course.session.domains import claim_domain
 from course.waiting import wait_until
 
-DOMAIN = 36
+CLAIMS, (DOMAIN, PROGRAMS, NOBODY) = zip(*(claim_domain() for _ in range(3)), strict=True)  # held while this runs
 FOLDER = Path(course.nodes.__file__).parent
 SERVERS = {
     "add_two_ints_server": "Add Two Ints Server started",
@@ -50,7 +51,7 @@ SERVERS = {
 }
 
 
-def program(name, *arguments, domain=DOMAIN + 1):
+def program(name, *arguments, domain=PROGRAMS):
     """A node as its own process, its output unbuffered and in one stream."""
     return subprocess.Popen(
         [sys.executable, "-u", "-m", f"course.nodes.{name}", *arguments],
@@ -111,7 +112,7 @@ def result_of(future, timeout=10.0):
 def asker():
     """A node in the domain of the programs, for asking whether they are spinning."""
     context = Context()
-    rclpy.init(context=context, domain_id=DOMAIN + 1)
+    rclpy.init(context=context, domain_id=PROGRAMS)
     executor = SingleThreadedExecutor(context=context)
     node = Node("asker", context=context)
     executor.add_node(node)
@@ -171,7 +172,7 @@ def test_action_client_program_explains_its_command_line(arguments):
 
 
 def test_client_program_fails_when_there_is_no_server():
-    client = program("add_two_ints_client", "1", "2", domain=DOMAIN + 2)
+    client = program("add_two_ints_client", "1", "2", domain=NOBODY)
     assert "No service add_two_ints within 5 s" in client.communicate(timeout=15.0)[0] and client.returncode == 1
 
 

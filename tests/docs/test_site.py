@@ -13,7 +13,6 @@ import pytest
 from autograder.gradebook.leaks import TELLTALES, secrets
 from course.notebook import cells
 from course.notebook.cells import SOLUTION
-from tests.browser.conftest import chromium  # noqa: F401
 
 ROOT = Path(__file__).parents[2]
 BOOK = ROOT / "docs/book"
@@ -95,7 +94,7 @@ def test_stored_outputs_are_shown_and_figures_are_there(site, name):
     assert said and sum(" ".join(words.split())[:60] in text for words in said) > 0.7 * len(said)
 
 
-def test_diagrams_are_drawings(site, chromium):  # noqa: F811
+def test_diagrams_are_drawings(site, chromium):
     for name, path in SECTIONS.items():
         count = sum(len(diagrams.FENCE.findall(cell.source)) for cell in cells.read(path) if cell.kind == "markdown")
         page = (site / name / f"{name}.html").read_text()
@@ -104,7 +103,7 @@ def test_diagrams_are_drawings(site, chromium):  # noqa: F811
         assert "sequenceDiagram" not in page
 
 
-def test_pages_open_from_the_disk_in_light_and_dark(site, chromium):  # noqa: F811
+def test_pages_open_from_the_disk_in_light_and_dark(site, chromium):
     """No page asks for anything but files, none is wider than a telephone, and a folded answer unfolds."""
     grounds = {}
     for scheme in ("light", "dark"):
@@ -127,7 +126,7 @@ def test_pages_open_from_the_disk_in_light_and_dark(site, chromium):  # noqa: F8
     assert grounds["light"] != grounds["dark"]
 
 
-def test_the_search_finds_words_without_a_server(site, chromium):  # noqa: F811
+def test_the_search_finds_words_without_a_server(site, chromium):
     page = chromium.new_page()
     page.goto((site / "search.html").as_uri() + "?q=deadlock")
     page.locator("#search-results li a").first.wait_for(timeout=30_000)
