@@ -10,7 +10,8 @@ import nbformat
 from nbclient import NotebookClient
 from nbclient.exceptions import DeadKernelError
 from nbformat import NotebookNode
-from nbgrader.preprocessors import NbGraderPreprocessor
+from nbgrader.preprocessors import CheckCellMetadata, ClearOutput, Execute, NbGraderPreprocessor
+from nbgrader.validator import Validator
 
 from course.notebook.cells import Cell
 from course.notebook.drift import written_by
@@ -29,6 +30,12 @@ class Needed(NbGraderPreprocessor):
         kept = set(needed([_cell(cell) for cell in nb.cells]))
         nb.cells = [cell for number, cell in enumerate(nb.cells) if cell.cell_type != "code" or number in kept]
         return nb, resources
+
+
+def validate_what_is_needed() -> None:
+    """Have nbgrader's Validate, in this process, leave out what no exercise needs.  nbgrader has no setting for it."""
+    steps = [CheckCellMetadata, ClearOutput, Needed, Execute]
+    Validator.preprocessors.default_args = (steps,)
 
 
 def outcomes(cells: list[Cell], files: Mapping[str, bytes], folder: Path) -> dict[str, str]:

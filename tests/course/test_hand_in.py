@@ -23,6 +23,17 @@ NOW = datetime(2026, 11, 2, 9, 30, 5, tzinfo=UTC)
 SERVER = "print('server')\n"
 
 
+CHECK = {
+    "solution": False,
+    "grade": True,
+    "locked": True,
+    "grade_id": "says-server",
+    "points": 1,
+    "schema_version": 3,
+    "cell_type": "code",
+}
+
+
 def notebook(*sources: tuple[str, dict]) -> str:
     cells = [nbformat.v4.new_code_cell(source, metadata={"nbgrader": mark} if mark else {}) for source, mark in sources]
     return nbformat.writes(nbformat.v4.new_notebook(cells=cells))
@@ -32,11 +43,10 @@ def notebook(*sources: tuple[str, dict]) -> str:
 def folder(tmp_path):
     """An exercise as a student has it: a notebook whose check reads the file, and the file."""
     solution = {"solution": True, "grade": False, "locked": False, "grade_id": "file"}
-    check = {"solution": False, "grade": True, "locked": True, "grade_id": "says-server", "points": 1}
     text = notebook(
         ("raise SystemError('a cell that no exercise needs')", {}),
         (f"%%exercise server.py --no-start\n{SERVER}", solution),
-        ("assert 'server' in open('server.py').read(), 'it must say server'\nprint('as asked')", check),
+        ("assert 'server' in open('server.py').read(), 'it must say server'\nprint('as asked')", CHECK),
     )
     (tmp_path / "greeter.ipynb").write_text(text)
     (tmp_path / "server.py").write_text(SERVER)
@@ -159,3 +169,19 @@ def test_a_full_disk_leaves_no_half_archive(folder, monkeypatch):
         resource.setrlimit(resource.RLIMIT_FSIZE, limit)
         signal.signal(signal.SIGXFSZ, handler)
     assert list(folder.glob("*.zip")) == []
+
+
+def test_validate_runs_what_the_exercises_need(folder):
+    text = notebook(
+        ("open('shown.txt', 'w').close()", {}),
+        ("wanted = 'server'", {}),
+        ("assert wanted in open('server.py').read()\nopen('checked.txt', 'w').close()", CHECK),
+    )
+    (folder / "greeter.ipynb").write_text(text)
+    nbgrader = str(Path(sys.executable).with_name("nbgrader"))
+    ran = subprocess.run(
+        [nbgrader, "validate", "greeter.ipynb"], cwd=folder, capture_output=True, text=True, timeout=100
+    )
+    assert "Success" in ran.stdout, ran.stdout + ran.stderr
+    assert (folder / "checked.txt").exists()
+    assert not (folder / "shown.txt").exists()
