@@ -42,7 +42,7 @@ def notebook(*sources: tuple[str, dict]) -> str:
 @pytest.fixture
 def folder(tmp_path):
     """An exercise as a student has it: a notebook whose check reads the file, and the file."""
-    solution = {"solution": True, "grade": False, "locked": False, "grade_id": "file"}
+    solution = CHECK | {"solution": True, "grade": False, "locked": False, "grade_id": "file"}
     text = notebook(
         ("raise SystemError('a cell that no exercise needs')", {}),
         (f"%%exercise server.py --no-start\n{SERVER}", solution),
@@ -169,6 +169,14 @@ def test_a_full_disk_leaves_no_half_archive(folder, monkeypatch):
         resource.setrlimit(resource.RLIMIT_FSIZE, limit)
         signal.signal(signal.SIGXFSZ, handler)
     assert list(folder.glob("*.zip")) == []
+
+
+def test_the_report_of_validate_begins_with_what_the_check_says(folder):
+    text = (folder / "greeter.ipynb").read_text().replace("print('server')", "print('other')")
+    (folder / "greeter.ipynb").write_text(text)
+    command = [str(Path(sys.executable).with_name("nbgrader")), "validate", "greeter.ipynb"]
+    ran = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=100)
+    assert ran.stdout.partition("The error was:")[2].strip() == "AssertionError: it must say server"
 
 
 def test_validate_runs_what_the_exercises_need(folder):
