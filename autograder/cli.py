@@ -69,7 +69,7 @@ def check(
     if folder.is_file():
         from autograder.collecting.archives import unpacked
 
-        with unpacked(folder, [*exercise.files, f"{assignment}.ipynb"]) as files:
+        with unpacked(folder, exercise.taken) as files:
             handed_in = reading.read(files, folder.stem, assignment, exercise.files)
     elif folder.is_dir():
         place = folder.resolve()

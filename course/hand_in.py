@@ -32,7 +32,6 @@ class HandIn:
     """What lies in an exercise's folder."""
 
     assignment: str
-    notebook: Path
     cells: list[cells.Cell]
     files: dict[str, bytes]  # what is handed in, the notebook too, by name
     doubts: dict[str, str]  # what is wrong with a file, by name
@@ -56,7 +55,7 @@ def hand_in(folder: Path, name: str, *, yes: bool, check: bool) -> int:
             return 1
     checks = _checked(found, console) if check else {}
     archive = write(found, folder, name, checks)
-    passed = sum(outcome == "passed" for outcome in checks.values())
+    passed = sum(outcome == cells.PASSED for outcome in checks.values())
     console.print(f"[bold]{archive.name}[/bold]: {', '.join(found.files)}")
     if checks:
         console.print(f"{passed} of {len(checks)} public checks passed.")
@@ -93,7 +92,7 @@ def read(folder: Path) -> HandIn:
     if files.keys() == {notebook.name}:
         raise HandInError(f"none of its files is there: run the cells that write {', '.join(wanted)}")
     doubts = {name: why for name, why in differences(folder).items() if name in wanted}
-    return HandIn(notebook.stem, notebook, known, files, doubts)
+    return HandIn(notebook.stem, known, files, doubts)
 
 
 def write(found: HandIn, folder: Path, name: str, checks: dict[str, str], now: datetime | None = None) -> Path:

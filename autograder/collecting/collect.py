@@ -21,11 +21,10 @@ from typing import Any
 from autograder.collecting.archives import BadArchive, Member, flat, members
 from autograder.collecting.origins import Origin, Roster, folder_name, origin
 from autograder.errors import UsageError
-from autograder.submissions import exercises, reading
+from autograder.submissions import exercises, notebook, reading
 from course.hand_in import RECEIPT
 
 OTHERS = ".others"  # hand-ins that do not count
-TIMESTAMP = "timestamp.txt"  # nbgrader's
 TIME = "%Y-%m-%d %H:%M:%S UTC"
 VERIFIED, NONE = "verified", "none"
 MAX_SOURCE = 4_000_000_000  # bytes of one archive
@@ -137,15 +136,16 @@ def _laid_out_already(source: Path) -> Iterator[tuple[str, str]]:
 
 
 def _folder(folder: Path, student: str) -> Bundle:
-    found = []
-    for path in sorted(folder.iterdir()):
-        try:
-            content = reading.read_file(path, reading.MAX_BYTES * 10)
-        except (OSError, ValueError):
-            continue  # what is no ordinary file is not taken along; the grader names what is missing
-        found.append(Member(PurePosixPath(path.name), content, _changed(path)))
+    found = [Member(PurePosixPath(path.name), content, _changed(path)) for path, content in _files(folder)]
     at = max((member.changed for member in found), default=_changed(folder))
     return Bundle(str(folder), found, Origin((student,), ""), at)
+
+
+def _files(folder: Path) -> Iterator[tuple[Path, bytes]]:
+    """The ordinary files of a folder.  What else is there is not taken along: the grader names what is missing."""
+    for path in sorted(folder.iterdir()) if folder.is_dir() else ():
+        with contextlib.suppress(OSError, ValueError):
+            yield path, reading.read_file(path, notebook.MAX_BYTES)
 
 
 def _archive(path: Path, unplaced: list[str]) -> Iterator[Bundle]:
@@ -208,7 +208,7 @@ def _identify(bundle: Bundle, roster: Roster | None) -> HandedIn:
     student = roster.find(names) if roster else folder_name(names[-1])
     if not student:
         raise LookupError(f"{names[-1]!r} cannot be the name of a folder")
-    wanted = {*exercises.load(assignment).files, f"{assignment}.ipynb"}
+    wanted = exercises.load(assignment).taken
     at, state = bundle.at, NONE
     if receipt:
         state = _verify(receipt, files, student, roster)
@@ -229,7 +229,7 @@ def _identify(bundle: Bundle, roster: Roster | None) -> HandedIn:
 
 def _assignment(files: dict[str, bytes], receipt: dict[str, Any]) -> str:
     """The exercise that has these files: the receipt's, or the one that most of them belong to."""
-    owned = {name: {*exercises.load(name).files, f"{name}.ipynb"} for name in exercises.names()}
+    owned = {name: exercises.load(name).taken for name in exercises.names()}
     claimed = receipt.get("assignment")
     if claimed in owned and owned[claimed] & files.keys():
         return str(claimed)
@@ -293,14 +293,9 @@ def _place(handed_in: HandedIn, into: Path, due: datetime | None) -> bool:
 
 def _laid_out(target: Path) -> tuple[dict[str, bytes], datetime | None]:
     """The files of a submission that is laid out, and its time."""
-    files = {}
-    for path in sorted(target.iterdir()) if target.is_dir() else ():
-        try:
-            files[path.name] = reading.read_file(path, reading.MAX_BYTES * 10)
-        except (OSError, ValueError):
-            continue
+    files = {path.name: content for path, content in _files(target)}
     try:
-        text = files.pop(TIMESTAMP, b"").decode().strip()
+        text = files.pop(reading.TIMESTAMP, b"").decode().strip()
         return files, datetime.strptime(text, TIME).replace(tzinfo=UTC)
     except ValueError:
         return files, None
@@ -331,7 +326,7 @@ def _write(handed_in: HandedIn, target: Path, into: Path) -> None:
         draft.chmod(0o755)
         for name, content in handed_in.files.items():
             (draft / name).write_bytes(content)
-        (draft / TIMESTAMP).write_text(f"{handed_in.at:{TIME}}\n", encoding="ascii")
+        (draft / reading.TIMESTAMP).write_text(f"{handed_in.at:{TIME}}\n", encoding="ascii")
         draft.rename(target)
     except BaseException:
         shutil.rmtree(draft, ignore_errors=True)

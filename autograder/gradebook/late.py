@@ -28,7 +28,7 @@ from autograder.errors import UsageError
 from autograder.submissions import reading
 
 DAY = 86_400  # s
-TIMESTAMP, MAX_BYTES = "timestamp.txt", 200  # bytes of that file; a time has some 30
+MAX_BYTES = 200  # of the file with the time; a time has some 30
 log = logging.getLogger(__name__)
 quiet = logging.getLogger(f"{__name__}.nbgrader")  # nbgrader warns of every late submission, three times
 quiet.setLevel(logging.ERROR)
@@ -122,7 +122,7 @@ def _put_off(due: datetime, extension: float | str | datetime) -> datetime:
 def timestamp(folder: Path) -> datetime | None:
     """When a submission was handed in (UTC), from the file that nbgrader puts into its folder; None when unknown."""
     try:
-        text = reading.read_file(folder / TIMESTAMP, MAX_BYTES).decode().strip()
+        text = reading.read_file(folder / reading.TIMESTAMP, MAX_BYTES).decode().strip()
         return parse_utc(text) if text else None
     except (FileNotFoundError, NotADirectoryError):
         return None
@@ -131,7 +131,7 @@ def timestamp(folder: Path) -> datetime | None:
             "%s/%s: %s cannot be read, so it is not known when this was handed in (%r)",
             folder.parent.name,
             folder.name,
-            TIMESTAMP,
+            reading.TIMESTAMP,
             error,
         )
         return None

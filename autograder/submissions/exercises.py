@@ -39,6 +39,11 @@ class Exercise:
     tests: tuple[Test, ...]
 
     @property
+    def taken(self) -> frozenset[str]:
+        """The names of the files that are taken from what was handed in: those of the exercise, and its notebook."""
+        return frozenset({*self.files, f"{self.name}.ipynb"})
+
+    @property
     def interfaces(self) -> list[Path]:
         """The reference definitions of `package`."""
         return sorted(p for p in self.folder.iterdir() if p.suffix in (".msg", ".srv", ".action"))

@@ -13,6 +13,7 @@ from course.errors import UnreadableNotebook
 
 # nbgrader's marks around what is taken out of the released notebook: they are not part of the file.
 MARKERS = re.compile(r"^[ \t]*### (?:BEGIN|END) SOLUTION[ \t]*\n", re.MULTILINE)
+PASSED = "passed"  # how a public check has ended, if not with "not yet: ..."
 SOLUTION = re.compile(r"^[ \t]*### BEGIN SOLUTION[ \t]*\n(.*?)^[ \t]*### END SOLUTION", re.MULTILINE | re.DOTALL)
 
 

@@ -29,7 +29,7 @@ def check(name: str = "") -> None:
     failed: list[str] = []
     for found, source in checks.items():
         said = _run(source, {each: known[each] for each in failed})
-        failed += [found] if said != "passed" else []
+        failed += [found] if said != cells.PASSED else []
         print(f"{found}: {said}")
 
 
@@ -48,4 +48,4 @@ def _run(source: str, failed: dict[str, str]) -> str:
         return f"not yet: {where or f'NameError: {error}'}"
     except Exception as error:
         return f"not yet: {type(error).__name__}: {error}"
-    return "passed"
+    return cells.PASSED

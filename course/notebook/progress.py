@@ -4,16 +4,16 @@ Nothing is run, and nothing is kept beside the notebooks: a notebook file has th
 """
 
 import html
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from course.errors import UnreadableNotebook
 from course.notebook import cells
-from course.notebook.cells import Cell
+from course.notebook.cells import PASSED, Cell
 
 ORDER = ("services", "actions", "parameters", "ai_integration", "calculator")
-PASSED, ANSWERED = "passed", "answered"
+ANSWERED = "answered"
 STUBS = ("YOUR ANSWER HERE", "YOUR CODE HERE")
 HEAD = ("section", "part", "so far", "points")
 
@@ -87,10 +87,14 @@ def progress(folder: Path = Path()) -> Progress:
     return found
 
 
+def in_order(sections: Iterable[str]) -> list[str]:
+    """The sections in the course's order; those that were added come last, as they are given."""
+    return sorted(sections, key=lambda name: ORDER.index(name) if name in ORDER else len(ORDER))
+
+
 def _notebooks(folder: Path) -> Iterator[Path]:
     """The sections' notebooks: those of the course in its order, then those that were added."""
-    names = [path.stem for path in sorted(folder.glob("*/*.ipynb")) if path.stem == path.parent.name]
-    for name in sorted(names, key=lambda name: ORDER.index(name) if name in ORDER else len(ORDER)):
+    for name in in_order(path.stem for path in sorted(folder.glob("*/*.ipynb")) if path.stem == path.parent.name):
         yield folder / name / f"{name}.ipynb"
 
 

@@ -13,13 +13,12 @@ from nbformat import NotebookNode
 from nbgrader.preprocessors import CheckCellMetadata, ClearOutput, Execute, NbGraderPreprocessor
 from nbgrader.validator import Validator
 
-from course.notebook.cells import Cell
+from course.notebook.cells import PASSED, Cell
 from course.notebook.drift import written_by
 from course.notebook.needed import needed
 
 CELL = 60  # s that a cell may take
 COLOUR = re.compile(r"\x1b\[[0-9;]*m")
-PASSED = "passed"
 
 
 class Needed(NbGraderPreprocessor):

@@ -17,7 +17,7 @@ from links import dead
 
 from autograder.gradebook.leaks import leaks, secrets
 from autograder.gradebook.release import START_PAGE, release
-from course.notebook.progress import ORDER
+from course.notebook.progress import in_order
 
 ROOT = Path(__file__).parents[2]
 HERE = Path(__file__).parent
@@ -55,8 +55,7 @@ def main() -> int:
 
 def lay_out(source: Path, released: Path) -> str:
     """Write what Sphinx reads to `source`; returns which page would show an answer, or ''."""
-    sections = [folder.name for folder in release(released)]
-    sections.sort(key=lambda name: ORDER.index(name) if name in ORDER else len(ORDER))
+    sections = in_order(folder.name for folder in release(released))
     for name in sections:
         notebook = ROOT / "notebooks" / name / f"{name}.ipynb"
         (source / name).mkdir(parents=True)

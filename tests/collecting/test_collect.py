@@ -24,7 +24,7 @@ FILES = {"motor_service.py": b"print('motor')\n", "relay.py": b"print('relay')\n
 def handed_in(folder: Path, name: str = "ada", at: datetime = EARLY, files: dict[str, bytes] = FILES) -> Path:
     """What `course hand-in` writes."""
     folder.mkdir(parents=True, exist_ok=True)
-    return write(HandIn("services", folder / "services.ipynb", [], files, {}), folder, name, {}, at)
+    return write(HandIn("services", [], files, {}), folder, name, {}, at)
 
 
 def archive(path: Path, files: dict[str, bytes], at: datetime = LATER) -> Path:
