@@ -1,12 +1,12 @@
 """The interface packages that belong to a folder: what was built in it once can be imported there by every process.
 
 `%%exercise Calculate.srv --package calculator_interfaces` builds a package from the definitions in a folder.  A small
-file in the cache remembers it, so that a new kernel, a terminal and `ros2` in the same folder find the package too.
+file in that folder remembers it, so that a new kernel, a terminal and `ros2` in the same folder find the package too.
+It holds no path: a folder that was copied, or made anew under an old name, says what is true of itself.
 """
 
-import hashlib
 import json
-import os
+import re
 import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -16,6 +16,9 @@ from filelock import FileLock
 
 from course.errors import InterfaceError
 from course.interfaces.builder import Built, build, cache_folder, identity
+
+RECORD = ".interfaces.json"
+PLAIN = re.compile(r"\w[\w.]*", re.ASCII)  # a name that leads to no other folder
 
 
 @dataclass(frozen=True)
@@ -29,32 +32,35 @@ class Kept:
 
 def record_file(folder: Path) -> Path:
     """Where the packages of `folder` are remembered."""
-    name = hashlib.sha256(os.fsencode(folder.resolve())).hexdigest()[:16]
-    return cache_folder() / "folders" / f"{name}.json"
+    return folder / RECORD
 
 
 def packages(folder: Path) -> list[Kept]:
     """The packages that were built in `folder`."""
     try:
-        found = json.loads(record_file(folder).read_text(encoding="utf-8"))["packages"]
-        return [Kept(name, tuple(each["files"]), Path(each["prefix"])) for name, each in found.items()]
-    except (OSError, ValueError, KeyError, TypeError):
+        found = json.loads(record_file(folder).read_text(encoding="utf-8"))["packages"].items()
+        return [_kept(package, tuple(each["files"]), each["build"]) for package, each in found]
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return []
+
+
+def _kept(package: str, files: tuple[str, ...], name: str) -> Kept:
+    """One entry of a record, which may have come with a folder of somebody else's: ValueError for what is no name."""
+    if not all(PLAIN.fullmatch(part) for part in (package, name, *files)):
+        raise ValueError
+    return Kept(package, files, cache_folder() / "interfaces" / package / name)
 
 
 def keep(folder: Path, built: Built, files: Iterable[str]) -> None:
     """Remember that `built` is made of these definitions of `folder`."""
     path = record_file(folder)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with FileLock(path.with_suffix(".lock")):
-        known = {kept.package: {"files": kept.files, "prefix": str(kept.prefix)} for kept in packages(folder)}
-        new = {"files": sorted(files), "prefix": str(built.prefix)}
-        if known.get(built.package) == {"files": tuple(new["files"]), "prefix": new["prefix"]}:
-            return
-        known[built.package] = new
-        draft = path.with_suffix(".part")
-        draft.write_text(json.dumps({"folder": str(folder.resolve()), "packages": known}), encoding="utf-8")
-        draft.replace(path)
+    with FileLock(cache_folder() / "record.lock"):
+        known = {kept.package: {"files": list(kept.files), "build": kept.prefix.name} for kept in packages(folder)}
+        new = {"files": sorted(files), "build": built.prefix.name}
+        if known.get(built.package) != new:
+            draft = path.with_suffix(".part")
+            draft.write_text(json.dumps({"packages": known | {built.package: new}}), encoding="utf-8")
+            draft.replace(path)
 
 
 def refresh(folder: Path) -> list[str]:
@@ -67,12 +73,14 @@ def refresh(folder: Path) -> list[str]:
             continue
         try:
             paths = [folder / name for name in kept.files]
-            if kept.prefix.name != identity(kept.package, paths) or not kept.prefix.exists():
+            if kept.prefix.name != identity(kept.package, paths):
                 keep(folder, build(kept.package, paths, use=False), kept.files)
                 said.append(
                     f"{', '.join(kept.files)} has changed: {kept.package} was built again. "
                     "Run the cell that imports it again."
                 )
+            elif not kept.prefix.exists():
+                build(kept.package, paths, use=False)
         except InterfaceError as error:
             said.append(f"{kept.package} was not built again: {error}")
         except (RuntimeError, OSError) as error:

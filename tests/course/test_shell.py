@@ -3,6 +3,7 @@
 import os
 import re
 import select
+import shutil
 import signal
 import subprocess
 import time
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from course.interfaces import build, kept
 from tests.kernels import Kernel
 
 ROOT = Path(__file__).parents[2]
@@ -113,6 +115,36 @@ def test_a_definition_that_changed_on_the_disk_is_built_again(environment, tmp_p
     assert done.stdout == "['b']\n" and "ask was not built again: Ask.srv, line 1" in done.stderr
     (tmp_path / "Ask.srv").unlink()
     assert shell(environment, tmp_path, *fields).stderr.startswith("Ask.srv is not there any more")
+
+
+def test_a_folder_made_anew_under_an_old_name_remembers_nothing(tmp_path):
+    """As a fresh clone where an earlier one was: nobody has deleted a definition there."""
+    folder = tmp_path / "calculator"
+    for _ in range(2):
+        folder.mkdir()
+        assert kept.packages(folder) == [] and kept.refresh(folder) == []
+        (folder / "Ask.srv").write_text("int32 a\n---\n")
+        kept.keep(folder, build("ask", [folder / "Ask.srv"], use=False), ["Ask.srv"])
+        assert [each.package for each in kept.packages(folder)] == ["ask"]
+        shutil.rmtree(folder)
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        '{"packages": {"ask": {"files": ["Ask.srv"], "build": ".."}}}',
+        '{"packages": {"../ask": {"files": ["Ask.srv"], "build": "0a"}}}',
+        '{"packages": {"ask": {"files": ["../Ask.srv"], "build": "0a"}}}',
+        '{"packages": {"ask": {"files": ["Ask.srv"], "build": 3}}}',
+        '{"packages": {"ask": {"files": 3, "build": "0a"}}}',
+        '{"packages": []}',
+        "[]",
+        "not JSON",
+    ],
+)
+def test_a_record_from_elsewhere_leads_to_no_other_folder(record, tmp_path):
+    kept.record_file(tmp_path).write_text(record)
+    assert kept.packages(tmp_path) == [] and kept.refresh(tmp_path) == []
 
 
 def test_two_terminals_that_build_at_once_build_once(environment, tmp_path):
