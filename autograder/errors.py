@@ -8,6 +8,7 @@ AutograderError
         CannotExport        the grades cannot be exported as asked
     SandboxUnavailable      this machine cannot confine a program: one line with what to do, exit status 2
     InfrastructureError     the grader itself failed: nothing is known of the submission, exit status 3
+        JudgeDied           the process that judges came to a bad end
         SandboxError        a program could not be started in the sandbox
         ClusterError        the workers cannot be reached, or are lost
             WorkerLost      one worker is gone: what it was grading is graded again
@@ -17,7 +18,7 @@ AutograderError
 
 from typing import ClassVar
 
-from autograder.records import CRASHED, FAILED, TIMED_OUT
+from autograder.records import CRASHED, FAILED, TIMED_OUT, Verdict
 
 
 class AutograderError(Exception):
@@ -50,6 +51,14 @@ class SandboxUnavailable(AutograderError):
 
 class InfrastructureError(AutograderError):
     """The grader failed: nothing is known of the submission."""
+
+
+class JudgeDied(InfrastructureError):
+    """The process that judges came to a bad end; `verdicts` are those that it had given."""
+
+    def __init__(self, message: str, verdicts: list[Verdict]):
+        super().__init__(message)
+        self.verdicts = verdicts
 
 
 class SandboxError(InfrastructureError):

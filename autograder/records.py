@@ -6,7 +6,8 @@ time.  No ROS here, and no decisions.
 
 import base64
 import json
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any, get_args, get_origin
 
 # A test's outcome.  Only PASSED earns points.
 PASSED = "passed"
@@ -24,6 +25,9 @@ INFRASTRUCTURE_ERROR = "infrastructure_error"  # the grader's fault: tried again
 # A report's flags.
 UNSAFE = "unsafe"  # graded without a sandbox
 KILLED_WORKERS = "killed_workers"  # given up, because workers died while they graded it
+KILLED_JUDGE = "killed_judge"  # the process that judges it died each time; the points are those of the tests before
+
+MESSAGE, DETAIL = 3000, 4000  # characters of what a student and an instructor are told of a test
 
 FAULT = "fault"  # the key in a report's details that says how the grader itself failed
 
@@ -49,15 +53,16 @@ class Job:
     """Grade these files."""
 
     exercise: str  # its name
-    hidden: str  # the folder that holds the exercise's folder
+    hidden: dict[str, bytes]  # the suite: content by path below the folder that holds the exercise's folder
     files: dict[str, bytes]  # handed in; content by name
     seed: int  # what the hidden inputs are drawn from
     box: str  # how programs are confined: a key of `sandbox.box.BOXES`
     interfaces: str  # install prefix of the exercise's own interface package, or ""
+    limit: float  # s after which the judging has failed
     patience: float = 1.0  # stretches every wait, for slow machines
 
 
-# Worker to coordinator, through the worker's stdout: a Verdict for each test, one Finished, one Ended.
+# From the process that judges, by way of the launcher: a Verdict for each test, and one Finished.
 
 
 @dataclass(frozen=True)
@@ -69,6 +74,10 @@ class Verdict:
     message: str = ""  # for the student, in terms of the task; never a hidden input
     detail: str = ""  # for the instructor: the inputs, what was expected, what came
 
+    def cut(self) -> "Verdict":
+        """The same, as long as MESSAGE and DETAIL allow."""
+        return replace(self, message=self.message[:MESSAGE], detail=self.detail[:DETAIL])
+
 
 @dataclass(frozen=True)
 class Finished:
@@ -79,11 +88,16 @@ class Finished:
     logs: dict[str, str]  # what each program printed, cleaned for the student, by file
 
 
+# Worker to coordinator, through the worker's stdout.
+
+
 @dataclass(frozen=True)
 class Ended:
-    """The process that graded has ended; the worker is ready for the next job."""
+    """The process that judged has ended; the worker is ready for the next job."""
 
-    status: int  # its exit status, or minus the signal that killed it; anything but 0 is the grader's fault
+    status: int  # its exit status, or minus the signal that killed it
+    said: str  # its Verdicts and its Finished, a line each, as they came: what it heard may have taken it over
+    stopped: str = ""  # why it was ended
 
 
 Message = Job | Verdict | Finished | Ended
@@ -94,7 +108,8 @@ def to_line(message: Message) -> bytes:
     """The message as one line of JSON that says which record it is."""
     fields = asdict(message)
     if isinstance(message, Job):
-        fields["files"] = {name: base64.b64encode(content).decode() for name, content in message.files.items()}
+        for name in ("files", "hidden"):
+            fields[name] = {key: base64.b64encode(content).decode() for key, content in fields[name].items()}
     return json.dumps({"record": type(message).__name__, **fields}).encode() + b"\n"
 
 
@@ -104,10 +119,24 @@ def from_line(line: bytes) -> Message:
     try:
         kind = MESSAGES[fields.pop("record")]
         if kind is Job:
-            fields["files"] = {name: base64.b64decode(content) for name, content in fields["files"].items()}
-        return kind(**fields)
+            for name in ("files", "hidden"):
+                fields[name] = {key: base64.b64decode(content) for key, content in fields[name].items()}
+        message = kind(**fields)
+        for name, annotation in kind.__annotations__.items():
+            if not _fits(getattr(message, name), annotation):
+                raise TypeError(f"{name} must be of type {annotation}")
+        return message
     except (AttributeError, KeyError, TypeError) as error:
         raise ValueError(f"not a message between coordinator and worker ({error}): {line[:200]!r}") from None
+
+
+def _fits(value: object, annotation: Any) -> bool:
+    """Whether a value is of a type that the records' fields have."""
+    kind, parts = get_origin(annotation), get_args(annotation)
+    if kind is dict:
+        pairs = value.items() if isinstance(value, dict) else [(None, None)]
+        return all(_fits(key, parts[0]) and _fits(content, parts[1]) for key, content in pairs)
+    return isinstance(value, (int, float) if annotation is float else annotation)
 
 
 # What grading a submission gives, as the coordinator writes it.

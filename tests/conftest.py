@@ -1,11 +1,15 @@
 """For every test: the course comes first, because it prepares the environment that message classes read."""
 
 import shutil
+import signal
 
 import pytest
 from playwright.sync_api import sync_playwright
 
 import course  # noqa: F401
+
+# A shell that starts the tests in the background has them, and all that they start, ignore Ctrl-C.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 QUIET = (  # Chromium looks for nothing outside of this machine
     "--no-sandbox",

@@ -4,6 +4,7 @@ import atexit
 import contextlib
 import logging
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -11,13 +12,15 @@ import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from autograder.errors import InfrastructureError
-from autograder.records import UNSAFE, Ended, Finished, Job, Verdict, from_line, to_line
+from autograder.errors import InfrastructureError, JudgeDied
+from autograder.records import UNSAFE, Ended, Finished, Job, Message, Verdict, from_line, to_line
 from autograder.sandbox.box import BOXES
 from autograder.sandbox.variables import ros_variables
 from course.environment import prepare
 
-WORKER = f"{__package__}.worker"  # loads ROS 2 and pytest, which this process does not need
+WORKER = f"{__package__}.launcher"
+GRACE = 30.0  # s that a worker may take beyond the limit of a job
+DEATHS = {getattr(signal, f"SIG{name}") for name in ("SEGV", "ABRT", "BUS", "ILL", "FPE", "TRAP", "SYS")}
 LOG_SHOWN = 5000  # bytes at the end of a worker's own log that are shown when it fails
 
 log = logging.getLogger("autograder")
@@ -42,7 +45,7 @@ class Worker:
         environment.update(ros_variables(0, own_network=box != UNSAFE), PYTEST_DISABLE_PLUGIN_AUTOLOAD="1")
         self._log = tempfile.TemporaryFile()  # noqa: SIM115  # closed with the worker
         process = subprocess.Popen(
-            [*BOXES[box], sys.executable, "-P", "-m", WORKER],
+            [*BOXES[box], sys.executable, "-P", "-m", WORKER, box],
             env=environment,
             cwd="/",
             stdin=subprocess.PIPE,
@@ -53,41 +56,35 @@ class Worker:
         assert process.stdin and process.stdout  # both are pipes
         self._process, self._jobs, self._answers = process, process.stdin, process.stdout
 
-    def run(self, job: Job, limit: float) -> Answer:
+    def run(self, job: Job) -> Answer:
         """What the worker says about `job`.
 
-        Raises InfrastructureError when the worker dies, or has not answered after `limit` s.  After an exception the
-        worker cannot be used again.
+        Raises JudgeDied when the process that judges came to a bad end, and InfrastructureError when the worker did, or
+        has not answered in time.  After an exception the worker cannot be used again.
         """
         self._log.seek(0)
         self._log.truncate()
-        verdicts: list[Verdict] = []
-        finished: Finished | None = None
-        ended: Ended | None = None
-        timer = threading.Timer(limit, self._process.kill)
+        ended: Message | None = None
+        timer = threading.Timer(job.limit + GRACE, self._process.kill)
         timer.start()
         try:
             self._jobs.write(to_line(job))
             self._jobs.flush()
-            for line in self._answers:
-                message = from_line(line)
-                if isinstance(message, Verdict):
-                    verdicts.append(message)
-                elif isinstance(message, Finished):
-                    finished = message
-                elif isinstance(message, Ended):
-                    ended = message
-                    break
+            ended = from_line(self._answers.readline())
         except (BrokenPipeError, ValueError) as error:
             log.debug("worker: %s", error)
         finally:
             timer.cancel()
+        verdicts, finished = _read(ended.said) if isinstance(ended, Ended) else ([], None)
         said = self._last_log()
         for verdict in verdicts:
             log.debug("%s: %s: %s [%s]", verdict.id, verdict.outcome, verdict.message, verdict.detail)
         log.debug("worker: %s", said)
-        if finished is None or ended is None or ended.status != 0:
-            status = ended.status if ended else None
+        if isinstance(ended, Ended) and (ended.stopped or -ended.status in DEATHS):
+            why = ended.stopped or f"{signal.Signals(-ended.status).name}"
+            raise JudgeDied(f"{said}\nthe process that judges was ended: {why}", verdicts)
+        if finished is None or not isinstance(ended, Ended) or ended.status != 0:
+            status = ended.status if isinstance(ended, Ended) else None
             raise InfrastructureError(f"the worker ended with status {status} before all tests were judged:\n{said}")
         return Answer(verdicts, finished)
 
@@ -100,6 +97,20 @@ class Worker:
         self._process.kill()
         self._process.communicate()
         self._log.close()
+
+
+def _read(said: str) -> tuple[list[Verdict], Finished | None]:
+    """What the process that judges has told; what is neither a Verdict nor Finished is left out."""
+    verdicts: list[Verdict] = []
+    finished = None
+    for line in said.splitlines():
+        with contextlib.suppress(ValueError):
+            message = from_line(line.encode(errors="replace"))
+            if isinstance(message, Verdict):
+                verdicts.append(message.cut())
+            elif isinstance(message, Finished):
+                finished = message
+    return verdicts, finished
 
 
 _idle: dict[str, list[Worker]] = {}  # by box

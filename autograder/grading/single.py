@@ -5,15 +5,17 @@ import secrets
 import time
 from dataclasses import dataclass, field
 
-from autograder.errors import InfrastructureError
+from autograder.errors import InfrastructureError, JudgeDied
 from autograder.grading.process import worker
 from autograder.records import (
     CRASHED,
+    DETAIL,
     FAILED,
     FAULT,
     GRADED,
     INFRASTRUCTURE_ERROR,
     INVALID_SUBMISSION,
+    KILLED_JUDGE,
     NOT_RUN,
     PASSED,
     TIMED_OUT,
@@ -24,12 +26,14 @@ from autograder.records import (
     Submission,
     Verdict,
 )
-from autograder.submissions.exercises import Exercise, load
+from autograder.submissions.exercises import Exercise, contents, load
 from course.interfaces import build
 
 TRIES = 3
-GRACE = 30.0  # s that a worker may take beyond what its tests may
-DETAIL = 4000  # characters of what an instructor is told of a test
+GRACE = 30.0  # s that judging may take beyond what the tests may
+BROUGHT_DOWN = (
+    "Not judged: three times, what your programs sent brought down the process that grades them. Ask your instructor."
+)
 
 log = logging.getLogger("autograder")
 
@@ -42,6 +46,7 @@ class Judgement:
     verdicts: dict[str, Verdict] = field(default_factory=dict)  # by test
     logs: dict[str, str] = field(default_factory=dict)  # what each program printed, by file
     fault: str = ""  # how the grader itself failed
+    flags: list[str] = field(default_factory=list)  # a report's
 
 
 def grade(
@@ -61,7 +66,7 @@ def grade(
         judgement = Judgement(INVALID_SUBMISSION, verdicts)
     else:
         judgement = _try(submission, exercise, box, seed, patience)
-    flags = [UNSAFE] if box == UNSAFE else []
+    flags = [*judgement.flags, *([UNSAFE] if box == UNSAFE else [])]
     return _report(submission, exercise, seed, judgement, flags, time.monotonic() - start)
 
 
@@ -72,11 +77,12 @@ def given_up(submission: Submission, exercise: Exercise, seed: int, flag: str) -
 
 def _try(submission: Submission, exercise: Exercise, box: str, seed: int, patience: float) -> Judgement:
     """Judge the submission, again when the grader fails, TRIES times in all."""
-    fault = ""
+    faults: list[InfrastructureError] = []
     for attempt in range(1, TRIES + 1):
         try:
             return judge(exercise, submission.files, box, seed, patience)
         except InfrastructureError as error:
+            faults.append(error)
             fault = str(error)
             log.warning(
                 "%s/%s, try %d of %d: the grader failed: %s",
@@ -86,7 +92,22 @@ def _try(submission: Submission, exercise: Exercise, box: str, seed: int, patien
                 TRIES,
                 (fault.strip().splitlines() or ["?"])[-1],
             )
+    deaths = [fault for fault in faults if isinstance(fault, JudgeDied)]
+    if len(deaths) == TRIES:
+        return _brought_down(exercise, deaths)
     return Judgement(INFRASTRUCTURE_ERROR, fault=fault)
+
+
+def _brought_down(exercise: Exercise, deaths: list[JudgeDied]) -> Judgement:
+    """The judgement of a submission that no judge has outlived: that is its own doing.
+
+    The tests judged before keep their verdicts, those of the try that came furthest.
+    """
+    known = {test.id for test in exercise.tests}
+    furthest = max(deaths, key=lambda death: len(death.verdicts))
+    verdicts = {test: Verdict(test, NOT_RUN, BROUGHT_DOWN) for test in known}
+    verdicts |= {verdict.id: verdict for verdict in furthest.verdicts if verdict.id in known}
+    return Judgement(GRADED, verdicts, fault=str(furthest), flags=[KILLED_JUDGE])
 
 
 def judge(exercise: Exercise, files: dict[str, bytes], box: str, seed: int, patience: float) -> Judgement:
@@ -94,9 +115,10 @@ def judge(exercise: Exercise, files: dict[str, bytes], box: str, seed: int, pati
     prefix = ""
     if exercise.package:
         prefix = str(build(exercise.package, exercise.interfaces, use=False).prefix)
-    job = Job(exercise.name, str(exercise.folder.parent), files, seed, box, prefix, patience)
+    limit = exercise.time_limit * max(1.0, patience) + GRACE
+    job = Job(exercise.name, contents(exercise), files, seed, box, prefix, limit, patience)
     with worker(box) as process:
-        answer = process.run(job, exercise.time_limit * max(1.0, patience) + GRACE)
+        answer = process.run(job)
     if answer.finished.fault:
         raise InfrastructureError(answer.finished.fault)
     expected = [test.id for test in exercise.tests]
@@ -119,7 +141,7 @@ def _report(
         verdict = judgement.verdicts.get(test.id, nothing)
         earned = test.points if verdict.outcome == PASSED else 0
         results.append(Result(test.id, test.title, verdict.outcome, earned, test.points, verdict.message))
-    details = {verdict.id: verdict.detail[:DETAIL] for verdict in judgement.verdicts.values() if verdict.detail}
+    details = {verdict.id: verdict.detail for verdict in judgement.verdicts.values() if verdict.detail}
     if judgement.fault:
         details[FAULT] = judgement.fault[-DETAIL:]
     failed = judgement.status == INFRASTRUCTURE_ERROR

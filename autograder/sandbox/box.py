@@ -18,12 +18,14 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import NamedTuple, Self
 
 from autograder.errors import SandboxUnavailable
-from autograder.sandbox import seccomp, users, variables, view
+from autograder.sandbox import cgroup, seccomp, users, variables, view
+from autograder.sandbox.process import Process
 from autograder.sandbox.program import Program
 from course import environment
+from course.interfaces.builder import cache_folder
 
 # How programs are confined, and what the worker is started with: a network of its own, and a process namespace whose
 # first process it is, so that nothing outlives it.  bubblewrap's --die-with-parent alone can come too late.
@@ -43,6 +45,10 @@ LIMITS = {  # of each process, by prlimit(1)
     "nofile": 512,
     "core": 0,
 }
+
+# Of the process that judges: to go into the networks of the ROS domains, to become another user, to end its children.
+JUDGE_CAPABILITIES = ("SYS_ADMIN", "SETUID", "SETGID", "SETPCAP", "KILL")
+STACK = 2 << 20  # bytes that each of its threads reserves
 
 
 def choose(unsafe: bool = False) -> str:
@@ -70,6 +76,14 @@ def choose(unsafe: bool = False) -> str:
     return box
 
 
+class Started(NamedTuple):
+    """A program that was started: its process, and the descriptors of what it prints, and of its `End`."""
+
+    process: Process
+    output: int
+    end: int
+
+
 class Sandbox:
     """Starts the handed-in files as confined programs; closing it ends them all."""
 
@@ -80,7 +94,8 @@ class Sandbox:
         self.files = dict(files)
         self.interfaces = interfaces
         self.descriptors: list[int] = []  # of the next program: what bubblewrap reads files from
-        self.programs: list[Program] = []
+        self._started: list[Process] = []
+        self._group: cgroup.Group | None = None
         self._locks: list[int] = []
         self._folder = tempfile.TemporaryDirectory(prefix="autograder-") if box == "unsafe" else None
 
@@ -94,8 +109,14 @@ class Sandbox:
 
     def close(self) -> None:
         """End all programs and everything that they started."""
-        for program in self.programs:
-            program.kill()
+        for process in self._started:
+            process.stop()
+        for process in self._started:
+            process.join()
+        self._started.clear()
+        if self._group:
+            self._group.close()
+            self._group = None
         self._release()
         for lock in self._locks:
             os.close(lock)
@@ -109,24 +130,38 @@ class Sandbox:
         The program ends with the thread that started it.  `files` are laid into its home folder too, for this program
         alone.
         """
-        status, write = os.pipe()
-        command = self.command([file, *args], domain, status=write, files=files)
+        started = self.launch(file, *args, domain=domain, files=files)
+        return Program(file, started.output, started.end, started.process.stop)
+
+    def launch(self, file: str, *args: str, domain: int, files: Mapping[str, bytes] | None = None) -> Started:
+        """Start the same, for somebody else to talk to."""
+        status, status_write = os.pipe()
+        command = self.command([file, *args], domain, status=status_write, files=files)
+        output, output_write = os.pipe()
+        end, end_write = os.pipe()
+        if self._folder:
+            os.close(status)
+        elif not self._started:
+            self._group = cgroup.make()
         try:
-            program = Program(
-                file,
-                command,
-                pass_fds=(*self.descriptors, write),
+            process = Process(
+                self._group.command(command) if self._group else command,
+                output=output_write,
+                end=end_write,
+                pass_fds=(*self.descriptors, status_write),
                 memory=MEMORY,
                 tasks=LIMITS["nproc"],
-                status=status if self._folder is None else None,
+                killed=self._why_killed,
+                status=None if self._folder else status,
                 cwd=self._folder.name if self._folder else None,
                 env=self._variables(domain) if self._folder else {"PATH": os.defpath},
             )
         finally:
-            os.close(write)
+            os.close(status_write)
+            os.close(output_write)
             self._release()
-        self.programs.append(program)
-        return program
+        self._started.append(process)
+        return Started(process, output, end)
 
     def command(
         self, argv: list[str], domain: int, status: int | None = None, files: Mapping[str, bytes] | None = None
@@ -161,6 +196,25 @@ class Sandbox:
             bwrap += ["--setenv", name, value]
         return [*bwrap, "--chdir", view.HOME, "--", *become, *limits, *python]
 
+    def judge_command(self, argv: list[str]) -> list[str]:
+        """The command line of the process that judges: `python ARGV`, which sees what `view.of_judge` says.
+
+        It keeps the capabilities that it needs until it gives them up (`confine`).  It reads files from
+        `self.descriptors`.
+        """
+        python = ["prlimit", f"--stack={STACK}", "--", sys.executable, "-P", *argv]
+        if self._folder:
+            return python
+        bwrap = ["bwrap", "--unshare-pid", "--as-pid-1", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try"]
+        bwrap += ["--new-session", "--die-with-parent", "--clearenv", "--cap-drop", "ALL"]
+        bwrap += [word for name in JUDGE_CAPABILITIES for word in ("--cap-add", f"CAP_{name}")]
+        packages = cache_folder() / "interfaces"
+        packages.mkdir(parents=True, exist_ok=True)
+        bwrap += view.of_judge(packages, self._descriptor)
+        for name, value in variables.of_judge(view.JUDGE_HOME).items():
+            bwrap += ["--setenv", name, value]
+        return [*bwrap, "--chdir", "/", "--", *python]
+
     def _variables(self, domain: int) -> dict[str, str]:
         """All of a program's environment variables."""
         if self._folder:
@@ -169,6 +223,12 @@ class Sandbox:
             return variables.of_program(domain, self._folder.name, own, profile, confined=False)
         own = view.INTERFACES if self.interfaces else None
         return variables.of_program(domain, view.HOME, own, view.PROFILE, confined=True)
+
+    def _why_killed(self) -> str:
+        """Why the kernel has killed a program, in words for the student; '' when nothing is known."""
+        if self._group and self._group.out_of_memory:
+            return f"your programs together took more than {cgroup.MEMORY >> 30} GiB of memory; keep only what you need"
+        return ""
 
     def _descriptor(self, content: bytes) -> str:
         """A file in memory that the next program's bubblewrap copies from."""

@@ -1,21 +1,84 @@
 """A network of its own for each ROS domain of a grading, so that no handed-in program can speak into another's test.
 
 A domain number alone keeps apart only programs that behave well: any other could join every domain, and a client could
-answer in the place of a server.  The worker's thread steps into a domain's network to start a program or to make a node
-there: processes, threads and sockets belong to the network that they are made in.
+answer in the place of a server.  Processes, threads and sockets belong to the network that they are made in: the
+launcher steps into a domain's network to start a program there, and the process that judges has a thread in each, which
+makes its node there.
 """
 
 import contextlib
 import ctypes
 import os
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import TypeVar
 
 CLONE_NEWNET = 0x40000000
 _libc = ctypes.CDLL(None, use_errno=True)
 
+Result = TypeVar("Result")
 
-def set_up() -> None:
+
+def make(count: int) -> list[int]:
+    """New networks, as descriptors; raises OSError.  Only root can make them, on the host or in a user namespace."""
+    home = _here()
+    made = []
+    try:
+        for _ in range(count):
+            _check(_libc.unshare(CLONE_NEWNET))
+            made.append(_here())
+            _set_up()
+    finally:
+        _check(_libc.setns(home, CLONE_NEWNET))
+        os.close(home)
+    return made
+
+
+@contextlib.contextmanager
+def inside(network: int) -> Iterator[None]:
+    """This thread is in that network meanwhile; raises OSError."""
+    home = _here()
+    enter(network)
+    try:
+        yield
+    finally:
+        enter(home)
+        os.close(home)
+
+
+def enter(network: int) -> None:
+    """Move this thread into that network; raises OSError."""
+    _check(_libc.setns(network, CLONE_NEWNET))
+
+
+class Threads:
+    """A thread in each of some networks, for a process that will not be allowed to move between them."""
+
+    def __init__(self, networks: Mapping[int, int]):
+        """`networks` are descriptors by ROS domain, which are closed here; raises OSError."""
+        self._pools = {domain: ThreadPoolExecutor(1) for domain in networks}
+        for domain, network in networks.items():
+            self.run(domain, partial(enter, network))
+            os.close(network)
+
+    @property
+    def domains(self) -> list[int]:
+        """The ROS domains whose networks these are."""
+        return list(self._pools)
+
+    def run(self, domain: int, do: Callable[[], Result]) -> Result:
+        """What `do()` returns, called in the domain's network."""
+        return self._pools[domain].submit(do).result()
+
+    def everywhere(self, do: Callable[[], object]) -> None:
+        """Call `do` once in each thread."""
+        for domain in self._pools:
+            self.run(domain, do)
+
+
+def _set_up() -> None:
     """Prepare the loopback device of this thread's network for ROS 2 discovery, which needs multicast."""
     subprocess.run(
         ["ip", "-batch", "-"],
@@ -23,27 +86,6 @@ def set_up() -> None:
         text=True,
         input="link set lo up multicast on\nroute add 224.0.0.0/4 dev lo\n",
     )
-
-
-class Networks:
-    """The networks, by domain.  Only root can make them, on the host or in a user namespace."""
-
-    def __init__(self) -> None:
-        self._home = _here()
-        self._by_domain: dict[int, int] = {}
-
-    @contextlib.contextmanager
-    def inside(self, domain: int) -> Iterator[None]:
-        """This thread is in the domain's network meanwhile; raises OSError."""
-        known = self._by_domain.get(domain)
-        _check(_libc.unshare(CLONE_NEWNET) if known is None else _libc.setns(known, CLONE_NEWNET))
-        try:
-            if known is None:
-                self._by_domain[domain] = _here()
-                set_up()
-            yield
-        finally:
-            _check(_libc.setns(self._home, CLONE_NEWNET))
 
 
 def _here() -> int:

@@ -4,6 +4,7 @@ import os
 import sys
 from pathlib import Path
 
+from autograder.paths import COURSE, PACKAGE
 from course import environment
 
 
@@ -23,6 +24,18 @@ def ros_variables(domain: int, own_network: bool) -> dict[str, str]:
         "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp",
         "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
         "FASTRTPS_DEFAULT_PROFILES_FILE": str(environment.DISCOVERY_PROFILE),
+    }
+
+
+def of_judge(home: str) -> dict[str, str]:
+    """All environment variables of the process that judges, and has the empty folder `home`."""
+    variables = of_program(0, home, None, str(environment.DISCOVERY_PROFILE), confined=True)
+    modules = [variables["PYTHONPATH"], str(PACKAGE.parent), str(COURSE.parent)]
+    return variables | {
+        "PYTHONPATH": os.pathsep.join(entry for entry in modules if entry),
+        "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
+        "ROS_LOG_DIR": f"{home}/log",
+        "TMPDIR": home,
     }
 
 

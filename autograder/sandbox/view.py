@@ -11,10 +11,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from autograder import paths
+from autograder.paths import COURSE, HIDDEN, PACKAGE
 from autograder.sandbox.variables import ros_prefixes
 from course import environment
 
 HOME = "/home/student"
+JUDGE_HOME = "/run/judging"  # of the process that judges: empty for each job
 INTERFACES = "/opt/interfaces"
 PROFILE = "/opt/discovery.xml"
 SYSTEM = ("bin", "sbin", "lib", "lib32", "lib64")  # on most systems links into /usr
@@ -37,7 +39,36 @@ def options(
     `interfaces` is the install prefix of an exercise's own interface package.  `to_read` makes a descriptor, which
     bubblewrap inherits, of a file's content.
     """
-    view = []
+    view = [
+        *_system(uid, to_read),
+        *_scratch(HOME, "0777", SCRATCH),
+        *_installed(_folders(paths.private()), interfaces),
+    ]
+    view += ["--perms", "0755", "--dir", "/opt", "--ro-bind", str(environment.DISCOVERY_PROFILE), PROFILE]
+    if interfaces:
+        view += ["--ro-bind", str(interfaces), INTERFACES]
+    for name, content in files.items():
+        view += ["--perms", "0444", "--file", to_read(content), f"{HOME}/{name}"]
+    return [*view, "--remount-ro", "/"]
+
+
+def of_judge(interfaces: Path, to_read: Callable[[bytes], str]) -> list[str]:
+    """The same for the process that judges: it sees the grader's code in place of files handed in, but no hidden suite.
+
+    The suite of one exercise is sent to it with the files to judge.  `interfaces` is the folder of all built interface
+    packages, which it sees as INTERFACES.
+    """
+    private = [folder for folder in (paths.checkout(), HIDDEN) if folder]
+    needed = {PACKAGE: True, HIDDEN: False, COURSE: True}
+    folders = dict(sorted((_folders(private) | needed).items(), key=lambda item: len(item[0].parts)))
+    view = [*_system(0, to_read), "--perms", "0755", "--dir", str(Path(JUDGE_HOME).parent)]
+    view += [*_scratch(JUDGE_HOME, "1777", SCRATCH), *_installed(folders, None)]
+    view += ["--perms", "0755", "--dir", "/opt", "--ro-bind", str(interfaces), INTERFACES]
+    return [*view, "--remount-ro", "/"]
+
+
+def _system(uid: int, to_read: Callable[[bytes], str]) -> list[str]:
+    view: list[str] = []
     for name in SYSTEM:
         link = Path("/", name).is_symlink()
         view += (
@@ -49,32 +80,25 @@ def options(
         view += ["--perms", "0444", "--ro-bind-data", to_read(text.format(uid=uid).encode()), path]
     view += ["--proc", "/proc", "--dev", "/dev"]
     view += [*_scratch("/dev/shm", "1777", SHARED_MEMORY), "--remount-ro", "/dev"]
-    view += [*_scratch("/tmp", "1777", SCRATCH), *_scratch(HOME, "0777", SCRATCH)]
-    view += _installed(interfaces)
-    view += ["--perms", "0755", "--dir", "/opt", "--ro-bind", str(environment.DISCOVERY_PROFILE), PROFILE]
-    if interfaces:
-        view += ["--ro-bind", str(interfaces), INTERFACES]
-    for name, content in files.items():
-        view += ["--perms", "0444", "--file", to_read(content), f"{HOME}/{name}"]
-    return [*view, "--remount-ro", "/"]
+    return [*view, *_scratch("/tmp", "1777", SCRATCH)]
 
 
 def expected() -> list[str]:
     """What a program may see: these files, folders and all in them, and the way to each from the root folder."""
     links = [f"/{name}" for name in SYSTEM]
     mounted = ["/proc", "/dev", "/tmp", HOME, PROFILE, *CONFIGURATION, *SYSTEM_FILES]
-    return [*links, *mounted, *(str(folder) for folder, visible in _folders().items() if visible)]
+    return [*links, *mounted, *(str(folder) for folder, visible in _folders(paths.private()).items() if visible)]
 
 
 def _scratch(path: str, permissions: str, size: int) -> list[str]:
     return ["--perms", permissions, "--size", str(size), "--tmpfs", path]
 
 
-def _installed(interfaces: Path | None) -> list[str]:
-    """The folders that Python and ROS 2 are installed in, without what is private in them."""
+def _installed(folders: Mapping[Path, bool], interfaces: Path | None) -> list[str]:
+    """These `folders` (see `_folders`), and the one of `interfaces` although it may lie in a hidden one."""
     view: list[str] = []
     decided: dict[Path, bool] = {}
-    for folder, visible in _folders().items():
+    for folder, visible in folders.items():
         around = next((decided[parent] for parent in folder.parents if parent in decided), False)
         if visible == around or (interfaces and folder.resolve() == interfaces.resolve()):
             continue
@@ -90,12 +114,15 @@ def _installed(interfaces: Path | None) -> list[str]:
     return view + [word for folder in hidden for word in ("--remount-ro", str(folder))]
 
 
-def _folders() -> dict[Path, bool]:
-    """The folders to show (True) and to hide (False), outer ones before inner ones, which overrule them."""
+def _folders(private: list[Path]) -> dict[Path, bool]:
+    """The folders that Python and ROS 2 are installed in (True), and what is `private` in them and is hidden (False).
+
+    Outer ones come before inner ones, which overrule them.
+    """
     prefixes = [Path("/usr"), Path(sys.prefix), Path(sys.base_prefix), *ros_prefixes()]
     shown = [place for prefix in prefixes for place in (prefix, prefix.resolve())]  # links are named and followed
     folders = dict.fromkeys(shown, True)
-    for secret in paths.private():
+    for secret in private:
         for folder in shown:
             if secret.is_relative_to(folder.resolve()):
                 folders[folder / secret.relative_to(folder.resolve())] = False

@@ -146,15 +146,17 @@ class Packed:
 @cache
 def pack(name: str) -> Packed:
     """The exercise `name`, ready to be sent to a worker; raises UnknownExercise and BrokenExercise."""
-    paths = [*HIDDEN.glob("*.*"), *load(name).folder.rglob("*")]
-    return Packed(
-        name,
-        {
-            str(path.relative_to(HIDDEN)): path.read_bytes()
-            for path in paths
-            if path.is_file() and "__pycache__" not in path.parts
-        },
-    )
+    return Packed(name, contents(load(name)))
+
+
+def contents(exercise: Exercise) -> dict[str, bytes]:
+    """The files of an exercise's folder, and what all suites share, by path below the folder that holds both."""
+    hidden = exercise.folder.parent
+    return {
+        str(path.relative_to(hidden)): path.read_bytes()
+        for path in (*hidden.glob("*.*"), *exercise.folder.rglob("*"))
+        if path.is_file() and "__pycache__" not in path.parts
+    }
 
 
 _unpacked: dict[str, tempfile.TemporaryDirectory] = {}

@@ -1,14 +1,12 @@
 """One submission being graded: its files, its programs, its ROS domains and its clock."""
 
-import contextlib
 import random
 from collections.abc import Mapping
-from contextlib import AbstractContextManager
 
 from autograder.errors import TimedOut
-from autograder.sandbox.box import Sandbox
 from autograder.sandbox.cleaning import NUMBER, excerpt
-from autograder.sandbox.networks import Networks
+from autograder.sandbox.launching import LaunchClient
+from autograder.sandbox.networks import Threads
 from autograder.sandbox.program import Program
 from autograder.suitekit.clock import Clock
 from autograder.suitekit.ros import Ros
@@ -21,17 +19,18 @@ COMMON = {"", 0.0, 1.0, 2.0, 3.0}  # not worth hiding: they stand in every progr
 class Bench:
     """One submission being graded: its files, the sandbox that runs them, and the time that is left."""
 
-    def __init__(self, files: dict[str, bytes], sandbox: Sandbox, clock: Clock, seed: int):
+    def __init__(
+        self, files: dict[str, bytes], sandbox: LaunchClient, threads: Threads | None, clock: Clock, seed: int
+    ):
+        """`threads` are in the networks of the ROS domains that may be used; None without a sandbox."""
         self.files = files
         self.sandbox = sandbox
         self.clock = clock
         self.seed = seed
         self._nodes: list[Ros] = []
-        self._domains = list(DOMAINS)
-        random.shuffle(
-            self._domains
-        )  # without the seed: in --unsafe mode, gradings that run at the same time must not meet
-        self._networks = Networks() if sandbox.box != "unsafe" else None
+        self._threads = threads
+        self._domains = threads.domains if threads else random.sample(DOMAINS, len(DOMAINS))  # by chance, without the
+        # seed: without a sandbox, gradings that run at the same time must not meet
         self.early: dict[str, Run] = {}
         self._hidden: set[float | str] = set()
 
@@ -47,12 +46,12 @@ class Bench:
 
     def enter(self, domain: int, threads: int = 1) -> Ros:
         """A node of the grader's in that domain, whose callbacks run in `threads` threads."""
-        with self._network(domain):
-            self._nodes.append(Ros(domain, threads))
-        return self._nodes[-1]
 
-    def _network(self, domain: int) -> AbstractContextManager[None]:
-        return self._networks.inside(domain) if self._networks else contextlib.nullcontext()
+        def join() -> Ros:
+            return Ros(domain, threads)
+
+        self._nodes.append(self._threads.run(domain, join) if self._threads else join())
+        return self._nodes[-1]
 
     def begin(self, runs: dict[str, list[str]]) -> None:
         """Start the `early` runs, given as command lines by name, each in a domain with nobody else in it."""
@@ -65,8 +64,7 @@ class Bench:
 
     def start(self, file: str, *args: str, domain: int, files: Mapping[str, bytes] | None = None) -> Program:
         """Start one of the handed-in programs in that domain, with the grader's `files` laid beside it."""
-        with self._network(domain):
-            program = self.sandbox.start(file, *args, domain=domain, files=files)
+        program = self.sandbox.start(file, *args, domain=domain, files=files)
         program.hidden = self._hidden
         self.hide(*(float(arg) for arg in args if NUMBER.fullmatch(arg)))
         return program

@@ -5,6 +5,7 @@ answer.  Anything else that it raises is a failure of the grader itself, and no 
 """
 
 import functools
+import os
 import signal
 import traceback
 from collections.abc import Callable, Generator, Iterator
@@ -123,6 +124,8 @@ class Judge:
             self.report(Verdict(item.name, PASSED))
         elif isinstance(end, Fault):
             self.report(Verdict(item.name, end.outcome, end.message, end.detail))
+        elif isinstance(end, MemoryError):
+            os.abort()  # the student's program has sent more than this process can hold: an end as after a crash
         else:
             self.fault = "".join(traceback.format_exception(end))
             item.session.shouldstop = "the grader itself failed"

