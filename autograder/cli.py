@@ -140,7 +140,7 @@ def regrade_command(
     unsafe: Unsafe = False,
     patience: Patience = 1.0,
 ) -> None:
-    """Grade again, with the same seeds, what changed tests or new hand-ins affect; show whose scores change and why."""
+    """Grade again what changed tests (with the same seeds) or new hand-ins affect; show whose scores change and why."""
     _one_of(jobs, scheduler)
     if not output.read_results(out):
         raise UsageError(f"no results in {out}")

@@ -10,7 +10,7 @@ from typing import Any
 
 from autograder import paths
 from autograder.errors import SandboxUnavailable
-from autograder.sandbox import seccomp, users, view
+from autograder.sandbox import cgroup, seccomp, users, view
 from autograder.sandbox.box import BOXES, LIMITS, Sandbox, choose
 from autograder.sandbox.variables import ros_prefixes
 
@@ -61,6 +61,19 @@ print(json.dumps(dict(
     grader=[name for name in GRADER if importable(name)], variables=sorted(os.environ),
 )))
 """
+# What the process that judges is once it has confined itself.
+JUDGE = """
+import importlib.util, json, os, sys
+from autograder.sandbox.confine import confine
+
+confine(int(sys.argv[1]) if sys.argv[1:] else None, lambda do: None)
+status = dict(line.split(':', 1) for line in open('/proc/self/status').read().splitlines())
+print(json.dumps(dict(
+    capabilities=[status[name].strip().strip('0') for name in ('CapInh', 'CapPrm', 'CapEff', 'CapAmb')],
+    privileges=status['NoNewPrivs'].strip(), filter=status['Seccomp'].strip(), uid=os.getuid(),
+    files=[path for path in PRIVATE if os.path.exists(path) and os.listdir(path)],
+)))
+"""
 TRIED = ("ptrace", "process_vm_readv", "unshare", "keyctl", "bpf", "io_uring_setup", "personality")
 GRADER = ("autograder.paths", "autograder.hidden")
 SECRET = "SECRET_OF_THE_GRADER"  # an environment variable
@@ -100,12 +113,46 @@ def examine() -> list[Layer]:
         )
     if done.returncode:
         raise SandboxUnavailable(f"the probe ended with status {done.returncode}: {done.stderr.strip()[-300:]}")
-    return list(_layers(json.loads(done.stdout), box))
+    return [*_layers(json.loads(done.stdout), box), _judge(box), _group()]
 
 
 def refused(layers: list[Layer]) -> bool:
     """Whether grading must not be trusted to this machine."""
     return not all(layer.holds for layer in layers if layer.required)
+
+
+def _judge(box: str) -> Layer:
+    """The process that speaks with the programs, tried as it is started for a grading."""
+    name = "confined judge"
+    root = paths.checkout()
+    private = [paths.HIDDEN, *([root / "tests", root / "solutions"] if root else [])]
+    probe = f"PRIVATE = {list(map(str, private))!r}\n{JUDGE}"
+    user, lock = users.take() if box == "root" else (None, None)
+    try:
+        with Sandbox(box, {}) as sandbox:
+            command = [*BOXES[box], *sandbox.judge_command(["-c", probe, *([str(user)] if user else [])])]
+            done = subprocess.run(command, capture_output=True, text=True, pass_fds=sandbox.descriptors, timeout=60)
+    finally:
+        if lock is not None:
+            os.close(lock)
+    if done.returncode:
+        return Layer(name, False, (done.stderr.strip().splitlines() or [f"exit status {done.returncode}"])[-1])
+    seen = json.loads(done.stdout)
+    held = not any(seen["capabilities"]) and seen["privileges"] == "1" and not seen["files"]
+    filtered = seen["filter"] == "2" or not seccomp.available()
+    who = f"host user {seen['uid']}" if user else "the user who grades"
+    rest = f"sees {', '.join(seen['files'])}" if seen["files"] else "sees one suite, no other file of the grader's"
+    return Layer(name, held and filtered and seen["uid"] == (user or 0), f"{who}, no capabilities, {rest}")
+
+
+def _group() -> Layer:
+    """The control group for the programs of a grading together."""
+    group = cgroup.make()
+    if group is None:
+        return Layer("control group", False, "none to be had: only each program has limits", required=False)
+    group.close()
+    seen = f"{cgroup.MEMORY >> 30} GiB and {cgroup.TASKS} processes for all programs of a grading together"
+    return Layer("control group", True, seen, required=False)
 
 
 def _calls() -> dict[str, int]:

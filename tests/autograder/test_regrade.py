@@ -130,6 +130,7 @@ def test_files_handed_in_since_are_named(client, suite, tmp_path):
     _, (move,) = run(client, out, everything=True)
     assert (move.old.status, move.new.status, move.new.score) == ("invalid_submission", "graded", 20)
     assert move.why[0] == "other files were handed in since" and move.moved
+    assert (move.old.seed, move.new.seed == 7) == (7, False), "what the last grading asked is not asked again"
     with pytest.raises(UsageError, match="no result of student 'bob'"):
         run(client, out, students=["bob"])
     with pytest.raises(UnknownExercise, match="there is no exercise 'nothing'"):
