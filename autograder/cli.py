@@ -36,7 +36,7 @@ Unsafe = Annotated[
 ]
 Seed = Annotated[int | None, typer.Option(help="Draw the hidden inputs from this seed instead of a new one.")]
 Jobs = Annotated[
-    int | None, typer.Option(min=1, help="How many submissions to grade at a time; default: one for each core.")
+    int | None, typer.Option(min=1, help="How many submissions to grade at a time; default: as the processor has time for.")
 ]
 Scheduler = Annotated[
     str | None, typer.Option(help="Grade on the Dask cluster at tcp://HOST:PORT instead of this machine.")

@@ -23,16 +23,16 @@ def workers(count: int, jobs: int | None, scheduler: str | None, unsafe: bool) -
     """A client of the workers for `count` submissions; None when there are none.
 
     The workers are those of the Dask scheduler at the address `scheduler`, or else `jobs` processes of this machine, by
-    default one for each core.  Raises ClusterError and SandboxUnavailable.
+    default more than there are cores: see `admission`.  Raises ClusterError and SandboxUnavailable.
     """
     if not count:
         yield None
         return
     if not scheduler:
         choose(unsafe)  # says what is missing before the workers do
-    from autograder.grading import cluster
+    from autograder.grading import admission, cluster
 
-    here = jobs or len(os.sched_getaffinity(0))
+    here = jobs or admission.WORKERS * admission.cores()
     with cluster.remote(scheduler) if scheduler else cluster.local(min(count, here)) as client:
         yield client
 

@@ -15,7 +15,7 @@ from distributed import Client, Future, KilledWorker, LocalCluster, Worker, get_
 from distributed.security import Security
 
 from autograder.errors import ClusterError, SandboxUnavailable, WorkerLost
-from autograder.grading import installed, single
+from autograder.grading import admission, installed, single
 from autograder.grading.dispatch import WELCOME, Dispatcher, Grading, Task
 from autograder.records import Report, Submission
 from autograder.sandbox.box import choose
@@ -157,7 +157,8 @@ class DaskPool:
 
 def _grade(submission: Submission, packed: exercises.Packed, seed: int, patience: float, unsafe: bool) -> Report:
     """Grade a submission; called on a worker."""
-    return single.grade(submission, _box(unsafe), seed, patience, exercises.unpack(packed))
+    with admission.turn():
+        return single.grade(submission, _box(unsafe), seed, patience, exercises.unpack(packed))
 
 
 @cache

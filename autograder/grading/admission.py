@@ -1,0 +1,58 @@
+"""When the next grading may begin on this machine: while a core is left for it, or processor to spare.
+
+Much of a grading is waiting: for a program that must give up, for an answer that must take its time.  So there are more
+workers than cores, and one beyond the number of cores begins only when the others leave enough of the processor idle.
+The gradings of a user on a machine, of all batches, are counted together.
+"""
+
+import contextlib
+import os
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+from course import registry
+
+WORKERS = 2  # for each core
+SPARE = 0.7  # of a core that must be idle, the start of a grading takes more than the rest of it
+WINDOW = 0.4  # s over which that is measured
+
+
+def cores() -> int:
+    """How many cores this process may use."""
+    return len(os.sched_getaffinity(0))
+
+
+@contextlib.contextmanager
+def turn() -> Iterator[None]:
+    """Wait until a grading may begin; it lasts as long as the block."""
+    folder = registry.folder()
+    while True:
+        with contextlib.ExitStack() as held:
+            if _take_core(folder, held) or _find_spare(folder):
+                yield
+                return
+
+
+def _take_core(folder: Path, held: contextlib.ExitStack) -> bool:
+    """Whether there are fewer gradings than cores; then this one is counted until `held` is closed."""
+    for number in range(cores()):
+        with contextlib.suppress(Timeout):
+            held.enter_context(FileLock(folder / f"grading-{number}.lock", blocking=False))
+            return True
+    return False
+
+
+def _find_spare(folder: Path) -> bool:
+    """Whether enough of the processor is idle, and nobody else has just begun because of that; takes WINDOW."""
+    with FileLock(folder / "grading-spare.lock"):  # one after the other: what has begun must be seen by the next
+        before, start = _idle(), time.monotonic()
+        time.sleep(WINDOW)
+        return (_idle() - before) / (time.monotonic() - start) >= SPARE
+
+
+def _idle() -> float:
+    """Seconds for which the cores together have been idle (proc(5), /proc/stat)."""
+    return int(Path("/proc/stat").read_text().split(None, 5)[4]) / os.sysconf("SC_CLK_TCK")
