@@ -36,7 +36,8 @@ Unsafe = Annotated[
 ]
 Seed = Annotated[int | None, typer.Option(help="Draw the hidden inputs from this seed instead of a new one.")]
 Jobs = Annotated[
-    int | None, typer.Option(min=1, help="How many submissions to grade at a time; default: as the processor has time for.")
+    int | None,
+    typer.Option(min=1, help="How many submissions to grade at a time; default: as the processor has time for."),
 ]
 Scheduler = Annotated[
     str | None, typer.Option(help="Grade on the Dask cluster at tcp://HOST:PORT instead of this machine.")
@@ -177,7 +178,7 @@ def report_command(
     if not reports:
         raise UsageError(f"no results in {out}")
     target = html or out / "report.html"
-    summary.write(list(reports.values()), target)
+    summary.write(list(reports.values()), target, out)
     print(target)
 
 

@@ -46,10 +46,15 @@ def workspace_variables() -> dict[str, str]:
 
 
 def session_variables(domain: int) -> dict[str, str]:
-    """What the processes of a session and of its terminals share: the ROS domain, how to discover, how to log."""
+    """What the processes of a session and of its terminals share: the ROS domain, how to discover, speak and log.
+
+    They speak by UDP.  Fast DDS's shared memory is open to all users of a machine, keeps the segments of processes that
+    were killed, and its error messages would reach the cells.
+    """
     return {
         "ROS_DOMAIN_ID": str(domain),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"),
+        "FASTDDS_BUILTIN_TRANSPORTS": os.environ.get("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4"),
         # As in the book.
         "RCUTILS_CONSOLE_OUTPUT_FORMAT": os.environ.get(
             "RCUTILS_CONSOLE_OUTPUT_FORMAT", "[{severity}] [{name}]: {message}"

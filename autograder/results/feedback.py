@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from autograder.records import Mark, Report
+from autograder.records import Mark, Report, Result
 from autograder.results import pages
 from autograder.submissions.exercises import load
 
@@ -16,10 +16,20 @@ def page(report: Report, by_hand: Iterable[Mark] = ()) -> str:
         report=report,
         by_hand=by_hand,
         exercise=load(report.assignment),
+        causes=causes(report),
         points=points,
         most=most,
         number=lambda points: f"{points:g}",
     )
+
+
+def causes(report: Report) -> dict[str, list[Result]]:
+    """What is to be mended: each message once, with the tests that it cost."""
+    found: dict[str, list[Result]] = {}
+    for test in report.tests:
+        if test.message:
+            found.setdefault(test.message, []).append(test)
+    return found
 
 
 def total(report: Report, by_hand: Iterable[Mark]) -> tuple[float, float]:

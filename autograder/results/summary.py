@@ -1,10 +1,12 @@
 """What the results of a batch say about a class: scores, each hidden test, and what an instructor should look at."""
 
+import os
 import statistics
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import quote
 
 from rich.console import Console
 from rich.markup import escape
@@ -148,21 +150,39 @@ def show(reports: list[Report], console: Console | None = None) -> None:
             console.print(f" {escape(printable(f'{report.student}/{report.assignment}'))}: {why}", highlight=False)
 
 
-def page(reports: list[Report]) -> str:
-    """The summary as an HTML page with plots; everything in it is escaped."""
+def students(reports: Iterable[Report]) -> dict[str, dict[str, Report]]:
+    """The report on each assignment of each student, in alphabetical order."""
+    found: dict[str, dict[str, Report]] = {}
+    for report in sorted(reports, key=lambda report: (report.student, report.assignment)):
+        found.setdefault(report.student, {})[report.assignment] = report
+    return found
+
+
+def page(reports: list[Report], feedback: str = "feedback") -> str:
+    """The summary as an HTML page with plots; everything in it is escaped.
+
+    `feedback` is the way from the page to the folder with the students' own.
+    """
+
+    def link(report: Report) -> str:
+        return quote(f"{feedback}/{report.student}/{report.assignment}.html", errors="surrogateescape")
+
     return pages.render(
         "report.html",
         classes=classes(reports),
         looks=needs_a_look(reports),
+        students=students(reports),
+        link=link,
         bars=BARS,
         fmean=statistics.fmean,
         median=statistics.median,
     )
 
 
-def write(reports: list[Report], target: Path) -> None:
-    """Write the page, for the instructor alone."""
-    storage.replace(target, page(reports).encode(errors="replace"), storage.PRIVATE)
+def write(reports: list[Report], target: Path, out: Path) -> None:
+    """Write the page on the results in the output folder `out`, for the instructor alone."""
+    way = os.path.relpath(out / "feedback", target.parent)
+    storage.replace(target, page(reports, way).encode(errors="replace"), storage.PRIVATE)
 
 
 def _class(name: str, reports: list[Report]) -> Class:

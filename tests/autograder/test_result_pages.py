@@ -1,0 +1,60 @@
+"""What a student reads of one cause that cost several tests, and an instructor of each student."""
+
+from html.parser import HTMLParser
+from urllib.parse import unquote
+
+from autograder.records import CRASHED, GRADED, PASSED, Report, Result
+from autograder.results import feedback, summary
+from autograder.submissions import exercises
+
+DIED = "motor_service.py died while it answered a request: ZeroDivisionError."
+
+
+def report(student: str, messages: dict[int, str]) -> Report:
+    """A report on `services` with these messages, by the test's number."""
+    tests = exercises.load("services").tests
+    results = [
+        Result(test.id, test.title, *((CRASHED, 0) if number in messages else (PASSED, test.points)), test.points)
+        for number, test in enumerate(tests)
+    ]
+    told = [Result(**vars(result) | {"message": messages.get(number, "")}) for number, result in enumerate(results)]
+    score = sum(result.points for result in told)
+    return Report(student, "services", GRADED, score, sum(test.points for test in tests), 7, 2.0, [], told)
+
+
+def test_one_cause_is_said_once_with_the_tests_that_it_cost():
+    found = report("ada", {0: DIED, 3: DIED, 5: "Another <b>cause</b>."})
+    page = feedback.page(found)
+    assert page.count("ZeroDivisionError") == 1 and "<b>" not in page
+    lost = {number: found.tests[number] for number in (0, 3)}
+    cost = sum(test.max_points for test in lost.values())
+    assert f"Cost {cost:g} points: {'; '.join(test.title for test in lost.values())}" in page
+    rows = page.split("<table>")[1].split("<tr>")[2:]
+    assert [number for number, row in enumerate(rows) if "crashed (1)" in row] == [0, 3]
+    assert [number for number, row in enumerate(rows) if "crashed (2)" in row] == [5]
+
+
+class Links(HTMLParser):
+    """The links of a page."""
+
+    def __init__(self, page: str):
+        super().__init__()
+        self.found: list[str] = []
+        self.feed(page)
+
+    def handle_starttag(self, tag, attributes):
+        if tag == "a":
+            self.found.append(unquote(dict(attributes)["href"]))
+
+
+def test_each_student_has_a_line_with_a_link_to_their_page(tmp_path):
+    out = tmp_path / "out"
+    students = ["ada", "Übung & <3>"]
+    for student in students:
+        (out / "feedback" / student).mkdir(parents=True)
+        (out / "feedback" / student / "services.html").write_text(feedback.page(report(student, {})))
+    for target in (out / "report.html", tmp_path / "report of the class.html"):
+        summary.write([report(student, {}) for student in students], target, out)
+        links = Links(target.read_text()).found
+        assert len(links) == len(students)
+        assert all((target.parent / link).is_file() for link in links)
