@@ -13,7 +13,7 @@ from typing import Any
 from nbconvert.exporters import Exporter, NotebookExporter
 from nbformat import NotebookNode
 from nbformat import read as read_notebook
-from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
+from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_output
 from nbgrader.api import Gradebook, Notebook
 from nbgrader.converters.base import BaseConverter
 from nbgrader.preprocessors import NbGraderPreprocessor
@@ -23,9 +23,10 @@ from autograder.errors import InfrastructureError
 from autograder.gradebook.book import Scores, by_hand
 from autograder.grading.single import grade
 from autograder.records import INFRASTRUCTURE_ERROR, Report
-from autograder.results import feedback
+from autograder.results import feedback, text
 from autograder.sandbox.box import choose
 from autograder.submissions import listing, notebook
+from autograder.submissions.exercises import load
 from autograder.submissions.reading import read_notebook as read_handed_in
 from course.errors import UnreadableNotebook
 
@@ -96,11 +97,25 @@ class GradeInSandbox(NbGraderPreprocessor):
         with Scores(names["db_url"]) as scores:
             scores.write(report)
         nb.metadata["autograder"] = report.public()
+        show_results(nb, report)
         _remove_unwanted(
             _folder(converter, "submitted") / student / assignment,
             _folder(converter, "autograded") / student / assignment,
         )
         return nb, resources
+
+
+def show_results(nb: NotebookNode, report: Report) -> None:
+    """Put the outcomes of the hidden tests above what the student's own run of each cell with points has printed."""
+    tests = {test.id: test.cell for test in load(report.assignment).tests}
+    for cell in nb.cells:
+        name = cell.metadata.get("nbgrader", {}).get("grade_id")
+        results = [result for result in report.tests if tests.get(result.id) == name]
+        if results and cell.cell_type == "code":
+            lines = ["Hidden tests:", *map(text.result, results), ""]
+            if cell.outputs:
+                lines.append("Printed when it was handed in:\n")
+            cell.outputs.insert(0, new_output("stream", name="stdout", text=text.printable("\n".join(lines))))
 
 
 class FeedbackPage(Exporter):

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from autograder.records import FAULT, GRADED, PASSED, Report
+from autograder.records import FAULT, GRADED, PASSED, Report, Result
 
 
 def printable(text: str) -> str:
@@ -23,16 +23,21 @@ def score(report: Report) -> str:
     return report.status if report.score is None else f"{report.score:g} of {report.max_score:g}"
 
 
+def result(test: Result) -> str:
+    """The outcome of one test, with its message on a line of its own."""
+    passed = test.outcome == PASSED
+    outcome = "" if passed else f" [{test.outcome.replace('_', ' ')}]"
+    head = f" {'+' if passed else '-'} {test.points:g}/{test.max_points:g}  {test.title}{outcome}"
+    return f"{head}\n         {test.message}" if test.message else head
+
+
 def describe(report: Report, details: Mapping[str, str] | None = None) -> str:
     """A report test by test; `details`, by test, are for instructors alone."""
     details = details or {}
     lines = []
     if report.status == GRADED:
         for test in report.tests:
-            mark = "+" if test.outcome == PASSED else "-"
-            outcome = "" if test.outcome == PASSED else f" [{test.outcome.replace('_', ' ')}]"
-            lines.append(f" {mark} {test.points:g}/{test.max_points:g}  {test.title}{outcome}")
-            lines += [f"         {test.message}"] if test.message else []
+            lines.append(result(test))
             if detail := details.get(test.id):
                 lines.append(f"         > {detail}")
     else:

@@ -1,6 +1,7 @@
 """nbgrader with this course's configuration: the sandbox decides the points, and nothing else that was handed in."""
 
 import copy
+import html
 import json
 import re
 import subprocess
@@ -16,7 +17,7 @@ from nbgrader.server_extensions.formgrader import handlers
 from autograder.gradebook import leaks, plugins, release
 from autograder.paths import HIDDEN, repository
 from autograder.records import INFRASTRUCTURE_ERROR, Report
-from autograder.submissions import notebook, reading
+from autograder.submissions import exercises, notebook, reading
 from course.errors import UnreadableNotebook
 from course.notebook.cells import exercise_file
 
@@ -192,11 +193,25 @@ def test_the_instructor_sees_the_notebook_as_handed_in(graded):
     shown = json.loads((course / "autograded" / "hostile" / "calculator" / "calculator.ipynb").read_text())
     faked = cell(shown, "calculator-server")
     assert "".join(faked["source"]) == "import os\nos._exit(0)"
-    assert "".join(faked["outputs"][0]["text"]).startswith("kept as handed in")
+    assert "".join(faked["outputs"][1]["text"]).startswith("kept as handed in")
     assert faked["metadata"]["nbgrader"]["points"] == 12
     assert "not in the notebook that was handed in" in "".join(cell(shown, "calculator-client")["source"])
     named = [c["metadata"]["nbgrader"]["grade_id"] for c in shown["cells"] if "nbgrader" in c["metadata"]]
     assert sorted(named) == sorted(set(named)) and len(named) == 7
+
+
+def test_formgrader_shows_what_each_hidden_test_said_beside_its_cell(graded):
+    course, _, reports = graded
+    cells = {test.id: test.cell for test in exercises.load("calculator").tests}
+    for student in ("no_client", "no_json"):
+        shown = json.loads((course / "autograded" / student / "calculator" / "calculator.ipynb").read_text())
+        lost = [test for test in reports[student]["tests"] if not test["points"]]
+        assert lost
+        for test in reports[student]["tests"]:
+            said = "".join(cell(shown, cells[test["id"]])["outputs"][0]["text"])
+            assert f"/{test['max_points']:g}  {test['title']}" in said and test["message"] in said
+        page = html.unescape(formgrader_page(course, student))
+        assert all(test["title"] in page for test in lost)
 
 
 def test_no_script_of_a_student_runs_in_formgrader(graded):
