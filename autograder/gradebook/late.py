@@ -28,7 +28,6 @@ from autograder.errors import UsageError
 from autograder.submissions import reading
 
 DAY = 86_400  # s
-MAX_BYTES = 200  # of the file with the time; a time has some 30
 log = logging.getLogger(__name__)
 quiet = logging.getLogger(f"{__name__}.nbgrader")  # nbgrader warns of every late submission, three times
 quiet.setLevel(logging.ERROR)
@@ -122,18 +121,10 @@ def _put_off(due: datetime, extension: float | str | datetime) -> datetime:
 def timestamp(folder: Path) -> datetime | None:
     """When a submission was handed in (UTC), from the file that nbgrader puts into its folder; None when unknown."""
     try:
-        text = reading.read_file(folder / reading.TIMESTAMP, MAX_BYTES).decode().strip()
-        return parse_utc(text) if text else None
-    except (FileNotFoundError, NotADirectoryError):
-        return None
-    except Exception as error:  # dateutil raises whatever its parts do: no student's file may stop a batch
-        log.warning(
-            "%s/%s: %s cannot be read, so it is not known when this was handed in (%r)",
-            folder.parent.name,
-            folder.name,
-            reading.TIMESTAMP,
-            error,
-        )
+        return reading.handed_in_at(folder)
+    except (ValueError, OverflowError) as error:
+        who = f"{folder.parent.name}/{folder.name}"
+        log.warning("%s: it is not known when this was handed in, so no penalty is reckoned: %s", who, error)
         return None
 
 

@@ -4,15 +4,17 @@ import contextlib
 import os
 import secrets
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from autograder.records import Report, Submission
+from autograder.records import TIME_UNKNOWN, Report, Submission
 from autograder.results import output
 from autograder.results.output import Origin
 from autograder.sandbox.box import choose
 from autograder.submissions import exercises
 from autograder.submissions.listing import digest, read
+from autograder.submissions.reading import handed_in_at
 
 if TYPE_CHECKING:
     from distributed import Client  # takes a second to load
@@ -58,7 +60,16 @@ def run(
             yield found, seed
 
     for report in cluster.run(client, handed_in(), patience, unsafe):
-        yield report, origins.pop((report.student, report.assignment))
+        flags = [] if _time_is_known(submitted / report.student / report.assignment) else [TIME_UNKNOWN]
+        yield replace(report, flags=[*report.flags, *flags]), origins.pop((report.student, report.assignment))
+
+
+def _time_is_known(folder: Path) -> bool:
+    try:
+        handed_in_at(folder)
+    except (ValueError, OverflowError):
+        return False
+    return True
 
 
 def changed(out: Path, keys: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:

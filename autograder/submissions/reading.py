@@ -5,8 +5,10 @@ A file that is missing is taken from the `%%exercise` cell of the notebook that 
 """
 
 import os
+import re
 import stat
 from collections.abc import Iterable
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 from autograder.records import Submission
@@ -16,6 +18,9 @@ from course.notebook.cells import Cell, exercise_file, text_of
 
 TIMESTAMP = "timestamp.txt"  # in which nbgrader says when a submission was handed in
 MAX_BYTES = 1_000_000  # a file; a program of this course has some 5,000
+MAX_TIME_BYTES = 200  # of TIMESTAMP; a time has some 30
+A_TIME = re.compile(r"(\d{4}-\d\d-\d\d)[ T](\d\d:\d\d(?::\d\d(?:\.\d{1,6})?)?) ?(UTC|Z|[+-]\d\d:?\d\d)?", re.ASCII)
+EARLY = timedelta(days=1)  # that a clock may be wrong by: what lies further in the future was not handed in then
 
 
 def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> Submission:
@@ -67,6 +72,30 @@ def read_file(path: Path, limit: int = MAX_BYTES) -> bytes:
         return _read_file(path.name, inside, limit)
     finally:
         os.close(inside)
+
+
+def handed_in_at(folder: Path) -> datetime | None:
+    """When a submission was handed in, in UTC and without a zone as nbgrader has it; None when nothing tells.
+
+    Raises ValueError when what should tell is no time as nbgrader and `autograder collect` write it: UTC, or with an
+    offset from it, and not in the future.
+    """
+    try:
+        text = read_file(folder / TIMESTAMP, MAX_TIME_BYTES).decode().strip()
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except OSError as error:
+        raise ValueError(f"{TIMESTAMP} cannot be read ({error.strerror})") from None
+    if not text:
+        return None
+    parts = A_TIME.fullmatch(text)
+    if not parts:
+        raise ValueError(f"{TIMESTAMP} is no time such as 2026-05-08 23:59:00 UTC")
+    zone = "+00:00" if parts[3] in (None, "UTC", "Z") else parts[3]
+    found = datetime.fromisoformat(f"{parts[1]}T{parts[2]}{zone}").astimezone(UTC)
+    if found > datetime.now(UTC) + EARLY:
+        raise ValueError(f"{TIMESTAMP} lies in the future")
+    return found.replace(tzinfo=None)
 
 
 def read_notebook(path: Path) -> list[Cell]:

@@ -15,7 +15,7 @@ from autograder.gradebook import late, plugins, release
 from autograder.gradebook.book import Scores
 from autograder.records import GRADED, PASSED, Report, Result
 from autograder.results.output import UsageError
-from autograder.submissions import exercises, listing
+from autograder.submissions import exercises, listing, reading
 
 pytestmark = pytest.mark.filterwarnings("ignore:Object of type")  # nbgrader's own, about its sessions
 DUE = datetime(2026, 5, 1, 12)
@@ -218,17 +218,21 @@ def test_what_is_no_time_is_told_and_loses_no_score(course, caplog):
         "bytes": "\0\ud800",
         "far": "9" * 30,
         "hours": "9" * 30 + "h",
+        "zone": "2026-05-01 12:00:00 PST",
+        "future": "2999-05-01 12:00:00 UTC",
+        "no_day": "2026-02-30 12:00:00 UTC",
     }.items():
         hand_in(submitted, student, None)
         (submitted / student / "calculator" / "timestamp.txt").write_bytes(text.encode(errors="surrogatepass"))
     hand_in(submitted, "linked", None)
     (submitted / "linked" / "calculator" / "timestamp.txt").symlink_to("/dev/stdin")
     url = f"sqlite:///{course / 'gradebook.db'}"
-    names = ("words", "long", "bytes", "far", "hours", "linked")
+    names = ("words", "long", "bytes", "far", "hours", "zone", "future", "no_day", "linked")
     with caplog.at_level(logging.WARNING), Scores(url, submitted) as scores:
         for student in names:
             scores.write(report(student))
-    assert [f"{name}/calculator: timestamp.txt cannot be read" in caplog.text for name in names] == [True] * 6
+    told = "{}/calculator: it is not known when this was handed in"
+    assert [told.format(name) in caplog.text for name in names] == [True] * len(names)
     assert penalties(url) == dict.fromkeys(names, 0)
 
 
@@ -267,3 +271,19 @@ def test_grade_on_the_command_line(course, monkeypatch, capsys):
     with Gradebook(f"sqlite:///{course / 'gradebook.db'}") as book:
         assert book.find_submission("calculator", "two_days").timestamp == DUE + 26 * HOUR
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "2026-05-08 12:30:00 UTC",
+        "2026-05-08 12:30:00.000000 UTC\n",
+        "2026-05-08 12:30",
+        "2026-05-08T12:30:00Z",
+        "2026-05-08 14:30:00 +0200",
+        "2026-05-08 14:30:00+02:00",
+    ],
+)
+def test_a_time_is_read_in_utc(text, tmp_path):
+    (tmp_path / "timestamp.txt").write_text(text)
+    assert reading.handed_in_at(tmp_path) == datetime(2026, 5, 8, 12, 30)
