@@ -4,7 +4,7 @@ import random
 import re
 import signal
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from autograder.errors import Crashed, TimedOut, Wrong
 from autograder.sandbox.cleaning import NUMBER
@@ -136,20 +136,27 @@ def expect_status(run: Run, doing: str, status: int) -> None:
         )
 
 
-def expect_words(run: Run, doing: str, must: str, *, beside: str = "", unlike: str = "") -> None:
+def expect_words(
+    run: Run, doing: str, must: str, *, beside: str = "", unlike: str = "", ignoring: Iterable[str] = ()
+) -> None:
     """The run says something, whatever its exit status is.
 
     What it prints must have a line that is not in `beside` (what it prints anyway), and must not be all the same as
-    `unlike` (what it prints in another case).  Numbers do not make a line another one.
+    `unlike` (what it prints in another case).  Numbers, and the words in `ignoring`, do not make a line another one.
     """
+
+    def lines(text: str) -> set[str]:
+        plain = NUMBER.sub("#", re.sub("|".join(map(re.escape, ignoring)) or "$", "#", text))
+        return {" ".join(line.split()) for line in plain.splitlines() if line.strip()}
+
     program = run.finish(doing)
     _expect_own_end(run.file, program, doing)
-    said = _lines(program.output)
+    said = lines(program.output)
     if not said:
         raise Wrong(f"{_capital(doing)}, the client must {must}; it printed nothing.")
-    if said <= _lines(beside):
+    if said <= lines(beside):
         raise Wrong(f"{_capital(doing)}, the client must {must}; it only printed what it always prints.", said)
-    if said == _lines(unlike):
+    if said == lines(unlike):
         raise Wrong(f"{_capital(doing)}, the client must {must}; it printed the same as in another case.", said)
 
 
@@ -159,10 +166,6 @@ def _expect_own_end(file: str, program: Program, doing: str) -> None:
             f"{file}, run {doing}, was ended by the signal {SIGNALS[program.exit_status or 0]}, and not by its own "
             "end: return from main, or call sys.exit, when everything is said."
         )
-
-
-def _lines(text: str) -> set[str]:
-    return {" ".join(NUMBER.sub("#", line).split()) for line in text.splitlines() if line.strip()}
 
 
 def _capital(doing: str) -> str:

@@ -74,8 +74,8 @@ class Calculator(Server):
             if len(self._broken) == len(ANSWERS):
                 raise next(iter(self._broken.values()))
             raise Wrong(
-                "This is judged with a server that does something: but none of the four operations gives the right "
-                "result."
+                "This is judged only in a server that gives right answers, and none of the four operations gives the "
+                "right result."
             )
         return self._abilities
 
@@ -285,7 +285,8 @@ class ClientRuns:
         if not self.answered.reached:
             self.answered.run.finish("with a server that answers")
             raise Wrong(
-                f"This is judged with a client that does something: with two numbers and an operation, it did not call "
-                f"{SERVICE}, which was there.",
+                f"With two numbers and an operation, no request of the client's came to {SERVICE}, which was there. (A "
+                "client that ends right after call_async may end before its request is out: wait for the response.) "
+                "Only a client that calls is judged.",
                 self.answered.run.output,
             )

@@ -175,8 +175,8 @@ def test_precision(calculator: Calculator, rng: random.Random) -> None:
 def test_division_by_zero(calculator: Calculator, rng: random.Random) -> None:
     """Dividing by zero is refused with a message, and dividing by other numbers is not."""
     a, b = plain_numbers(rng)
-    response = calculator.ask(a, "divide", b)
-    if not response.success and "divide" not in calculator.abilities:
+    abilities, response = calculator.abilities, calculator.ask(a, "divide", b)
+    if not response.success and "divide" not in abilities:
         raise Wrong("A division by another number than 0 is refused, too: this shows nothing of a division by zero.")
     for a, b in [(rng.uniform(1, 100), 0.0), (rng.uniform(-100, -1), 0.0), (0.0, 0.0), (rng.uniform(1, 100), -0.0)]:
         calculator.expect_refusal(a, "divide", b, "Division by zero")
@@ -384,7 +384,7 @@ def test_client_without_server(runs: ClientRuns) -> None:
     runs.expect_call()
     runs.answered.run.until(lambda: False)  # its end
     must = f"say that it found no server for {SERVICE}"
-    expect_words(runs.absent, "without a server", must, beside=runs.answered.run.output)
+    expect_words(runs.absent, "without a server", must, beside=runs.answered.run.output, ignoring=ANSWERS)
 
 
 @points(0.5, cell="calculator-client")

@@ -127,6 +127,7 @@ CLIENT_TESTS = {
     "client_arguments",
     "client_exit_status",
 }
+SLEEPS = "        import time\n        time.sleep(0.5)\n"
 ASKS = "        rclpy.spin_until_future_complete(self, future, timeout_sec=timeout_sec)\n"
 
 LOG_REQUEST = """        self.get_logger().info(
@@ -276,7 +277,7 @@ WRONG = {
     ),
     "every operation refuses b = 0": (
         server((REFUSE_ZERO, ""), (FIRST, REFUSE_ZERO.replace("elif", "if", 1) + ELSE_FIRST)),
-        {"add", "subtract", "multiply"},
+        {"add", "subtract", "multiply", "unknown_operation"},
     ),
     "computes all operations first": (
         server(
@@ -707,12 +708,12 @@ WRONG = {
         {"client_sends"},
     ),
     "client shows a whole number": (client(("{response.result}", "{response.result:.0f}")), {"client_shows_result"}),
-    "client does not wait for the answer": (
-        client((ASKS, "")),
+    "client sleeps until the answer is there": (
+        client((ASKS, SLEEPS)),
         {"client_shows_result", "client_shows_message", "client_exit_status"},
     ),
     "client shows the future": (
-        client(("        return future.result()", "        print(future)\n        return future"), (ASKS, "")),
+        client(("        return future.result()", "        print(future)\n        return future"), (ASKS, SLEEPS)),
         {"client_shows_result", "client_shows_message"},
     ),
     "client always adds": (client(("operation=operation", "operation='add'")), {"client_sends"}),
