@@ -769,7 +769,15 @@ WRONG = {
     ),
     "status is of a state of its own": (
         motors((STATUS, STATUS + "\n        response.message = 'Motors disabled'\n        return response")),
-        {"motors_start_disabled", "enable_and_disable", "status", "emergency_stop", "release", "last_command_counts"},
+        {
+            "motors_start_disabled",
+            "enable_and_disable",
+            "status",
+            "repeating_is_no_error",
+            "emergency_stop",
+            "release",
+            "last_command_counts",
+        },
     ),
     "status under another name": (motors(("'/motors/status'", "'/motor/status'")), {"motors_start_disabled", "status"}),
     "enable returns nothing": (
@@ -879,13 +887,16 @@ WRONG = {
         ),
         {"motors_start_disabled", "status"},
     ),
-    "three of a kind keep the next command out": (
+    "disabling is counted": (
         motors(
             (
-                REFUSE,
-                "self.heard = [*getattr(self, 'heard', []), request.data][-4:]\n"
-                "        if len(set(self.heard[:3])) == 1 and len(self.heard) == 4 and not self.stopped:\n"
-                "            request.data = self.enabled\n        " + REFUSE,
+                SWITCH,
+                (
+                    "count = getattr(self, 'count', 0)\n"
+                    "        count = count if self.enabled or count < 0 else 0\n"
+                    "        self.count = count if self.stopped else count + (1 if request.data else -1)\n"
+                    "        self.enabled = self.count > 0 and not self.stopped"
+                ),
             )
         ),
         {"last_command_counts"},
