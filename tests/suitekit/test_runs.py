@@ -105,7 +105,7 @@ def test_the_exit_status_of_what_raised_is_its_own():
         ("calling 3 4", {"beside": "calling 1 2\nresult 3"}, "what it always prints"),
         ("calling 3 add", {"beside": "calling 1 divide", "ignoring": ["add", "divide"]}, "what it always prints"),
         ("calling 3 add", {"beside": "calling 1 divide"}, ""),
-        ("Error 2", {"unlike": "Error 1\n"}, "the same as in another case"),
+        ("Error 2", {"unlike": "Error 1\n"}, "the same as when something else is wrong"),
         ("usage\nError 2", {"unlike": "Error 1\n"}, ""),
     ],
 )

@@ -24,6 +24,7 @@ SIGNS = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
 CLIENT = "calculator_client.py"
 ROUNDING = 0.0051  # what rounding to two decimals may cost: judged by one test, not by every operation's
 ABOUT_RIGHT = 1e-2  # relative error of a result that the right operation may have given, rounded
+SYLLABLE = 4  # letters of a word that may stand in any text, so that it is not hidden from it
 TRIES = 2  # runs of a client that has not called the server, which was there
 CHATTER = 300  # numbers like the right one that a program may print beside it: printing all of them shows none
 
@@ -43,7 +44,8 @@ class Calculator(Server):
 
     def ask(self, a: float, operation: str, b: float) -> Any:
         """Its response."""
-        self.bench.hide(a, operation if operation not in ANSWERS else "", b)
+        drawn = operation not in ANSWERS and operation.isalpha() and len(operation) > SYLLABLE
+        self.bench.hide(a, operation if drawn else "", b)
         return self.call(Calculate.Request(a=a, b=b, operation=operation))
 
     def expect(self, a: float, operation: str, b: float, about: str, tolerance: float, success: bool = True) -> None:

@@ -219,9 +219,14 @@ class Relay(Server):
             self._adders.append(self._adder)
 
     def withdraw(self) -> None:
-        """Offer /add_two_ints no more."""
+        """Offer /add_two_ints no more; returns when this can be seen in the domain, and the relay has had time to."""
+        looking = self.ros.node.create_client(AddTwoInts, ADD)
+        wait_until(looking.service_is_ready, self.allow(SETTLED))
         self.adder.leave()
         self._adder = None
+        wait_until(lambda: not looking.service_is_ready(), self.allow(SETTLED))
+        self.parameters.get("a")  # a round trip
+        self.ros.node.destroy_client(looking)
 
     def relay(self) -> Any:
         """Its response; with a server to call, once it has had time to find it."""
@@ -324,8 +329,6 @@ class Relay(Server):
 
         That it must call each time, another test judges.
         """
-        if numbers:
-            self.change(numbers)
         try:
             return self.asked()
         except Wrong:

@@ -393,7 +393,8 @@ def test_changed_parameters(relay: Relay, rng: random.Random) -> None:
         ({"b": last_b}, (new_a, last_b)),
         ({"a": a}, (a, last_b)),
     ]:
-        asked = relay.asked_by_a_start({"a": now[0], "b": now[1]} | changed if len(changed) == 2 else changed)
+        relay.change(changed)
+        asked = relay.asked_by_a_start(named(now))
         if sorted(asked) != sorted(now):
             raise Wrong(
                 f"After {' and '.join(changed)} is set while the relay runs, the next request to {ADD} must hold the "
