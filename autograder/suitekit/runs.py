@@ -159,7 +159,9 @@ def expect_words(
     if said <= lines(beside):
         raise Wrong(f"{_capital(doing)}, the client must {must}; it only printed what it always prints.", said)
     if said == lines(unlike):
-        raise Wrong(f"{_capital(doing)}, the client must {must}; it printed the same as when something else is wrong.", said)
+        raise Wrong(
+            f"{_capital(doing)}, the client must {must}; it printed the same as when something else is wrong.", said
+        )
 
 
 def _expect_own_end(file: str, program: Program, doing: str) -> None:

@@ -136,7 +136,7 @@ class Adder:
         self.requests: list[tuple[int, int]] = []
         self.sums: list[int] = []
         self.held: list[threading.Event] = []  # what lets go each answer that is held back, in the order of requests
-        self.next_sums: list[int] = []  # what is answered next, before random numbers
+        self.fixed: int | None = None  # what is answered instead of random numbers
         self._holds = False
         self._rng, self._lock = rng, threading.Lock()
         self._node = ros.node
@@ -145,6 +145,10 @@ class Adder:
     def leave(self) -> None:
         """Offer the service no more."""
         self._node.destroy_service(self._service)
+
+    def hold_no_more(self) -> None:
+        """Answer further requests at once; those that are held stay so."""
+        self._holds = False
 
     @contextmanager
     def holding(self) -> Iterator[None]:
@@ -161,7 +165,7 @@ class Adder:
     def _answer(self, request: Any, response: Any) -> Any:
         let_go = threading.Event()
         with self._lock:
-            response.sum = self.next_sums.pop(0) if self.next_sums else self._rng.randrange(10**8, 10**12)
+            response.sum = self._rng.randrange(10**8, 10**12) if self.fixed is None else self.fixed
             self.requests.append((request.a, request.b))
             self.sums.append(response.sum)
             if self._holds:
@@ -239,13 +243,16 @@ class Relay(Server):
         self._has_succeeded = self._has_succeeded or response.success
         return response
 
-    def wait_for_success(self) -> Any:
-        """Its response, asked again and again until that has success True, or the time to find a server is over."""
+    def wait_for_success(self, asking: bool = False) -> Any:
+        """Its response, asked again and again until that has success True, or the time to find a server is over.
+
+        With `asking` it must have called /add_two_ints, too.
+        """
         responses: list[Any] = []
 
         def succeeds() -> bool:
             responses.append(self._relay())
-            return responses[-1].success
+            return responses[-1].success and (not asking or bool(self.adder.requests))
 
         wait_until(succeeds, self.allow(SETTLED))
         return responses[-1]
@@ -256,6 +263,12 @@ class Relay(Server):
             return self.ros.call(self.clients[RELAY], Trigger.Request(), limit, alive, again=limit)
 
         return self.converse(question, f"a request to {RELAY}", offer(RELAY))
+
+    def answers_again(self, limit: float) -> bool:
+        """Whether one more call gets an answer within `limit` s."""
+        program, client = self.program, self.clients[RELAY]
+        limit = self.allow(limit)
+        return self.ros.call(client, Trigger.Request(), limit, lambda: program.alive, again=limit) is not None
 
     def tells_absence(self, limit: float) -> bool:
         """Whether a call is answered with success False within `limit` s; asked again, as it may not know it at once.
