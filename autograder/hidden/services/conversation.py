@@ -23,7 +23,6 @@ RELAY, ADD = "/relay", "/add_two_ints"
 CALLERS = 6  # at once
 SLOW = 0.15  # s that /add_two_ints takes then, so that the calls overlap
 HELD = 4.0  # s that /add_two_ints holds an answer back at most, until the grader has seen what it wanted to see
-ASKED_AGAIN = 3  # calls until a relay must have noticed that /add_two_ints has gone
 SENT = 2.0  # s until a request has arrived, when its answer was not waited for
 
 
@@ -269,18 +268,6 @@ class Relay(Server):
         program, client = self.program, self.clients[RELAY]
         limit = self.allow(limit)
         return self.ros.call(client, Trigger.Request(), limit, lambda: program.alive, again=limit) is not None
-
-    def tells_absence(self, limit: float) -> bool:
-        """Whether a call is answered with success False within `limit` s; asked again, as it may not know it at once.
-
-        A request that goes out just when the server leaves is lost, and the call of it with it.
-        """
-        program, client = self.program, self.clients[RELAY]
-        for _ in range(ASKED_AGAIN):
-            response = self.ros.call(client, Trigger.Request(), self.allow(limit), lambda: program.alive, again=limit)
-            if response is not None and not response.success:
-                return True
-        return False
 
     def send(self, count: int = 1) -> list[Any]:
         """Call it `count` times without waiting; the futures of the responses, in the order of the held requests.

@@ -25,7 +25,7 @@ from autograder.hidden.services.conversation import (
     says,
     told,
 )
-from autograder.suitekit import Wrong, numbers, offer, points, twice
+from autograder.suitekit import ANSWER, Wrong, numbers, offer, points, twice
 from course.waiting import wait_until
 
 PROMPT = 5.0  # s in which the relay must answer when nobody offers /add_two_ints
@@ -455,9 +455,10 @@ def test_goes_on_afterwards(lonely: Relay) -> None:
         lonely.end()
         return  # which costs other points
     lonely.withdraw()
-    if not lonely.tells_absence(PROMPT + SLACK):
+    # A call just when the server leaves may be lost, and what it answers another test judges.
+    if not any(lonely.answers_again(ANSWER) for _ in range(2)):
         lonely.end()
         raise Wrong(
-            f"When {ADD} was there and is gone again, a call of {RELAY} must be answered with success False, within "
-            f"{PROMPT:.0f} s: look each time whether it is there."
+            f"When {ADD} was there and is gone again, a call of {RELAY} got no answer: look each time whether {ADD} is "
+            "there."
         )

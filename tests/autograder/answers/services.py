@@ -1137,7 +1137,7 @@ WRONG = {
             (
                 "        if not self.client.service_is_ready():\n",
                 (
-                    "        self.gone = hasattr(self, 'gone') or not self.client.service_is_ready()\n"
+                    "        self.gone = getattr(self, 'gone', not self.client.wait_for_service(timeout_sec=2.0))\n"
                     "        if self.gone:\n"
                 ),
             )
@@ -1225,6 +1225,7 @@ SILENT = {
     "relay has another name",
     "relay has as many threads as callers",
     "relay lets a set wait until no call waits",
+    "relay remembers that there was a server",
 }
 # Each style, and a mistake for each test.
 QUICK = {
