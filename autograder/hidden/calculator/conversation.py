@@ -135,12 +135,15 @@ class Calculator(Server):
 
         A program that logs all the numbers between those of `like` has not logged those of the request.
         """
-        before = Counter(self.log.splitlines())
+        found: list[float] = []
+        seen = Counter(self.log.splitlines())
         self.ask(*question)
 
         def logged() -> bool:
-            new = Counter(self.log.splitlines()) - before
-            found = [abs(number) for number in numbers("\n".join(new.elements()))]
+            nonlocal seen  # each line is read once: a talkative program pushes its own lines out of what is kept
+            lines = Counter(self.log.splitlines())
+            found.extend(map(abs, numbers("\n".join((lines - seen).elements()))))
+            seen |= lines
             return sum(like[0] <= number <= like[1] for number in found) <= CHATTER and right(set(found))
 
         return wait_until(logged, limit)

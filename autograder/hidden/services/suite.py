@@ -118,8 +118,8 @@ def test_status(motors: Motors) -> None:
 def test_emergency_stop(motors: Motors) -> None:
     """The emergency stop stops the motors, whether they were enabled or not."""
     for state in (ENABLED, DISABLED):
-        if not motors.bring(state):
-            continue
+        if not motors.bring(state) and state == ENABLED:
+            continue  # which costs other points
         if motors.current() == STOPPED:
             raise Wrong("The motors are said to be stopped before anybody stops them, so a stop cannot be tested.")
         response = motors.command(STOP, True)
