@@ -23,9 +23,10 @@ ANSWERS: dict[str, Callable[[float, float], float]] = {
 SIGNS = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
 CLIENT = "calculator_client.py"
 ROUNDING = 0.0051  # what rounding to two decimals may cost: judged by one test, not by every operation's
+FLOAT32 = 1e-5  # of a number's size: logs may show fewer digits than a result has
 ABOUT_RIGHT = 1e-2  # relative error of a result that the right operation may have given, rounded
 SYLLABLE = 4  # letters of a word that may stand in any text, so that it is not hidden from it
-TRIES = 2  # runs of a client that has not called the server, which was there
+TRIES = 3  # runs of a client that has not shown what it must, while a server was there
 CHATTER = 300  # numbers like the right one that a program may print beside it: printing all of them shows none
 
 Question = tuple[float, str, float]  # a, the operation, b
@@ -128,23 +129,23 @@ class Calculator(Server):
             return False
         return True
 
-    def logs_of(
-        self, question: Question, right: Callable[[set[float]], bool], like: tuple[float, float], limit: float
-    ) -> bool:
-        """Whether the numbers that a request adds to the log are `right` within `limit` s; their signs do not count.
+    def logs_result(self, question: Question, limit: float) -> bool:
+        """Whether asking this adds its result to the log within `limit` s; signs do not count.
 
-        A program that logs all the numbers between those of `like` has not logged those of the request.
+        A program that logs hundreds of numbers like the result has not logged it.
         """
         found: list[float] = []
         seen = Counter(self.log.splitlines())
-        self.ask(*question)
+        size = abs(self.ask(*question).result)
 
         def logged() -> bool:
             nonlocal seen  # each line is read once: a talkative program pushes its own lines out of what is kept
             lines = Counter(self.log.splitlines())
             found.extend(map(abs, numbers("\n".join((lines - seen).elements()))))
             seen |= lines
-            return sum(like[0] <= number <= like[1] for number in found) <= CHATTER and right(set(found))
+            return sum(size / 2 <= number <= size * 2 + 1 for number in found) <= CHATTER and any(
+                abs(number - size) <= ROUNDING + FLOAT32 * size for number in found
+            )
 
         return wait_until(logged, limit)
 
@@ -264,11 +265,15 @@ class Call:
 
     @property
     def reached(self) -> bool:
-        """Whether the client has called the server; it is run again when it has not, because it may have been late."""
-        while not (called := self.run.until(lambda: bool(self.requests))) and self._tries < TRIES:
+        """Whether the client has called the server."""
+        return self.comes_to(lambda: bool(self.requests))
+
+    def comes_to(self, condition: Callable[[], bool]) -> bool:
+        """Whether the run makes this true; it is run again when not, because it may have given up on a busy machine."""
+        while not (true := self.run.until(condition)) and self._tries < TRIES:
             self._tries += 1
             self.run.again()
-        return called
+        return true
 
     def repeat(self) -> None:
         """Run it again, with no request so far."""
