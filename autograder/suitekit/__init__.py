@@ -13,7 +13,7 @@ from autograder.suitekit.live import LiveProgram, Offers, Server, offer
 from autograder.suitekit.output import numbers
 from autograder.suitekit.parameters import Parameters
 from autograder.suitekit.ros import Ros
-from autograder.suitekit.runs import Run, expect_gives_up, expect_usage
+from autograder.suitekit.runs import Run, expect_gives_up, expect_status, expect_usage, expect_words
 from autograder.suitekit.topics import Heard, Listener, speaker
 
 __all__ = [
@@ -36,7 +36,9 @@ __all__ = [
     "TimedOut",
     "Wrong",
     "expect_gives_up",
+    "expect_status",
     "expect_usage",
+    "expect_words",
     "numbers",
     "offer",
     "on_wrong",

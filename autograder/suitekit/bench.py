@@ -10,7 +10,7 @@ from autograder.sandbox.networks import Threads
 from autograder.sandbox.program import Program
 from autograder.suitekit.clock import Clock
 from autograder.suitekit.ros import Ros
-from autograder.suitekit.runs import Run
+from autograder.suitekit.runs import Run, drawn
 
 DOMAINS = range(1, 100)
 COMMON = {"", 0.0, 1.0, 2.0, 3.0}  # not worth hiding: they stand in every program
@@ -54,9 +54,9 @@ class Bench:
         return self._nodes[-1]
 
     def begin(self, runs: dict[str, list[str]]) -> None:
-        """Start the `early` runs, given as command lines by name, each in a domain with nobody else in it."""
+        """Start the `early` runs, given as command lines by name (see `drawn`), each in a domain with nobody else."""
         for name, command in runs.items():
-            self.early[name] = self.run(*command, domain=self.new_domain())
+            self.early[name] = self.run(*drawn(command, self.random(f"early {name}")), domain=self.new_domain())
 
     def run(self, file: str, *args: str, domain: int) -> Run:
         """Begin a run of a handed-in program that must end on its own."""

@@ -31,6 +31,7 @@ from functools import partial
 from typing import Protocol, TypeVar
 
 from autograder.errors import Crashed, Fault, TimedOut, Wrong
+from autograder.suitekit.hints import last_words
 
 START = 20.0  # s that a program may take to offer what is wanted, on the first try; half of it on the second
 SETTLED = 6.0  # s, the same once it shows a node
@@ -208,7 +209,7 @@ class Lifecycle(ABC):
                     f"{self.file} ended by itself right after its start: main() must spin the node, and be called at "
                     "the end of the file."
                 )
-            return Crashed(f"{self.file} did not start: {self.program.last_words()}.")
+            return Crashed(f"{self.file} did not start: {last_words(self.program)}.")
         if services := self.other_services():
             return Wrong(f"{self.file} runs, but does not offer {promise}. It offers: {', '.join(services)[:300]}.")
         if self.has_node():
@@ -235,7 +236,7 @@ class Lifecycle(ABC):
         if program.exit_status == 0 and not program.stopped:
             fault = Crashed(f"{self.file} ended by itself when it got {what}: {SPIN}.")
         else:
-            words = program.last_words()
+            words = last_words(program)
             hint = f": {self.advice}" if words.startswith("TypeError (") else ""  # rclpy raises it without a message
             fault = Crashed(f"{self.file} died while it answered {what}: {words}{hint}.")
         return fault, not (program.raised or program.stopped)
@@ -243,7 +244,7 @@ class Lifecycle(ABC):
     def _too_many_ends(self) -> Fault:
         """The fault of a program that has ended too often without a question that explains it."""
         self.program.wait(REAPED)
-        how = "" if self.program.alive else f" ({self.program.last_words()})"
+        how = "" if self.program.alive else f" ({last_words(self.program)})"
         return Crashed(f"{self.file} answered, but ended by itself afterwards, again and again{how}: {SPIN}.")
 
     def _is_down(self) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 from autograder.errors import Crashed, TimedOut
 from autograder.sandbox.program import Program
 from autograder.suitekit.bench import Bench
+from autograder.suitekit.hints import last_words
 from autograder.suitekit.lifecycle import ANSWER, Alive, Lifecycle
 from autograder.suitekit.ros import Ros
 from course.waiting import wait_until
@@ -127,7 +128,7 @@ class Server(LiveProgram):
                 f"When {len(clients)} clients called {service} at once, a request got no answer within "
                 f"{limit:.0f} s{doubt and ': '}{doubt or '.'}"
             )
-        raise Crashed(f"{self.file} died while {len(clients)} clients called {service}: {program.last_words()}.")
+        raise Crashed(f"{self.file} died while {len(clients)} clients called {service}: {last_words(program)}.")
 
 
 def offer(service: str) -> str:

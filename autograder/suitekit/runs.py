@@ -1,15 +1,37 @@
 """A student's program that must end on its own, such as a client: one run of it, and what every client must do."""
 
+import random
+import re
+import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 
 from autograder.errors import Crashed, TimedOut, Wrong
+from autograder.sandbox.cleaning import NUMBER
 from autograder.sandbox.program import Program
 from autograder.suitekit.clock import Clock
+from autograder.suitekit.hints import last_words
+from course.waiting import wait_until
 
 LIMIT = 10.0  # s that a client may run, with or without a server
 GRACE = 3.0  # s more for a program to load on a busy machine
 SIGNALLED = 128  # exit statuses from here on tell of a signal, not of the program's own end
+SIGNALS = {SIGNALLED + known: known.name for known in signal.Signals}
+RANGE = re.compile(r"\{(-?\d+)\.\.(-?\d+)\}")
+CHOICE = re.compile(r"\{([^{}|]+(?:\|[^{}|]+)+)\}")
+
+
+def drawn(command: Sequence[str], rng: random.Random) -> list[str]:
+    """A command line with each `{2..9}` replaced by a whole number of that range, each `{add|divide}` by a word."""
+
+    def draw(word: str) -> str:
+        if found := RANGE.fullmatch(word):
+            return str(rng.randint(int(found[1]), int(found[2])))
+        if found := CHOICE.fullmatch(word):
+            return rng.choice(found[1].split("|"))
+        return word
+
+    return [draw(word) for word in command]
 
 
 class Run:
@@ -19,11 +41,31 @@ class Run:
         """`start` starts the program anew."""
         self.file, self._start, self._clock = file, start, clock
         self._program = start()
+        self._late: TimedOut | None = None  # what came of waiting for its end, twice
 
     @property
     def output(self) -> str:
         """What the program has printed so far."""
         return self._program.output
+
+    @property
+    def raised(self) -> bool:
+        """Whether it died of a Python exception, which it has printed."""
+        return self._program.raised
+
+    def again(self) -> None:
+        """Run it once more, because something that it needed may have been late."""
+        self._program.kill()
+        self._program = self._start()
+
+    def until(self, condition: Callable[[], bool], limit: float = LIMIT) -> bool:
+        """Wait until `condition()` is true or the program has ended, at most `limit` s from its start."""
+        program = self._program
+        left = program.started + self._clock.allow(limit + GRACE) - time.monotonic()
+        wait_until(lambda: condition() or not program.alive, max(0.05, left))
+        if not program.alive:
+            program.wait(1.0)  # its last output is read
+        return condition()
 
     def finish(self, doing: str, limit: float = LIMIT) -> Program:
         """The program, once it has ended; it is run a second time when the first may have been the machine's fault.
@@ -31,6 +73,23 @@ class Run:
         `doing` tells the student which run this was: "without a server".  Raises TimedOut when it took longer than
         `limit` s twice, and Crashed when it raised or was stopped.
         """
+        program = self._ended(doing, limit)
+        if program.raised:
+            raise Crashed(f"{self.file}, run {doing}, died: {last_words(program)}.")
+        return program
+
+    def status(self, doing: str, limit: float = LIMIT) -> int:
+        """Its exit status, also when it raised; raises TimedOut and Crashed as `finish` does, and when it was killed.
+
+        A program that a signal ends has no exit status of its own.
+        """
+        program = self._ended(doing, limit)
+        _expect_own_end(self.file, program, doing)
+        return program.exit_status or 0
+
+    def _ended(self, doing: str, limit: float) -> Program:
+        if self._late:
+            raise self._late
         for last in (False, True):
             program, allowed = self._program, self._clock.allow(limit + GRACE)
             ended = program.wait(max(0.05, program.started + allowed - time.monotonic()))
@@ -45,31 +104,73 @@ class Run:
         if program.stopped:
             raise Crashed(f"{self.file}, run {doing}, was stopped: {program.last_words()}.")
         if not in_time:
-            raise TimedOut(
+            self._late = TimedOut(
                 f"{self.file}, run {doing}, was still running after {limit:.0f} s. It must exit on its own: print why, "
                 "and exit."
             )
-        if program.raised:
-            raise Crashed(f"{self.file}, run {doing}, died: {program.last_words()}.")
+            raise self._late
         return program
 
 
 def expect_gives_up(run: Run, server: str) -> None:
     """A client that finds no server says so and exits with an error; `server` tells the student which one it lacks."""
-    _expect_error(run, "without a server", 1, f"say that it found no server for {server}")
+    doing = "without a server"
+    expect_status(run, doing, 1)
+    expect_words(run, doing, f"say that it found no server for {server}")
 
 
 def expect_usage(run: Run, doing: str) -> None:
     """A client that is called wrongly (`doing`: "with too few arguments") prints its usage and exits with an error."""
-    _expect_error(run, doing, 2, "print how to use it")
+    expect_status(run, doing, 2)
+    expect_words(run, doing, "print how to use it")
 
 
-def _expect_error(run: Run, doing: str, status: int, word: str) -> None:
+def expect_status(run: Run, doing: str, status: int) -> None:
+    """The run ends with an exit status other than 0; `status` is the one that the student is advised to take."""
     program = run.finish(doing)
-    when = doing[0].upper() + doing[1:]
+    _expect_own_end(run.file, program, doing)
     if program.exit_status == 0:
         raise Wrong(
-            f"{when}, the client must end with an exit status other than 0: sys.exit({status}).", program.output
+            f"{_capital(doing)}, the client must end with an exit status other than 0: sys.exit({status}).",
+            program.output,
         )
-    if not program.output.strip():
-        raise Wrong(f"{when}, the client must {word}; it printed nothing.")
+
+
+def expect_words(
+    run: Run, doing: str, must: str, *, beside: str = "", unlike: str = "", ignoring: Iterable[str] = ()
+) -> None:
+    """The run says something, whatever its exit status is.
+
+    What it prints must have a line that is not in `beside` (what it prints anyway), and must not be all the same as
+    `unlike` (what it prints in another case).  Numbers, and the words in `ignoring`, do not make a line another one.
+    """
+
+    words = re.compile("|".join(map(re.escape, ignoring)) or "(?!)")  # or nothing
+
+    def lines(text: str) -> set[str]:
+        plain = NUMBER.sub("#", words.sub("#", text))
+        return {" ".join(line.split()) for line in plain.splitlines() if line.strip()}
+
+    program = run.finish(doing)
+    _expect_own_end(run.file, program, doing)
+    said = lines(program.output)
+    if not said:
+        raise Wrong(f"{_capital(doing)}, the client must {must}; it printed nothing.")
+    if said <= lines(beside):
+        raise Wrong(f"{_capital(doing)}, the client must {must}; it only printed what it always prints.", said)
+    if said == lines(unlike):
+        raise Wrong(
+            f"{_capital(doing)}, the client must {must}; it printed the same as when something else is wrong.", said
+        )
+
+
+def _expect_own_end(file: str, program: Program, doing: str) -> None:
+    if not program.raised and (program.exit_status or 0) in SIGNALS:
+        raise Crashed(
+            f"{file}, run {doing}, was ended by the signal {SIGNALS[program.exit_status or 0]}, and not by its own "
+            "end: return from main, or call sys.exit, when everything is said."
+        )
+
+
+def _capital(doing: str) -> str:
+    return doing[0].upper() + doing[1:]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from autograder.hidden.calculator.conversation import Answered, Calculator, ClientRuns, Counterpart
+from autograder.hidden.calculator.conversation import Calculator, Call, ClientRuns, Counterpart
 from autograder.suitekit import Bench
 
 CONSONANTS = "bdfgklmnprstvz"  # of made-up words, which no program prints by chance
@@ -20,21 +20,29 @@ def calculator(bench: Bench) -> Calculator:
 def runs(bench: Bench) -> ClientRuns:
     """The runs of the student's client, by what each is about."""
     rng = bench.random("client")
+
+    def word(length: int) -> str:
+        return "".join(rng.choices(CONSONANTS, k=length))
+
     a, b = (rng.choice([-1, 1]) * (rng.randrange(10, 900) + rng.choice([0.25, 0.5, 0.75])) for _ in "ab")
-    sent = (str(a), str(b), rng.choice(["subtract", "multiply", "divide"]))
-    result = rng.randrange(10_000, 90_000) + 0.5
-    reason = " ".join("".join(rng.choices(CONSONANTS, k=7)) for _ in range(2))
-    word = "".join(rng.choices(CONSONANTS, k=6))
-    bench.hide(word)
-    answering = Counterpart(bench, result=result, success=True, message="")
-    refusing = Counterpart(bench, result=0.0, success=False, message=reason)
+    operation = rng.choice(["subtract", "multiply", "divide"])
+    result = -rng.randrange(10_000, 90_000) - 0.5
+    # As a message may be: long, with capitals and punctuation.  With a result, which means nothing in a refusal.
+    reason = f"{word(6).capitalize()} {word(4).upper()}: {word(7)} ({word(5)}), {word(8)}-{word(3)}. {word(6)}!"
+    noise = word(6)
+    bench.hide(noise)
+    answering = Counterpart(bench, result=result, success=True, message=word(9))
+    refusing = Counterpart(bench, result=-rng.randrange(1000, 9000) - 0.5, success=False, message=reason)
+    p, q = (str(rng.randrange(10, 900)) for _ in "pq")
     return ClientRuns(
-        answered=Answered(answering.run(*sent), sent, answering.requests, result),
-        refused=refusing.run("6", "7", sent[2]),
-        reason=reason,
+        answered=Call(answering, str(a), str(b), operation),
+        refused=Call(refusing, p, "0", "divide"),
+        absent=bench.early["absent"],
         misused={
-            "with too few arguments": refusing.run(*["5"] * rng.randrange(3)),
-            "with a word in the place of a number": refusing.run(word, "2", "add"),
+            "with too few arguments": refusing.run(p, q),
+            "with too many arguments": refusing.run(p, q, operation, "add"),
+            "with a word in the place of the first number": refusing.run(noise, q, operation),
+            "with a word in the place of the second number": refusing.run(p, noise, operation),
         },
     )
 

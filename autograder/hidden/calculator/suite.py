@@ -1,51 +1,103 @@
 """What section 3.5 asks of a calculator, as a conversation with the student's server and client.
 
 Points add up to 20.  The message of a failure speaks of the task; the numbers that were drawn stay with the grader.
+A refusal, a log or an end earns points only with a program that also does something: see `Calculator.abilities` and
+`ClientRuns.expect_call`.
 """
 
-import math
+import contextlib
 import random
+import re
 from collections.abc import Mapping
 
 from calculator_interfaces.srv import Calculate
 
-from autograder.hidden.calculator.conversation import ANSWERS, CHATTER, SERVICE, Calculator, ClientRuns, is_answer, same
-from autograder.suitekit import Bench, Wrong, expect_gives_up, expect_usage, numbers, points, twice
+from autograder.errors import Fault
+from autograder.hidden.calculator.conversation import (
+    ANSWERS,
+    CHATTER,
+    ROUNDING,
+    SERVICE,
+    Calculator,
+    ClientRuns,
+    about_right,
+    has_right_result,
+    in_one_line,
+    plain_numbers,
+    same,
+)
+from autograder.suitekit import TimedOut, Wrong, expect_words, numbers, points, twice
 from course.interfaces import InterfaceError, parse
+from course.interfaces.definition import Field
 
-SECTIONS = {
-    "request": [("float64", "a"), ("float64", "b"), ("string", "operation")],
-    "response": [("float64", "result"), ("bool", "success"), ("string", "message")],
-}
-ROUNDING = 0.0051  # what rounding to two decimals may cost: judged by one test, not by every operation's
-FLOAT64 = 1e-12  # of the numbers' size: several ways to compute the same are right
-FLOAT32 = 1e-5  # of a number's size: logs may show fewer digits than a result has
+REQUEST = [("float64", "a"), ("float64", "b"), ("string", "operation")]
+RESPONSE = [("float64", "result"), ("bool", "success"), ("string", "message")]
+FLOAT64 = 1e-15  # of the numbers' size: several ways to compute the same are right, rounding to 14 digits is not
+LEAST = 5e-324  # the smallest float64 above 0
 SHOWN = 0.06  # what rounding to one decimal may cost a result that the client prints
 WRITTEN = 3.0  # s until a log line has arrived
+LETTERS = "bdfgklmnp"  # of words that are no operation
+TESTED_WITH = "(Your programs were tested with the correct definition.)"
 
 
-@points(3, cell="calculate-srv")
-def test_interface(submission: Mapping[str, bytes]) -> None:
-    """Calculate.srv has the request and the response of the task."""
+@points(1, cell="calculate-srv")
+def test_interface_request(submission: Mapping[str, bytes], calculator: Calculator, runs: ClientRuns) -> None:
+    """Calculate.srv has the request of the task, and a program of yours uses it."""
+    request, _ = sections(submission)
+    expect_fields("request", request, REQUEST)
+    with contextlib.suppress(Fault):
+        if calculator.abilities:
+            return
+    if not runs.answered.reached:
+        raise Wrong(
+            "Calculate.srv is as the task gives it. This point is for using it, and neither program does: the server "
+            "gives no right answer to a request, and the client sends none."
+        )
+
+
+@points(1, cell="calculate-srv")
+def test_interface_response(submission: Mapping[str, bytes]) -> None:
+    """Calculate.srv has the response of the task."""
+    _, response = sections(submission)
+    expect_fields("response", response, RESPONSE)
+
+
+@points(1, cell="calculate-srv")
+def test_interface_nothing_else(submission: Mapping[str, bytes]) -> None:
+    """Calculate.srv has no other fields, no defaults and no constants."""
+    for fields, right in zip(sections(submission), (REQUEST, RESPONSE), strict=True):
+        for field in fields:
+            if field.value is not None:
+                raise Wrong(
+                    f"Calculate.srv must have no defaults and no constants; {field.name} has a value. {TESTED_WITH}"
+                )
+        if len(fields) > len(right):
+            raise Wrong(f"Calculate.srv must have the fields of the task and nothing else. {TESTED_WITH}")
+
+
+def sections(submission: Mapping[str, bytes]) -> tuple[tuple[Field, ...], ...]:
+    """The fields of the request and of the response in the submitted Calculate.srv."""
     try:
         text = submission["Calculate.srv"].decode()
-        for mark, name in (("\ufeff", "a byte order mark (BOM)"), ("\0", "a NUL character")):
-            if mark in text:
-                raise Wrong(
-                    f"Calculate.srv contains {name}, which ROS 2 cannot read: save the file as plain UTF-8 text."
-                )
-        definition = parse(text, "Calculate.srv")
     except UnicodeDecodeError:
         raise Wrong("Calculate.srv is not UTF-8 text: save it as UTF-8, or leave out letters like ä and é.") from None
+    for mark, name in (("\ufeff", "a byte order mark (BOM)"), ("\0", "a NUL character")):
+        if mark in text:
+            raise Wrong(f"Calculate.srv contains {name}, which ROS 2 cannot read: save the file as plain UTF-8 text.")
+    try:
+        return tuple(parse(text, "Calculate.srv").sections)
     except InterfaceError as error:
         raise Wrong(str(error) if str(error).endswith("?") else f"{error}.") from None
-    for (name, right), fields in zip(SECTIONS.items(), definition.sections, strict=True):
-        if [(field.type, field.name) for field in fields] != right or any(field.value is not None for field in fields):
-            raise Wrong(
-                f"The {name} in Calculate.srv must have exactly these fields, in this order: "
-                f"{', '.join(' '.join(field) for field in right)}. "
-                "(Your programs were tested with the correct definition.)"
-            )
+
+
+def expect_fields(section: str, fields: tuple[Field, ...], right: list[tuple[str, str]]) -> None:
+    """A section has these types and names in this order; another test judges what it has besides."""
+    names = {name for _, name in right}
+    if [(field.type, field.name) for field in fields if field.name in names] != right:
+        raise Wrong(
+            f"The {section} in Calculate.srv must have exactly these fields, in this order: "
+            f"{', '.join(' '.join(field) for field in right)}. {TESTED_WITH}"
+        )
 
 
 @points(1, cell="calculator-server")
@@ -83,22 +135,18 @@ def judge_operation(calculator: Calculator, rng: random.Random, operation: str) 
         a, b = plain_numbers(rng)
         calculator.expect(signs[0] * a, operation, signs[1] * b, about, ROUNDING)
     a, b = plain_numbers(rng)
-    calculator.expect(a + 0.5, operation, b + 0.25, "numbers that are not whole", ROUNDING)
+    calculator.expect(a + 0.5, operation, b + 0.75, "numbers that are not whole", ROUNDING)
     calculator.expect(0.0, operation, b, "a = 0", ROUNDING)
     if operation != "divide":
         calculator.expect(a, operation, 0.0, "b = 0", ROUNDING)
 
 
-def plain_numbers(rng: random.Random) -> tuple[float, float]:
-    """Two whole numbers whose sum, difference, product and quotient are far from each other and from whole."""
-    b = rng.randrange(7, 40)
-    return float(b * rng.randrange(2, 10) + rng.randint(round(0.3 * b), round(0.7 * b))), float(b)
-
-
 @points(1, cell="calculator-server")
 def test_precision(calculator: Calculator, rng: random.Random) -> None:
     """Results have the precision of float64, for large, small and fractional numbers."""
-    operations = calculator.operations(*plain_numbers(rng))  # a wrong operation loses its own point, not this one
+    # A wrong operation loses its own point, not this one; if no negative number works, positive ones have to do.
+    signed = calculator.operations(*plain_numbers(rng))
+    operations, signs = (signed, [-1, 1]) if signed else (dict.fromkeys(calculator.abilities, False), [1])
     for exponents, about in [
         ((0, 0), "numbers with many decimals"),
         ((150, 149), "very large numbers"),
@@ -107,7 +155,7 @@ def test_precision(calculator: Calculator, rng: random.Random) -> None:
         ((100, -100), "a very large and a very small number"),
     ]:
         for operation, success in operations.items():
-            a, b = (rng.choice([-1, 1]) * rng.uniform(1, 10) * 10.0**exponent for exponent in exponents)
+            a, b = (rng.choice(signs) * rng.uniform(1, 10) * 10.0**exponent for exponent in exponents)
             size = max(abs(a), abs(b)) if operation in ("add", "subtract") else abs(ANSWERS[operation](a, b))
             calculator.expect(
                 a,
@@ -117,20 +165,42 @@ def test_precision(calculator: Calculator, rng: random.Random) -> None:
                 FLOAT64 * size,
                 success,
             )
+    if "divide" in operations:
+        about = "the smallest numbers that float64 has (only 0 itself is 0)"
+        calculator.expect(3 * LEAST, "divide", LEAST, about, FLOAT64, operations["divide"])
 
 
 @points(1, cell="calculator-server")
 def test_division_by_zero(calculator: Calculator, rng: random.Random) -> None:
-    """Dividing by zero is refused with a message."""
+    """Dividing by zero is refused with a message, and dividing by other numbers is not."""
+    a, b = plain_numbers(rng)
+    abilities, response = calculator.abilities, calculator.ask(a, "divide", b)
+    if not response.success and "divide" not in abilities:
+        raise Wrong("A division by another number than 0 is refused, too: this shows nothing of a division by zero.")
     for a, b in [(rng.uniform(1, 100), 0.0), (rng.uniform(-100, -1), 0.0), (0.0, 0.0), (rng.uniform(1, 100), -0.0)]:
         calculator.expect_refusal(a, "divide", b, "Division by zero")
 
 
 @points(1, cell="calculator-server")
 def test_unknown_operation(calculator: Calculator, rng: random.Random) -> None:
-    """An operation that does not exist is refused with a message."""
-    for operation in ["modulo", "".join(rng.choices("bdfgklmnp", k=9)), ""]:
+    """An operation that does not exist is refused with a message of its own, and known ones are not."""
+    known = calculator.abilities
+    word = "".join(rng.choices(LETTERS, k=9))
+    near = [part for name in known for part in (name + word[:4], name[:-1], name[0] + word)]
+    for operation in ["modulo", word, "", *near]:
         calculator.expect_refusal(rng.uniform(1, 9), operation, rng.uniform(1, 9), "An unknown operation")
+    by_zero = reason(calculator.provoke(rng.uniform(1, 9), "divide", 0.0))
+    for b, about in [(rng.uniform(1, 9), "An unknown operation"), (0.0, "An unknown operation with b = 0")]:
+        message = calculator.provoke(rng.uniform(1, 9), word, b)
+        if message and reason(message) == by_zero:
+            raise Wrong(
+                f"{about}: message must say why, but it is the same as that for a division by zero.", f"got {message!r}"
+            )
+
+
+def reason(message: str) -> str:
+    """A message without the numbers in it, which may count requests."""
+    return re.sub(r"\d+", "", in_one_line(message))
 
 
 @points(1, cell="calculator-server")
@@ -148,6 +218,21 @@ def test_each_answer_stands_alone(calculator: Calculator, rng: random.Random) ->
             raise Wrong(
                 "After a refused request, the next answer still has the message of the refusal.", f"got {after}"
             )
+    (a, b), (c, d) = plain_numbers(rng), plain_numbers(rng)
+    signed = calculator.operations(a, b)
+    for operation in calculator.abilities:
+        for question in [(a, operation, b), (a, operation, d), (c, operation, b)]:
+            if not about_right(question, response := calculator.ask(*question)):
+                raise Wrong(
+                    "When only one of the two numbers is another than in an earlier request, the answer must fit the "
+                    "new numbers.",
+                    f"{question}: got {response}",
+                )
+        if operation in signed and not has_right_result((b, operation, a), response := calculator.ask(b, operation, a)):
+            raise Wrong(
+                "When a and b of an earlier request change places, the answer must fit the new request.",
+                f"{operation} {b} {a}: got {response}",
+            )
 
 
 @points(1, cell="calculator-server")
@@ -160,6 +245,8 @@ def test_survives_bad_requests(calculator: Calculator, rng: random.Random) -> No
         (1.0, "", 2.0),
         (2.0, "x" * 5000, 3.0),
         (3.0, "Überlauf\n%s{}", 4.0),
+        (1.0, "destroy_node", 2.0),  # names of what every node has
+        (1.0, "__init__", 2.0),
         (-1.0, "divide", 0.0),
     ]:
         calculator.ask(a, operation, b)
@@ -184,80 +271,140 @@ def test_two_clients(calculator: Calculator, rng: random.Random) -> None:
 
 
 @points(1, cell="calculator-server")
+@twice
 def test_logs_requests(calculator: Calculator, rng: random.Random) -> None:
-    """The server logs each request, with its numbers and its operation."""
-    a, b = rng.sample(range(1009, 4999), 2)
-    question = float(a), rng.choice(["subtract", "multiply"]), float(b)
-    wait = calculator.bench.clock.allow(WRITTEN)
-    if not calculator.logs_of(question, {a, b}.issubset, (1000, 5000), wait):
-        raise Wrong("After a request, the server must have logged (or printed) its numbers a and b.")
-    if not calculator.names_operation(question, wait):
-        raise Wrong("The log line of a request must contain its operation, too, beside a and b.")
+    """The server logs each request, a refused one too, with its numbers and its operation."""
+
+    def numbers_like_no_others() -> list[float]:
+        return [number + 0.5 for number in rng.sample(range(1009, 4999), 2)]
+
+    for operation in calculator.abilities:
+        a, b = numbers_like_no_others()
+        expect_log_of_request(calculator, (a, operation, b), "a request")
+    a, b = numbers_like_no_others()
+    word = "".join(rng.choices(LETTERS, k=9))
+    for refused in [(a, "divide", 0.0), (b, word, a)]:
+        if calculator.gets_answer(refused):  # that it gets one, other tests judge
+            expect_log_of_request(calculator, refused, "a request that is refused")
+
+
+def expect_log_of_request(calculator: Calculator, question: tuple[float, str, float], kind: str) -> None:
+    """Asking this adds a, b and the operation to the log."""
+    a, _, b = question
+    if not calculator.logs_request(question, calculator.bench.clock.allow(WRITTEN)):
+        if {abs(a), abs(b)} <= set(map(abs, numbers(calculator.log))):
+            raise Wrong(f"The log line of {kind} must contain its operation, too, beside a and b.")
+        raise Wrong(f"After {kind}, the server must have logged (or printed) its numbers a and b.")
 
 
 @points(1, cell="calculator-server")
 @twice
 def test_logs_responses(calculator: Calculator, rng: random.Random) -> None:
     """The server logs each response: its result, or the message of a refusal."""
-    for operation in ANSWERS:
-        a, b = rng.sample(range(5009, 8999), 2)
-        question = float(a), operation, float(b)
-        response = calculator.ask(*question)
-        size = abs(response.result)
-        if is_answer(question, response) and math.isfinite(size) and size not in (a, b):
-            break
-    else:
-        raise Wrong("The server answers no ordinary request with success True and a result.")
-
-    def shows_result(logged: set[float]) -> bool:
-        return any(abs(number - size) <= ROUNDING + FLOAT32 * size for number in logged)
-
-    # Asked again, because only now it is known which number must be logged.
     wait = calculator.bench.clock.allow(WRITTEN)
-    if not calculator.logs_of(question, shows_result, (size / 2, size * 2 + 1), wait):
-        raise Wrong("After a response, the server must have logged (or printed) its result.")
+    for operation in calculator.abilities:
+        # Twice: what a talkative program has said is soon out of reach.
+        questions = [(rng.randrange(7009, 8999) + 0.5, operation, rng.randrange(5009, 5999) + 0.5) for _ in "12"]
+        if not any(calculator.logs_result(question, wait) for question in questions):
+            raise Wrong(f"After a response to '{operation}', the server must have logged (or printed) its result.")
     for operation in ("divide", "modulo"):
         if not calculator.logs_refusal(rng.uniform(1, 9), operation, 0.0, wait):
             raise Wrong("After a refusal, the server must have logged (or printed) the message of its response.")
 
 
-@points(2, cell="calculator-client")
+@points(1, cell="calculator-client")
+def test_client_sends(runs: ClientRuns) -> None:
+    """The client sends what it is given, once."""
+    call = runs.answered
+    a, b, operation = call.sent
+    right = Calculate.Request(a=float(a), b=float(b), operation=operation)
+    runs.expect_call()
+    for last in (False, True):
+        call.run.until(lambda: False)  # its end
+        if other := [request for request in call.requests if request != right]:
+            raise Wrong(
+                "The client's request must hold a, b and the operation from its command line.",
+                f"sent {other[0]}, not {right}",
+            )
+        if len(call.requests) <= 1:
+            break
+        if last:
+            raise Wrong(f"The client must call {SERVICE} once.", f"{len(call.requests)} requests")
+        call.repeat()
+
+
+@points(1, cell="calculator-client")
 def test_client_shows_result(runs: ClientRuns) -> None:
-    """The client sends what it is given and shows the answer."""
-    a, b, operation = runs.answered.sent
-    right, result = Calculate.Request(a=float(a), b=float(b), operation=operation), runs.answered.result
-    output = runs.answered.run.finish("with a server that answers").output
-    if not runs.answered.requests:
-        raise Wrong(f"The client did not call {SERVICE}.", output)
-    if other := [request for request in runs.answered.requests if request != right]:
+    """The client shows the result of the server's response."""
+    runs.expect_call()
+    run, size = runs.answered.run, abs(runs.answered.response.result)
+
+    def shown() -> bool:
+        found = [number for number in numbers(run.output) if 10_000 <= abs(number) <= 90_001]  # as the results are
+        return len(found) <= CHATTER and any(abs(number + size) < SHOWN for number in found)
+
+    if not runs.answered.comes_to(shown):
+        output = run.finish("with a server that answers").output
         raise Wrong(
-            "The client's request must hold a, b and the operation from its command line.",
-            f"sent {other[0]}, not {right}",
+            "When success is True, the client must show the result of the response, with its sign.",
+            f"answered {runs.answered.response}, shown: {output}",
         )
-    shown = [number for number in numbers(output) if 10_000 <= number <= 90_000]  # as the results are
-    if len(shown) > CHATTER or not any(abs(number - result) < SHOWN for number in shown):
-        raise Wrong("The client must show the result of the server's response.", f"answered {result}, shown: {output}")
 
 
 @points(1, cell="calculator-client")
 def test_client_shows_message(runs: ClientRuns) -> None:
-    """When the server refuses, the client shows its message."""
-    output = runs.refused.finish("with a server that refuses").output
-    if runs.reason not in output:
+    """When the server refuses, the client shows its message as it is."""
+    call = runs.refused
+    if not call.reached:
+        call.run.finish("with a server that refuses")
         raise Wrong(
-            "When success is False, the client must show the message of the response.",
-            f"answered {runs.reason!r}, shown: {output}",
+            f"With a b of 0 and the operation divide, the client did not call {SERVICE}: the server decides what it "
+            "refuses, and the client shows its message.",
+            call.run.output,
+        )
+    message = call.response.message
+    if not call.comes_to(lambda: message in call.run.output):
+        output = call.run.finish("with a server that refuses").output
+        raise Wrong(
+            "When success is False, the client must show the message of the response as it is.",
+            f"answered {message!r}, shown: {output}",
         )
 
 
-@points(1, cell="calculator-client")
-def test_client_without_server(bench: Bench) -> None:
+@points(0.5, cell="calculator-client")
+def test_client_without_server(runs: ClientRuns) -> None:
     """Without a server the client gives up within 10 s, and says so."""
-    expect_gives_up(bench.early["absent"], SERVICE)
+    runs.expect_call()
+    runs.answered.run.until(lambda: False)  # its end
+    must = f"say that it found no server for {SERVICE}"
+    expect_words(runs.absent, "without a server", must, beside=runs.answered.run.output, ignoring=ANSWERS)
 
 
-@points(1, cell="calculator-client")
+@points(0.5, cell="calculator-client")
 def test_client_arguments(runs: ClientRuns) -> None:
     """With wrong arguments the client prints how to use it."""
+    runs.expect_call()
+    runs.absent.until(lambda: False)  # its end
     for doing, run in runs.misused.items():
-        expect_usage(run, doing)
+        expect_words(run, doing, "print how to use it", unlike=runs.absent.output)
+        if runs.refused.response.message in run.output:
+            raise Wrong(f"{doing[0].upper()}{doing[1:]}, the client must print how to use it, and not call {SERVICE}.")
+
+
+@points(1, cell="calculator-client")
+def test_client_exit_status(runs: ClientRuns) -> None:
+    """The client's exit status is 0 when it has printed a result, and another number in each failure."""
+    runs.expect_call()
+    if runs.answered.run.status("with a server that answers") and not runs.answered.run.raised:
+        raise Wrong("When the server has answered with success True, the exit status must be 0.")
+    with_server = {"with a server that refuses": runs.refused.run, **runs.misused}
+    statuses = {doing: run.status(doing) for doing, run in with_server.items()}
+    with contextlib.suppress(TimedOut):  # another test tells this
+        statuses["without a server"] = runs.absent.status("without a server")
+    for doing, status in statuses.items():
+        if not status:
+            raise Wrong(
+                f"{doing[0].upper()}{doing[1:]}, the client must end with an exit status other than 0, such as "
+                "sys.exit(1).",
+                f"{statuses}",
+            )

@@ -5,13 +5,14 @@ import re
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from example_interfaces.srv import AddTwoInts
 from rclpy.callback_groups import ReentrantCallbackGroup
 from std_srvs.srv import SetBool, Trigger
 
+from autograder.errors import Fault
 from autograder.suitekit import SETTLED, Alive, Bench, Crashed, Offers, Parameters, Ros, Server, Wrong, numbers, offer
 from course.waiting import wait_until
 
@@ -31,10 +32,13 @@ class Motors(Server):
     def __init__(self, bench: Bench):
         super().__init__(bench, "motor_service.py", {ENABLE: SetBool, STOP: SetBool, STATUS: Trigger})
         self._pressed = False  # whether the emergency stop was asked for last, and not its end
+        self._last = ""  # the message of the last command's response
+        self._tells: bool | None = None  # whether the status tells the state, in whatever way it changes
+        self._changed = False  # whether a command has ever changed the state
 
     def connect(self) -> Offers:
         """The clients, of the grader's node and of a second one."""
-        self._pressed = False
+        self._pressed, self._last = False, ""
         self.second = self.bench.enter(self.ros.domain)
         self.second_clients = {name: self.second.node.create_client(kind, name) for name, kind in self.services.items()}
         return super().connect()
@@ -43,30 +47,65 @@ class Motors(Server):
         """The response of /motors/enable or /motors/emergency_stop, asked by the first or the second client."""
         if service == STOP:
             self._pressed = on
-        return self._call(service, SetBool.Request(data=on), second)
+        response = self._call(service, SetBool.Request(data=on), second)
+        self._last = response.message
+        return response
+
+    def attempt(self, service: str, on: bool) -> Any:
+        """The same, or None when there is no response: that costs other points."""
+        try:
+            return self.command(service, on)
+        except Fault:
+            return None
 
     def status(self, second: bool = False) -> Any:
         """The response to asking for the state."""
         return self._call(STATUS, Trigger.Request(), second)
 
-    def bring(self, state: str) -> None:
-        """Bring the motors into that state before a test begins, as far as they let themselves be brought."""
-        if state != STOPPED and (self._pressed or says(self.status().message) == STOPPED):
-            self.command(STOP, False)
-        if says(self.status().message) == state:
-            return
-        if state == STOPPED:
-            self.command(STOP, True)
-        else:
-            self.command(ENABLE, state == ENABLED)
+    def current(self, second: bool = False) -> str:
+        """What the motors are said to be, by the status.
+
+        Where the status names no state it is the last command's response, so that a mistake in the status does not hide
+        what the other services do.
+        """
+        if self._tells is None:
+            try:
+                self._tells = says(self.status().message) is not None
+            except Fault:
+                self._tells = False
+        return told(self.status(second).message if self._tells else self._last)
+
+    def bring(self, state: str) -> bool:
+        """Bring the motors into that state before a test begins, as far as they let themselves be brought.
+
+        False when they gave no answer, which costs other points.
+        """
+        now = self.current() if self._tells is not False else ""
+        if state != STOPPED and (self._pressed or now in (STOPPED, "")):
+            self.attempt(STOP, False)
+            now = self.current() if self._tells else ""
+        if now == state:
+            return True
+        response = self.attempt(STOP, True) if state == STOPPED else self.attempt(ENABLE, state == ENABLED)
+        return response is not None
 
     def expect(self, state: str, when: str) -> None:
-        """The status must say this state."""
-        message = self.status().message
-        if says(message) != state:
+        """They must be said to be in this state."""
+        now = self.current()
+        if now != state:
+            by = f"the message of {STATUS}" if self._tells else "the message of the response"
+            raise Wrong(f"{when}, {by} must contain the word '{state}', and neither of the other two.", f"got {now!r}")
+
+    def expect_change(self) -> None:
+        """Some command must have an effect: only then it is judged what stays as it is."""
+        for service in (ENABLE, STOP):
+            if not self._changed:
+                self.bring(DISABLED)
+                before = self.current()
+                self._changed = self.attempt(service, True) is not None and self.current() != before
+        if not self._changed:
             raise Wrong(
-                f"{when}, the message of {STATUS} must contain the word '{state}', and neither of the other two.",
-                f"got {message!r}",
+                "This is judged with motors that do something: but their state is the same after every command."
             )
 
     def _call(self, name: str, request: Any, second: bool) -> Any:
@@ -83,9 +122,9 @@ def says(message: str) -> str | None:
     return words.pop() if len(words) == 1 else None
 
 
-def told(response: Any) -> str:
-    """What a response tells, in whatever words, to be compared with another."""
-    return says(response.message) or response.message
+def told(message: str) -> str:
+    """What a message tells, in whatever words, to be compared with another."""
+    return says(message) or message
 
 
 class Adder:
@@ -96,9 +135,19 @@ class Adder:
         self.requests: list[tuple[int, int]] = []
         self.sums: list[int] = []
         self.held: list[threading.Event] = []  # what lets go each answer that is held back, in the order of requests
+        self.fixed: int | None = None  # what is answered instead of random numbers
         self._holds = False
         self._rng, self._lock = rng, threading.Lock()
-        ros.node.create_service(AddTwoInts, ADD, self._answer, callback_group=ReentrantCallbackGroup())
+        self._node = ros.node
+        self._service = ros.node.create_service(AddTwoInts, ADD, self._answer, callback_group=ReentrantCallbackGroup())
+
+    def leave(self) -> None:
+        """Offer the service no more."""
+        self._node.destroy_service(self._service)
+
+    def hold_no_more(self) -> None:
+        """Answer further requests at once; those that are held stay so."""
+        self._holds = False
 
     @contextmanager
     def holding(self) -> Iterator[None]:
@@ -115,7 +164,7 @@ class Adder:
     def _answer(self, request: Any, response: Any) -> Any:
         let_go = threading.Event()
         with self._lock:
-            response.sum = self._rng.randrange(10**8, 10**12)
+            response.sum = self._rng.randrange(10**8, 10**12) if self.fixed is None else self.fixed
             self.requests.append((request.a, request.b))
             self.sums.append(response.sum)
             if self._holds:
@@ -141,6 +190,16 @@ class Relay(Server):
         self.failed = 0  # which of its starts answered with success False last
         self._settled = 0  # which of its starts has had time to find /add_two_ints
         self._adder: Adder | None = None
+        self._adders: list[Adder] = []
+        self._has_succeeded = False
+
+    @property
+    def does_something(self) -> bool:
+        """Whether any of its starts has asked /add_two_ints, or answered with success True."""
+        if not self._has_succeeded and not any(adder.requests for adder in self._adders):
+            with suppress(Fault):
+                self.relay()
+        return self._has_succeeded or any(adder.requests for adder in self._adders)
 
     @property
     def adder(self) -> Adder:
@@ -158,7 +217,19 @@ class Relay(Server):
 
     def serve(self) -> None:
         """Offer /add_two_ints, unless it is offered already."""
-        self._adder = self._adder or Adder(self.bench.enter(self.ros.domain, threads=CALLERS + 2), self.rng)
+        if self._adder is None:
+            self._adder = Adder(self.bench.enter(self.ros.domain, threads=CALLERS + 2), self.rng)
+            self._adders.append(self._adder)
+
+    def withdraw(self) -> None:
+        """Offer /add_two_ints no more; returns when this can be seen in the domain, and the relay has had time to."""
+        looking = self.ros.node.create_client(AddTwoInts, ADD)
+        wait_until(looking.service_is_ready, self.allow(SETTLED))
+        self.adder.leave()
+        self._adder = None
+        wait_until(lambda: not looking.service_is_ready(), self.allow(SETTLED))
+        self.parameters.get("a")  # a round trip
+        self.ros.node.destroy_client(looking)
 
     def relay(self) -> Any:
         """Its response; with a server to call, once it has had time to find it."""
@@ -168,15 +239,19 @@ class Relay(Server):
             self._settled = self.starts
         if not response.success:
             self.failed = self.starts
+        self._has_succeeded = self._has_succeeded or response.success
         return response
 
-    def wait_for_success(self) -> Any:
-        """Its response, asked again and again until that has success True, or the time to find a server is over."""
+    def wait_for_success(self, asking: bool = False) -> Any:
+        """Its response, asked again and again until that has success True, or the time to find a server is over.
+
+        With `asking` it must have called /add_two_ints, too.
+        """
         responses: list[Any] = []
 
         def succeeds() -> bool:
             responses.append(self._relay())
-            return responses[-1].success
+            return responses[-1].success and (not asking or bool(self.adder.requests))
 
         wait_until(succeeds, self.allow(SETTLED))
         return responses[-1]
@@ -188,25 +263,36 @@ class Relay(Server):
 
         return self.converse(question, f"a request to {RELAY}", offer(RELAY))
 
-    def send(self, count: int = 1) -> list[Any]:
-        """Call it `count` times without waiting; the futures of the responses, once all its requests are held.
+    def answers_again(self, limit: float) -> bool:
+        """Whether one more call gets an answer within `limit` s."""
+        program, client = self.program, self.clients[RELAY]
+        limit = self.allow(limit)
+        return self.ros.call(client, Trigger.Request(), limit, lambda: program.alive, again=limit) is not None
 
-        For a block in which the adder holds its answers.  Raises Wrong when a request of the relay's does not arrive
-        while the others are held, and Crashed.
+    def send(self, count: int = 1) -> list[Any]:
+        """Call it `count` times without waiting; the futures of the responses, in the order of the held requests.
+
+        For a block in which the adder holds its answers: each call is sent when the request of the one before is
+        held.  Raises Wrong when a request of the relay's does not arrive while the others are held, and Crashed.
         """
-        client = self.clients[RELAY]
-        futures = [client.call_async(Trigger.Request()) for _ in range(count)]
-        if not self._soon(lambda: len(self.adder.held) >= count):
-            for future in futures:
-                client.remove_pending_request(future)
-            raise Wrong(
-                f"The relay must call {ADD} each time that {RELAY} is called; it did not."
-                if count == 1
-                else f"While one call of {RELAY} waits for {ADD}, the next call must not have to wait for it: its "
-                f"request must go out to {ADD} at once.",
-                f"{len(self.adder.held)} of {count} requests arrived",
-            )
+        client, futures = self.clients[RELAY], []
+        for number in range(1, count + 1):
+            futures.append(client.call_async(Trigger.Request()))
+            if not self._held(number):
+                for future in futures:
+                    client.remove_pending_request(future)
+                raise Wrong(
+                    f"The relay must call {ADD} each time that {RELAY} is called; it did not."
+                    if number == 1
+                    else f"While one call of {RELAY} waits for {ADD}, the next call must not have to wait for it: its "
+                    f"request must go out to {ADD} at once.",
+                    f"{len(self.adder.held)} of {number} requests arrived",
+                )
         return futures
+
+    def _held(self, number: int) -> bool:
+        """Whether so many requests are held, soon; raises Crashed."""
+        return self._soon(lambda: len(self.adder.held) >= number)
 
     def one_answered(self, futures: Sequence[Any]) -> bool:
         """Whether one of the futures gets a response, soon; raises Crashed."""
@@ -234,10 +320,31 @@ class Relay(Server):
             raise Wrong("The relay must call /add_two_ints each time that /relay is called; it did not.")
         return self.adder.requests[-1]
 
-    def change(self, numbers: tuple[int, int]) -> None:
-        """Set its parameters a and b while it runs."""
-        self.bench.hide(*numbers)
-        if not all(result.successful for result in self.parameters.set(dict(zip("ab", numbers, strict=True)))):
+    def has_been_asked(self, times: int, limit: float) -> bool:
+        """Whether /add_two_ints has got so many requests, within `limit` s."""
+        return wait_until(lambda: len(self.adder.requests) >= times, limit)
+
+    def asked_by_a_start(self, numbers: dict[str, int] | None = None) -> tuple[int, int]:
+        """The same; if it only calls /add_two_ints at its first call, those of a new start, with these parameters set.
+
+        That it must call each time, another test judges.
+        """
+        try:
+            return self.asked()
+        except Wrong:
+            self.end()
+            self.up(offer(RELAY))
+            if numbers:
+                self.change(numbers)
+            self.relay()
+            if not self.adder.requests:
+                raise
+            return self.adder.requests[-1]
+
+    def change(self, numbers: dict[str, int]) -> None:
+        """Set its parameters while it runs."""
+        self.bench.hide(*numbers.values())
+        if not all(result.successful for result in self.parameters.set(numbers)):
             raise Wrong(
                 "The parameters a and b must be declared, and must accept every whole number while the relay runs."
             )

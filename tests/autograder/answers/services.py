@@ -353,6 +353,176 @@ if __name__ == '__main__':
     main()
 """
 
+# Flags in a bit mask, one callback for both commands, words in a sentence.
+FLAGS = """
+import enum
+import functools
+import rclpy
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.node import Node
+from std_srvs.srv import SetBool, Trigger
+
+class Flag(enum.Flag):
+    NONE = 0
+    ON = enum.auto()
+    STOP = enum.auto()
+
+class Motors(Node):
+    def __init__(self):
+        super().__init__('flags', namespace='robot')
+        self.flags = Flag.NONE
+        for name, flag in (('enable', Flag.ON), ('emergency_stop', Flag.STOP)):
+            self.create_service(SetBool, '/motors/' + name, functools.partial(self.on_set, flag))
+        self.create_service(Trigger, '/motors/status', self.on_status)
+
+    def on_set(self, flag, request, response):
+        before = self.flags
+        self.flags = before | flag if request.data else before & ~flag
+        if Flag.STOP in before and flag is Flag.ON:
+            self.flags = before
+            response.success = not request.data
+        elif flag is Flag.STOP and Flag.STOP in (before | self.flags):
+            self.flags &= ~Flag.ON
+            response.success = True
+        else:
+            response.success = True
+        response.message = self.sentence()
+        return response
+
+    def on_status(self, _, response):
+        return Trigger.Response(success=True, message=self.sentence())
+
+    def sentence(self):
+        return {Flag.NONE: 'They are disabled.', Flag.ON: 'They are enabled.'}.get(self.flags, 'They are stopped!')
+
+def main():
+    rclpy.init()
+    executor = MultiThreadedExecutor(num_threads=3)
+    executor.add_node(Motors())
+    try:
+        executor.spin()
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+
+main()
+"""
+
+# One service on its own node for each state change, three nodes in one executor; logs a lot.
+THREE_NODES = """
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from std_srvs.srv import SetBool, Trigger
+
+memory = {'wanted': False, 'halt': False}
+
+def word():
+    return 'stopped' if memory['halt'] else ('disabled', 'enabled')[memory['wanted']]
+
+def enable(request, response):
+    if memory['halt'] and request.data:
+        return SetBool.Response(success=False, message=f'no: {word()}')
+    memory['wanted'] = request.data and not memory['halt']
+    return SetBool.Response(success=True, message=f'ok: {word()}')
+
+def halt(request, response):
+    if request.data or memory['halt']:
+        memory['wanted'] = False
+    memory['halt'] = request.data
+    return SetBool.Response(success=True, message=f'ok: {word()}')
+
+def status(request, response):
+    response.success, response.message = True, word()
+    return response
+
+rclpy.init()
+executor = SingleThreadedExecutor()
+callbacks = ((SetBool, 'enable', enable), (SetBool, 'emergency_stop', halt), (Trigger, 'status', status))
+for kind, name, callback in callbacks:
+    node = rclpy.create_node('motors_' + name)
+    node.create_service(kind, f'/motors/{name}', callback)
+    executor.add_node(node)
+executor.spin()
+"""
+
+# A timer looks for answers: the service's callback awaits a future that the timer's callback sets.
+POLLING = """
+import rclpy
+from example_interfaces.srv import AddTwoInts
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from rclpy.node import Node
+from rclpy.task import Future
+from std_srvs.srv import Trigger
+
+class Relay(Node):
+    def __init__(self):
+        super().__init__('polling')
+        self.a, self.b = (self.declare_parameter(name, 0) for name in 'ab')
+        self.waiting = []
+        self.adder = self.create_client(AddTwoInts, '/add_two_ints', callback_group=MutuallyExclusiveCallbackGroup())
+        self.create_timer(0.01, self.look, callback_group=MutuallyExclusiveCallbackGroup())
+        self.create_service(Trigger, '/relay', self.on_call, callback_group=ReentrantCallbackGroup())
+
+    def look(self):
+        for asked, told in list(self.waiting):
+            if asked.done():
+                self.waiting.remove((asked, told))
+                told.set_result(asked.result())
+
+    async def on_call(self, request, response):
+        if not self.adder.service_is_ready():
+            response.message = 'I cannot find /add_two_ints'
+            return response
+        a, b = (self.get_parameter(name).value for name in 'ab')
+        told = Future()
+        self.waiting.append((self.adder.call_async(AddTwoInts.Request(a=a, b=b)), told))
+        answer = await told
+        response.success = True
+        response.message = f'the sum is {answer.sum:d}.'
+        return response
+
+def main():
+    rclpy.init()
+    rclpy.spin(Relay())
+
+if __name__ == '__main__':
+    main()
+"""
+
+# A thread of its own for the client: another node, spun all the time; the callbacks wait for an event.
+CLIENT_NODE = """
+import threading
+import rclpy
+from example_interfaces.srv import AddTwoInts
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+from std_srvs.srv import Trigger
+
+rclpy.init()
+asker = rclpy.create_node('asker', use_global_arguments=False)
+client = asker.create_client(AddTwoInts, '/add_two_ints')
+background = SingleThreadedExecutor()
+background.add_node(asker)
+threading.Thread(target=background.spin, daemon=True).start()
+
+node = rclpy.create_node('relay')
+node.declare_parameters('', [('a', 0), ('b', 0)])
+
+def on_relay(request, response):
+    if not client.wait_for_service(timeout_sec=2.0):
+        response.message = 'nobody offers /add_two_ints'
+        return response
+    question = AddTwoInts.Request(**{name: node.get_parameter(name).value for name in ('a', 'b')})
+    answer = client.call(question, timeout_sec=9.0)
+    response.success = answer is not None
+    response.message = f'{answer.sum}' if answer else 'no answer'
+    return response
+
+node.create_service(Trigger, '/relay', on_relay, callback_group=ReentrantCallbackGroup())
+executor = MultiThreadedExecutor(num_threads=8)
+executor.add_node(node)
+executor.spin()
+"""
+
 RIGHT = {
     "reference": REFERENCE,
     "functions; blocking calls with more threads than callers": {MOTORS: FUNCTIONS.encode(), RELAY: BLOCKING.encode()},
@@ -371,6 +541,15 @@ RIGHT = {
     "motors with words of their own": motors(
         ("f'Motors {self.state()}'\n        return", "f'OK; state={self.state().upper()}; errors: 0'\n        return")
     ),
+}
+
+RIGHT |= {
+    "flags and one callback; a timer that looks for answers": {MOTORS: FLAGS.encode(), RELAY: POLLING.encode()},
+    "three nodes and a dictionary; a node that is spun in a thread": {
+        MOTORS: THREE_NODES.encode(),
+        RELAY: CLIENT_NODE.encode(),
+    },
+    "table of states; blocking calls": {MOTORS: TABLE.encode(), RELAY: BLOCKING.encode()},
 }
 
 READY = """        if not self.client.service_is_ready():
@@ -410,8 +589,15 @@ SERVED = ALONE | {
     "changed_parameters",
 }
 ABSENT = {"without_add_two_ints", "goes_on_afterwards"}
-STOP_TESTS = {"emergency_stop", "stopped_motors_refuse", "release", "repeating_is_no_error", "last_command_counts"}
-MOTOR_TESTS = STOP_TESTS | {"motors_start_disabled", "enable_and_disable", "enable_says_state", "status"}
+STOP_TESTS = {"emergency_stop", "stopped_motors_refuse", "release"}
+MOTOR_TESTS = STOP_TESTS | {
+    "motors_start_disabled",
+    "enable_and_disable",
+    "enable_says_state",
+    "status",
+    "repeating_is_no_error",
+    "last_command_counts",
+}
 
 # The page's own classes, with the names that the task gives them: what copying earns.
 CAMERA = """
@@ -502,7 +688,7 @@ WRONG = {
     "motors start stopped": (motors(("self.stopped = False", "self.stopped = True")), {"motors_start_disabled"}),
     "enable toggles": (
         motors((SWITCH, "self.enabled = not self.enabled and not self.stopped")),
-        {"enable_says_state", "repeating_is_no_error"},
+        {"repeating_is_no_error"},
     ),
     "enable only enables": (
         motors((SWITCH, "self.enabled = (self.enabled or request.data) and not self.stopped")),
@@ -512,7 +698,7 @@ WRONG = {
         motors((SWITCH, "self.enabled = not request.data and response.success")),
         {"enable_and_disable", "enable_says_state", "release"},
     ),
-    "enable counts": (motors((SWITCH, COUNT)), {"enable_says_state", "last_command_counts"}),
+    "enable counts": (motors((SWITCH, COUNT)), {"last_command_counts"}),
     "repeating is an error": (
         motors(
             (REFUSE, "was = self.enabled\n        " + REFUSE),
@@ -579,20 +765,28 @@ WRONG = {
                 "[self.state()]\n        return response",
             )
         ),
-        {"motors_start_disabled", "enable_and_disable", "emergency_stop", "release"},
+        {"motors_start_disabled", "status"},
     ),
     "status is of a state of its own": (
         motors((STATUS, STATUS + "\n        response.message = 'Motors disabled'\n        return response")),
-        {"enable_and_disable", "emergency_stop", "release", "last_command_counts"},
+        {
+            "motors_start_disabled",
+            "enable_and_disable",
+            "status",
+            "repeating_is_no_error",
+            "emergency_stop",
+            "release",
+            "last_command_counts",
+        },
     ),
-    "status under another name": (motors(("'/motors/status'", "'/motor/status'")), MOTOR_TESTS - {"enable_says_state"}),
+    "status under another name": (motors(("'/motors/status'", "'/motor/status'")), {"motors_start_disabled", "status"}),
     "enable returns nothing": (
         motors((ENABLE_SAYS, ENABLE_SAYS.replace("return response", "pass"))),
-        MOTOR_TESTS - {"motors_start_disabled"},
+        {"enable_and_disable", "enable_says_state", "stopped_motors_refuse", "release", "last_command_counts"},
     ),
     "no emergency stop": (
         motors(("        self.create_service(SetBool, '/motors/emergency_stop', self.emergency_stop)\n", "")),
-        STOP_TESTS,
+        {"emergency_stop", "stopped_motors_refuse", "release"},
     ),
     "the stop only disables": (
         motors((STOPS, "        self.enabled = False\n")),
@@ -636,7 +830,78 @@ WRONG = {
         motors((STOP_SAYS, STOP_SAYS.replace("response.message = f'Motors {self.state()}'", "pass"))),
         {"emergency_stop", "release"},
     ),
-    "relay adds by itself": (relay((AWAIT, "AddTwoInts.Response(sum=a + b)")), SERVED),
+    "success only when nothing changes": (
+        motors(
+            (REFUSE, "was = self.enabled\n        " + REFUSE),
+            (ENABLE_SAYS, "response.success = response.success and was == self.enabled\n        " + ENABLE_SAYS),
+        ),
+        {"enable_and_disable"},
+    ),
+    "no success when motors are switched off": (
+        motors(
+            (REFUSE, "was = self.enabled\n        " + REFUSE),
+            (
+                ENABLE_SAYS,
+                "response.success = response.success and not (was and not request.data)\n        " + ENABLE_SAYS,
+            ),
+        ),
+        {"enable_and_disable"},
+    ),
+    "enable says disabled for stopped motors": (
+        motors((ENABLE_SAYS, ENABLE_SAYS.replace("{self.state()}", '{self.state() if request.data else "disabled"}'))),
+        {"enable_says_state"},
+    ),
+    "the end of a stop always says disabled": (
+        motors((STOP_SAYS, STOP_SAYS.replace("{self.state()}", '{self.state() if request.data else "disabled"}'))),
+        {"emergency_stop"},
+    ),
+    "the beginning of a stop says nothing": (
+        motors((STOP_SAYS, STOP_SAYS.replace("{self.state()}", '{"" if request.data else self.state()}'))),
+        {"emergency_stop"},
+    ),
+    "only enabled motors can be stopped": (
+        motors((STOPS, STOPS.replace("= request.data", "= request.data and (self.enabled or self.stopped)"))),
+        {"emergency_stop"},
+    ),
+    "stops are counted": (
+        motors(
+            (
+                STOPS,
+                (
+                    "        self.stops = max(0, getattr(self, 'stops', 0) + (1 if request.data else -1))\n"
+                    "        self.stopped = self.stops > 0\n"
+                    "        if self.stopped:\n            self.enabled = False\n"
+                ),
+            )
+        ),
+        {"repeating_is_no_error"},
+    ),
+    "status has no success when stopped": (motors((STATUS, STATUS.replace("True", "not self.stopped"))), {"status"}),
+    "status names two states": (
+        motors(
+            (
+                STATUS,
+                STATUS
+                + "\n        response.message = f'{self.state()} (not stopped or disabled)'\n        return response",
+            )
+        ),
+        {"motors_start_disabled", "status"},
+    ),
+    "disabling is counted": (
+        motors(
+            (
+                SWITCH,
+                (
+                    "count = getattr(self, 'count', 0)\n"
+                    "        count = count if self.enabled or count < 0 else 0\n"
+                    "        self.count = count if self.stopped else count + (1 if request.data else -1)\n"
+                    "        self.enabled = self.count > 0 and not self.stopped"
+                ),
+            )
+        ),
+        {"last_command_counts"},
+    ),
+    "relay adds by itself": (relay((AWAIT, "AddTwoInts.Response(sum=a + b)")), SERVED | {"goes_on_afterwards"}),
     "relay shows its own sum": (relay(("{answer.sum}", "{a + b}")), {"relay_answers"}),
     "relay shows a number without end": (relay(("{answer.sum}", "1e999")), {"relay_answers"}),
     "relay has no success": (
@@ -653,7 +918,7 @@ WRONG = {
                 + "\n        answer = self.answer",
             )
         ),
-        SERVED - {"relay_answers"},
+        SERVED - {"relay_answers", "relay_sends_parameters", "changed_parameters"},
     ),
     "relay mixes up a and b": (relay(("(a=a, b=b)", "(a=b, b=a)")), {"relay_sends_parameters"}),
     "relay has numbers of its own": (
@@ -748,7 +1013,201 @@ WRONG = {
         relay(("response.success = False", "self.create_timer(0.01, self.destroy_node)")),
         {"goes_on_afterwards"},
     ),
+    "relay takes a sum of 0 for no answer": (
+        relay((SUCCESS, SUCCESS.replace("True", "bool(answer.sum)"))),
+        {"relay_answers"},
+    ),
+    "relay shows the sum without its sign": (relay(("{answer.sum}", "{abs(answer.sum)}")), {"relay_answers"}),
+    "relay asks twice": (
+        relay(
+            (
+                "        answer = " + AWAIT,
+                "        await self.client.call_async(AddTwoInts.Request(a=a, b=b))\n        answer = " + AWAIT,
+            )
+        ),
+        {"relay_asks_each_time"},
+    ),
+    "relay asks all the time": (
+        relay(
+            (
+                "        self.get_logger().info('Relay ready')",
+                (
+                    "        self.create_timer(\n"
+                    "            0.05, lambda: self.client.service_is_ready() and self.client.call_async(\n"
+                    "                AddTwoInts.Request(a=0, b=0)), callback_group=group)"
+                ),
+            )
+        ),
+        {"relay_asks_each_time"},
+    ),
+    "relay sets its parameters at the start": (
+        relay(
+            (
+                "        # While a callback",
+                "        self.set_parameters([rclpy.parameter.Parameter('a', value=1)])\n        # While a callback",
+            )
+        ),
+        {"relay_sends_parameters"},
+    ),
+    "relay reads b once": (
+        relay(
+            ("self.declare_parameter('b', 0)", "self.b = self.declare_parameter('b', 0).value"),
+            ("self.get_parameter('b').value", "self.b"),
+        ),
+        {"changed_parameters"},
+    ),
+    "relay reads again when a is set": (
+        relay(
+            (
+                "        self.declare_parameter('b', 0)\n",
+                "        self.declare_parameter('b', 0)\n        self.seen = None\n",
+            ),
+            (
+                ASK,
+                ASK + "        self.seen = self.seen if self.seen and self.seen[0] == a else (a, b)\n"
+                "        a, b = self.seen\n",
+            ),
+        ),
+        {"changed_parameters"},
+    ),
+    "relay refuses to be set while a call waits": (
+        relay(
+            (
+                "        # While a callback",
+                (
+                    "        from rcl_interfaces.msg import SetParametersResult\n        self.waiting = 0\n"
+                    "        self.add_on_set_parameters_callback(\n"
+                    "            lambda _: SetParametersResult(successful=not self.waiting, reason='busy'))\n"
+                    "        # While a callback"
+                ),
+            ),
+            (
+                "        answer = " + AWAIT,
+                "        self.waiting += 1\n        answer = " + AWAIT + "\n        self.waiting -= 1",
+            ),
+        ),
+        {"goes_on_serving"},
+    ),
+    "relay lets a set wait until no call waits": (
+        relay(
+            ("import rclpy\n", "import time\nimport rclpy\n"),
+            (
+                "        # While a callback",
+                (
+                    "        from rcl_interfaces.msg import SetParametersResult\n        self.waiting = 0\n"
+                    "        def wait(_):\n            while self.waiting:\n                time.sleep(0.01)\n"
+                    "            return SetParametersResult(successful=True)\n"
+                    "        self.add_on_set_parameters_callback(wait)\n        # While a callback"
+                ),
+            ),
+            (
+                "        answer = " + AWAIT,
+                "        self.waiting += 1\n        answer = " + AWAIT + "\n        self.waiting -= 1",
+            ),
+            *THREADED,
+        ),
+        {"goes_on_serving"},
+    ),
+    "relay has as many threads as callers": (
+        {**REFERENCE, RELAY: BLOCKING.replace("num_threads=9", "num_threads=3").encode()},
+        {"several_callers"},
+    ),
+    "relay gives answers to whoever asked first": (
+        relay(
+            (
+                "        answer = " + AWAIT,
+                (
+                    "        from rclpy.task import Future\n"
+                    "        self.queue = getattr(self, 'queue', [])\n"
+                    "        mine = Future()\n        self.queue.append(mine)\n"
+                    "        self.client.call_async(AddTwoInts.Request(a=a, b=b)).add_done_callback(\n"
+                    "            lambda done: self.queue.pop(0).set_result(done.result()))\n"
+                    "        answer = await mine"
+                ),
+            )
+        ),
+        ONE_BY_ONE,
+    ),
+    "relay waits 8 s for a server": (
+        relay(("if not self.client.service_is_ready()", "if not self.client.wait_for_service(timeout_sec=8.0)")),
+        {"without_add_two_ints"},
+    ),
+    "relay remembers that there was no server": (
+        relay(
+            (
+                "        if not self.client.service_is_ready():\n",
+                (
+                    "        self.gone = getattr(self, 'gone', not self.client.wait_for_service(timeout_sec=2.0))\n"
+                    "        if self.gone:\n"
+                ),
+            )
+        ),
+        {"goes_on_afterwards"},
+    ),
+    "relay remembers that there was a server": (
+        relay(
+            (
+                "        if not self.client.service_is_ready():\n",
+                (
+                    "        self.there = getattr(self, 'there', False) or self.client.service_is_ready()\n"
+                    "        if not self.there:\n"
+                ),
+            )
+        ),
+        {"goes_on_afterwards"},
+    ),
+    "relay has a method called handle": (
+        relay(("self.relay, callback_group", "self.handle, callback_group"), ("async def relay(", "async def handle(")),
+        SERVED | ABSENT,
+    ),
     "relay has another name": (relay(("'/relay'", "'/relais'")), SERVED | ABSENT),
+}
+
+# Programs that do nothing that the task asks for.
+REFUSING = """
+import rclpy
+from std_srvs.srv import SetBool, Trigger
+
+def answer(request, response):
+    response.success, response.message = False, 'no'
+    return response
+
+rclpy.init()
+node = rclpy.create_node('nothing')
+node.create_service(SetBool, '/motors/enable', answer)
+node.create_service(SetBool, '/motors/emergency_stop', answer)
+node.create_service(Trigger, '/motors/status', answer)
+node.create_service(Trigger, '/relay', answer)
+node.declare_parameters('', [('a', 0), ('b', 0)])
+rclpy.spin(node)
+"""
+
+
+def nothing(text: str) -> dict[str, bytes]:
+    """The same program under both names."""
+    return {MOTORS: text.encode(), RELAY: text.encode()}
+
+
+DOING_NOTHING = {
+    "refuses everything": nothing(REFUSING),
+    "refuses everything, and says disabled": nothing(REFUSING.replace("'no'", "'disabled'")),
+    "always has success, and says disabled": nothing(REFUSING.replace("False, 'no'", "True, 'disabled'")),
+    "always has success, and says stopped": nothing(REFUSING.replace("False, 'no'", "True, 'stopped'")),
+    "always has success, and says 42": nothing(REFUSING.replace("False, 'no'", "True, '42'")),
+    "returns the response untouched": nothing(
+        REFUSING.replace("response.success, response.message = False, 'no'", "pass")
+    ),
+    "raises": nothing(REFUSING.replace("response.success, response.message = False, 'no'", "raise ValueError")),
+    "nodes without services": nothing("import rclpy\nrclpy.init()\nrclpy.spin(rclpy.create_node('nothing'))\n"),
+    "empty files": nothing("\n"),
+}
+WRONG |= {name: (files, MOTOR_TESTS | SERVED | ABSENT) for name, files in DOING_NOTHING.items()}
+NOTHING = {*DOING_NOTHING}
+SEVERAL = {"the page's camera and doubler, with the task's names", "status names two states"}
+USELESS = {
+    name
+    for name, (_, lost) in WRONG.items()
+    if name not in NOTHING and lost >= SERVED - {"relay_answers"} and "goes_on_afterwards" in lost
 }
 
 SILENT = {
@@ -764,4 +1223,29 @@ SILENT = {
     "relay waits for a server for ever",
     "relay gives up after one failure",
     "relay has another name",
+    "relay has as many threads as callers",
+    "relay lets a set wait until no call waits",
+    "relay remembers that there was a server",
+}
+# Each style, and a mistake for each test.
+QUICK = {
+    *RIGHT,
+    "motors start enabled",
+    "success only when nothing changes",
+    "enable says the state before",
+    "status is of a state of its own",
+    "the beginning of a stop says nothing",
+    "a refused enable is remembered",
+    "success is always True",
+    "stops are counted",
+    "enable counts",
+    "relay shows its own sum",
+    "relay asks twice",
+    "relay mixes up a and b",
+    "relay gives answers to whoever asked first",
+    "relay refuses to be set while a call waits",
+    "relay reads b once",
+    "relay waits 8 s for a server",
+    "relay remembers that there was a server",
+    "refuses everything",
 }

@@ -31,6 +31,8 @@ def windows(files: dict[str, bytes]) -> dict[str, bytes]:
     }
 
 
+FIRST = "        if request.operation == 'add':\n"
+
 RIGHT = {
     "reference": REFERENCE,
     "functions and a table; argparse": written(programs.FUNCTIONS, programs.ARGPARSE_CLIENT),
@@ -58,19 +60,6 @@ RIGHT = {
             "            f'={response.result}{response.message}')",
         ),
     ),
-    "client asks three times": client(
-        (
-            (
-                "        future = self.client.call_async(Calculate.Request(a=a, b=b, operation=operation))\n"
-                "        rclpy.spin_until_future_complete(self, future, timeout_sec=timeout_sec)\n"
-            ),
-            (
-                "        for _ in range(3):\n"
-                "            future = self.client.call_async(Calculate.Request(a=a, b=b, operation=operation))\n"
-                "            rclpy.spin_until_future_complete(self, future, timeout_sec=timeout_sec)\n"
-            ),
-        )
-    ),
     "client in colour, with the sum as a sentence": client(
         (
             "print(f'{a} {operation} {b} = {response.result}')",
@@ -79,6 +68,18 @@ RIGHT = {
                 "              f'\\x1b[32m{response.result:,.1f}\\x1b[0m.')"
             ),
         )
+    ),
+}
+
+RIGHT |= {
+    "one line of log for both, operations by class, numpy; says what it does": written(
+        programs.ONE_LINE, programs.WORDY_CLIENT
+    ),
+    "a response made anew; a client with JSON in a context of its own": written(
+        programs.COMPOSED, programs.JSON_CLIENT
+    ),
+    "one dictionary of refusals and results; a client that asks first": server(
+        (FIRST, "        self.get_logger().info('One moment')\n" + FIRST)
     ),
 }
 
@@ -115,14 +116,41 @@ REENTRANT = (
 )
 FOUR_THREADS = ("rclpy.spin(node)", "rclpy.spin(node, rclpy.executors.MultiThreadedExecutor(4))")
 RETURN = "        return response\n"
-FIRST = "        if request.operation == 'add':\n"
 ELSE_FIRST = FIRST.replace("if", "elif")
 OPERATIONS = {"add", "subtract", "multiply", "divide"}
-# Of a server that refuses whatever it is asked, and says so: that is right twice.
-ALL_BUT_REFUSALS = SERVER_TESTS - {"division_by_zero", "unknown_operation"}
-REFUSES_ALL = ALL_BUT_REFUSALS - {"logs_requests"}
-CLIENT_TESTS = {"client_shows_result", "client_shows_message", "client_without_server", "client_arguments"}
+INTERFACE = {"interface_request", "interface_response", "interface_nothing_else"}
+CLIENT_TESTS = {
+    "client_sends",
+    "client_shows_result",
+    "client_shows_message",
+    "client_without_server",
+    "client_arguments",
+    "client_exit_status",
+}
+SLEEPS = "        import time\n        time.sleep(0.5)\n"
 ASKS = "        rclpy.spin_until_future_complete(self, future, timeout_sec=timeout_sec)\n"
+
+LOG_REQUEST = """        self.get_logger().info(
+            f'Request: a={request.a} b={request.b} operation={request.operation}')
+"""
+
+
+def indented(lines: str) -> str:
+    """A statement of two or more lines, four columns to the right but for the first line, which follows four blanks."""
+    return lines.replace("\n    ", "\n        ")
+
+
+def keeps(key: str) -> dict[str, bytes]:
+    """A server that answers what it has computed before, found by `key`."""
+    return server(
+        (
+            LOG_RESPONSE,
+            "        if response.success:\n"
+            "            self.known = getattr(self, 'known', {})\n"
+            f"            response.result = self.known.setdefault({key}, response.result)\n" + LOG_RESPONSE,
+        )
+    )
+
 
 # What is wrong, and the tests that it loses (without "test_").
 WRONG = {
@@ -182,14 +210,14 @@ WRONG = {
     "another name": (server(("'/calculator'", "'/calc'")), SERVER_TESTS),
     "another definition": (
         changed(REFERENCE, SRV, ("bool success\nstring message", "string message\nbool success")),
-        {"interface"},
+        {"interface_response"},
     ),
     "client computes": (client(("{response.result}", "{a + b}")), {"client_shows_result"}),
-    "client mixes up": (client(("Request(a=a, b=b", "Request(a=b, b=a")), {"client_shows_result"}),
+    "client mixes up": (client(("Request(a=a, b=b", "Request(a=b, b=a")), {"client_sends"}),
     "client is silent": (client(("{response.message}", "")), {"client_shows_message"}),
     "client has success without server": (
         client(("running?')\n        return 1", "running?')\n        return 0")),
-        {"client_without_server"},
+        {"client_exit_status"},
     ),
     # Operations
     "add and subtract swapped": (
@@ -235,7 +263,7 @@ WRONG = {
                 "            response.message = 'No negative numbers, please'\n" + ELSE_FIRST,
             )
         ),
-        OPERATIONS | {"precision"},
+        OPERATIONS,
     ),
     "zero is taken for missing": (
         server(
@@ -249,7 +277,7 @@ WRONG = {
     ),
     "every operation refuses b = 0": (
         server((REFUSE_ZERO, ""), (FIRST, REFUSE_ZERO.replace("elif", "if", 1) + ELSE_FIRST)),
-        {"add", "subtract", "multiply"},
+        {"add", "subtract", "multiply", "unknown_operation"},
     ),
     "computes all operations first": (
         server(
@@ -266,13 +294,13 @@ WRONG = {
     ),
     "short names of operations": (
         server(("'subtract'", "'sub'"), ("'multiply'", "'mul'"), ("'divide'", "'div'")),
-        {"subtract", "multiply", "divide"},
+        {"subtract", "multiply", "divide", "division_by_zero"},
     ),
     "operations in capitals": (
         server(
             ("'add'", "'ADD'"), ("'subtract'", "'SUBTRACT'"), ("'multiply'", "'MULTIPLY'"), ("'divide'", "'DIVIDE'")
         ),
-        REFUSES_ALL,
+        SERVER_TESTS,
     ),
     "compares with is": (
         server(
@@ -281,7 +309,7 @@ WRONG = {
             ("operation == 'multiply'", "operation is 'multiply'"),
             ("operation != 'divide'", "operation is not 'divide'"),
         ),
-        REFUSES_ALL,
+        SERVER_TESTS,
     ),
     # Success and message
     "success is never set": (server((SUCCEEDS, "")), OPERATIONS),
@@ -348,12 +376,12 @@ WRONG = {
         ),
         {"each_answer_stands_alone", "survives_bad_requests", "two_clients"},
     ),
-    "right to the first 30 requests": (
+    "right to the first 60 requests": (
         server(
             (
                 LOG_RESPONSE,
                 "        self.count = getattr(self, 'count', 0) + 1\n"
-                "        response.result += self.count > 30\n" + LOG_RESPONSE,
+                "        response.result += self.count > 60\n" + LOG_RESPONSE,
             )
         ),
         {"precision", "each_answer_stands_alone", "survives_bad_requests", "two_clients"},
@@ -372,6 +400,79 @@ WRONG = {
             FOUR_THREADS,
         ),
         {"two_clients"},
+    ),
+    # A mistake in one operation alone
+    "add without the sign of b": (
+        server((RESULT.format("+"), "response.result = request.a + abs(request.b)")),
+        {"add"},
+    ),
+    "add has success for positive sums": (
+        server((RESULT.format("+"), RESULT.format("+") + "\n            response.success = response.result > 0.0")),
+        {"add"},
+    ),
+    "add raises": (server((RESULT.format("+"), "response.result = request.a + request.c")), {"add"}),
+    "add never answers": (server((RESULT.format("+"), "import time\n            time.sleep(1000)")), {"add"}),
+    "multiply without sign": (
+        server((RESULT.format("*"), "response.result = abs(request.a * request.b)")),
+        {"multiply"},
+    ),
+    "multiply raises": (server((RESULT.format("*"), "response.result = request.a.mul(request.b)")), {"multiply"}),
+    "12 digits": (
+        server((LOG_RESPONSE, "        response.result = float(f'{response.result:.12g}')\n" + LOG_RESPONSE)),
+        {"precision"},
+    ),
+    "very tiny is zero": (server(("request.b == 0.0", "abs(request.b) < 1e-300")), {"precision"}),
+    # Refusals
+    "one message for every refusal": (
+        server(("'Division by zero'", "'Error'"), ("f\"Unknown operation '{request.operation}'\"", "'Error'")),
+        {"unknown_operation"},
+    ),
+    "looks for zero before it knows the operation": (
+        server(
+            (REFUSE_ZERO, ""),
+            (
+                "        elif request.operation != 'divide':\n",
+                REFUSE_ZERO + "        elif request.operation != 'divide':\n",
+            ),
+        ),
+        {"unknown_operation"},
+    ),
+    "looks how an operation begins": (
+        server(("request.operation == 'add'", "request.operation.startswith('add')")),
+        {"unknown_operation"},
+    ),
+    "looks at the first letter of an operation": (
+        server(("request.operation == 'subtract'", "request.operation[:1] == 's'")),
+        {"unknown_operation"},
+    ),
+    "looks whether a name has the operation in it": (
+        server(("request.operation == 'multiply'", "request.operation in 'multiply'")),
+        {"unknown_operation"},
+    ),
+    # From one request to the next, again
+    "keeps results by operation and a": (keeps("(request.operation, request.a)"), {"each_answer_stands_alone"}),
+    "keeps results by operation and numbers in any order": (
+        keeps("(request.operation, *sorted([request.a, request.b]))"),
+        {"each_answer_stands_alone"},
+    ),
+    "finds its operations among the node's methods": (
+        server(
+            (
+                FIRST,
+                "        method = getattr(self, request.operation, None)\n"
+                "        if method and request.operation not in ('add', 'subtract', 'multiply', 'divide'):\n"
+                "            response.result = method(request.a, request.b)\n" + ELSE_FIRST,
+            )
+        ),
+        {"survives_bad_requests"},
+    ),
+    "formats an operation as a template": (
+        server(("operation={request.operation}'", "operation={request.operation}'.format()")),
+        {"survives_bad_requests"},
+    ),
+    "writes its log in ASCII": (
+        server((SUCCEEDS, "        request.operation.encode('ascii')\n" + SUCCEEDS)),
+        {"survives_bad_requests"},
     ),
     # The log
     "logs a word": (
@@ -424,6 +525,48 @@ WRONG = {
         server(("self.get_logger().info(\n            f'Re", "self.get_logger().info(once=True, message=f'Re")),
         {"logs_requests", "logs_responses"},
     ),
+    "logs no refused requests": (
+        server(
+            (LOG_REQUEST, ""),
+            (LOG_RESPONSE, "        if response.success:\n    " + indented(LOG_REQUEST) + LOG_RESPONSE),
+        ),
+        {"logs_requests"},
+    ),
+    "logs additions alone": (
+        server((LOG_REQUEST, "        if request.operation == 'add':\n    " + indented(LOG_REQUEST))),
+        {"logs_requests"},
+    ),
+    "logs requests in whole numbers": (
+        server(("a={request.a} b={request.b}", "a={request.a:.0f} b={request.b:.0f}")),
+        {"logs_requests"},
+    ),
+    "logs the results of additions alone": (
+        server(
+            (
+                LOG_RESPONSE,
+                "        if request.operation == 'add' or not response.success:\n    " + indented(LOG_RESPONSE),
+            )
+        ),
+        {"logs_responses"},
+    ),
+    "logs the response before": (
+        server(
+            (
+                LOG_RESPONSE,
+                "        before, self.now = getattr(self, 'now', 0.0), response.result\n"
+                + LOG_RESPONSE.replace("{response.result}", "{before}"),
+            )
+        ),
+        {"logs_responses"},
+    ),
+    "logs results in whole numbers": (
+        server(("result={response.result}", "result={response.result:.0f}")),
+        {"logs_responses"},
+    ),
+    "logs at a level that is not shown": (
+        server(("self.get_logger().info(\n", "self.get_logger().debug(\n")),
+        {"logs_requests", "logs_responses"},
+    ),
     # Service and node
     "a name in the node's": (server(("'/calculator'", "'~/calculator'")), SERVER_TESTS),
     "another type": (
@@ -449,47 +592,142 @@ WRONG = {
         SERVER_TESTS,
     ),
     # The definition
-    "float32 in the definition": (changed(REFERENCE, SRV, ("float64 result", "float32 result")), {"interface"}),
-    "a field too many": (changed(REFERENCE, SRV, ("string message", "string message\nint32 code")), {"interface"}),
-    "request and response in one": (changed(REFERENCE, SRV, ("---\n", "")), {"interface"}),
-    "a default value": (changed(REFERENCE, SRV, ("float64 b", "float64 b 1.0")), {"interface"}),
-    "definition in C": (changed(REFERENCE, SRV, ("float64", "double")), {"interface"}),
-    "definition in UTF-16": (REFERENCE | {SRV: REFERENCE[SRV].decode().encode("utf-16")}, {"interface"}),
-    "definition with a byte order mark": (REFERENCE | {SRV: b"\xef\xbb\xbf" + REFERENCE[SRV]}, {"interface"}),
+    "float32 in the definition": (
+        changed(REFERENCE, SRV, ("float64 result", "float32 result")),
+        {"interface_response"},
+    ),
+    "a field too many": (
+        changed(REFERENCE, SRV, ("string message", "string message\nint32 code")),
+        {"interface_nothing_else"},
+    ),
+    "request and response in one": (changed(REFERENCE, SRV, ("---\n", "")), INTERFACE),
+    "a default value": (changed(REFERENCE, SRV, ("float64 b", "float64 b 1.0")), {"interface_nothing_else"}),
+    "definition in C": (changed(REFERENCE, SRV, ("float64", "double")), INTERFACE),
+    "definition in UTF-16": (REFERENCE | {SRV: REFERENCE[SRV].decode().encode("utf-16")}, INTERFACE),
+    "definition with a byte order mark": (REFERENCE | {SRV: b"\xef\xbb\xbf" + REFERENCE[SRV]}, INTERFACE),
+    "a constant": (
+        changed(REFERENCE, SRV, ("float64 result", "uint8 ADD=1\nfloat64 result")),
+        {"interface_nothing_else"},
+    ),
+    "b before a": (changed(REFERENCE, SRV, ("float64 a\nfloat64 b", "float64 b\nfloat64 a")), {"interface_request"}),
+    "an operation by number": (changed(REFERENCE, SRV, ("string operation", "uint8 operation")), {"interface_request"}),
     # The client
-    "client ignores success": (client(("    if not response.success:\n", "    if False:\n")), {"client_shows_message"}),
+    "client asks three times": (
+        client(
+            (
+                (
+                    "        future = self.client.call_async(Calculate.Request(a=a, b=b, operation=operation))\n"
+                    "        rclpy.spin_until_future_complete(self, future, timeout_sec=timeout_sec)\n"
+                ),
+                (
+                    "        for _ in range(3):\n"
+                    "            future = self.client.call_async(Calculate.Request(a=a, b=b, operation=operation))\n"
+                    "            rclpy.spin_until_future_complete(self, future, timeout_sec=timeout_sec)\n"
+                ),
+            )
+        ),
+        {"client_sends"},
+    ),
+    "client takes no more than three words": (
+        client(("remove_ros_args(args)", "remove_ros_args(args)[:4]")),
+        {"client_arguments"},
+    ),
+    "client looks at the first number alone": (
+        client(
+            ("a, b = float(a), float(b)", "a = float(a)"),
+            ("    rclpy.init(args=args)\n", "    b = float(b)\n    rclpy.init(args=args)\n"),
+        ),
+        {"client_arguments"},
+    ),
+    "client says the same whatever is wrong": (
+        client(
+            ("print(USAGE)", "print('Error')"),
+            ("'No answer from /calculator: is calculator_server.py running?'", "'Error'"),
+        ),
+        {"client_arguments"},
+    ),
+    "client refuses a division by zero itself": (
+        client(
+            (
+                "    rclpy.init(args=args)\n",
+                (
+                    "    if operation == 'divide' and b == 0.0:\n        print('Division by zero')\n        return 1\n"
+                    "    rclpy.init(args=args)\n"
+                ),
+            )
+        ),
+        {"client_shows_message"},
+    ),
+    "client writes the message in small letters": (
+        client(("{response.message}", "{response.message.lower()}")),
+        {"client_shows_message"},
+    ),
+    "client shows the beginning of the message": (
+        client(("{response.message}", "{response.message:.24}")),
+        {"client_shows_message"},
+    ),
+    "client looks at the message for success": (
+        client(("if not response.success", "if response.message")),
+        {"client_shows_result", "client_exit_status"},
+    ),
+    "client looks at the result for success": (
+        client(("if not response.success", "if not response.result")),
+        {"client_shows_message", "client_exit_status"},
+    ),
+    "client shows no sign": (client(("{response.result}", "{abs(response.result)}")), {"client_shows_result"}),
+    "client has success when it is refused": (
+        client(("{response.message}')\n        return 1", "{response.message}')\n        return 0")),
+        {"client_exit_status"},
+    ),
+    "client fails when it has a result": (
+        client(("{response.result}')\n    return 0", "{response.result}')\n    return 3")),
+        {"client_exit_status"},
+    ),
+    "client is killed without a server": (
+        client(("running?')\n        return 1", "running?', flush=True)\n        import os\n        os.abort()")),
+        {"client_without_server", "client_exit_status"},
+    ),
+    "client says what it does, and nothing without a server": (
+        client(
+            ("    rclpy.init(args=args)\n", "    print('Calling', a, operation, b)\n    rclpy.init(args=args)\n"),
+            ("        print('No answer from /calculator: is calculator_server.py running?')\n", ""),
+        ),
+        {"client_without_server"},
+    ),
+    "client waits 25 s for a server": (
+        client(("wait_for_service(timeout_sec=timeout_sec)", "wait_for_service(timeout_sec=25.0)")),
+        {"client_without_server"},
+    ),
+    "client ignores success": (
+        client(("    if not response.success:\n", "    if False:\n")),
+        {"client_shows_message", "client_exit_status"},
+    ),
     "client shows its own reason": (client(("{response.message}", "division by zero")), {"client_shows_message"}),
     "client sends whole numbers": (
         client(("float(a), float(b)", "float(int(float(a))), float(int(float(b)))")),
-        {"client_shows_result"},
+        {"client_sends"},
     ),
     "client shows a whole number": (client(("{response.result}", "{response.result:.0f}")), {"client_shows_result"}),
-    "client does not wait for the answer": (client((ASKS, "")), {"client_shows_result", "client_shows_message"}),
+    "client sleeps until the answer is there": (
+        client((ASKS, SLEEPS)),
+        {"client_shows_result", "client_shows_message", "client_exit_status"},
+    ),
     "client shows the future": (
-        client(("        return future.result()", "        print(future)\n        return future"), (ASKS, "")),
+        client(("        return future.result()", "        print(future)\n        return future"), (ASKS, SLEEPS)),
         {"client_shows_result", "client_shows_message"},
     ),
-    "client always adds": (client(("operation=operation", "operation='add'")), {"client_shows_result"}),
+    "client always adds": (client(("operation=operation", "operation='add'")), {"client_sends"}),
     "client has its numbers in its source": (
         client(("a, b = float(a), float(b)", "float(a), float(b)\n        a, b = 15.5, 3.2")),
-        {"client_shows_result"},
+        {"client_sends"},
     ),
-    "client takes the operation in the middle": (
-        client(("_, a, b, operation", "_, a, operation, b")),
-        {"client_shows_result", "client_shows_message"},
-    ),
-    "client takes the operation first": (
-        client(("_, a, b, operation", "_, operation, a, b")),
-        {"client_shows_result", "client_shows_message"},
-    ),
+    "client takes the operation in the middle": (client(("_, a, b, operation", "_, a, operation, b")), CLIENT_TESTS),
+    "client takes the operation first": (client(("_, a, b, operation", "_, operation, a, b")), CLIENT_TESTS),
     "client reads from the keyboard": (
         client(("_, a, b, operation = remove_ros_args(args)", "a, b, operation = input('a: '), input('b: '), input()")),
         CLIENT_TESTS,
     ),
-    "client calls another name": (
-        client(("'/calculator'", "'/calculate'")),
-        {"client_shows_result", "client_shows_message"},
-    ),
+    "client calls another name": (client(("'/calculator'", "'/calculate'")), CLIENT_TESTS),
     "client waits for a server for ever": (
         client(("wait_for_service(timeout_sec=timeout_sec)", "wait_for_service()")),
         {"client_without_server"},
@@ -509,7 +747,7 @@ WRONG = {
                 ("    import time\n    print(response)\n    time.sleep(1000)\n    if not response.success:"),
             )
         ),
-        {"client_shows_result", "client_shows_message"},
+        {"client_exit_status"},
     ),
     "client counts its arguments only": (
         client(
@@ -526,20 +764,37 @@ WRONG = {
     ),
     "client has success with wrong arguments": (
         client(("print(USAGE)\n        return 2", "print(USAGE)\n        return 0")),
-        {"client_arguments"},
+        {"client_exit_status"},
     ),
     "client has no word on its usage": (client(("        print(USAGE)\n", "")), {"client_arguments"}),
-    "client's main has no exit status": (
-        client(("sys.exit(main())", "main()")),
-        {"client_without_server", "client_arguments"},
-    ),
+    "client's main has no exit status": (client(("sys.exit(main())", "main()")), {"client_exit_status"}),
     "client has no usage": (
         client(("    except ValueError:\n        print(USAGE)\n        return 2\n", "    finally:\n        pass\n")),
         {"client_arguments"},
     ),
 }
 
-SILENT = {"never spins", "client waits for a server for ever", "client does not end"}
+# Programs that do nothing that the task asks for.
+DOING_NOTHING = {
+    "refuses everything; says no": written(programs.REFUSER, programs.NO_CLIENT),
+    "answers 42; says its usage": written(programs.CONSTANT, programs.USAGE_CLIENT),
+    "answers 1 but refuses 0; shows a number of its own": written(programs.CAREFUL, programs.CHEERFUL_CLIENT),
+    "returns the response untouched; says no": written(programs.UNTOUCHED, programs.NO_CLIENT),
+    "raises; an empty client": written(programs.REFUSER.replace("print(request)", "raise ValueError"), "\n"),
+    "no programs": written("\n", "\n"),
+}
+WRONG |= {name: (files, SERVER_TESTS | CLIENT_TESTS | {"interface_request"}) for name, files in DOING_NOTHING.items()}
+NOTHING = {*DOING_NOTHING}
+SEVERAL = {"add and subtract swapped", "logs nothing"}
+# The server answers nothing, or refuses all.
+USELESS = {name for name, (_, lost) in WRONG.items() if lost == SERVER_TESTS}
+SILENT = {
+    "never spins",
+    "add never answers",
+    "client waits for a server for ever",
+    "client waits 25 s for a server",
+    "client does not end",
+}
 # Each style, and a mistake for each test.
 QUICK = {
     *RIGHT,
@@ -560,4 +815,9 @@ QUICK = {
     "client is silent",
     "client has success without server",
     "client has no usage",
+    "add raises",
+    "client asks three times",
+    "client has success when it is refused",
+    "client is killed without a server",
+    "refuses everything; says no",
 }

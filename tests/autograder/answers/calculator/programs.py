@@ -413,6 +413,7 @@ if future.result().success:
     node.get_logger().info(f'Result: {future.result().result:,.2f}')
 else:
     node.get_logger().error(f'Failed: {future.result().message}')
+    sys.exit(1)
 """
 
 EXECUTOR_CLIENT = """
@@ -515,10 +516,11 @@ def spin(node):
 
 OPERATIONS = ('add', 'subtract', 'multiply', 'divide')
 try:
-    a, b, operation = float(sys.argv[1]), float(sys.argv[2]), sys.argv[3]
+    _, a, b, operation = sys.argv
+    a, b = float(a), float(b)
     if operation not in OPERATIONS:
         raise ValueError(operation)
-except (IndexError, ValueError):
+except ValueError:
     print('Give two numbers and one of', *OPERATIONS)
     raise SystemExit(64)
 
@@ -543,6 +545,7 @@ elif answer.success:
     └──────────────────────────┘''')
 else:
     print(f'The server says: "{answer.message}"')
+    status = 2
 sys.exit(status)
 """
 
@@ -591,4 +594,189 @@ def main(args=sys.argv):
 
 if __name__ == '__main__':
     main()
+"""
+
+# Request and response in one line of the log, written when both are known; operations by class.
+ONE_LINE = """
+from abc import ABC, abstractmethod
+import numpy as np
+import rclpy
+from rclpy.node import Node
+from rclpy.executors import SingleThreadedExecutor
+from calculator_interfaces.srv import Calculate
+
+
+class Operation(ABC):
+    @abstractmethod
+    def __call__(self, a, b): ...
+
+class Add(Operation):
+    def __call__(self, a, b): return a + b
+
+class Subtract(Operation):
+    def __call__(self, a, b): return a + (-b)
+
+class Multiply(Operation):
+    def __call__(self, a, b): return b * a
+
+class Divide(Operation):
+    def __call__(self, a, b):
+        assert b != 0, 'the divisor is 0'
+        return np.divide(a, b)
+
+
+class Service:
+    table = {kind.__name__.lower(): kind() for kind in Operation.__subclasses__()}
+
+    def answer(self, question, reply):
+        asked = f'{question.operation}({question.a!r}, {question.b!r})'
+        try:
+            value = self.table[question.operation](np.float64(question.a), np.float64(question.b))
+        except KeyError as error:
+            reply.message = f'operation {error} not supported, use one of {sorted(self.table)}'
+        except AssertionError as error:
+            reply.message = f'{asked} refused: {error}'
+        else:
+            reply.result, reply.success = float(value), True
+        print(f'{asked} -> {reply.result!r} ok={reply.success} "{reply.message}"', flush=True)
+        return reply
+
+
+def main():
+    rclpy.init()
+    node, service = Node('one_line'), Service()
+    node.create_service(Calculate, '/calculator', service.answer)
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    while rclpy.ok():
+        executor.spin_once(timeout_sec=1.0)
+
+
+main()
+"""
+
+# Always says what it is, then what it does; usage by sys.exit; a loop that spins once and again.
+WORDY_CLIENT = """
+import sys
+import time
+import rclpy
+from rclpy.utilities import remove_ros_args
+from calculator_interfaces.srv import Calculate
+
+def main():
+    print('calculator_client 1.0')
+    program, *words = remove_ros_args(sys.argv)
+    usage = f'usage: {program} A B OPERATION\\n  A and B are numbers; OPERATION is add, subtract, multiply or divide'
+    if len(words) != 3:
+        sys.exit(f'{usage}\\n{len(words)} words are not three')
+    try:
+        numbers = [float(word) for word in words[:2]]
+    except ValueError as error:
+        sys.exit(f'{usage}\\n{error}')
+    print('calling /calculator with', *numbers, words[2])
+    rclpy.init()
+    node = rclpy.create_node('wordy')
+    client = node.create_client(Calculate, '/calculator')
+    end = time.monotonic() + 2.0
+    while not client.service_is_ready():
+        if time.monotonic() > end:
+            sys.exit('There is no /calculator here. Start calculator_server.py first.')
+        rclpy.spin_once(node, timeout_sec=0.05)
+    future = client.call_async(Calculate.Request(a=numbers[0], b=numbers[1], operation=words[2]))
+    while not future.done():
+        rclpy.spin_once(node, timeout_sec=0.05)
+    answer = future.result()
+    rclpy.shutdown()
+    if not answer.success:
+        sys.exit('refused\\n' + answer.message)
+    print('the answer is', answer.result, f'({answer.message})' if answer.message else '')
+
+if __name__ == '__main__':
+    main()
+"""
+
+# The client as a function of the words and a printer; the node in a context of its own; a JSON line for scripts.
+JSON_CLIENT = """
+import json, sys
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from calculator_interfaces.srv import Calculate
+
+class Failure(Exception):
+    def __init__(self, status, **said):
+        self.status, self.said = status, said
+
+def calculate(words):
+    try:
+        (a, b, operation) = words
+        request = Calculate.Request(a=float(a), b=float(b), operation=operation)
+    except ValueError:
+        raise Failure(64, usage='calculator_client.py A B OPERATION')
+    context = Context()
+    context.init(args=[])
+    node = Node('json_client', context=context)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    try:
+        client = node.create_client(Calculate, 'calculator')
+        if not client.wait_for_service(timeout_sec=2.0):
+            raise Failure(69, error='service unavailable')
+        future = client.call_async(request)
+        executor.spin_until_future_complete(future, timeout_sec=3.0)
+        if not future.done():
+            raise Failure(75, error='no response')
+        response = future.result()
+        if not response.success:
+            raise Failure(65, refused=response.message)
+        return {'result': response.result}
+    finally:
+        node.destroy_node()
+        context.shutdown()
+
+try:
+    print(json.dumps(calculate(sys.argv[1:])))
+except Failure as failure:
+    print(json.dumps(failure.said, ensure_ascii=False), file=sys.stderr)
+    sys.exit(failure.status)
+"""
+
+# What does nothing that the task asks for, each in another way.
+REFUSER = """
+import rclpy
+from calculator_interfaces.srv import Calculate
+
+def refuse(request, response):
+    print(request)
+    response.success, response.message = False, f'I cannot {request.operation}'
+    print(response)
+    return response
+
+rclpy.init()
+node = rclpy.create_node('refuser')
+node.create_service(Calculate, '/calculator', refuse)
+rclpy.spin(node)
+"""
+CONSTANT = REFUSER.replace("False, f'I cannot {request.operation}'", "True, 'done'\n    response.result = 42.0")
+CAREFUL = REFUSER.replace(
+    "False, f'I cannot {request.operation}'",
+    "request.b != 0.0 and request.operation in 'add subtract multiply divide', 'no'\n    response.result = 1.0",
+)
+UNTOUCHED = REFUSER.replace("response.success, response.message = False, f'I cannot {request.operation}'", "pass")
+NO_CLIENT = """
+import sys
+print('no')
+sys.exit(1)
+"""
+USAGE_CLIENT = """
+import sys
+print('Usage: calculator_client.py A B OPERATION; there is no server; the result is 42.0', *sys.argv)
+sys.exit(2)
+"""
+CHEERFUL_CLIENT = """
+import sys
+if len(sys.argv) != 4 or not sys.argv[1].lstrip('-').replace('.', '').isdigit():
+    sys.exit('usage: A B OPERATION')
+print(*sys.argv, '= 12345.5')
 """

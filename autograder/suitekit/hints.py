@@ -1,0 +1,34 @@
+"""What lies behind an exception that does not say it itself: for the student whose program died of it."""
+
+import re
+from typing import Protocol
+
+# What the exception says, and what to do.
+KNOWN = [
+    (
+        r"'(?:method|function)' object does not support the context manager protocol|has no attribute 'pointer'",
+        "a method or an attribute of the node is called handle, which hides rclpy's own Node.handle: rename it",
+    ),
+    (
+        r"property '(\w+)' of '\w+' object has no setter|can't set attribute '(\w+)'",
+        "rclpy's Node has a property of that name already: choose another name for the attribute",
+    ),
+    (
+        r"'\w+' object has no attribute '_(?:Node__\w+|default_callback_group|parameters|context|logger)'",
+        "call super().__init__ first in __init__: until then there is no node",
+    ),
+]
+
+
+class Ended(Protocol):
+    """What is asked of a program that has ended."""
+
+    def last_words(self) -> str:
+        """Why it ended, in a line for the student."""
+
+
+def last_words(program: Ended) -> str:
+    """Why a program ended, in a line for the student, with what lies behind it where that is known."""
+    words = program.last_words()
+    found = next((text for pattern, text in KNOWN if re.search(pattern, words)), "")
+    return f"{words} ({found})" if found else words

@@ -1,0 +1,138 @@
+"""A program that must end on its own: its command line, its end and its words, with fake programs, no ROS."""
+
+import random
+import time
+
+import pytest
+
+from autograder.errors import Crashed, Fault, TimedOut, Wrong
+from autograder.suitekit import hints
+from autograder.suitekit.clock import Clock
+from autograder.suitekit.runs import Run, drawn, expect_gives_up, expect_status, expect_usage, expect_words
+
+DOING = "without a server"
+
+
+class Program:
+    """A fake program that has ended, or never ends."""
+
+    def __init__(self, status=1, output="nobody is there", raised=False, stopped="", ends=True):
+        self.output, self.raised, self.stopped = output, raised, stopped
+        self.alive, self.exit_status = not ends, status if ends else None
+        self.started, self.duration = time.monotonic(), 0.01
+
+    def wait(self, timeout):
+        return not self.alive
+
+    def kill(self, why=""):
+        pass
+
+    def last_words(self):
+        return self.stopped or self.output
+
+
+def run(*programs, patience=0.001):
+    """A run of these programs, one after the other."""
+    plan = [*programs]
+    started = []
+
+    def start():
+        started.append(plan.pop(0) if len(plan) > 1 else plan[0])
+        return started[-1]
+
+    made = Run("client.py", start, Clock(60, patience))
+    made.all_starts = started
+    return made
+
+
+def test_a_command_line_is_drawn():
+    line = ["client.py", "{10..12}", "{-3..-3}", "{add|divide}", "{}", "5", "{x}"]
+    lines = [drawn(line, random.Random(seed)) for seed in range(50)]
+    assert {words[1] for words in lines} == {"10", "11", "12"}
+    assert {words[3] for words in lines} == {"add", "divide"}
+    assert all(words[:1] + words[2:3] + words[4:] == ["client.py", "-3", "{}", "5", "{x}"] for words in lines)
+    assert drawn(line, random.Random(7)) == drawn(line, random.Random(7))
+
+
+def test_a_client_that_gives_up_with_words_passes():
+    expect_gives_up(run(Program()), "/sum")
+    expect_usage(run(Program(status=2)), "with too few arguments")
+    expect_gives_up(run(Program(status=255)), "/sum")  # sys.exit(-1)
+
+
+@pytest.mark.parametrize(
+    ("program", "kind", "message"),
+    [
+        (Program(status=0), Wrong, "exit status other than 0"),
+        (Program(output=" \n"), Wrong, "it printed nothing"),
+        (Program(status=134), Crashed, "ended by the signal SIGABRT"),
+        (Program(status=139), Crashed, "ended by the signal SIGSEGV"),
+        (Program(raised=True, output="ValueError"), Crashed, "died: ValueError"),
+        (Program(stopped="it printed too much"), Crashed, "was stopped: it printed too much"),
+        (Program(ends=False), TimedOut, "still running after 10 s"),
+    ],
+)
+def test_a_client_that_does_not_give_up_rightly_is_told(program, kind, message):
+    with pytest.raises(kind, match=message):
+        expect_gives_up(run(program), "/sum")
+
+
+def test_what_ended_by_a_signal_is_run_again():
+    twice = run(Program(status=134), Program(status=1))
+    expect_status(twice, DOING, 1)
+    assert len(twice.all_starts) == 2
+
+
+def test_a_run_that_does_not_end_is_waited_for_twice_only():
+    endless = run(Program(ends=False), Program(ends=False))
+    for _ in range(3):
+        with pytest.raises(TimedOut):
+            endless.finish(DOING)
+    assert len(endless.all_starts) == 2
+
+
+def test_the_exit_status_of_what_raised_is_its_own():
+    assert run(Program(status=1, raised=True)).status(DOING) == 1
+    assert run(Program(status=0)).status(DOING) == 0
+    with pytest.raises(Crashed, match="signal SIGKILL"):
+        run(Program(status=137)).status(DOING)
+
+
+@pytest.mark.parametrize(
+    ("output", "how", "message"),
+    [
+        ("calling 3 4\nnobody", {"beside": "calling 1 2\nresult 3"}, ""),
+        ("calling 3 4", {"beside": "calling 1 2\nresult 3"}, "what it always prints"),
+        ("calling 3 add", {"beside": "calling 1 divide", "ignoring": ["add", "divide"]}, "what it always prints"),
+        ("calling 3 add", {"beside": "calling 1 divide"}, ""),
+        ("Error 2", {"unlike": "Error 1\n"}, "the same as when something else is wrong"),
+        ("usage\nError 2", {"unlike": "Error 1\n"}, ""),
+    ],
+)
+def test_words_must_tell_something(output, how, message):
+    try:
+        expect_words(run(Program(output=output)), DOING, "say so", **how)
+        told = ""
+    except Fault as fault:
+        told = fault.message
+    assert bool(told) == bool(message) and message in told
+
+
+def test_a_run_can_be_waited_for_and_repeated():
+    ended = run(Program(), Program(output="more"))
+    assert not ended.until(lambda: False)
+    ended.again()
+    assert ended.until(lambda: ended.output == "more") and not ended.raised
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        ("TypeError: 'method' object does not support the context manager protocol (a.py, line 3)", "Node.handle"),
+        ("AttributeError: property 'clients' of 'Relay' object has no setter", "property of that name"),
+        ("ValueError: no", ""),
+    ],
+)
+def test_what_lies_behind_an_exception_is_told(words, hint):
+    told = hints.last_words(Program(output=words))
+    assert told.startswith(words) and hint in told and (bool(hint) or told == words)
