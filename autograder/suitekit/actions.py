@@ -98,8 +98,8 @@ class Goal:
 
     def _on_end(self, future: Any) -> None:
         with self._news:
-            self.status = STATUS.get(future.result().status, "UNKNOWN")
             self.result, self.ended = sensible(future.result().result), time.monotonic()
+            self.status = STATUS.get(future.result().status, "UNKNOWN")
             self._news.notify_all()
 
 

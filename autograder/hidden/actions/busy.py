@@ -113,11 +113,12 @@ class Busy(Server):
 
     def away(self, least: int = 2, most: int = 4) -> int:
         """A floor that is so many steps from the cabin, and not near floor 0."""
-        return self._rng.choice([floor for floor in range(2, HIGH + 1) if least <= abs(floor - self.place) <= most])
+        here = min(HIGH, self.place)
+        return self._rng.choice([floor for floor in range(2, HIGH + 1) if least <= abs(floor - here) <= most])
 
     def begin_long(self, alive: Alive, limit: float) -> Ride | None:
         """A goal of at least 11 steps, some of which are done, the first of them a stop; None when it has no answer."""
-        here = max(0, min(HIGH, self.place))
+        here = min(HIGH, self.place)
         floors = [here + 1, HIGH, 0] if here < HIGH / 2 else [here - 1, 0, HIGH]
         goal = self.give(floors, alive, limit)
         if goal is None:
@@ -160,7 +161,7 @@ class Busy(Server):
         if first is None:
             return None
         running = not first.goal.status
-        floors = [0 if self.place > HIGH / 2 else HIGH]  # of both others: they are two goals all the same
+        floors = [1 if self.place > HIGH / 2 else HIGH - 1]  # of both others: they are two goals all the same
         rides = [first]
         for _ in range(2):
             goal = self.give(floors, alive, limit)
@@ -185,7 +186,7 @@ class Busy(Server):
         if first is None:
             return None
         running = not first.goal.status
-        floors = [0, HIGH] if self.place > HIGH / 2 else [HIGH, 0]
+        floors = [1, HIGH] if self.place > HIGH / 2 else [HIGH - 1, 0]
         goal = self.give(floors, alive, limit)
         if goal is None:
             return None

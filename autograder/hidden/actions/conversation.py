@@ -65,7 +65,8 @@ class Server(LiveProgram):
     @property
     def place(self) -> int:
         """Where the cabin is, as far as the feedback tells, and the results of goals without any."""
-        return next((where for goal in reversed(self.goals) if (where := last_place(goal)) is not None), 0)
+        told = next((where for goal in reversed(self.goals) if (where := last_place(goal)) is not None), 0)
+        return max(0, min(TOP, told))  # whatever it tells, the next goals are possible ones
 
     @property
     def exception(self) -> str:

@@ -123,6 +123,8 @@ class Encounter:
         except Fault as fault:
             self._fault = fault
             raise
+        finally:
+            self._came.set()  # there is nothing to look for any more
 
     def _accept(self, goal: Any) -> bool:
         self.goals.append(list(goal.floors))

@@ -52,7 +52,7 @@ def expect_one_cabin(seen: Preemption) -> None:
             f"{heard}",
         )
     between = lengths([*first.feedback, *second.feedback])
-    if any(time < 0 for time in between) or min(between) < WHOLE * BUSY_STEP < max(between):
+    if between and (min(between) < 0 or min(between) < WHOLE * BUSY_STEP < max(between)):
         raise Wrong(
             "A goal that takes over must begin its first step when the goal before has ended its last one: two goals "
             "must never move the cabin at the same time.",
@@ -63,7 +63,7 @@ def expect_one_cabin(seen: Preemption) -> None:
 def expect_lengths(told: Sequence[Heard], shortest: float, longest: float, rule: str) -> None:
     """Steps must take at least most of `shortest` s on average, and the fastest one no more than `longest` s."""
     between = lengths(told)
-    if sum(between) < SHORTEST * shortest * len(between) or min(between) > longest:
+    if between and (sum(between) < SHORTEST * shortest * len(between) or min(between) > longest):
         raise Wrong(rule, f"{between}")
 
 

@@ -24,9 +24,8 @@ class Ride:
 
     @property
     def made(self) -> bool:
-        """Whether the cabin has been at its last floor, by its feedback or else by its result."""
-        told = way(self.goal)
-        return told[-1] == self.floors[-1] if told else list(self.goal.result.stops) == self.floors
+        """Whether the cabin has been at its last floor, by its feedback or by its result."""
+        return way(self.goal)[-1:] == self.floors[-1:] or list(self.goal.result.stops) == self.floors
 
 
 def steps(start: int, floors: Sequence[int]) -> list[tuple[int, int]]:

@@ -1044,10 +1044,14 @@ WRONG = {
                 ),
             )
         ),
-        {"stops_where_it_stands"},
+        {"stops_where_it_stands", "cancelled_result"},
     ),
     "makes one stop where it stands, not two": (
         server(("        while left and left[0] == self.floor:\n", "        if left and left[0] == self.floor:\n")),
+        {"stops_where_it_stands"},
+    ),
+    "takes two stops at the same floor for one": (
+        server((RESULT, "stops = [a for a, b in zip(stops, [*stops[1:], None]) if a != b]\n        " + RESULT)),
         {"stops_where_it_stands"},
     ),
     "rejects nothing": (server((CHECK, "if True:")), {"rejects", "rejected_goal_changes_nothing"}),
