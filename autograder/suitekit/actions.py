@@ -20,6 +20,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.qos import QoSProfile
 from unique_identifier_msgs.msg import UUID
 
+from autograder.errors import Fault
 from autograder.suitekit.ros import Ros, graph, sensible
 from autograder.suitekit.topics import Heard
 from course.waiting import wait_until
@@ -48,6 +49,7 @@ class Goal:
         self.status = ""  # how it ended, a word of STATUS; empty while it runs
         self.result: Any = None
         self.ended = 0.0
+        self.fault: Fault | None = None  # why it was given up, when no result came
         self._alive, self._news = alive, threading.Condition()
         self._handle: Any = None
 
@@ -74,7 +76,9 @@ class Goal:
             return "was rejected"
         if self.status:
             return f"ended as {self.status}"
-        return f"was accepted and {'sent feedback' if self.feedback else 'sent no feedback'}, but no result came"
+        if self.feedback:
+            return "was accepted and sent feedback, but no result came"
+        return "was accepted, but neither feedback nor a result came"
 
     def on_answer(self, future: Any) -> None:
         """The server has accepted or rejected the goal."""

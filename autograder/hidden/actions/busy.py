@@ -2,6 +2,7 @@
 
 import random
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -9,9 +10,10 @@ from typing import Any
 
 from std_srvs.srv import SetBool
 
-from autograder.hidden.actions.conversation import BLOCK, OFFERED, Server, accepted
+from autograder.errors import Fault
+from autograder.hidden.actions.conversation import BLOCK, HOPEFUL, OFFERED, PLAYS, Server, accepted
 from autograder.hidden.actions.rides import STILL, Ride
-from autograder.suitekit import Alive, Bench, Goal, TimedOut, Wrong, offer, on_wrong
+from autograder.suitekit import Alive, Bench, Goal, Wrong, offer, on_wrong
 
 LOW_TOP = 8  # the highest floor, set on the command line: less than the default
 HIGH = 7  # a floor that every lift has: whether it has its highest one is judged by one test
@@ -61,6 +63,7 @@ class Busy(Server):
     def __init__(self, bench: Bench, rng: random.Random):
         super().__init__(bench, BUSY_STEP, "--ros-args", "-p", f"step_period:={BUSY_STEP}", "-p", f"top:={LOW_TOP}")
         self._rng = rng
+        self._plays: Counter[str] = Counter()  # of each of the scenes below
         self._seen: dict[str, Any] = {}  # what came of each of the scenes below
 
     def begin(self) -> None:
@@ -93,18 +96,20 @@ class Busy(Server):
         """What came of a scene, which is played once; again when something is found wrong with it."""
 
         def again() -> None:  # with a fresh program, also for the tests that come after this one
-            self._seen.pop(name, None)
-            if self.accepts and self.starts < MOST_STARTS:
-                self.end()
+            if self._plays[name] < PLAYS:
+                self._seen.pop(name, None)
+                if self.accepts and self.starts < MOST_STARTS:
+                    self.end()
 
         with on_wrong(again):
             if name not in self._seen:
+                self._plays[name] += 1
                 seen = self.converse(question, what, *wanted)
                 if not getattr(seen, "running", True) and self._played and self.starts < MOST_STARTS:
                     # Something that was said to this start before may be the reason.
                     self.end()
                     seen = self.converse(question, what, *wanted)
-                if isinstance(seen, TimedOut):
+                if isinstance(seen, Fault):
                     self.end()  # what it still does must not disturb other goals
                     raise seen
                 self._seen[name] = seen
@@ -132,17 +137,23 @@ class Busy(Server):
             self.over(ride.goal, ride.floors, limit)
         else:
             ride.still = True
-            self.stop(ride.goal)
+            self.stop(ride.goal, HOPEFUL)
 
-    def stop(self, goal: Goal) -> None:
+    def stop(self, goal: Goal, limit: float = AT_MOST) -> None:
         """Cancel a goal that need not go on, so that the next one has the lift for itself."""
         goal.cancel()
-        goal.wait(lambda g: g.status, self.bench.clock.allow(AT_MOST))
+        goal.wait(lambda g: g.status, self.bench.clock.allow(limit))
 
-    def _preempt(self, limit: float, alive: Alive) -> Preemption | TimedOut | None:
+    def hangs(self, goal: Goal) -> Fault | None:
+        """What is wrong with a goal of which nothing is heard, of a lift whose goals get no result."""
+        return self.unfinished(goal) if self.endless and not goal.feedback and not goal.status else None
+
+    def _preempt(self, limit: float, alive: Alive) -> Preemption | Fault | None:
         first = self.begin_long(alive, limit)
         if first is None:
             return None
+        if fault := self.hangs(first.goal):
+            return fault
         running = not first.goal.status
         floors = [self.away()]
         goal = self.give(floors, alive, limit)
@@ -156,10 +167,12 @@ class Busy(Server):
             self.stop(first.goal)
         return Preemption([first, Ride(floors, goal)], running)
 
-    def _send_three(self, limit: float, alive: Alive) -> Preemption | TimedOut | None:
+    def _send_three(self, limit: float, alive: Alive) -> Preemption | Fault | None:
         first = self.begin_long(alive, limit)
         if first is None:
             return None
+        if fault := self.hangs(first.goal):
+            return fault
         running = not first.goal.status
         floors = [1 if self.place > HIGH / 2 else HIGH - 1]  # of both others: they are two goals all the same
         rides = [first]
@@ -181,10 +194,12 @@ class Busy(Server):
                 self.stop(ride.goal)
         return Preemption(rides, running)
 
-    def _cancel_waiting(self, limit: float, alive: Alive) -> Preemption | TimedOut | None:
+    def _cancel_waiting(self, limit: float, alive: Alive) -> Preemption | Fault | None:
         first = self.begin_long(alive, limit)
         if first is None:
             return None
+        if fault := self.hangs(first.goal):
+            return fault
         running = not first.goal.status
         floors = [1, HIGH] if self.place > HIGH / 2 else [HIGH - 1, 0]
         goal = self.give(floors, alive, limit)
@@ -207,10 +222,12 @@ class Busy(Server):
             return self.unfinished(goal) if alive() else None
         return Preemption([first, second, Ride(floors, goal)], running)
 
-    def _block(self, limit: float, alive: Alive) -> Blocking | TimedOut | None:
+    def _block(self, limit: float, alive: Alive) -> Blocking | Fault | None:
         ride = self.begin_long(alive, limit)
         if ride is None:
             return None
+        if fault := self.hangs(ride.goal):
+            return fault
         running, sent = not ride.goal.status, time.monotonic()
         if self.set(True, limit, alive) is None:
             return None

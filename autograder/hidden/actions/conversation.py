@@ -10,13 +10,16 @@ from itertools import pairwise
 from course_interfaces.action import Lift
 from std_srvs.srv import SetBool
 
+from autograder.errors import Fault
 from autograder.hidden.actions.rides import Ride, floors_heard
 from autograder.sandbox.cleaning import excerpt
 from autograder.suitekit import (
+    ANSWER,
     START,
     ActionCaller,
     Alive,
     Bench,
+    Crashed,
     Goal,
     LiveProgram,
     Offers,
@@ -37,6 +40,8 @@ SLOWEST = 1.3 * STEP  # s that a step may take, also when the parameter has no e
 LATE = 1.0  # s until the last feedback has come, after the result
 HOPEFUL = 3.0  # s without news until a goal is given up, of a program whose goals have been given up before
 QUICK_STEPS = (0.02, 0.025, 0.03)  # s: long enough to be measured, short enough for many steps
+DYING = 0.2  # s in which a program that gives no result may turn out to be dying
+PLAYS = 3  # times that something is tried, when what came of it was wrong
 RAISED = "Error raised in execute callback: "  # so rclpy logs it, and aborts the goal
 
 
@@ -48,7 +53,7 @@ class Server(LiveProgram):
     def __init__(self, bench: Bench, period: float = STEP, *args: str):
         self.period = period
         self.accepts = False  # it has accepted a goal
-        self._endless = False  # a goal was accepted, and given up because no result came
+        self.endless = False  # a goal was accepted, and given up because no result came
         super().__init__(bench, "lift_server.py", *args)
 
     def connect(self) -> Offers:
@@ -97,19 +102,24 @@ class Server(LiveProgram):
         return self.converse(lambda limit, alive: self.give(floors, alive, limit), "a goal", OFFERED)
 
     def run(self, floors: Sequence[int]) -> Goal:
-        """A new goal, once it is over; raises Wrong when it is not accepted, TimedOut when it gets no result."""
+        """A new goal, once it is over, or given up twice because no result came; raises Wrong when it is rejected."""
 
         def question(limit: float, alive: Alive) -> Goal | None:
             goal = self.give(floors, alive, limit)
-            unknown = goal and goal.accepted and not self.over(goal, floors, limit) and not alive()
-            return None if unknown else goal
+            if goal and goal.accepted and not self.over(goal, floors, limit):
+                if not alive() and not goal.feedback:
+                    return None
+                goal.fault = self.unfinished(goal)
+            return goal
 
-        for _ in range(2):
+        for known in (self.endless, True):
             goal = accepted(self.converse(question, "a goal", OFFERED))
             if goal.status:
-                return goal
+                break
             self.end()  # what it still does must not disturb other goals
-        raise self.unfinished(goal)
+            if known:
+                break
+        return goal
 
     def over(self, goal: Goal, floors: Sequence[int], limit: float) -> bool:
         """Wait until an accepted goal has ended and its last feedback has come; False when it does not end.
@@ -118,22 +128,24 @@ class Server(LiveProgram):
         """
         allow = self.bench.clock.allow
         most = 2 * TOP + sum(abs(a - b) for a, b in pairwise(floors))  # steps, wherever it starts
-        limit = min(limit, HOPEFUL) if self._endless else limit
+        limit = min(limit, HOPEFUL) if self.endless else limit
         end = time.monotonic() + allow(limit + most * SLOWEST)
         while not goal.status:
-            patience = allow(limit if goal.feedback else limit + most * self.period)
+            patience = allow(limit if goal.feedback or self.endless else limit + most * self.period)
             if not goal.wait_for_news(patience) or time.monotonic() > end:
-                self._endless = True
+                self.endless = True
                 return False
         if goal.feedback:
             goal.wait(lambda g: g.feedback[-1].message.floor == g.result.floor, LATE)
         return True
 
-    def unfinished(self, goal: Goal) -> TimedOut:
+    def unfinished(self, goal: Goal) -> Fault:
         """What is wrong with a goal that was given up: how far it has come."""
+        if self.program.wait(DYING):
+            return Crashed(f"{self.file} died while it worked on a goal: {self.program.last_words()}.")
         return TimedOut(
-            f"A goal {goal.phase}. An execute callback must come to its end: first goal_handle.succeed(), canceled() "
-            "or abort(), then `return Lift.Result(...)`."
+            f"A goal {goal.phase}. An execute callback must be begun, and come to its end: first "
+            "goal_handle.succeed(), canceled() or abort(), then `return Lift.Result(...)`."
         )
 
 
@@ -161,6 +173,7 @@ class Quick(Server):
         self._floors = [rng.randrange(6, 9), rng.randrange(1, 4), TOP, rng.randrange(4, 6)]
         self._sample: Ride | None = None
         self._usual = "SUCCEEDED"
+        self._plays = 0
 
     @contextmanager
     def sample(self) -> Iterator[Ride]:
@@ -168,16 +181,18 @@ class Quick(Server):
         with on_wrong(self._forget):
             if self._sample is None:
                 self.ensure_fresh(OFFERED)
+                self._plays += 1
                 self._sample = Ride(self._floors, self.run(self._floors))
-                self._usual = self._sample.end if self._sample.made else "SUCCEEDED"
+                self._usual = self._sample.goal.status if self._sample.made else "SUCCEEDED"
             yield self._sample
 
     def _forget(self) -> None:
-        self._sample = None
+        if self._plays < PLAYS:
+            self._sample = None
 
     def ends_well(self, ride: Ride) -> bool:
         """Whether a goal has made its stops and ended as every goal does; that this is SUCCEEDED is another test's."""
-        return ride.end == "SUCCEEDED" or (ride.made and ride.end == self._usual)
+        return ride.end == "SUCCEEDED" or (ride.made and ride.end == (self._usual or "SUCCEEDED"))
 
 
 class Cancelled(Server):
@@ -202,16 +217,20 @@ class Cancelled(Server):
     @contextmanager
     def sample(self) -> Iterator[Goal]:
         """The goal, once it is over; when something is found wrong, another goal is sent, once for all tests."""
-        self._thread.join()
+        self.join()
         with on_wrong(self._use_spare):
             self._sample = self._sample or self.converse(self._cancel, "a goal that was cancelled", OFFERED)
             if accepted(self._sample).status:
                 self.usual_end = self._sample.status
                 yield self._sample
             else:
+                fault = self._sample.fault = self._sample.fault or self.unfinished(self._sample)
                 self.end()  # what it still does must not disturb other goals
-                fault = self.unfinished(self._sample)
                 raise Wrong(fault.message) if self._spare else fault
+
+    def join(self) -> None:
+        """Wait until the first goal is over, or given up."""
+        self._thread.join()
 
     def _use_spare(self) -> None:
         if self._spare:
@@ -220,7 +239,7 @@ class Cancelled(Server):
     def _early(self) -> None:
         program = self.program
         if wait_until(lambda: self.caller.ready() or not program.alive, START) and program.alive:
-            self._sample = self._cancel(START, lambda: program.alive)
+            self._sample = self._cancel(ANSWER, lambda: program.alive)
 
     def _cancel(self, limit: float, alive: Alive) -> Goal | None:
         """The goal, sent, cancelled after some steps and over; None when the program died or did not answer."""

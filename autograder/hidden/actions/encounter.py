@@ -10,7 +10,7 @@ from typing import Any
 from course_interfaces.action import Lift
 
 from autograder.errors import Fault
-from autograder.hidden.actions.conversation import ACTION
+from autograder.hidden.actions.conversation import ACTION, PLAYS
 from autograder.sandbox.program import Program
 from autograder.suitekit import Bench, Ros, Wrong, numbers, on_wrong, serve, sought_actions
 from course.waiting import wait_until
@@ -40,6 +40,7 @@ class Encounter:
 
     def __init__(self, bench: Bench, script: str, floors: tuple[int, int] = (0, 10), cancel_after: int | None = None):
         """`floors` are the lowest floor that the client is given, and the first that it is not."""
+        self._plays = 0
         self.script, self.cancel_after = script, cancel_after
         self._bench, self._range = bench, floors
         self._rng = bench.random(f"client {script} {cancel_after}")
@@ -47,6 +48,7 @@ class Encounter:
 
     def begin(self) -> None:
         """Draw new numbers, and run the client."""
+        self._plays += 1
         rng = self._rng
         self.floors = [rng.randrange(*self._range) for _ in range(3)]
         self.feedback = [(rng.randrange(*NUMBERS), rng.randrange(*NUMBERS)) for _ in range(FEW)]
@@ -84,7 +86,7 @@ class Encounter:
     @contextmanager
     def judged(self) -> Iterator[Program]:
         """The ended program; it is run again when something is found wrong with it."""
-        with on_wrong(self.begin):
+        with on_wrong(self._again):
             program = self._finish()
             if not self.goals:
                 others = [action for action in self._sought if not action.startswith(f"the action {ACTION} (")]
@@ -113,6 +115,10 @@ class Encounter:
             return False
         sent = {*self.shown, *self.result.stops, self.result.floor}
         return bool(self.goals) and (program.exit_status == 0 or bool(sent & {*numbers(program.output)}))
+
+    def _again(self) -> None:
+        if self._plays < PLAYS:
+            self.begin()
 
     def _finish(self) -> Program:
         """The ended program; raises Crashed or TimedOut, the same each time that it is asked for."""

@@ -19,13 +19,16 @@ class Ride:
 
     @property
     def end(self) -> str:
-        """How it ended."""
+        """How it ended; raises the Fault of a goal that was given up because no result came."""
+        if self.goal.fault:
+            raise self.goal.fault
         return STILL if self.still else self.goal.status
 
     @property
     def made(self) -> bool:
         """Whether the cabin has been at its last floor, by its feedback or by its result."""
-        return way(self.goal)[-1:] == self.floors[-1:] or list(self.goal.result.stops) == self.floors
+        result = list(self.goal.result.stops) if self.goal.status else []
+        return way(self.goal)[-1:] == self.floors[-1:] or result == self.floors
 
 
 def steps(start: int, floors: Sequence[int]) -> list[tuple[int, int]]:

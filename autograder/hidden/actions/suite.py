@@ -6,6 +6,7 @@ Points add up to 20.  The message of a failure speaks of the task; the numbers t
 import random
 from collections import Counter
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from itertools import groupby
 from typing import Any
 
@@ -40,7 +41,18 @@ from autograder.hidden.actions.judging import (
     expect_status,
 )
 from autograder.hidden.actions.rides import Ride, floors_heard, later, steps, way
-from autograder.suitekit import Bench, Run, Wrong, expect_gives_up, expect_usage, numbers, points, twice
+from autograder.suitekit import (
+    Bench,
+    Crashed,
+    Run,
+    TimedOut,
+    Wrong,
+    expect_gives_up,
+    expect_usage,
+    numbers,
+    points,
+    twice,
+)
 
 SLOWER = 0.06  # s that the fastest of many short steps may take longer than step_period
 WHEN = {
@@ -102,7 +114,9 @@ def test_keeps_its_place(quick: Quick, rng: random.Random) -> None:
             raise Wrong("The cabin must start at floor 0.", f"{heard}")
     here, there = rng.randrange(6, 9), rng.randrange(2, 5)
     quick.run([here])
-    goal = quick.run([there])
+    starts, goal = quick.starts, quick.run([there])
+    if goal.fault and quick.starts > starts:  # it has begun at floor 0 again
+        raise goal.fault
     if not goal.feedback:
         raise Wrong("No feedback of the goal came, so nothing shows where the cabin was.")
     heard = way(goal)
@@ -118,6 +132,8 @@ def test_stops_where_it_stands(quick: Quick, rng: random.Random) -> None:
     quick.run([0])
     for floors, count in (([0, 0], 0), ([there, there], there)):  # it begins the second one at floor 0, too
         goal = quick.run(floors)
+        if goal.fault:
+            raise goal.fault
         moves = len([*groupby(floors_heard(goal))])  # what else is told of it is another test's
         if moves > count or list(goal.result.stops) != floors:
             raise Wrong(
@@ -196,12 +212,11 @@ def test_rejects(quick: Quick, busy: Busy, cancelled: Cancelled, rng: random.Ran
         expect_rejection(quick, floors, "A goal with a floor below 0")
     for floors in ([quick.top + 1], [0, quick.top + rng.randrange(2, 50), 1]):
         expect_rejection(quick, floors, "A goal with a floor above `top`, as set on the command line,")
-    if (heard := floors_heard(quick.run([quick.top]))) and max(heard) < quick.top - 1:
-        raise Wrong("The lift must reach the floor `top`, as set on the command line.", f"{heard}")
+    accepted(quick.send([quick.top]))
     expect_rejection(busy, [LOW_TOP + 1], f"With `top` less than {TOP}, a goal with a floor above it")
-    with cancelled.sample():
-        expect_rejection(cancelled, [TOP + 1], f"When top is not set, a goal with a floor above {TOP}")
-        accepted(cancelled.send([TOP]))
+    cancelled.join()
+    expect_rejection(cancelled, [TOP + 1], f"When top is not set, a goal with a floor above {TOP}")
+    accepted(cancelled.send([TOP]))
 
 
 @points(1, cell="lift-server")
@@ -214,6 +229,9 @@ def test_rejected_goal_changes_nothing(busy: Busy) -> None:
     ride = busy.converse(lambda limit, alive: busy.begin_long(alive, limit), "a goal", OFFERED)
     goal, proper = ride.goal, bool(way(ride.goal))
     expect_running(busy, ride, not goal.status, "another one was rejected")
+    if fault := busy.hangs(goal):
+        busy.end()
+        raise fault
     if any(busy.send(floors).accepted for floors in impossible):
         raise Wrong("While a goal of many steps runs, one that cannot be reached must be rejected.", goal.status)
     before = len(goal.feedback)
@@ -373,9 +391,11 @@ def test_step_period(quick: Quick, cancelled: Cancelled) -> None:
         else:
             count = len(ride.goal.feedback) or len(steps(0, ride.floors))
             took, right = ride.goal.ended - ride.goal.sent, count * quick.period
+            if not ride.goal.status:
+                raise Wrong(f"{rule} No goal came to its end.")
             if not SHORTEST * right < took < right + 0.5 * count * (STEP - quick.period):
                 raise Wrong(rule, f"took {took} s, expected {right} s")
-    with cancelled.sample() as goal:
+    with suppress(Crashed, TimedOut), cancelled.sample() as goal:  # how it ends is another test's
         told = [heard for heard in goal.feedback if heard.time < goal.cancel_sent]  # a cancel may cut a step short
         if len(told) > 1:
             rule = f"When step_period is not set, each step must take {STEP:.0f} s."

@@ -950,6 +950,22 @@ WRONG = {
         ),
         {"ride", "feedback"},
     ),
+    "returns no result": (
+        server((RESULT, "return None")),
+        SERVER_TESTS
+        - {
+            "feedback",
+            "keeps_its_place",
+            "rejects",
+            "rejected_goal_changes_nothing",
+            "block_is_answered",
+            "step_period",
+        },
+    ),
+    "never begins an accepted goal": (
+        server(("        goal_handle.execute()\n", "")),
+        SERVER_TESTS - {"rejects", "block_is_answered"},
+    ),
     "notes a floor that it passes as a stop": (
         server(
             (
