@@ -952,15 +952,7 @@ WRONG = {
     ),
     "returns no result": (
         server((RESULT, "return None")),
-        SERVER_TESTS
-        - {
-            "feedback",
-            "keeps_its_place",
-            "rejects",
-            "rejected_goal_changes_nothing",
-            "block_is_answered",
-            "step_period",
-        },
+        SERVER_TESTS - {"feedback", "rejects", "rejected_goal_changes_nothing", "block_is_answered", "step_period"},
     ),
     "never begins an accepted goal": (
         server(("        goal_handle.execute()\n", "")),
@@ -1621,7 +1613,7 @@ NOTHING = {
     "no goal ever ends; a client that says no",
 }
 SEVERAL = {"the chapter's programs"}
-USELESS = {"another name", "another type"}
+USELESS = {"another name", "another type", "never begins an accepted goal"}
 SILENT = {
     "another name",
     "no goal ever ends; a client that says no",
