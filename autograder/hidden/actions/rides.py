@@ -34,13 +34,14 @@ class Ride:
 def steps(start: int, floors: Sequence[int]) -> list[tuple[int, int]]:
     """What is told of a goal from the floor `start`: the floor, and the stops that are left, after each step."""
     here, left, told = start, list(floors), []
-    while left:
-        if left[0] == here:
+    while True:
+        while left and left[0] == here:
             left.pop(0)
-        else:
-            here += 1 if left[0] > here else -1
-            told.append((here, len(left) - (left[0] == here)))
-    return told
+        if here != start or told:
+            told.append((here, len(left)))
+        if not left:
+            return told
+        here += 1 if left[0] > here else -1
 
 
 def stops_made(path: Sequence[int], floors: Sequence[int]) -> list[int]:
