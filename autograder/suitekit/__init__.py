@@ -5,7 +5,7 @@ loads ROS 2, so only the process that grades does it, never the coordinator.
 """
 
 from autograder.errors import Crashed, TimedOut, Wrong
-from autograder.suitekit.actions import ActionCaller, Goal, serve
+from autograder.suitekit.actions import ActionCaller, Goal, offered_actions, serve, sought_actions
 from autograder.suitekit.bench import Bench
 from autograder.suitekit.judge import on_wrong, points, twice
 from autograder.suitekit.lifecycle import ANSWER, SETTLED, START, Alive
@@ -41,9 +41,11 @@ __all__ = [
     "expect_words",
     "numbers",
     "offer",
+    "offered_actions",
     "on_wrong",
     "points",
     "serve",
+    "sought_actions",
     "speaker",
     "twice",
 ]

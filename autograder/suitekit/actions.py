@@ -1,5 +1,6 @@
 """The grader's ends of an action: a client that keeps all that it hears, and a server that follows a script."""
 
+import functools
 import threading
 import time
 import uuid
@@ -7,12 +8,20 @@ from collections.abc import Callable
 from typing import Any, cast
 
 from action_msgs.msg import GoalStatus
-from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
+from rclpy.action import (
+    ActionClient,
+    ActionServer,
+    CancelResponse,
+    GoalResponse,
+    get_action_client_names_and_types_by_node,
+    get_action_server_names_and_types_by_node,
+)
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.qos import QoSProfile
 from unique_identifier_msgs.msg import UUID
 
-from autograder.suitekit.ros import Ros, sensible
+from autograder.errors import Fault
+from autograder.suitekit.ros import Ros, graph, sensible
 from autograder.suitekit.topics import Heard
 from course.waiting import wait_until
 
@@ -33,12 +42,14 @@ class Goal:
         """`alive` tells whether the program that got the goal still runs."""
         self.sent = time.monotonic()
         self.accepted: bool | None = None  # None: no answer yet
+        self.answered = 0.0
         self.feedback: list[Heard] = []
         self.cancel_sent = 0.0
         self.cancel_accepted: bool | None = None  # None: no answer yet
         self.status = ""  # how it ended, a word of STATUS; empty while it runs
         self.result: Any = None
         self.ended = 0.0
+        self.fault: Fault | None = None  # why it was given up, when no result came
         self._alive, self._news = alive, threading.Condition()
         self._handle: Any = None
 
@@ -46,16 +57,34 @@ class Goal:
         """Wait until `condition(goal)` is true; False after `timeout` s, or when the program is no longer alive."""
         return bool(wait_until(lambda: condition(self), timeout, news=self._news, unless=lambda: not self._alive()))
 
+    def wait_for_news(self, timeout: float) -> bool:
+        """Wait until more feedback has come, or the end; False after `timeout` s, or when no longer alive."""
+        heard = len(self.feedback)
+        return self.wait(lambda goal: goal.status or len(goal.feedback) > heard, timeout)
+
     def cancel(self) -> None:
         """Ask the server to cancel it; does not wait for the answer."""
         self.cancel_sent = time.monotonic()
         self._handle.cancel_goal_async().add_done_callback(self._on_cancel)
 
+    @property
+    def phase(self) -> str:
+        """How far it has come, in words for the student."""
+        if self.accepted is None:
+            return "was neither accepted nor rejected"
+        if not self.accepted:
+            return "was rejected"
+        if self.status:
+            return f"ended as {self.status}"
+        if self.feedback:
+            return "was accepted and sent feedback, but no result came"
+        return "was accepted, but neither feedback nor a result came"
+
     def on_answer(self, future: Any) -> None:
         """The server has accepted or rejected the goal."""
         handle = future.result()
         with self._news:
-            self._handle, self.accepted = handle, handle.accepted
+            self._handle, self.accepted, self.answered = handle, handle.accepted, time.monotonic()
             self._news.notify_all()
         if handle.accepted:
             handle.get_result_async().add_done_callback(self._on_end)
@@ -73,8 +102,8 @@ class Goal:
 
     def _on_end(self, future: Any) -> None:
         with self._news:
-            self.status = STATUS.get(future.result().status, "UNKNOWN")
             self.result, self.ended = sensible(future.result().result), time.monotonic()
+            self.status = STATUS.get(future.result().status, "UNKNOWN")
             self._news.notify_all()
 
 
@@ -86,20 +115,27 @@ class ActionCaller:
     """
 
     def __init__(self, ros: Ros, action: str, kind: Any):
+        self._ros, self._topic = ros, f"{action}/_action/feedback"
+        self._type = f"{kind.__module__.split('.')[0]}/action/{kind.__name__}_FeedbackMessage"
         self._goals: dict[bytes, Goal] = {}
         qos = QoSProfile(depth=DEPTH)
         self._feedback = ros.node.create_subscription(
             # rclpy 7.1.6 declares one argument, and gives the message's times to a callback that takes two.
             kind.Impl.FeedbackMessage,
-            f"{action}/_action/feedback",
+            self._topic,
             cast(Callable[[Any], None], self._hear),
             qos,
         )
         self._client = ActionClient(ros.node, kind, action)
 
     def ready(self) -> bool:
-        """Whether the action is offered, and its feedback would be heard."""
-        return self._client.server_is_ready() and self._feedback.get_publisher_count() > 0
+        """Whether the action is offered with the right type, and its feedback would be heard."""
+        return (
+            self._client.server_is_ready()
+            and self._feedback.get_publisher_count() > 0
+            and self._type
+            in [end.topic_type for end in graph(self._ros.node.get_publishers_info_by_topic, self._topic)]
+        )
 
     def send(self, goal: Any, alive: Callable[[], bool]) -> Goal:
         """Send a goal to a program; does not wait for the answer."""
@@ -111,6 +147,24 @@ class ActionCaller:
     def _hear(self, message: Any, info: dict[str, int]) -> None:
         if goal := self._goals.get(bytes(message.goal_id.uuid)):
             goal.on_feedback(message, 1e-9 * info["source_timestamp"])
+
+
+def offered_actions(ros: Ros) -> list[str]:
+    """The actions that the student's nodes serve, with their types."""
+    return _actions(ros, get_action_server_names_and_types_by_node)
+
+
+def sought_actions(ros: Ros) -> list[str]:
+    """The actions that the student's nodes are clients of, with their types."""
+    return _actions(ros, get_action_client_names_and_types_by_node)
+
+
+def _actions(ros: Ros, query: Callable[..., list[Any]]) -> list[str]:
+    return sorted(
+        f"the action {action} ({types[0]})"
+        for node in ros.others()
+        for action, types in graph(functools.partial(query, ros.node), *node)
+    )
 
 
 def serve(

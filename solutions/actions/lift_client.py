@@ -50,7 +50,8 @@ class LiftClient(Node):
 
     def cancel_when_heard(self):
         """Cancel after N feedback messages; they may come before the handle."""
-        if self.goal_handle and self.cancel_after and self.heard >= self.cancel_after:
+        due = self.cancel_after is not None and self.heard >= self.cancel_after
+        if self.goal_handle and due:
             self.cancel_after = None
             self.goal_handle.cancel_goal_async()
 

@@ -5,8 +5,13 @@ from typing import Any
 import pytest
 from course_interfaces.action import Lift
 
-from autograder.hidden.actions.conversation import ACTION, CLIENT, Busy, Cancelled, Encounter, Quick
+from autograder.hidden.actions.busy import Busy
+from autograder.hidden.actions.conversation import ACTION, Cancelled, Quick
+from autograder.hidden.actions.encounter import CLIENT, Encounter
 from autograder.suitekit import Bench, Run, serve
+
+NEVER = 9  # feedback messages after which a client is to cancel, of a goal that has fewer
+WIDE = (10, 100)  # floors that only the server can refuse
 
 
 @pytest.fixture(scope="session")
@@ -29,13 +34,17 @@ def cancelled(bench: Bench) -> Cancelled:
 
 @pytest.fixture(scope="session")
 def clients(bench: Bench) -> dict[str, Encounter]:
-    """The client's runs with a server, by what the server does."""
+    """The client's runs with a server."""
     after = bench.random("cancel").randrange(2, 5)
     return {
         "succeed": Encounter(bench, "succeed"),
         "reject": Encounter(bench, "reject"),
         "abort": Encounter(bench, "abort"),
-        "cancel": Encounter(bench, "cancel", "--cancel-after", str(after)),
+        "cancel": Encounter(bench, "cancel", cancel_after=after),
+        "at once": Encounter(bench, "cancel", cancel_after=0),
+        "late": Encounter(bench, "late", cancel_after=2),
+        "few": Encounter(bench, "succeed", cancel_after=NEVER),
+        "wide": Encounter(bench, "at once", WIDE),
     }
 
 
@@ -46,6 +55,7 @@ def misused(bench: Bench) -> dict[str, Run]:
         "without FLOOR": [],
         "with a word in the place of FLOOR": ["5", "two"],
         "with --cancel-after but no number": ["5", "--cancel-after"],
+        "with a word in the place of N": ["5", "--cancel-after", "two"],
     }
     ros = bench.enter(bench.new_domain(), threads=len(commands) + 1)
     serve(ros, ACTION, Lift, succeed)

@@ -340,7 +340,7 @@ from course_interfaces.action import Lift
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 
-def main(floors: List[int], cancel_after: int = 0):
+def main(floors: List[int], cancel_after: int = None):
     rclpy.init()
     node = rclpy.create_node('client')
     client = ActionClient(node, Lift, '/lift')
@@ -375,10 +375,12 @@ def main(floors: List[int], cancel_after: int = 0):
         stop()
         raise typer.Exit(1)
     result = handle.get_result_async()
-    if cancel_after:
+    if cancel_after is not None:
+        result.add_done_callback(lambda _: heard.release(cancel_after + 1))
         for _ in range(cancel_after):
-            heard.acquire(timeout=20)
-        wait(handle.cancel_goal_async())
+            heard.acquire()
+        if not result.done():
+            wait(handle.cancel_goal_async())
     end = wait(result)
     print('=', *end.result.stops, '/', end.result.floor)
     print({GoalStatus.STATUS_SUCCEEDED: 'SUCCEEDED', GoalStatus.STATUS_CANCELED: 'CANCELED'}.get(end.status, 'ABORTED'))
@@ -387,6 +389,324 @@ def main(floors: List[int], cancel_after: int = 0):
         raise typer.Exit(1)
 
 typer.run(main)
+"""
+
+# One thread: a timer is the motor, and each goal's callback awaits its own end.
+TIMER = """
+import rclpy
+from course_interfaces.action import Lift
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.node import Node
+from rclpy.task import Future
+from std_srvs.srv import SetBool
+
+class Motor(Node):
+    def __init__(self):
+        super().__init__('motor')
+        self.period = self.declare_parameter('step_period', 1.0).value
+        self.top = self.declare_parameter('top', 9).value
+        self.blocked = False
+        self.floor = 0
+        self.goals = []  # the one that moves comes first
+        self.timer = self.create_timer(self.period, self.tick, autostart=False)
+        ActionServer(self, Lift, 'lift', self.execute,
+                     goal_callback=lambda goal: GoalResponse.ACCEPT if self.possible(goal) else GoalResponse.REJECT,
+                     cancel_callback=lambda goal: CancelResponse.ACCEPT)
+        self.create_service(SetBool, 'lift/block', self.block)
+
+    def possible(self, goal):
+        return bool(goal.floors) and set(goal.floors) <= set(range(self.top + 1))
+
+    def block(self, request, response):
+        self.blocked = request.data
+        response.success, response.message = True, str(self.floor)
+        return response
+
+    async def execute(self, goal):
+        goal.left, goal.stops, goal.done = list(goal.request.floors), [], Future()
+        self.goals.append(goal)
+        if len(self.goals) == 1:
+            self.look()
+        return await goal.done
+
+    def tick(self):
+        goal = self.goals[0]
+        self.floor += 1 if goal.left[0] > self.floor else -1
+        self.stop(goal)
+        goal.publish_feedback(Lift.Feedback(floor=self.floor, stops_left=len(goal.left)))
+        self.look()
+
+    def stop(self, goal):
+        while goal.left[:1] == [self.floor]:
+            goal.stops.append(goal.left.pop(0))
+
+    def look(self):
+        self.timer.cancel()
+        while self.goals:
+            goal = self.goals[0]
+            self.stop(goal)
+            if not goal.left:
+                goal.succeed()
+            elif goal.is_cancel_requested:
+                goal.canceled()
+            elif self.blocked or len(self.goals) > 1:
+                goal.abort()
+            else:
+                self.timer.reset()
+                return
+            self.goals.pop(0)
+            goal.done.set_result(Lift.Result(stops=goal.stops, floor=self.floor))
+
+rclpy.init()
+rclpy.spin(Motor())
+"""
+
+# A model of the lift that knows no ROS, a rate, and an event for each goal that another one ends.
+RATE = """
+import threading
+from dataclasses import dataclass, field
+import rclpy
+import rclpy.executors
+from course_interfaces.action import Lift
+from rclpy.action import ActionServer
+from rclpy.action.server import CancelResponse, GoalResponse
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from std_srvs.srv import SetBool
+
+@dataclass
+class Model:
+    floor: int = 0
+    free: bool = True
+    lock: threading.RLock = field(default_factory=threading.RLock)
+
+    def journey(self, floors):
+        # yields None before each step, and a pair after it
+        for index, floor in enumerate(floors):
+            while self.floor != floor:
+                yield None
+                self.floor += 1 if self.floor < floor else -1
+                rest = floors[index:]
+                while rest and rest[0] == self.floor:
+                    rest = rest[1:]
+                yield self.floor, len(rest)
+
+def main(args=None):
+    rclpy.init(args=args)
+    node = rclpy.create_node('elevator_control', namespace='/building')
+    node.declare_parameter('top', 9)
+    node.declare_parameter('step_period', 1.0)
+    model, gone = Model(), {}
+
+    def key(handle):
+        return bytes(handle.goal_id.uuid)
+
+    def check(goal):
+        floors = list(goal.floors)
+        if floors == [] or any(f not in range(0, node.get_parameter('top').value + 1) for f in floors):
+            return GoalResponse.REJECT
+        return GoalResponse.ACCEPT
+
+    def accepted(handle):
+        for event in gone.values():
+            event.set()
+        gone[key(handle)] = threading.Event()
+        handle.execute()
+
+    def execute(handle):
+        with model.lock:
+            try:
+                return drive(handle, list(handle.request.floors))
+            finally:
+                del gone[key(handle)]
+
+    def drive(handle, floors):
+        rate = node.create_rate(1.0 / node.get_parameter('step_period').value)
+        visited, how = [model.floor], 'succeed'
+        for told in model.journey(floors):
+            if told is not None:
+                visited.append(told[0])
+                handle.publish_feedback(Lift.Feedback(floor=told[0], stops_left=told[1]))
+            elif handle.is_cancel_requested:
+                how = 'canceled'
+                break
+            elif gone[key(handle)].is_set() or not model.free:
+                how = 'abort'
+                break
+            else:
+                rate.sleep()
+        rate.destroy()
+        getattr(handle, how)()
+        stops, rest = [], floors
+        for floor in visited:
+            while rest and rest[0] == floor:
+                stops, rest = stops + rest[:1], rest[1:]
+        return Lift.Result(stops=stops, floor=model.floor)
+
+    def block(request, response):
+        model.free = not request.data
+        response.success = True
+        return response
+
+    server = ActionServer(node=node, action_type=Lift, action_name='/lift', execute_callback=execute,
+                          callback_group=ReentrantCallbackGroup(), goal_callback=check,
+                          handle_accepted_callback=accepted, cancel_callback=lambda _: CancelResponse.ACCEPT)
+    node.create_service(SetBool, '/lift/block', block, callback_group=MutuallyExclusiveCallbackGroup())
+    executor = rclpy.executors.MultiThreadedExecutor(8)
+    executor.add_node(node)
+    while rclpy.ok():
+        executor.spin_once(timeout_sec=0.5)
+
+if __name__ == '__main__':
+    main()
+"""
+
+# Ends a goal as soon as anything asks for it: a waiting step is given up, and does not count.
+AT_ONCE = """
+import threading
+import rclpy
+from course_interfaces.action import Lift
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.node import Node
+from std_srvs.srv import SetBool
+
+class LiftServer(Node):
+    def __init__(self):
+        super().__init__('lift_server')
+        self.declare_parameter('top', 9)
+        self.declare_parameter('step_period', 1.0)
+        self.here, self.blocked, self.turn, self.serving = 0, False, 0, 1
+        self.change = threading.Condition()
+        self.create_service(SetBool, '/lift/block', self.on_block)
+        self.server = ActionServer(self, Lift, '/lift', self.on_execute, goal_callback=self.on_goal,
+                                   handle_accepted_callback=self.on_accepted, cancel_callback=self.on_cancel)
+
+    def on_block(self, request, response):
+        with self.change:
+            self.blocked = request.data
+            self.change.notify_all()
+        response.success = True
+        return response
+
+    def on_goal(self, goal):
+        ok = 0 < len(goal.floors) and 0 <= min(goal.floors) and max(goal.floors) <= self.get_parameter('top').value
+        return (GoalResponse.REJECT, GoalResponse.ACCEPT)[ok]
+
+    def on_cancel(self, goal_handle):
+        def wake():
+            with self.change:
+                self.change.notify_all()
+        threading.Timer(0.01, wake).start()
+        return CancelResponse.ACCEPT
+
+    def on_accepted(self, goal_handle):
+        with self.change:
+            self.turn += 1
+            goal_handle.turn = self.turn
+            self.change.notify_all()
+        goal_handle.execute()
+
+    def must_end(self, goal_handle):
+        return goal_handle.is_cancel_requested or self.blocked or self.turn > goal_handle.turn
+
+    def on_execute(self, goal_handle):
+        with self.change:
+            self.change.wait_for(lambda: self.serving == goal_handle.turn)
+            try:
+                return self.ride(goal_handle)
+            finally:
+                self.serving += 1
+                self.change.notify_all()
+
+    def ride(self, goal_handle):
+        floors, made = list(goal_handle.request.floors), 0
+        while True:
+            while made < len(floors) and floors[made] == self.here:
+                made += 1
+            if made == len(floors):
+                goal_handle.succeed()
+                break
+            period = self.get_parameter('step_period').value
+            if self.change.wait_for(lambda: self.must_end(goal_handle), timeout=period):
+                goal_handle.canceled() if goal_handle.is_cancel_requested else goal_handle.abort()
+                break
+            self.here += 1 if floors[made] > self.here else -1
+            left = len(floors) - made
+            for floor in floors[made:]:
+                if floor != self.here:
+                    break
+                left -= 1
+            goal_handle.publish_feedback(Lift.Feedback(floor=self.here, stops_left=left))
+        return Lift.Result(stops=floors[:made], floor=self.here)
+
+def main():
+    rclpy.init()
+    node = LiftServer()
+    executor = MultiThreadedExecutor(num_threads=6)
+    executor.add_node(node)
+    try:
+        executor.spin()
+    except KeyboardInterrupt:
+        pass
+
+main()
+"""
+
+# A coroutine that the executor works on, and JSON for each event.
+COROUTINE = """
+import argparse, json, sys
+import rclpy
+from action_msgs.msg import GoalStatus
+from course_interfaces.action import Lift
+from rclpy.action import ActionClient
+from rclpy.executors import SingleThreadedExecutor
+
+def show(**event):
+    print(json.dumps(event), flush=True)
+
+async def converse(client, options):
+    heard = 0
+    handle = None
+
+    def due():
+        return options.cancel_after is not None and heard >= options.cancel_after
+
+    def on_feedback(message):
+        nonlocal heard
+        show(floor=message.feedback.floor, stops_left=message.feedback.stops_left)
+        heard += 1
+        if handle is not None and heard == options.cancel_after:
+            handle.cancel_goal_async()
+
+    handle = await client.send_goal_async(Lift.Goal(floors=options.floors), feedback_callback=on_feedback)
+    if not handle.accepted:
+        return 'rejected'
+    if due():
+        await handle.cancel_goal_async()
+    response = await handle.get_result_async()
+    show(stops=list(response.result.stops), floor=response.result.floor)
+    return {GoalStatus.STATUS_SUCCEEDED: 'succeeded', GoalStatus.STATUS_CANCELED: 'canceled'}.get(
+        response.status, 'aborted')
+
+def main():
+    parser = argparse.ArgumentParser(prog='lift', usage='lift_client.py FLOOR [FLOOR ...] [--cancel-after N]')
+    parser.add_argument('floors', nargs='+', type=int)
+    parser.add_argument('--cancel-after', type=int, default=None)
+    options = parser.parse_args()
+    rclpy.init()
+    node = rclpy.create_node('json_client')
+    client = ActionClient(node, Lift, 'lift')
+    if not client.wait_for_server(timeout_sec=1.5):
+        show(error='nobody serves /lift')
+        return 2
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    task = executor.create_task(converse, client, options)
+    executor.spin_until_future_complete(task)
+    show(outcome=task.result())
+    return 0 if task.result() == 'succeeded' else 3
+
+sys.exit(main())
 """
 
 SLEEP = "            time.sleep(period)\n"
@@ -466,6 +786,12 @@ RIGHT = {
         ("num_threads=4", ""), (PERIOD, ""), ("sleep(period)", "sleep(self.get_parameter('step_period').value)")
     ),
     "looks for a cancel ten times a step": server((SLEEP, OFTEN)),
+    "one thread with a timer as the motor; a client that is a coroutine": {
+        SERVER: TIMER.encode(),
+        CLIENT: COROUTINE.encode(),
+    },
+    "a model without ROS, a rate, in a namespace": REFERENCE | {SERVER: RATE.encode()},
+    "gives up a step at once when anything ends the goal": {SERVER: AT_ONCE.encode(), CLIENT: COROUTINE.encode()},
     "spun by rclpy.spin, logs each step, short of threads": server(
         (EXECUTOR, "    try:\n        rclpy.spin(node, executor=MultiThreadedExecutor(num_threads=3))\n"),
         (PUBLISH, PUBLISH + "            self.get_logger().warning(f'step {left}' * 100)\n"),
@@ -476,20 +802,45 @@ SERVER_TESTS = {
     "ride",
     "feedback",
     "keeps_its_place",
+    "stops_where_it_stands",
     "cancel",
     "cancelled_result",
+    "cancel_while_waiting",
     "rejects",
-    "preempt",
     "rejected_goal_changes_nothing",
+    "preempt",
+    "one_cabin",
+    "preempt_waiting",
     "blocked",
-    "aborted_result",
+    "block_is_answered",
     "blocked_before",
+    "stops_while_blocked",
+    "aborted_result",
     "step_period",
 }
-MET = {"client_shows_feedback", "client_shows_result", "client_rejected", "client_aborted", "client_cancels"}
+CLIENT_TESTS = {
+    "client_sends_floors",
+    "client_shows_feedback",
+    "client_shows_feedback_as_it_comes",
+    "client_shows_result",
+    "client_says_outcome",
+    "client_exit_status",
+    "client_cancels",
+    "client_cancels_at_once",
+    "client_waits_for_the_end",
+    "client_without_server",
+    "client_arguments",
+}
 CHECK = "if goal.floors and all(0 <= floor <= top for floor in goal.floors):"
+TAKE = "        self.newest = goal_handle\n        goal_handle.execute()\n"
+LOCK = "        with self.cabin:\n            return self.move(goal_handle)\n"
+BEGIN = "        self.stop(stops, left)\n        while left:\n"
 FAILS = "return 0 if outcome == 'SUCCEEDED' else 1"
 SHOWN = "        print(f'Result: stops {list(end.result.stops)}, now at {end.result.floor}')\n"
+TOLD = "        print(f'Feedback: floor {now.floor}, {now.stops_left} stops left')\n"
+DUE = "due = self.cancel_after is not None and self.heard >= self.cancel_after"
+CANCELS = "            self.goal_handle.cancel_goal_async()\n"
+SAYS = "    print('Outcome:', outcome)\n"
 PARSED = """    parser = argparse.ArgumentParser()
     parser.add_argument('floors', type=int, nargs='+', metavar='FLOOR')
     parser.add_argument('--cancel-after', type=int, metavar='N')
@@ -499,14 +850,94 @@ PARSED = """    parser = argparse.ArgumentParser()
 UNCHECKED = """    cancel = sys.argv.index('--cancel-after') if '--cancel-after' in sys.argv else len(sys.argv)
     options = argparse.Namespace(
         floors=[int(floor) for floor in sys.argv[1:cancel]], cancel_after=int((sys.argv + [0, 0])[cancel + 1]))
+    options.cancel_after = options.cancel_after if '--cancel-after' in sys.argv else None
 """
 # The chapter's server under another name.
 CHAPTER = (Path(__file__).parents[3] / "course/nodes/fibonacci_action_server.py").read_bytes()
 CHAPTERS_CLIENT = (Path(__file__).parents[3] / "course/nodes/fibonacci_action_client.py").read_bytes()
 
+# The right action and service, and a goal that does nothing: `{}` is what it does before its result.
+EMPTY = """
+import time
+import rclpy
+from course_interfaces.action import Lift
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.executors import MultiThreadedExecutor
+from std_srvs.srv import SetBool
+
+rclpy.init()
+node = rclpy.create_node('lift')
+node.declare_parameters('', [('step_period', 1.0), ('top', 9)])
+
+def execute(handle):
+    result = Lift.Result()
+    {}
+    return result
+
+def block(request, response):
+    response.success = True
+    return response
+
+server = ActionServer(node, Lift, '/lift', execute, goal_callback=lambda goal: GoalResponse.{},
+                      cancel_callback=lambda handle: CancelResponse.ACCEPT)
+service = node.create_service(SetBool, '/lift/block', block)
+rclpy.spin(node, executor=MultiThreadedExecutor(8))
+"""
+SAYS_NO = b"import sys\nprint('no')\nsys.exit(1)\n"
+# Sends its goal, whatever comes of it, and says `{}`.
+SENDS = """
+import sys
+import rclpy
+from course_interfaces.action import Lift
+from rclpy.action import ActionClient
+
+rclpy.init()
+node = rclpy.create_node('client')
+client = ActionClient(node, Lift, '/lift')
+client.wait_for_server(3)
+floors = [int(word) for word in sys.argv[1:] if word.isdigit()]
+rclpy.spin_until_future_complete(node, client.send_goal_async(Lift.Goal(floors=floors)), timeout_sec=3)
+{}
+"""
+
+
+def nothing(does: str, client: str | bytes = SAYS_NO, answer: str = "ACCEPT") -> dict[str, bytes]:
+    """A server whose goals do nothing else than `does`, and a client that says `client` for everything."""
+    says = client if isinstance(client, bytes) else SENDS.format(client).encode()
+    return {SERVER: EMPTY.format(does, answer).encode(), CLIENT: says}
+
+
 # What is wrong, and the tests that it loses (without "test_").
 WRONG = {
-    "the chapter's programs": ({SERVER: CHAPTER, CLIENT: CHAPTERS_CLIENT}, SERVER_TESTS | MET),
+    # Answers that do nothing of what is asked for.
+    "refuses everything; a client that says no": (nothing("pass", answer="REJECT"), SERVER_TESTS | CLIENT_TESTS),
+    "every goal is aborted at once; a client that says SUCCEEDED": (
+        nothing("handle.abort()", "print('SUCCEEDED')"),
+        SERVER_TESTS | CLIENT_TESTS - {"client_sends_floors", "client_waits_for_the_end"},
+    ),
+    "every goal succeeds at once; a client that says REJECTED": (
+        nothing("handle.succeed()", "sys.exit('REJECTED')"),
+        SERVER_TESTS | CLIENT_TESTS - {"client_sends_floors"},
+    ),
+    "a goal succeeds at once with what was asked for; a client that says all": (
+        nothing(
+            "handle.succeed(); result.stops = handle.request.floors; result.floor = max([0, *result.stops[-1:]])",
+            "sys.exit('SUCCEEDED, CANCELED, ABORTED or REJECTED')",
+        ),
+        SERVER_TESTS - {"ride", "stops_where_it_stands"} | CLIENT_TESTS - {"client_sends_floors"},
+    ),
+    "no goal ever ends; a client that says no": (
+        nothing("while rclpy.ok(): time.sleep(0.1)"),
+        SERVER_TESTS - {"block_is_answered"} | CLIENT_TESTS,
+    ),
+    # Answers with several mistakes.
+    "the chapter's programs": ({SERVER: CHAPTER, CLIENT: CHAPTERS_CLIENT}, SERVER_TESTS | CLIENT_TESTS),
+    # Answers with one mistake each.
+    "another name": (server(("'/lift'", "'/elevator'")), SERVER_TESTS),
+    "another type": (
+        server(("course_interfaces.action import Lift", "course_interfaces.action import Fibonacci as Lift")),
+        SERVER_TESTS,
+    ),
     "stops wherever it passes": (
         server(
             (
@@ -519,15 +950,40 @@ WRONG = {
         ),
         {"ride", "feedback"},
     ),
+    "returns no result": (
+        server((RESULT, "return None")),
+        SERVER_TESTS - {"feedback", "rejects", "rejected_goal_changes_nothing", "block_is_answered", "step_period"},
+    ),
+    "never begins an accepted goal": (
+        server(("        goal_handle.execute()\n", "")),
+        SERVER_TESTS - {"rejects", "block_is_answered"},
+    ),
+    "notes a floor that it passes as a stop": (
+        server(
+            (
+                STEP,
+                STEP.replace(
+                    "            self.stop",
+                    "            if self.floor in left[1:] and self.floor != left[0]:\n"
+                    "                stops.append(self.floor)\n            self.stop",
+                ),
+            )
+        ),
+        {"ride"},
+    ),
+    "result has the stops sorted": (
+        server((RESULT, "return Lift.Result(stops=sorted(stops), floor=self.floor)")),
+        {"ride"},
+    ),
     "result without the floor": (
         server((RESULT, "return Lift.Result(stops=stops)")),
         {"ride", "cancelled_result", "aborted_result"},
     ),
     "result says what was asked for": (
         server((RESULT, "return Lift.Result(stops=goal_handle.request.floors, floor=self.floor)")),
-        {"cancelled_result", "aborted_result", "preempt"},
+        {"cancelled_result", "aborted_result"},
     ),
-    "no feedback": (server((PUBLISH, "")), {"feedback"}),
+    "no feedback": (server((PUBLISH, "")), {"feedback", "keeps_its_place", "one_cabin"}),
     "feedback at stops alone": (
         server(
             (
@@ -542,32 +998,69 @@ WRONG = {
         server((STEP + PUBLISH, PUBLISH + STEP)),
         {"feedback", "cancelled_result", "aborted_result"},
     ),
+    "a message for each stop, too": (
+        server(
+            (
+                PUBLISH,
+                PUBLISH + "            if stops[-1:] == [self.floor]:\n    " + PUBLISH.replace("\n   ", "\n       "),
+            )
+        ),
+        {"feedback"},
+    ),
+    "a message when all stops are made, too": (
+        server(
+            (
+                "        else:\n",
+                "        else:\n            if self.floor != begin:\n    " + PUBLISH.replace("\n   ", "\n       "),
+            ),
+            (PERIOD, PERIOD + "        begin = self.floor\n"),
+        ),
+        {"feedback"},
+    ),
     "stops_left counts the one just made": (
         server(("stops_left=len(left)", "stops_left=len(left) + (stops[-1:] == [self.floor])")),
         {"feedback"},
     ),
     "stops_left is never set": (server((", stops_left=len(left)", "")), {"feedback"}),
-    "does not say that it succeeded": (
-        server(("        else:\n            goal_handle.succeed()\n", "")),
-        {"ride", "keeps_its_place", "preempt", "blocked_before"},
-    ),
+    "does not say that it succeeded": (server(("        else:\n            goal_handle.succeed()\n", "")), {"ride"}),
+    "aborts a goal that has made all stops": (server(("goal_handle.succeed()", "goal_handle.abort()")), {"ride"}),
     "every goal starts at floor 0": (
         server((PERIOD, PERIOD + "        self.floor = 0\n")),
-        {"keeps_its_place", "cancelled_result", "preempt"},
+        {"keeps_its_place", "cancelled_result", "one_cabin", "stops_while_blocked"},
     ),
     "starts at floor 1": (server(("self.floor = 0", "self.floor = 1")), {"keeps_its_place"}),
-    "a stop takes a step": (
+    "goes back to floor 0 when all stops are made": (
         server(
             (
-                "        self.stop(stops, left)\n        while left:",
+                RESULT,
                 (
-                    "        if left[0] == self.floor:\n            time.sleep(period)\n"
-                    "            goal_handle.publish_feedback(Lift.Feedback(floor=self.floor, stops_left=len(left)))\n"
-                    "        self.stop(stops, left)\n        while left:"
+                    "result = Lift.Result(stops=stops, floor=self.floor)\n"
+                    "        self.floor = self.floor if left else 0\n        return result"
                 ),
             )
         ),
-        {"keeps_its_place", "cancelled_result"},
+        {"keeps_its_place"},
+    ),
+    "a stop takes a step": (
+        server(
+            (
+                BEGIN,
+                (
+                    "        if left[0] == self.floor:\n            time.sleep(period)\n"
+                    "            goal_handle.publish_feedback(Lift.Feedback(floor=self.floor, stops_left=len(left)))\n"
+                    + BEGIN
+                ),
+            )
+        ),
+        {"stops_where_it_stands", "cancelled_result"},
+    ),
+    "makes one stop where it stands, not two": (
+        server(("        while left and left[0] == self.floor:\n", "        if left and left[0] == self.floor:\n")),
+        {"stops_where_it_stands"},
+    ),
+    "takes two stops at the same floor for one": (
+        server((RESULT, "stops = [a for a, b in zip(stops, [*stops[1:], None]) if a != b]\n        " + RESULT)),
+        {"stops_where_it_stands"},
     ),
     "rejects nothing": (server((CHECK, "if True:")), {"rejects", "rejected_goal_changes_nothing"}),
     "accepts no floors": (server(("if goal.floors and all", "if all")), {"rejects"}),
@@ -580,6 +1073,10 @@ WRONG = {
     ),
     "the top is fixed": (server(("top = self.get_parameter('top').value", "top = 9")), {"rejects"}),
     "another default of the top": (server(("'top', 9", "'top', 10")), {"rejects"}),
+    "a top below 9 has no effect": (
+        server(("top = self.get_parameter('top').value", "top = max(9, self.get_parameter('top').value)")),
+        {"rejects"},
+    ),
     "aborts instead of rejecting": (
         server(
             (CHECK, "if True:"),
@@ -592,12 +1089,24 @@ WRONG = {
         ),
         {"rejects", "rejected_goal_changes_nothing"},
     ),
-    "no cancel callback": (server((", cancel_callback=self.allow_cancel", "")), {"cancel", "cancelled_result"}),
+    "no cancel callback": (
+        server((", cancel_callback=self.allow_cancel", "")),
+        {"cancel", "cancelled_result", "cancel_while_waiting"},
+    ),
     "one thread": (
         server((EXECUTOR, "    try:\n        rclpy.spin(node)\n")),
-        {"cancel", "cancelled_result", "preempt", "blocked", "aborted_result"},
+        {
+            "cancel",
+            "cancelled_result",
+            "cancel_while_waiting",
+            "preempt",
+            "preempt_waiting",
+            "blocked",
+            "block_is_answered",
+            "aborted_result",
+        },
     ),
-    "never looks for a cancel": (server((CANCEL, "")), {"cancel", "cancelled_result"}),
+    "never looks for a cancel": (server((CANCEL, "")), {"cancel", "cancelled_result", "cancel_while_waiting"}),
     "cancelled goal has an empty result": (
         server((CANCEL, CANCEL.replace("break", "return Lift.Result()"))),
         {"cancelled_result"},
@@ -605,7 +1114,7 @@ WRONG = {
     "cancelled goal is aborted": (server((CANCEL, CANCEL.replace("canceled", "abort"))), {"cancel"}),
     "cancelled goal succeeds": (
         server((CANCEL, CANCEL.replace("canceled", "succeed"))),
-        {"cancel", "cancelled_result"},
+        {"cancel", "cancelled_result", "cancel_while_waiting"},
     ),
     "cancelled cabin goes back to floor 0": (
         server(
@@ -618,41 +1127,138 @@ WRONG = {
         ),
         {"cancelled_result"},
     ),
+    "cancelled cabin rolls on to the next floor": (
+        server(
+            (
+                CANCEL,
+                CANCEL.replace(
+                    "break",
+                    "at, self.floor = self.floor, self.floor + (1 if left[0] > self.floor else -1)\n"
+                    "                return Lift.Result(stops=stops, floor=at)",
+                ),
+            )
+        ),
+        {"cancelled_result"},
+    ),
     "ends a cancelled goal at its next stop": (
         server((CANCEL, CANCEL.replace("if goal_handle", "if stops[-1:] == [self.floor] and goal_handle"))),
+        {"cancel", "cancel_while_waiting"},
+    ),
+    "makes two more steps after a cancel": (
+        server(
+            (
+                CANCEL,
+                CANCEL.replace(
+                    "                goal_handle",
+                    "                more -= 1\n            if more < 0:\n                goal_handle",
+                ),
+            ),
+            (PERIOD, PERIOD + "        more = 2\n"),
+        ),
         {"cancel"},
+    ),
+    "refuses to cancel a goal that waits": (
+        server(
+            (
+                "        return CancelResponse.ACCEPT",
+                (
+                    "        moves = goal_handle is self.moving\n"
+                    "        return CancelResponse.ACCEPT if moves else CancelResponse.REJECT"
+                ),
+            ),
+            (PERIOD, "        self.moving = goal_handle\n" + PERIOD),
+            ("        self.floor = 0\n", "        self.floor = 0\n        self.moving = None\n"),
+        ),
+        {"cancel_while_waiting"},
+    ),
+    "forgets a cancel that came while the goal waited": (
+        server(
+            ("        return CancelResponse.ACCEPT", "        self.asked = True\n        return CancelResponse.ACCEPT"),
+            (PERIOD, "        self.asked = False\n" + PERIOD),
+            ("if goal_handle.is_cancel_requested:", "if self.asked and goal_handle.is_cancel_requested:"),
+        ),
+        {"cancel_while_waiting"},
+    ),
+    "cancels every goal after the one that was cancelled": (
+        server(
+            ("        return CancelResponse.ACCEPT", "        self.asked = True\n        return CancelResponse.ACCEPT"),
+            ("        self.floor = 0\n", "        self.floor = 0\n        self.asked = False\n"),
+            (
+                CANCEL,
+                CANCEL + "            if self.asked:\n                goal_handle.abort()\n                break\n",
+            ),
+        ),
+        {"cancel_while_waiting"},
     ),
     "rejects while it is busy": (
         server((CHECK, "if self.cabin.locked():\n            return GoalResponse.REJECT\n        " + CHECK)),
-        {"preempt"},
+        {"preempt", "one_cabin", "preempt_waiting", "cancel_while_waiting"},
     ),
-    "goals wait for the one that runs": (server((" or self.newest is not goal_handle", "")), {"preempt"}),
+    "goals wait for the one that runs": (
+        server((" or self.newest is not goal_handle", "")),
+        {"preempt", "preempt_waiting"},
+    ),
     "goals move the cabin side by side": (
         server((" or self.newest is not goal_handle", ""), ("        with self.cabin:\n", "        if True:\n")),
-        {"preempt"},
+        {"preempt", "one_cabin", "preempt_waiting"},
     ),
     "notes the newest goal when it begins to move": (
         server(
             ("        self.newest = goal_handle\n", ""),
             ("        with self.cabin:\n", "        with self.cabin:\n            self.newest = goal_handle\n"),
         ),
-        {"preempt"},
+        {"preempt", "preempt_waiting"},
     ),
     "preempts and does not wait for the cabin": (
         server(("        with self.cabin:\n", "        if True:\n")),
-        {"preempt"},
+        {"one_cabin"},
+    ),
+    "waits for the cabin for half a step": (
+        server(
+            (
+                LOCK,
+                (
+                    "        got = self.cabin.acquire(timeout=0.5 * self.get_parameter('step_period').value)\n"
+                    "        try:\n            return self.move(goal_handle)\n"
+                    "        finally:\n            if got:\n                self.cabin.release()\n"
+                ),
+            )
+        ),
+        {"one_cabin"},
+    ),
+    "begins where the cabin was when the goal came": (
+        server(
+            (TAKE, "        goal_handle.start = self.floor\n" + TAKE),
+            (PERIOD, PERIOD + "        self.floor = goal_handle.start\n"),
+        ),
+        {"one_cabin"},
     ),
     "a preempted goal succeeds": (
         server(
-            (ABORT, "            if self.newest is not goal_handle:\n                break\n" + ABORT),
             (
-                "        else:\n            goal_handle.succeed()",
-                (
-                    "        else:\n            goal_handle.succeed()\n"
-                    "        if goal_handle.is_active and goal_handle.is_cancel_requested is False:\n"
-                    "            goal_handle.succeed()"
-                ),
-            ),
+                ABORT,
+                "            if self.newest is not goal_handle:\n                goal_handle.succeed()\n"
+                "                break\n" + ABORT,
+            )
+        ),
+        {"preempt", "preempt_waiting"},
+    ),
+    "a preempted goal that has made a stop succeeds": (
+        server(
+            (
+                ABORT,
+                "            if self.newest is not goal_handle and stops:\n                goal_handle.succeed()\n"
+                "                break\n" + ABORT,
+            )
+        ),
+        {"preempt"},
+    ),
+    "preempts a goal at its next stop alone": (
+        server(
+            (
+                "self.newest is not goal_handle:",
+                "(self.newest is not goal_handle and (not stops or stops[-1] == self.floor)):",
+            )
         ),
         {"preempt"},
     ),
@@ -664,19 +1270,45 @@ WRONG = {
                 "                return Lift.Result(floor=self.floor)\n" + ABORT,
             )
         ),
-        {"preempt"},
+        {"aborted_result"},
+    ),
+    "tells only the goal that moves of a new one": (
+        server(
+            (TAKE, "        self.over.append(self.moving)\n" + TAKE),
+            ("self.newest is not goal_handle", "any(goal is goal_handle for goal in self.over)"),
+            (PERIOD, "        self.moving = goal_handle\n" + PERIOD),
+            ("        self.floor = 0\n", "        self.floor = 0\n        self.moving, self.over = None, []\n"),
+        ),
+        {"preempt_waiting"},
+    ),
+    "takes a goal for the same floors for the same goal": (
+        server(("self.newest is not goal_handle", "self.newest.request.floors != goal_handle.request.floors")),
+        {"preempt_waiting"},
     ),
     "whatever is asked for preempts": (
         server(("        top = self.get", "        self.newest = goal\n        top = self.get")),
         {"rejected_goal_changes_nothing"},
     ),
+    "an empty goal ends the one that runs": (
+        server(
+            (
+                "        top = self.get",
+                "        if not goal.floors:\n            self.newest = None\n        top = self.get",
+            )
+        ),
+        {"rejected_goal_changes_nothing"},
+    ),
+    "a rejected goal takes the cabin to floor 0": (
+        server(("        return GoalResponse.REJECT", "        self.floor = 0\n        return GoalResponse.REJECT")),
+        {"rejected_goal_changes_nothing"},
+    ),
     "no service to block the shaft": (
         server(("        self.service = self.create_service(SetBool, '/lift/block', self.block)\n", "")),
-        {"blocked", "aborted_result", "blocked_before"},
+        {"blocked", "block_is_answered", "blocked_before", "stops_while_blocked"},
     ),
     "never looks whether it is blocked": (
         server(("if self.blocked or", "if")),
-        {"blocked", "aborted_result", "blocked_before"},
+        {"blocked", "blocked_before", "stops_while_blocked"},
     ),
     "waits while it is blocked": (
         server(
@@ -687,10 +1319,33 @@ WRONG = {
                 "                time.sleep(0.01)\n",
             ),
         ),
-        {"blocked", "aborted_result", "blocked_before"},
+        {"blocked", "blocked_before", "stops_while_blocked"},
     ),
     "rejects while it is blocked": (
         server((CHECK, "if self.blocked:\n            return GoalResponse.REJECT\n        " + CHECK)),
+        {"blocked_before", "stops_while_blocked"},
+    ),
+    "rejects what needs a step while it is blocked": (
+        server(
+            (
+                CHECK,
+                (
+                    "if self.blocked and list(goal.floors) != [self.floor]:\n            return GoalResponse.REJECT\n"
+                    f"        {CHECK}"
+                ),
+            )
+        ),
+        {"blocked_before"},
+    ),
+    "makes a step before it looks whether it is blocked": (
+        server(
+            ("if self.blocked or", "if"),
+            (
+                PUBLISH,
+                PUBLISH
+                + "            if self.blocked and left:\n                goal_handle.abort()\n                break\n",
+            ),
+        ),
         {"blocked_before"},
     ),
     "looks for the block when a goal begins": (
@@ -704,16 +1359,65 @@ WRONG = {
             ),
             ("if self.blocked or", "if"),
         ),
-        {"blocked", "aborted_result"},
+        {"blocked"},
+    ),
+    "looks for the block at stops alone": (
+        server(("if self.blocked or", "if self.blocked and (not stops or stops[-1] == self.floor) or")),
+        {"blocked"},
     ),
     "never free again": (server(("self.blocked = request.data", "self.blocked = True")), {"blocked_before"}),
+    "an aborted goal frees the shaft": (
+        server((ABORT, ABORT.replace("break", "self.blocked = False\n                break"))),
+        {"blocked_before"},
+    ),
     "block is answered with success false": (
         server(("response.success = True", "response.success = False")),
-        {"blocked"},
+        {"block_is_answered"},
+    ),
+    "success says whether the shaft is blocked": (
+        server(("response.success = True", "response.success = request.data")),
+        {"block_is_answered"},
+    ),
+    "block is answered when the goal is over": (
+        server(
+            ("        response.success = True\n", "        with self.cabin:\n            response.success = True\n")
+        ),
+        {"block_is_answered"},
+    ),
+    "block is answered a step later": (
+        server(
+            (
+                "        response.success = True\n",
+                "        time.sleep(self.get_parameter('step_period').value)\n        response.success = True\n",
+            )
+        ),
+        {"block_is_answered"},
+    ),
+    "aborts every goal while it is blocked": (
+        server(
+            (
+                PERIOD,
+                PERIOD + "        if self.blocked:\n            goal_handle.abort()\n"
+                "            return Lift.Result(floor=self.floor)\n",
+            )
+        ),
+        {"stops_while_blocked"},
+    ),
+    "rejects the floor where it stands while it is blocked": (
+        server(
+            (
+                CHECK,
+                (
+                    "if self.blocked and list(goal.floors) == [self.floor]:\n            return GoalResponse.REJECT\n"
+                    f"        {CHECK}"
+                ),
+            )
+        ),
+        {"stops_while_blocked"},
     ),
     "aborted goal has an empty result": (
         server((ABORT, ABORT.replace("break", "return Lift.Result()"))),
-        {"aborted_result", "preempt"},
+        {"aborted_result"},
     ),
     "a blocked goal succeeds": (
         server(
@@ -722,84 +1426,197 @@ WRONG = {
                 "            if self.blocked:\n                goal_handle.succeed()\n                break\n" + ABORT,
             )
         ),
-        {"blocked", "aborted_result", "blocked_before"},
+        {"blocked", "blocked_before", "stops_while_blocked"},
     ),
     "step period is fixed": (server(("sleep(period)", "sleep(1.0)")), {"step_period"}),
     "a step takes less than half of its time": (server(("sleep(period)", "sleep(0.4 * period)")), {"step_period"}),
+    "a step takes twice its time": (server(("sleep(period)", "sleep(2 * period)")), {"step_period"}),
     "another default": (server(("'step_period', 1.0", "'step_period', 0.1")), {"step_period"}),
-    "another name": (server(("'/lift'", "'/elevator'")), SERVER_TESTS),
     "client sends the floors sorted": (
         client(("Goal(floors=floors)", "Goal(floors=sorted(floors)[::-1] + [1])")),
-        {"client_shows_feedback"},
+        {"client_sends_floors"},
     ),
-    "client shows no feedback": (
-        client(("        print(f'Feedback: floor {now.floor}, {now.stops_left} stops left')\n", "")),
-        {"client_shows_feedback"},
+    "client refuses floors above 9": (
+        client(
+            (
+                "    rclpy.init(args=args)\n",
+                "    if max(options.floors) > 9:\n        return 'no such floor'\n    rclpy.init(args=args)\n",
+            )
+        ),
+        {"client_sends_floors"},
     ),
+    "client takes floors above 9 for 9": (
+        client(("Goal(floors=floors)", "Goal(floors=[min(9, floor) for floor in floors])")),
+        {"client_sends_floors"},
+    ),
+    "client sends the goal twice": (
+        client(
+            (
+                "        if not self.goal_handle.accepted:",
+                (
+                    "        self.client.send_goal_async(Lift.Goal(floors=floors))\n"
+                    "        if not self.goal_handle.accepted:"
+                ),
+            )
+        ),
+        {"client_sends_floors"},
+    ),
+    "client shows no feedback": (client((TOLD, "")), {"client_shows_feedback", "client_shows_feedback_as_it_comes"}),
     "client shows the floor alone": (client((", {now.stops_left} stops left", "")), {"client_shows_feedback"}),
+    "client shows no message that is like the one before": (
+        client(
+            (TOLD, "        if now != self.last:\n    " + TOLD + "        self.last = now\n"),
+            ("        self.heard = 0\n", "        self.heard = 0\n        self.last = None\n"),
+        ),
+        {"client_shows_feedback"},
+    ),
     "client shows the feedback at the end": (
         client(
             ("print(f'Feedback: floor {now.floor}, {now.stops_left} stops left')", "self.story.append(now)"),
             ("        self.heard = 0\n", "        self.heard = 0\n        self.story = []\n"),
             ("        print(f'Result", "        print('Feedback:', self.story)\n        print(f'Result"),
         ),
-        {"client_shows_feedback"},
+        {"client_shows_feedback_as_it_comes"},
     ),
-    "client shows no result": (client((SHOWN, "")), {"client_shows_result", "client_aborted", "client_cancels"}),
+    "client shows each message when the next one comes": (
+        client(
+            (TOLD, "        if self.last:\n            print('Feedback:', self.last)\n        self.last = now\n"),
+            ("        self.heard = 0\n", "        self.heard = 0\n        self.last = None\n"),
+            ("        print(f'Result", "        print('Feedback:', self.last)\n        print(f'Result"),
+        ),
+        {"client_shows_feedback_as_it_comes"},
+    ),
+    "client shows no result": (client((SHOWN, "")), {"client_shows_result"}),
     "client shows the result of a success alone": (
         client((SHOWN, "        if end.status == GoalStatus.STATUS_SUCCEEDED:\n    " + SHOWN)),
-        {"client_aborted", "client_cancels"},
+        {"client_shows_result"},
+    ),
+    "client shows the stops of the result alone": (
+        client((", now at {end.result.floor}", "")),
+        {"client_shows_result"},
     ),
     "client shows no outcome": (
-        client(("    print('Outcome:', outcome)\n", "")),
-        MET - {"client_shows_feedback"} | {"client_without_server"},
+        client((SAYS, "")),
+        {"client_says_outcome", "client_waits_for_the_end", "client_without_server"},
     ),
     "client names every outcome": (
+        client((SAYS, "    print('Outcome:', outcome, 'of REJECTED, ABORTED, CANCELED, SUCCEEDED')\n")),
+        {"client_says_outcome"},
+    ),
+    "client says CANCELED, ABORTED or REJECTED for every end but a success": (
         client(
-            (
-                "    print('Outcome:', outcome)\n",
-                "    print('Outcome:', outcome, 'of REJECTED, ABORTED, CANCELED, SUCCEEDED')\n",
-            )
+            (SAYS, "    print('Outcome:', outcome if outcome == 'SUCCEEDED' else 'CANCELED, ABORTED or REJECTED')\n")
         ),
-        {"client_rejected", "client_aborted", "client_cancels"},
+        {"client_says_outcome"},
     ),
-    "client always exits with 0": (
-        client((FAILS, "return 0")),
-        {"client_rejected", "client_aborted", "client_cancels", "client_without_server"},
+    "client says ABORTED for a cancelled goal": (
+        client(("CANCELED: 'CANCELED'", "CANCELED: 'ABORTED'")),
+        {"client_says_outcome"},
     ),
-    "client never exits with 0": (client((FAILS, "return 1")), {"client_shows_result"}),
+    "client always exits with 0": (client((FAILS, "return 0")), {"client_exit_status", "client_without_server"}),
+    "client never exits with 0": (client((FAILS, "return 1")), {"client_exit_status", "client_waits_for_the_end"}),
+    "client exits with 0 when its goal was cancelled": (
+        client((FAILS, "return 0 if outcome in ('SUCCEEDED', 'CANCELED') else 1")),
+        {"client_exit_status"},
+    ),
+    "client exits with 0 when its goal was aborted": (
+        client((FAILS, "return 0 if outcome in ('SUCCEEDED', 'ABORTED') else 1")),
+        {"client_exit_status"},
+    ),
     "client takes every end for a success": (
         client(("OUTCOMES.get(end.status, 'UNKNOWN')", "'SUCCEEDED'")),
-        {"client_aborted", "client_cancels"},
+        {"client_says_outcome", "client_exit_status"},
     ),
     "client does not look whether it is accepted": (
         client(("        if not self.goal_handle.accepted:\n            return 'REJECTED'\n", "")),
-        {"client_rejected"},
+        {"client_says_outcome"},
     ),
     "client cancels one too late": (
-        client(("self.heard >= self.cancel_after", "self.heard > self.cancel_after")),
+        client(
+            (DUE, "due = self.cancel_after == 0 or (self.cancel_after is not None and self.heard > self.cancel_after)")
+        ),
         {"client_cancels"},
     ),
     "client cancels one too early": (
         client(("self.heard >= self.cancel_after", "self.heard >= self.cancel_after - 1")),
         {"client_cancels"},
     ),
-    "client never cancels": (client(("            self.goal_handle.cancel_goal_async()\n", "")), {"client_cancels"}),
+    "client never cancels": (client((CANCELS, "")), {"client_cancels", "client_cancels_at_once"}),
+    "client takes --cancel-after 0 for never": (
+        client((DUE, "due = self.cancel_after and self.heard >= self.cancel_after")),
+        {"client_cancels_at_once"},
+    ),
+    "client takes --cancel-after 0 for 1": (
+        client((DUE, "due = self.cancel_after is not None and self.heard >= max(1, self.cancel_after)")),
+        {"client_cancels_at_once"},
+    ),
     "client does not wait for the end of a cancelled goal": (
         client(
             (
-                "            self.goal_handle.cancel_goal_async()\n",
+                CANCELS,
                 "            self.wait = self.goal_handle.cancel_goal_async()\n            sys.exit('CANCELED')\n",
             )
         ),
-        {"client_cancels"},
+        {"client_shows_result", "client_waits_for_the_end"},
+    ),
+    "client says CANCELED whenever it has cancelled": (
+        client(
+            (CANCELS, CANCELS + "            self.over = True\n"),
+            ("        self.heard = 0\n", "        self.heard = 0\n        self.over = False\n"),
+            (
+                "        return OUTCOMES",
+                "        if self.over:\n            return 'CANCELED'\n        return OUTCOMES",
+            ),
+        ),
+        {"client_waits_for_the_end"},
+    ),
+    "client exits with 1 when it was to cancel": (
+        client((FAILS, "return 0 if outcome == 'SUCCEEDED' and options.cancel_after is None else 1")),
+        {"client_waits_for_the_end"},
+    ),
+    "client waits for N messages for ever": (
+        client(
+            (
+                "        end = self.wait_for(self.goal_handle.get_result_async())\n",
+                (
+                    "        end = self.goal_handle.get_result_async()\n"
+                    "        while self.cancel_after is not None:\n            rclpy.spin_once(self)\n"
+                    "        end = self.wait_for(end)\n"
+                ),
+            )
+        ),
+        {"client_waits_for_the_end"},
     ),
     "client waits for a server for ever": (client(("timeout_sec=1.5", "timeout_sec=None")), {"client_without_server"}),
+    "client says nothing without a server": (
+        client(("            return 'NO SERVER for /lift'", "            sys.exit(1)")),
+        {"client_without_server"},
+    ),
     "client has no usage": (client((PARSED, UNCHECKED)), {"client_arguments"}),
     "client takes any word for 10": (
         client(("type=int,", "type=lambda word: int(word) if word.isdigit() else 10,"), ("nargs='+'", "nargs='*'")),
         {"client_arguments"},
     ),
+    "client takes any word after --cancel-after for 1": (
+        client(
+            ("'--cancel-after', type=int", "'--cancel-after', type=lambda word: int(word) if word.isdigit() else 1")
+        ),
+        {"client_arguments"},
+    ),
 }
 
-SILENT = {"another name", "client waits for a server for ever"}
+NOTHING = {
+    "refuses everything; a client that says no",
+    "every goal is aborted at once; a client that says SUCCEEDED",
+    "every goal succeeds at once; a client that says REJECTED",
+    "a goal succeeds at once with what was asked for; a client that says all",
+    "no goal ever ends; a client that says no",
+}
+SEVERAL = {"the chapter's programs"}
+USELESS = {"another name", "another type", "never begins an accepted goal"}
+SILENT = {
+    "another name",
+    "no goal ever ends; a client that says no",
+    "client waits for a server for ever",
+    "client waits for N messages for ever",
+}

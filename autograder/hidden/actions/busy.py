@@ -1,0 +1,292 @@
+"""The grader's side of the conversation with the student's lift, when something happens while a goal runs."""
+
+import random
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+from std_srvs.srv import SetBool
+
+from autograder.errors import Fault
+from autograder.hidden.actions.conversation import BLOCK, HOPEFUL, OFFERED, PLAYS, Server, accepted
+from autograder.hidden.actions.rides import STILL, Ride
+from autograder.suitekit import Alive, Bench, Goal, Wrong, offer, on_wrong
+
+LOW_TOP = 8  # the highest floor, set on the command line: less than the default
+HIGH = 7  # a floor that every lift has: whether it has its highest one is judged by one test
+BUSY_STEP = 0.3  # s: long enough that a request takes effect before the next step
+MOST_STARTS = 8  # of the program, so that one that is all wrong does not take for ever
+AT_MOST = 5.0  # s until a goal has ended that must end within a step
+ASKED = 6  # times that the service is asked while a goal runs
+SOON = 0.5 * BUSY_STEP  # s in which it must answer one of these times
+
+
+@dataclass
+class Blocking:
+    """What came of a goal whose shaft was blocked, and of the goals after it."""
+
+    ride: Ride
+    running: bool  # the goal still ran when the shaft was to be blocked
+    sent: float  # when that was, a time of time.monotonic (s)
+    here: int  # where the cabin stood then
+    stuck: Ride  # asked for this floor and another one, while the shaft was blocked
+    there: list[Ride]  # asked for this floor alone, while the shaft was blocked; and where the result says that it is
+    freed: Ride  # asked for another floor, when the shaft was free again
+
+
+@dataclass
+class Preemption:
+    """Goals of which each was sent while the one before ran, or waited."""
+
+    rides: list[Ride]
+    running: bool  # the first one still ran when the second was sent
+
+
+@dataclass
+class Asked:
+    """What the service that blocks the shaft answered while a goal ran."""
+
+    goal: Goal
+    running: bool = True  # the goal still ran when the service was first asked
+    success: list[bool] = field(default_factory=list)  # for `false`, and at last for `true`
+    took: list[float] = field(default_factory=list)  # s until an answer came while the goal ran
+
+
+class Busy(Server):
+    """The student's lift, to which something happens while a goal runs."""
+
+    STEPS = 2  # of a goal, before something happens
+
+    def __init__(self, bench: Bench, rng: random.Random):
+        super().__init__(bench, BUSY_STEP, "--ros-args", "-p", f"step_period:={BUSY_STEP}", "-p", f"top:={LOW_TOP}")
+        self._rng = rng
+        self._plays: Counter[str] = Counter()  # of each of the scenes below
+        self._seen: dict[str, Any] = {}  # what came of each of the scenes below
+
+    def begin(self) -> None:
+        """Start the program."""
+        self._played = False  # a scene, with this start of it
+        super().begin()
+
+    def preemption(self) -> Any:
+        """A goal that another one preempts."""
+        return self._scene("preemption", self._preempt, "a goal while another one ran", OFFERED)
+
+    def three(self) -> Any:
+        """A goal that runs, another one, and a third one before that has begun."""
+        return self._scene("three", self._send_three, "a goal while another one ran", OFFERED)
+
+    def cancelled(self) -> Any:
+        """A goal that is cancelled while it waits for the one that runs."""
+        return self._scene("cancelled", self._cancel_waiting, "a goal while another one ran", OFFERED)
+
+    def blocking(self) -> Any:
+        """A goal whose shaft is blocked."""
+        return self._scene("blocking", self._block, f"a goal or a request to {BLOCK}", OFFERED, offer(BLOCK))
+
+    def asked(self) -> Any:
+        """The service, asked while a goal runs."""
+        return self._scene("asked", self._ask, f"a request to {BLOCK} while a goal ran", OFFERED, offer(BLOCK))
+
+    @contextmanager
+    def _scene(self, name: str, question: Callable[[float, Alive], Any], what: str, *wanted: str) -> Iterator[Any]:
+        """What came of a scene, which is played once; again when something is found wrong with it."""
+
+        def again() -> None:  # with a fresh program, also for the tests that come after this one
+            if self._plays[name] < PLAYS:
+                self._seen.pop(name, None)
+                if self.accepts and self.starts < MOST_STARTS:
+                    self.end()
+
+        with on_wrong(again):
+            if name not in self._seen:
+                self._plays[name] += 1
+                seen = self.converse(question, what, *wanted)
+                if not getattr(seen, "running", True) and self._played and self.starts < MOST_STARTS:
+                    # Something that was said to this start before may be the reason.
+                    self.end()
+                    seen = self.converse(question, what, *wanted)
+                if isinstance(seen, Fault):
+                    self.end()  # what it still does must not disturb other goals
+                    raise seen
+                self._seen[name] = seen
+                self._played = True
+            yield self._seen[name]
+
+    def away(self, least: int = 2, most: int = 4) -> int:
+        """A floor that is so many steps from the cabin, and not near floor 0."""
+        here = min(HIGH, self.place)
+        return self._rng.choice([floor for floor in range(2, HIGH + 1) if least <= abs(floor - here) <= most])
+
+    def begin_long(self, alive: Alive, limit: float) -> Ride | None:
+        """A goal of at least 11 steps, some of which are done, the first of them a stop; None when it has no answer."""
+        here = min(HIGH, self.place)
+        floors = [here + 1, HIGH, 0] if here < HIGH / 2 else [here - 1, 0, HIGH]
+        goal = self.give(floors, alive, limit)
+        if goal is None:
+            return None
+        accepted(goal).wait(lambda g: len(g.feedback) >= self.STEPS or g.status, 2 * self.STEPS * BUSY_STEP)
+        return Ride(floors, goal)
+
+    def soon_over(self, ride: Ride, limit: float) -> None:
+        """Wait for a goal that must end within a step; if it does not, note that, and cancel it."""
+        if ride.goal.wait(lambda g: g.status, self.bench.clock.allow(AT_MOST)):
+            self.over(ride.goal, ride.floors, limit)
+        else:
+            ride.still = True
+            self.stop(ride.goal, HOPEFUL)
+
+    def stop(self, goal: Goal, limit: float = AT_MOST) -> None:
+        """Cancel a goal that need not go on, so that the next one has the lift for itself."""
+        goal.cancel()
+        goal.wait(lambda g: g.status, self.bench.clock.allow(limit))
+
+    def hangs(self, goal: Goal) -> Fault | None:
+        """What is wrong with a goal of which nothing is heard, of a lift whose goals get no result."""
+        return self.unfinished(goal) if self.endless and not goal.feedback and not goal.status else None
+
+    def _preempt(self, limit: float, alive: Alive) -> Preemption | Fault | None:
+        first = self.begin_long(alive, limit)
+        if first is None:
+            return None
+        if fault := self.hangs(first.goal):
+            return fault
+        running = not first.goal.status
+        floors = [self.away()]
+        goal = self.give(floors, alive, limit)
+        if goal is None:
+            return None
+        if goal.accepted:
+            self.soon_over(first, limit)
+            if not self.over(goal, floors, limit):
+                return self.unfinished(goal) if alive() else None
+        else:
+            self.stop(first.goal)
+        return Preemption([first, Ride(floors, goal)], running)
+
+    def _send_three(self, limit: float, alive: Alive) -> Preemption | Fault | None:
+        first = self.begin_long(alive, limit)
+        if first is None:
+            return None
+        if fault := self.hangs(first.goal):
+            return fault
+        running = not first.goal.status
+        floors = [1 if self.place > HIGH / 2 else HIGH - 1]  # of both others: they are two goals all the same
+        rides = [first]
+        for _ in range(2):
+            goal = self.give(floors, alive, limit)
+            if goal is None:
+                return None
+            rides.append(Ride(floors, goal))
+            if not goal.accepted:
+                break
+        else:
+            for ride in rides[:2]:
+                self.soon_over(ride, limit)
+            last = rides[-1].goal
+            if not self.over(last, floors, limit):
+                return self.unfinished(last) if alive() else None
+        for ride in rides:
+            if ride.goal.accepted and not ride.goal.status:
+                self.stop(ride.goal)
+        return Preemption(rides, running)
+
+    def _cancel_waiting(self, limit: float, alive: Alive) -> Preemption | Fault | None:
+        first = self.begin_long(alive, limit)
+        if first is None:
+            return None
+        if fault := self.hangs(first.goal):
+            return fault
+        running = not first.goal.status
+        floors = [1, HIGH] if self.place > HIGH / 2 else [HIGH - 1, 0]
+        goal = self.give(floors, alive, limit)
+        if goal is None:
+            return None
+        second = Ride(floors, goal)
+        if not goal.accepted:
+            self.stop(first.goal)
+            return Preemption([first, second], running)
+        goal.cancel()
+        self.soon_over(first, limit)
+        if not self.over(goal, floors, limit):
+            return self.unfinished(goal) if alive() else None
+        goal.wait(lambda g: g.cancel_accepted is not None, self.bench.clock.allow(limit))
+        floors = [self.away(1, 2)]
+        goal = self.give(floors, alive, limit)
+        if goal is None:
+            return None
+        if goal.accepted and not self.over(goal, floors, limit):
+            return self.unfinished(goal) if alive() else None
+        return Preemption([first, second, Ride(floors, goal)], running)
+
+    def _block(self, limit: float, alive: Alive) -> Blocking | Fault | None:
+        ride = self.begin_long(alive, limit)
+        if ride is None:
+            return None
+        if fault := self.hangs(ride.goal):
+            return fault
+        running, sent = not ride.goal.status, time.monotonic()
+        if self.set(True, limit, alive) is None:
+            return None
+        self.soon_over(ride, limit)
+        here = self.place
+        told = ride.goal.result.floor if ride.goal.status else here
+        floor = self.away()
+        rides = []
+        for floors in ([here, floor], *([place] for place in dict.fromkeys((here, told)))):
+            goal = self.give(floors, alive, limit)
+            if goal is None:
+                return None
+            rides.append(Ride(floors, goal))
+            if goal.accepted:
+                self.soon_over(rides[-1], limit)
+        floors = [self.away()]
+        goal = self.give(floors, alive, limit) if self.set(False, limit, alive) is not None else None
+        if goal is None:
+            return None
+        if goal.accepted and not self.over(goal, floors, limit):
+            return self.unfinished(goal) if alive() else None
+        return Blocking(ride, running, sent, here, rides[0], rides[1:], Ride(floors, goal))
+
+    def _ask(self, limit: float, alive: Alive) -> Asked | None:
+        ride = self.begin_long(alive, limit)
+        if ride is None:
+            return None
+        seen = Asked(ride.goal, running=not ride.goal.status)
+        for number in range(ASKED):
+            ride.goal.wait_for_news(1.5 * BUSY_STEP)
+            if ride.goal.status:
+                break
+            sent = time.monotonic()
+            success = self.set(False, limit, alive)  # it is free already, so that the goal goes on
+            if success is None:
+                return None
+            seen.success.append(success)
+            seen.took.append(time.monotonic() - sent)
+            if number and min(seen.took) < SOON:
+                break
+        for blocked in (True, True, False):
+            if not blocked and seen.running:  # a shaft that is freed within the step has not stopped the goal
+                ride.goal.wait(lambda g: g.status, self.bench.clock.allow(AT_MOST))
+            success = self.set(blocked, limit, alive)
+            if success is None:
+                return None
+            seen.success.append(success)
+        if not ride.goal.status:
+            self.stop(ride.goal)
+        return seen
+
+    def set(self, blocked: bool, limit: float, alive: Alive) -> bool | None:
+        """What the service that blocks the shaft answers; None when it does not."""
+        response = self.ros.call(self.service, SetBool.Request(data=blocked), limit, alive)
+        return None if response is None else bool(response.success)
+
+
+def ended(ride: Ride, status: str, rule: str, server: Server) -> None:
+    """The goal must have ended so; raises Wrong with the rule, and with what happened instead."""
+    if ride.end == status:
+        return
+    raise Wrong(f"{rule} It {f'was {STILL}' if ride.still else server.how(ride.end)}.")

@@ -1,0 +1,177 @@
+"""A lift of the grader's for the student's client, whose numbers cannot be guessed."""
+
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from course_interfaces.action import Lift
+
+from autograder.errors import Fault
+from autograder.hidden.actions.conversation import ACTION, PLAYS
+from autograder.sandbox.program import Program
+from autograder.suitekit import Bench, Ros, Wrong, numbers, on_wrong, serve, sought_actions
+from course.waiting import wait_until
+
+CLIENT = "lift_client.py"
+FEEDBACK_PAUSE = 0.05  # s between two feedback messages to the client
+EARLY = 0.3  # s that a client is given to cancel too early
+PATIENT = 4.0  # s that it is given to cancel at all, or to print what it has heard
+MOST_FEEDBACK = 29  # messages to a client that never cancels
+NUMBERS = (10**4, 10**9)  # that a client gets: nothing else that it prints looks like them
+THREADS = 4  # of the server for the client: its goal, a cancel, and two to spare
+LOOK, LOOKED = 0.2, 10.0  # s between two looks which action a client asks for, and until the last look
+FEW = 4  # feedback messages of a goal that nobody cancels
+
+
+class Encounter:
+    """A run of the student's client with an action server of the grader's.
+
+    What the server does is told by `script`:
+
+    - "succeed", "abort": publishes feedback, and ends the goal so;
+    - "reject": rejects the goal;
+    - "cancel": publishes feedback until it is cancelled;
+    - "late": the same, and yet the goal succeeds;
+    - "at once": succeeds at once, without feedback.
+    """
+
+    def __init__(self, bench: Bench, script: str, floors: tuple[int, int] = (0, 10), cancel_after: int | None = None):
+        """`floors` are the lowest floor that the client is given, and the first that it is not."""
+        self._plays = 0
+        self.script, self.cancel_after = script, cancel_after
+        self._bench, self._range = bench, floors
+        self._rng = bench.random(f"client {script} {cancel_after}")
+        self.begin()
+
+    def begin(self) -> None:
+        """Draw new numbers, and run the client."""
+        self._plays += 1
+        rng = self._rng
+        self.floors = [rng.randrange(*self._range) for _ in range(3)]
+        self.feedback = [(rng.randrange(*NUMBERS), rng.randrange(*NUMBERS)) for _ in range(FEW)]
+        self.feedback.append(self.feedback[-1])  # two that are alike are two messages
+        self.result = Lift.Result(floor=rng.randrange(*NUMBERS))
+        if self.cancel_after != 0:  # a goal that is cancelled at once has made no stops
+            self.result.stops = [rng.randrange(*NUMBERS) for _ in range(3)]
+        self.goals: list[list[int]] = []
+        self.early: Counter[float] = Counter()  # the numbers that were printed before the goal ended
+        self.before_cancel: int | None = None  # feedback messages sent when the cancel came
+        self._came = threading.Event()  # a goal
+        self._sought: list[str] = []  # the actions that the client asked for
+        self._fault: Fault | None = None  # how the run ended, when it did not end well
+        self._bench.hide(*self.floors)
+        ros = self._bench.enter(self._bench.new_domain(), threads=THREADS)
+        self._server = serve(ros, ACTION, Lift, self._execute, self._accept)
+        command = [*map(str, self.floors)]
+        command += [] if self.cancel_after is None else ["--cancel-after", str(self.cancel_after)]
+        self._run = self._bench.run(CLIENT, *command, domain=ros.domain)
+        threading.Thread(target=self._look, args=(ros, self.goals, self._came), daemon=True).start()
+
+    def _look(self, ros: Ros, goals: list[list[int]], came: threading.Event) -> None:
+        """Note which actions the client asks for, until its goal has come."""
+
+        end = time.monotonic() + LOOKED
+        while not came.wait(LOOK) and time.monotonic() < end:
+            if goals is self.goals and (sought := sought_actions(ros)):
+                self._sought = sought
+
+    @property
+    def doing(self) -> str:
+        """Which run it is, in words for the student."""
+        return f"with {'' if self.cancel_after is None else '--cancel-after and '}a server"
+
+    @contextmanager
+    def judged(self) -> Iterator[Program]:
+        """The ended program; it is run again when something is found wrong with it."""
+        with on_wrong(self._again):
+            program = self._finish()
+            if not self.goals:
+                others = [action for action in self._sought if not action.startswith(f"the action {ACTION} (")]
+                instead = f" It asked for {', '.join(others)[:200]}." if others else ""
+                raise Wrong(f"The client did not send a goal to {ACTION}.{instead}", program.output)
+            yield program
+
+    @property
+    def end(self) -> str:
+        """How its goal has ended, as the server knows."""
+        ends = {"reject": "REJECTED", "abort": "ABORTED"}
+        if self.script == "cancel":
+            return "SUCCEEDED" if self.before_cancel is None else "CANCELED"
+        return ends.get(self.script, "SUCCEEDED")
+
+    @property
+    def shown(self) -> Counter[float]:
+        """The numbers of the feedback, with how often a client that prints all of it prints them."""
+        return Counter(float(number) for message in self.feedback for number in message)
+
+    def works(self) -> bool:
+        """Whether the client has done something of what it must do with a server that succeeds."""
+        try:
+            program = self._finish()
+        except Fault:
+            return False
+        sent = {*self.shown, *self.result.stops, self.result.floor}
+        return bool(self.goals) and (program.exit_status == 0 or bool(sent & {*numbers(program.output)}))
+
+    def _again(self) -> None:
+        if self._plays < PLAYS:
+            self.begin()
+
+    def _finish(self) -> Program:
+        """The ended program; raises Crashed or TimedOut, the same each time that it is asked for."""
+        if self._fault:
+            raise self._fault
+        try:
+            return self._run.finish(self.doing)
+        except Fault as fault:
+            self._fault = fault
+            raise
+        finally:
+            self._came.set()  # there is nothing to look for any more
+
+    def _accept(self, goal: Any) -> bool:
+        self.goals.append(list(goal.floors))
+        self._came.set()
+        return self.script != "reject"
+
+    def _execute(self, handle: Any) -> Any:
+        if self.script in ("cancel", "late"):
+            return self._wait_for_cancel(handle)
+        if self.script != "at once":
+            for number in range(len(self.feedback)):
+                self._tell(handle, number)
+                time.sleep(FEEDBACK_PAUSE)
+            # A client loses the feedback that comes after its result, so that comes when all feedback is printed.
+            wait_until(lambda: self.shown <= self._printed(), PATIENT)
+        self.early = self._printed()
+        (handle.abort if self.script == "abort" else handle.succeed)()
+        return self.result
+
+    def _printed(self) -> Counter[float]:
+        return Counter(numbers(self._run.output))
+
+    def _tell(self, handle: Any, number: int) -> None:
+        floor, left = self.feedback[number % len(self.feedback)]
+        handle.publish_feedback(Lift.Feedback(floor=floor, stops_left=left))
+
+    def _wait_for_cancel(self, handle: Any) -> Any:
+        """Publish feedback, and note after which message the client cancels."""
+        wanted = self.cancel_after or 0
+        waits = {wanted - 1: EARLY, wanted: PATIENT}
+        for number in range(MOST_FEEDBACK + 1):
+            if number:
+                self._tell(handle, number)
+            if wait_until(lambda: handle.is_cancel_requested, waits.get(number, FEEDBACK_PAUSE if number else 0)):
+                self.before_cancel = number
+                break
+        if self.script == "cancel" and self.before_cancel is not None:
+            handle.canceled()
+            return self.result
+        for number in range(2):  # it cannot be stopped any more
+            self._tell(handle, number)
+            time.sleep(FEEDBACK_PAUSE)
+        handle.succeed()
+        return self.result

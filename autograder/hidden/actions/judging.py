@@ -1,0 +1,173 @@
+"""Rules that hidden tests of the lift hold its programs to; each raises Wrong with a message for the student."""
+
+import re
+from collections.abc import Mapping, Sequence
+
+from autograder.hidden.actions.busy import BUSY_STEP, Blocking, Busy, Preemption
+from autograder.hidden.actions.conversation import Server, accepted
+from autograder.hidden.actions.encounter import Encounter
+from autograder.hidden.actions.rides import STILL, Ride, floors_heard, later, lengths, stops_made, way
+from autograder.sandbox.program import Program
+from autograder.suitekit import Crashed, Heard, TimedOut, Wrong, numbers
+
+OUTCOMES = {"succe": "SUCCEEDED", "cancel": "CANCELED", "abort": "ABORTED", "reject": "REJECTED"}
+WHOLE = 0.9  # of its length that a step must last at least by its publisher's clock, which does not wait for the grader
+SHORTEST = 0.6  # of its length that a step must last at least on average
+IN_TIME = 2  # messages after a request: of the step that was under way, and of one that crossed the request
+
+
+def expect_in_time(ride: Ride, moment: float, what: str) -> None:
+    """The goal must have made no more than the step that was under way."""
+    if later(ride.goal, moment) > IN_TIME:
+        raise Wrong(f"{what} went on for more than a step.", f"{later(ride.goal, moment)} more messages")
+
+
+def expect_running(busy: Busy, ride: Ride, running: bool, event: str) -> None:
+    """The goal must have run when something happened, or nothing is known of what that did."""
+    if not running:
+        raise Wrong(
+            f"A goal of many steps must still run after {Busy.STEPS} of them. Before {event}, it "
+            f"{busy.how(ride.goal.status)}."
+        )
+
+
+def expect_rejection(server: Server, floors: Sequence[int], about: str) -> None:
+    """The goal must be rejected, by a server that accepts others."""
+    if not server.accepts:
+        accepted(server.send([2]))
+    if server.send(floors).accepted:
+        raise Wrong(f"{about} must be rejected by a goal_callback; it was accepted.", f"{floors}")
+
+
+def expect_one_cabin(seen: Preemption) -> None:
+    """Two goals must have moved the cabin one after the other: floor by floor, and one step after the other."""
+    first, second = (ride.goal for ride in seen.rides[:2])
+    heard = [*floors_heard(first), *floors_heard(second)]
+    if not second.feedback:
+        raise Wrong("No feedback of the goal that took over came, so nothing shows where the cabin was.", f"{heard}")
+    # What each goal tells of its own steps is another test's.
+    if way(second) and way(first) and abs(second.feedback[0].message.floor - first.feedback[-1].message.floor) != 1:
+        raise Wrong(
+            "A goal that takes over must go on from where the cabin is, one floor a step: there is one cabin.",
+            f"{heard}",
+        )
+    between = lengths([*first.feedback, *second.feedback])
+    if between and (min(between) < 0 or min(between) < WHOLE * BUSY_STEP < max(between)):
+        raise Wrong(
+            "A goal that takes over must begin its first step when the goal before has ended its last one: two goals "
+            "must never move the cabin at the same time.",
+            f"steps of {between} s",
+        )
+
+
+def expect_lengths(told: Sequence[Heard], shortest: float, longest: float, rule: str) -> None:
+    """Steps must take at least most of `shortest` s on average, and the fastest one no more than `longest` s."""
+    between = lengths(told)
+    if between and (sum(between) < SHORTEST * shortest * len(between) or min(between) > longest):
+        raise Wrong(rule, f"{between}")
+
+
+def expect_so_far(ride: Ride, about: str, place: bool = True) -> None:
+    """The result must hold the stops made and, if asked, the floor, as far as the feedback tells what was done."""
+    if ride.end in ("SUCCEEDED", STILL):
+        how = f"was {STILL}" if ride.still else "succeeded"
+        raise Wrong(f"The goal {how}, so there is no result of {about}.")
+    goal, floors = ride.goal, ride.floors
+    stops, heard = list(goal.result.stops), way(goal)
+    # Where it started, one floor above or below the first that was heard, may have been a stop as well.
+    paths = [[start, *heard] for start in (heard[0] - 1, heard[0] + 1)] if heard else []
+    made = [stops_made(path, floors) for path in paths]
+    if heard and not any({*some} <= {*stops} <= {*path} & {*floors} for some, path in zip(made, paths, strict=True)):
+        raise Wrong(
+            f"`stops` in the result of {about} must hold the floors where the cabin has stopped so far for that goal.",
+            f"{floors}: heard {heard}, got {stops}",
+        )
+    if place and heard and goal.result.floor != heard[-1]:
+        raise Wrong(
+            f"`floor` in the result of {about} must say where the cabin is.", f"heard {heard}, got {goal.result.floor}"
+        )
+
+
+def expect_stuck_result(seen: Blocking) -> None:
+    """A goal that was aborted before its first step has made the stop where the cabin stood."""
+    ride, result = seen.stuck, seen.stuck.goal.result
+    if {*floors_heard(ride.goal)} - {seen.here} or seen.there[0].end != "SUCCEEDED":
+        return  # where the cabin stood is not certain
+    if (list(result.stops), result.floor) != ([seen.here], seen.here):
+        raise Wrong(
+            "The result of an aborted goal must say what was done so far, also when that is a stop without a step.",
+            f"{ride.floors}: {result}",
+        )
+
+
+def expect_aborted_results(seen: Blocking) -> bool:
+    """The results of goals whose shaft was blocked must say how far they have come; False when there is none."""
+    if not seen.running or seen.ride.end != "ABORTED":
+        return False
+    expect_so_far(seen.ride, "an aborted goal")
+    if seen.stuck.end == "ABORTED":
+        expect_stuck_result(seen)
+    return True
+
+
+def expect_preempted_result(seen: Preemption) -> bool:
+    """The result of a goal that another one took over from must say how far it has come; False when there is none."""
+    first, second = seen.rides[:2]
+    if not seen.running or first.end != "ABORTED":
+        return False
+    expect_so_far(first, "a goal that another one has taken over from", place=False)
+    here, heard, after = first.goal.result.floor, way(first.goal), way(second.goal)
+    # Its last step may end after its result was made.
+    if heard and after and here != heard[-1] and abs(after[0] - here) > 1:
+        raise Wrong(
+            "`floor` in the result of a goal that another one has taken over from must say where the cabin is.",
+            f"heard {heard}, got {here}, then {after}",
+        )
+    return True
+
+
+def expect_result(program: Program, run: Encounter, how: str) -> None:
+    """The client must have printed the result."""
+    if not {*run.result.stops, run.result.floor} <= set(numbers(program.output)):
+        raise Wrong(
+            f"The client must print the result, its stops and its floor, however the goal ended; here it {how}.",
+            f"sent {run.result}, shown: {program.output}",
+        )
+
+
+def expect_outcome(program: Program, word: str, when: str) -> None:
+    """The last outcome that the client names must be the one that happened."""
+    named = re.findall("|".join(OUTCOMES), program.output, re.IGNORECASE)
+    if not named:
+        raise Wrong(f"{when} the client must print the outcome at the end: here, the word {word}.", program.output)
+    if OUTCOMES[named[-1].lower()] != word:
+        raise Wrong(
+            f"{when} the last outcome that the client names must be {word}; it was {OUTCOMES[named[-1].lower()]}.",
+            program.output,
+        )
+
+
+def expect_status(run: Encounter, when: str) -> None:
+    """The client must tell with its exit status whether the goal succeeded; another crash is another test's."""
+    try:
+        with run.judged() as program:
+            succeeded = run.end == "SUCCEEDED"
+            if succeeded and program.exit_status:
+                raise Wrong(
+                    f"{when} the client must end with exit status 0; it ended with {program.last_words()}.",
+                    program.output,
+                )
+            if not succeeded and program.exit_status == 0:
+                raise Wrong(f"{when} the client must end with an exit status other than 0: sys.exit(1).")
+    except (Crashed, TimedOut):
+        if run.end == "SUCCEEDED":
+            raise
+
+
+def expect_able(clients: Mapping[str, Encounter]) -> None:
+    """The client must do something of its task, or its errors are no answers."""
+    if not clients["succeed"].works():
+        raise Wrong(
+            "This is judged only of a client that, called rightly, sends its goal and prints something of what comes "
+            "back, or ends with exit status 0."
+        )

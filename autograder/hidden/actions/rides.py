@@ -1,0 +1,78 @@
+"""How a cabin must move, and what a goal has told of that: no ROS in here."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from autograder.suitekit import Goal, Heard
+
+STILL = "still running"  # in the place of how a goal ended that had to end
+
+
+@dataclass
+class Ride:
+    """A goal, and the floors that it asked for."""
+
+    floors: list[int]
+    goal: Goal
+    still: bool = False  # it was still running long after it had to end
+
+    @property
+    def end(self) -> str:
+        """How it ended; raises the Fault of a goal that was given up because no result came."""
+        if self.goal.fault:
+            raise self.goal.fault
+        return STILL if self.still else self.goal.status
+
+    @property
+    def made(self) -> bool:
+        """Whether the cabin has been at its last floor, by its feedback or by its result."""
+        result = list(self.goal.result.stops) if self.goal.status else []
+        return way(self.goal)[-1:] == self.floors[-1:] or result == self.floors
+
+
+def steps(start: int, floors: Sequence[int]) -> list[tuple[int, int]]:
+    """What is told of a goal from the floor `start`: the floor, and the stops that are left, after each step."""
+    here, left, told = start, list(floors), []
+    while True:
+        while left and left[0] == here:
+            left.pop(0)
+        if here != start or told:
+            told.append((here, len(left)))
+        if not left:
+            return told
+        here += 1 if left[0] > here else -1
+
+
+def stops_made(path: Sequence[int], floors: Sequence[int]) -> list[int]:
+    """The floors stopped at by a cabin that has been at each floor of `path`, the place where it started included."""
+    left = list(floors)
+    for floor in path:
+        while left and left[0] == floor:
+            left.pop(0)
+    return list(floors[: len(floors) - len(left)])
+
+
+def way(goal: Goal) -> list[int]:
+    """The floors in the feedback, when they show how the cabin moved, floor by floor; else nothing."""
+    floors = floors_heard(goal)
+    return floors if len(floors) > 1 and all(abs(a - b) == 1 for a, b in pairwise(floors)) else []
+
+
+def floors_heard(goal: Goal) -> list[int]:
+    """The floors in the feedback."""
+    return [heard.message.floor for heard in list(goal.feedback)]
+
+
+def later(goal: Goal, moment: float) -> int:
+    """How many feedback messages came after that moment."""
+    return sum(heard.time > moment for heard in goal.feedback)
+
+
+def lengths(told: Sequence[Heard]) -> list[float]:
+    """How long (s) each step took between messages of goals that moved one after the other, by their publisher's clock.
+
+    A message for a floor that was told before is no step.
+    """
+    moved = [*told[:1], *(b for a, b in pairwise(told) if a.message.floor != b.message.floor)]
+    return [b.published - a.published for a, b in pairwise(moved)]
