@@ -1,7 +1,7 @@
 """Which hidden test finds which mistake: `python -m tests.autograder.table [EXERCISE]...` grades all answers.
 
 It prints a table with a row for each answer and a column for each test: `x` was lost as it should be, `!` was lost but
-should not be, `?` should have been lost.
+should not be, `?` should have been lost.  Below it stand the points that an answer with one mistake loses.
 Exits with 1 when there is a `!` or a `?`.
 """
 
@@ -17,7 +17,7 @@ from autograder.records import GRADED, PASSED, Submission
 from autograder.sandbox import box as sandbox
 from autograder.submissions import exercises
 
-from . import answers
+from . import answers, sentences
 
 
 def main() -> int:
@@ -59,12 +59,14 @@ def show(name: str, pool: ThreadPoolExecutor, box: str, options) -> int:
     width = max(map(len, expected))
     for number, test in enumerate(exercise.tests):
         print(f"{' ' * width} {'| ' * number}{tests[number]} ({test.points:g})")
-    good, seen = Counter(), Counter()
+    good, seen, cost = Counter(), Counter(), {}
     for style, grading in reports.items():
         report, wanted = grading.result(), expected[style][1]
         lost = {test.id.removeprefix("test_") for test in report.tests if test.outcome != PASSED}
         good[style in module.WRONG] += lost == wanted and report.status == GRADED
         seen.update(lost & wanted)
+        if style in module.WRONG:
+            cost[style] = sum(test.max_points - test.points for test in report.tests)
         row = " ".join(
             {(True, True): "x", (True, False): "!", (False, True): "?"}.get((test in lost, test in wanted), ".")
             for test in tests
@@ -81,9 +83,14 @@ def show(name: str, pool: ThreadPoolExecutor, box: str, options) -> int:
     print(f"{'mistakes that lose it':{width}} {' '.join(str(min(seen[test], 9)) for test in tests)}  (9: or more)")
     print(
         f"{name}: {good[False]} of {right} right answers earn all, {good[True]} of {wrong} wrong ones lose what they "
-        f"should, {time.monotonic() - start:.0f} s\n",
-        flush=True,
+        f"should, {time.monotonic() - start:.0f} s"
     )
+    if losses := sentences.losses(name, cost):
+        print(f"one mistake costs {losses.median:g} points in the median, {losses.most:g} at most")
+    nothing = [exercise.max_score - points for style, points in cost.items() if style in answers.named(name, "NOTHING")]
+    if nothing:
+        print(f"an answer that does nothing earns {max(nothing):g} points at most")
+    print(flush=True)
     return right + wrong - good.total()
 
 

@@ -3,6 +3,9 @@
 A module has RIGHT, the files by name of the style, and WRONG, the files and the tests (without "test_") that they lose
 by what is wrong.  Most are the reference with a few lines changed, so that what differs can be seen.  The wrong ones in
 SILENT keep the grader waiting: they are graded with less patience, so that the tests take less time.
+
+An answer in WRONG has exactly one mistake, unless it is in NOTHING (programs that do nothing that the task asks for) or
+in SEVERAL.  Those in USELESS have one mistake, and one of their programs does nothing useful because of it.
 """
 
 import importlib
@@ -40,6 +43,11 @@ def patience(exercise: str, name: str) -> float:
 def is_quick(exercise: str, name: str) -> bool:
     """Whether an answer is graded in every run of the tests: the QUICK of its module are."""
     return name in getattr(load(exercise), "QUICK", ())
+
+
+def named(exercise: str, kind: str) -> set[str]:
+    """The wrong answers that the module's set `kind` names: NOTHING, SEVERAL, USELESS or SILENT."""
+    return set(getattr(load(exercise), kind, ()))
 
 
 def changed(files: dict[str, bytes], name: str, *pairs: tuple[str, str]) -> dict[str, bytes]:
