@@ -40,8 +40,7 @@ FIRST_COMMANDS = 3  # that must come in them at least: a node's timer may begin 
 
 RATE = (9.0, 11.0)  # Hz that pass as 10 Hz
 RATE_SECONDS = 3.0  # of simulated time, in which the rate is measured
-RATE_STEP = 0.025  # s of simulated time between two ticks then: scans come at up to 40 Hz
-SCAN_RATES = (5, 40, 0)  # Hz
+RATE_STEPS = {5: 0.05, 40: 0.025, 0: PERIOD}  # s of simulated time between two ticks while scans come at so many Hz
 DRIVEN = 0.8  # the share of commands that must be the agent's: the first ones may be older
 
 PAUSE = 1.5  # s of simulated time without scans
@@ -54,7 +53,7 @@ TRIED_ROOMS = 2  # rooms in which the grader's own follower drives well, and the
 
 @points(1, cell="wall-agent")
 def test_agent_needs_no_ros(agent: Agent) -> None:
-    """wall_agent.py can be imported, and its agent decides, where ROS 2 is not installed."""
+    """WallAgent of wall_agent.py returns its decision as a dict, where ROS 2 is not installed."""
     answers = agent.ask((3.0, 0.3), (3.0, 0.9), (0.2, 0.6), ros=False)
     if not all(math.isfinite(speed) for answer in answers for speed in answer) or len({*answers}) == 1:
         raise Wrong("Without ROS 2, decide_action must return two speeds that depend on the distances.", answers)
@@ -137,6 +136,22 @@ def case(front: float, right: float, about: str) -> list[tuple[float, float, Com
 
 @points(0.5, cell="wall-follower")
 @twice
+def test_stands_before_the_first_scan(follower: Follower, rng: random.Random) -> None:
+    """Before the first scan it commands the robot to stand still, and then what the agent decides."""
+    follower.start_fresh()
+
+    def wait(limit: float, alive: Alive) -> list[Command] | None:
+        commands = [command for _ in range(FIRST_TICKS) for command in follower.tick()]
+        return commands if alive() else None
+
+    commands = follower.ask(wait, "the time before the first scan")
+    if len(commands) < FIRST_COMMANDS or set(commands) != {STOP}:
+        raise Wrong("Before the first scan, a zero Twist must be published ten times a second.", commands)
+    follower.expect_driving(seen(rng), "After the first scan")
+
+
+@points(0.5, cell="wall-follower")
+@twice
 def test_asks_its_agent(follower: Follower, rng: random.Random) -> None:
     """The node publishes what the WallAgent of wall_agent.py decides, as it is."""
     follower.expect_asks_its_agent(PLAIN.flat(rng, front=some_distance(rng), right=some_distance(rng)))
@@ -162,7 +177,7 @@ def test_sectors(follower: Follower, eye: Eye, rng: random.Random) -> None:
 @twice
 def test_any_number_of_beams(follower: Follower, eye: Eye, rng: random.Random) -> None:
     """Scanners with fewer and with more than 360 beams a turn."""
-    for beams in (72, rng.choice([180, 240, 300]), rng.choice([720, 900]), 1440):
+    for beams in (72, rng.choice([180, 240, 300]), 1440):
         scanner = Scanner(beams, eye.scanner.first, math.copysign(360.0 / beams, eye.scanner.step))
         expect_sight(follower, eye, scanner, rng, "a turn of fewer or more than 360 beams")
 
@@ -175,7 +190,6 @@ def test_first_beam_anywhere(follower: Follower, eye: Eye, rng: random.Random) -
         (360, 0.0, "the first beam ahead of the robot"),
         (360, -180.0, "the first beam behind the robot"),
         (271, -135.0, "a view of 270 degrees"),
-        (241, -120.0, "a view of 240 degrees"),
         (360, rng.choice([40.0, 90.0, 140.0]), "the first beam on the left and a full turn"),
         (360, 320.0, "an angle_min above pi"),
         (360, -340.0, "an angle_min below -pi"),
@@ -212,17 +226,17 @@ def some_distance(rng: random.Random) -> float:
 def test_no_return_and_touching(follower: Follower, eye: Eye, rng: random.Random) -> None:
     """inf means that nothing is there, and -inf that the robot touches something."""
     plain = eye.scanner
+    true = {"front": some_distance(rng), "right": some_distance(rng)}
+    for share, wanted, where in ((1.0, {"front": INF, "right": INF}, "the whole"), (SOME, true, "some beams of the")):
+        scan = plain.look(rng, **true)
+        for sector in BOTH:
+            scan = plain.change(scan, rng, sector, INF, share)
+        about = f"With inf (no return) in {where} front and right"
+        follower.expect(scan, wanted["front"], wanted["right"], about, eye.sectors)
     for sector in sorted(eye.sectors):
-        true = {"front": some_distance(rng), "right": some_distance(rng)}
-        about = "With inf (no return) in {}"
-        for scan, seen_there, where in (
-            (plain.change(plain.look(rng, **true), rng, sector, INF), INF, f"the whole {sector}"),
-            (plain.change(plain.look(rng, **true), rng, sector, INF, SOME), true[sector], f"some beams of the {sector}"),
-        ):
-            follower.expect(scan, **(true | {sector: seen_there}), about=about.format(where), sectors=eye.sectors)
-        scan = plain.look(rng, **(true | {sector: -INF}))
+        near, seen_there = true | {sector: -INF}, true | {sector: 0.0}
         about = f"With -inf (touching, a distance of 0) in one beam of the {sector}"
-        follower.expect(scan, **(true | {sector: 0.0}), about=about, sectors=eye.sectors)
+        follower.expect(plain.look(rng, **near), seen_there["front"], seen_there["right"], about, eye.sectors)
 
 
 @points(1, cell="wall-follower")
@@ -245,10 +259,10 @@ def test_no_measurements(follower: Follower, eye: Eye, rng: random.Random) -> No
         for sector in BOTH:
             scan = plain.change(scan, rng, sector, value, SOME)
         expect(scan, true, f"With {what} in some beams, which is no measurement")
-        for sector in sorted(eye.sectors):
-            scan = plain.change(plain.flat(rng, **true), rng, sector, value)
-            about = f"With {what} in all beams of the {sector}, which then counts as free (inf)"
-            expect(scan, true | {sector: INF}, about)
+        for sector in BOTH:
+            scan = plain.change(scan, rng, sector, value)
+        about = f"With {what} in all beams of the front and of the right, which then count as free (inf)"
+        expect(scan, {"front": INF, "right": INF}, about)
     expect_range_limits(follower, eye, rng)
     if "right" in eye.sectors:
         front = some_distance(rng)
@@ -267,39 +281,15 @@ def test_no_measurements(follower: Follower, eye: Eye, rng: random.Random) -> No
 def expect_range_limits(follower: Follower, eye: Eye, rng: random.Random) -> None:
     """It must take the limits of a measurement from the scan, and the limits themselves are measurements."""
     least, most = rng.choice([0.25, 0.375]), rng.choice([2.5, 3.5])  # exact as 32-bit floats
-    for sector in sorted(eye.sectors):
-        for value, seen_there, what in (
-            (least, least, "exactly range_min, which is usable"),
-            (most, most, "exactly range_max, which is usable"),
-            (least - 0.0625, INF, "less than range_min"),
-            (most + 0.5, INF, "more than range_max"),
-        ):
-            true = {"front": 1.5, "right": 1.5, sector: value}
-            scan = eye.scanner.scan([*eye.scanner.flat(rng, **true).ranges], least, most)
-            wanted = true | {sector: seen_there}
-            follower.expect(
-                scan,
-                wanted["front"],
-                wanted["right"],
-                f"With another range_min and range_max, and in all beams of the {sector} a value of {what}",
-                eye.sectors,
-            )
-
-
-@points(0.5, cell="wall-follower")
-@twice
-def test_stands_before_the_first_scan(follower: Follower, rng: random.Random) -> None:
-    """Before the first scan it commands the robot to stand still, and then what the agent decides."""
-    follower.start_fresh()
-
-    def wait(limit: float, alive: Alive) -> list[Command] | None:
-        commands = [command for _ in range(FIRST_TICKS) for command in follower.tick()]
-        return commands if alive() else None
-
-    commands = follower.ask(wait, "the time before the first scan")
-    if len(commands) < FIRST_COMMANDS or set(commands) != {STOP}:
-        raise Wrong("Before the first scan, a zero Twist must be published ten times a second.", commands)
-    follower.expect_driving(seen(rng), "After the first scan")
+    for value, seen_there, what in (
+        (least, least, "exactly range_min, which is usable"),
+        (most, most, "exactly range_max, which is usable"),
+        (least - 0.0625, INF, "less than range_min"),
+        (most + 0.5, INF, "more than range_max"),
+    ):
+        scan = eye.scanner.scan([*eye.scanner.flat(rng, front=value, right=value).ranges], least, most)
+        about = f"With another range_min and range_max, and in the front and on the right {what}"
+        follower.expect(scan, seen_there, seen_there, about, eye.sectors)
 
 
 @points(1, cell="wall-follower")
@@ -307,11 +297,14 @@ def test_stands_before_the_first_scan(follower: Follower, rng: random.Random) ->
 def test_rate(follower: Follower, by_the_wall: Follower, rng: random.Random) -> None:
     """Ten commands per second, whether scans come at 5 or at 40 Hz, or not at all."""
     scan = seen(rng)
-    for hertz in SCAN_RATES:
-        commands = follower.simulate(RATE_SECONDS, RATE_STEP if hertz else PERIOD, scans_at(hertz, scan))
+    for hertz in RATE_STEPS:
+        step = RATE_STEPS[hertz]
+        commands = follower.simulate(RATE_SECONDS, step, scans_at(hertz, step, scan))
         rate = len(commands) / RATE_SECONDS
         if not is_right(rate):
             rate, commands = by_the_wall.rate(scan, hertz)
+            if not hertz and rate > RATE[0]:
+                continue  # too many commands are judged by the two others
         about = f"while scans come at {hertz} Hz" if hertz else "while no scans come"
         if not is_right(rate):
             raise Wrong(f"Commands must be published at 10 Hz {about}; it was {rate:.1f} Hz.")
@@ -328,11 +321,11 @@ def seen(rng: random.Random) -> LaserScan:
     return PLAIN.look(rng, front=some_distance(rng), right=some_distance(rng))
 
 
-def scans_at(hertz: int, scan: LaserScan) -> Callable[[int], LaserScan | None]:
-    """The scan, or none, for each tick of RATE_STEP, so that it comes `hertz` times a second."""
+def scans_at(hertz: int, step: float, scan: LaserScan) -> Callable[[int], LaserScan | None]:
+    """The scan, or none, for each tick of `step` s, so that it comes `hertz` times a second."""
     if not hertz:
         return lambda tick: None
-    every = round(1 / (hertz * RATE_STEP))
+    every = round(1 / (hertz * step))
     return lambda tick: scan if tick % every == 0 else None
 
 
@@ -374,7 +367,7 @@ Helper = Callable[[Eye], Follower]  # makes a node with a right agent
 
 @points(2, cell="rooms")
 def test_hall(drivers: Mapping[str, Follower], rng: random.Random) -> None:
-    """Follows the wall of a hall, with a scanner of 720 beams that starts behind."""
+    """Follows the wall of a hall, with its own agent and a scanner that starts behind."""
     driven = drive(drivers["hall"], "hall", LASERS["hall"], rng)
     if driven:
         raise driven

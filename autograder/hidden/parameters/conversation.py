@@ -149,7 +149,7 @@ def gains_count(pid: PidNode, launched: PidNode) -> bool:
     """
     before = []
     for kp in (2.0, 4.0):
-        pid.parameters.set({"kp": kp})
+        pid.parameters.set({"ki": 0.0, "kd": 0.0, "kp": kp})
         pid.send(-STILL)
         before.append(pid.send(STILL).effort)
     if before[0] and near(before[1], 2 * before[0]):

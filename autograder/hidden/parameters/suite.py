@@ -29,6 +29,7 @@ from course.waiting import wait_until
 EXTRA = 0.2  # s in which a second answer to one error would come
 INSTANT = 1e-6  # s, the shortest time between two errors that a node can have measured
 ALMOST_NOTHING = 1e-9  # of an error: it adds nothing to the integral, but it is a message to measure time from
+LENIENT = 3.0  # times that a growth may differ where another test judges it
 NARROW = 0.01  # limits that clamp nearly everything
 HUGE = 1e7  # an error whose effort is outside all limits
 
@@ -93,7 +94,8 @@ def test_proportional(pid: PidNode, controls: None, rng: random.Random) -> None:
     errors += [errors[-1], 0.0, 0.0]  # an effort that does not change is published too
     for error in errors:
         pid.expect_effort(error, kp * error, "With kp alone, the effort must be kp × error")
-    errors += [HUGE, HUGE]
+    pid.parameters.set_together({"output_min": -0.5, "output_max": 0.5})
+    errors += [1.0, 1.0]
     for error in errors[-2:]:  # also when the effort stays at its limit
         pid.send(error)
     wait_until(lambda: len(pid.efforts.heard) > before + len(errors), EXTRA)
@@ -185,7 +187,7 @@ def test_monotonic_clock(pid: PidNode, controls: None, rng: random.Random) -> No
         pid.parameters.set({"use_sim_time": True})
         if any(usual):  # how fast it grows is judged by another test
             got = rate_of_growth(pid, pid.send(error), error)
-            if not (got[0] <= usual[1] * (1 + ROUNDING) and usual[0] <= got[1] * (1 + ROUNDING)):
+            if not (got[0] <= LENIENT * usual[1] and usual[0] <= LENIENT * got[1]):
                 raise Wrong(about.format("the integral"), f"{usual} then {got}")
         pid.parameters.set({"use_sim_time": False})
         usual_slope = has_slope(pid, error, kd=kd)
@@ -262,7 +264,9 @@ def test_ki_starts_the_integral_again(pid: PidNode, rng: random.Random) -> None:
         if not result.successful:
             raise Wrong("It must be possible to set ki to any value in its range.", f"{new}: {result}")
         shortest, longest = steps(last, answer)
-        if not between(answer.effort, expected := (new["ki"] / ki * slowest * shortest, new["ki"] / ki * fastest * longest)):
+        share = new["ki"] / ki
+        expected = share * slowest * shortest / LENIENT, share * fastest * longest
+        if not between(answer.effort, expected):
             raise Wrong(
                 "After ki was set to another value, the integral must start again from zero: with ki alone, the next "
                 "effort must be ki × error × step.",
@@ -411,7 +415,7 @@ def test_limits_together(pid: PidNode, controls: None, rng: random.Random) -> No
 @twice
 def test_all_or_nothing(pid: PidNode, controls: None, rng: random.Random) -> None:
     """A refused set, of one parameter or of several, changes nothing at all."""
-    gains = {"kp": rng.randrange(9, 30) / 8, "ki": rng.randrange(8, 32) / 4}
+    gains = {"kp": rng.randrange(40, 80) / 8, "ki": rng.randrange(8, 16) / 4}
     error = rng.randrange(5, 10) / 8
 
     def fill() -> Answer:  # with an integral, if the node has one
@@ -432,21 +436,21 @@ def test_all_or_nothing(pid: PidNode, controls: None, rng: random.Random) -> Non
         *({name: low - 1.5} for name, (low, _) in RANGES.items()),
         *({"kp": gains["kp"] / 2, name: math.nan} for name in WIDE),
     ):
-        before = pid.get()
+        before, last = pid.get(), pid.send(error)
         if not is_refused(pid, values):
             last = fill()  # judged by the other tests
             continue
         refused += 1
-        if (after := pid.get()) != before:
-            raise Wrong(
-                "When a set is refused, none of its parameters may change.",
-                f"{values}: {before} became {after}",
-            )
         about = (
             "After a refusal the node must continue as if nothing had been asked: with the old gains and limits, and "
             "with its integral"
         )
         expect_no_less(pid, error, last, about)
+        if (after := pid.get()) != before:
+            raise Wrong(
+                "When a set is refused, none of its parameters may change.",
+                f"{values}: {before} became {after}",
+            )
         if steady:
             pid.parameters.set({"kd": 0.25})
             expect_no_less(
@@ -515,12 +519,11 @@ def test_launch_values_are_used(pid: PidNode, by_command_line: Overridden, contr
     integral, slope = ki * STILL * longest, kd * 2 * STILL / longest
     if works["kd"] and slope > 4 * integral:  # not on a machine so busy that they cannot be told apart
         expect(abs(turned.effort - later.effort + 2 * kp * STILL) > 2 * integral, "kd", (later, turned))
+    node.parameters.set({"ki": 0.0, "kd": 0.0})  # with kp alone, how busy the machine is makes no difference
     for name, error in (("output_max", HUGE), ("output_min", -HUGE)):
         if works[name] and name in given:
             expect(near(got := node.send(error).effort, given[name]), name, got)
     if not pid.gains_by_launch:
-        node.parameters.set({"ki": 0.0})
-        node.parameters.set({"kd": 0.0})
         node.send(-STILL)  # a node may use a new gain one message late, which another test judges
         expect(near(got := node.send(STILL).effort, kp * STILL), "kp", got)
 

@@ -923,6 +923,16 @@ WRONG = {
         node(("self.ki = self.value('ki')", "self.ki = 0.0")),
         {"nothing_else_starts_it_again"},
     ),
+    "an output_max below output_min is accepted when set alone": (
+        node(
+            (
+                CHECK,
+                "        if [p.name for p in params] == ['output_max'] and params[0].value == params[0].value:\n"
+                "            return SetParametersResult(successful=True)\n" + CHECK,
+            )
+        ),
+        {"limits_in_order"},
+    ),
     "an output_min above output_max is accepted together with a gain": (
         node((CHECK, "        if {'kp', 'ki', 'kd'} & {p.name for p in params} and 'output_max' not in {p.name for p in params}:\n            return SetParametersResult(successful=True)\n" + CHECK)),
         {"limits_in_order", "nan_limits"},
@@ -1035,7 +1045,8 @@ WRONG = {
             (CLAMP, "max(self.limits[0], min(self.limits[1], effort))"),
             (
                 "        for param in params:\n            self.get",
-                "        self.limits = self.value('output_min'), self.value('output_max')\n"
+                "        if {p.name for p in params} & {'output_min', 'output_max'}:\n"
+                "            self.limits = self.value('output_min'), self.value('output_max')\n"
                 "        for param in params:\n            self.get",
             ),
         ),

@@ -1,8 +1,9 @@
 """Asks the student's agent what it decides: `python ask_agent.py ros|no-ros QUESTIONS`, in the sandbox.
 
 QUESTIONS is a JSON list of the distances that `decide_action` is given.  Prints `answers: ` and a JSON list with the
-two speeds of each answer.  With `no-ros`, importing a ROS package fails as on a computer without ROS, and the class
-must be called WallAgent; otherwise any class with a `decide_action` will do, so that a wrong name costs one test.
+two speeds of each answer.  With `no-ros`, importing a ROS package fails as on a computer without ROS, the class must be
+called WallAgent, and its answers must be dicts with the right keys.  Otherwise any class with a `decide_action` will
+do, and any two numbers, so that a wrong name costs one test.
 """
 
 import importlib
@@ -37,7 +38,11 @@ if __name__ == "__main__":
     for question in json.loads(questions):
         action = agent.decide_action(question)
         try:
-            answers.append((float(action["linear"]), float(action["angular"])))
+            if mode == "ros" and not (isinstance(action, dict) and {"linear", "angular"} <= {*action}):
+                linear, angular = action.values() if isinstance(action, dict) else action
+            else:
+                linear, angular = action["linear"], action["angular"]
+            answers.append((float(linear), float(angular)))
         except (KeyError, TypeError, ValueError):
             answers.append((None, None))
     print(f"\nanswers: {json.dumps(answers)}", flush=True)

@@ -5,8 +5,9 @@ speeds.  So a test of the node reads from `cmd_vel` what the node has made of a 
 numbers are ordinary speeds, and those of `front` and `right` lie in ranges of their own: a node that mixes the speeds
 up, or turns a sign, can still be read.
 
-The numbers are above 0 when the node has asked WallAgent of wall_agent.py, and below 0 when it has asked another class
-with a `decide_action`: one of its own, or one with another name.
+The numbers are above 0 when the node has asked the agent of wall_agent.py, and below 0 when it has asked another class
+with a `decide_action`, one of its own.  A class with another name than WallAgent will do, and so will other keys of the
+answer than 'linear' and 'angular', or numbers of its parts: the tests of the agent judge that.
 """
 
 import builtins
@@ -16,7 +17,7 @@ import math
 import runpy
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 LEAST = {"front": 0.1, "right": 0.3}  # the number for 0 m
 A_METRE = 0.01  # more for each metre
@@ -35,6 +36,17 @@ def told(distances: Mapping[str, float], name: str) -> float:
     return LEAST[name] + (FAR if math.isinf(distance) else A_METRE * distance)
 
 
+class Answer(dict[Any, float]):
+    """An agent's answer; of keys that it does not have, the first one asked for is `linear`, and the second `angular`."""
+
+    others: ClassVar[list[Any]] = []
+
+    def __missing__(self, key: Any) -> float:
+        if key not in self.others:
+            self.others.append(key)
+        return self["linear" if self.others.index(key) == 0 else "angular"]
+
+
 def telling(own: Any, sign: float) -> Any:
     """The class `own`, whose objects tell what they were given."""
     decide: Callable[..., Any] = own.decide_action
@@ -47,7 +59,7 @@ def telling(own: Any, sign: float) -> Any:
         if asked[0] > before:  # it has asked WallAgent
             return answer
         asked[0] += sign > 0
-        return {"linear": sign * told(distances, "front"), "angular": sign * told(distances, "right")}
+        return Answer(linear=sign * told(distances, "front"), angular=sign * told(distances, "right"))
 
     own.decide_action = decide_action
     return own
@@ -62,12 +74,12 @@ def build_class(function: Any, name: str, *bases: Any, **more: Any) -> Any:
 
 if __name__ == "__main__":
     module: Any = importlib.import_module("wall_agent")
-    if hasattr(module, "WallAgent"):
+    if isinstance(getattr(module, "WallAgent", None), type):
         module.WallAgent = telling(type("WallAgent", (module.WallAgent,), {}), 1.0)
     else:
         for other in [each for each in vars(module).values() if isinstance(each, type)]:
             if "decide_action" in vars(other):
-                telling(other, -1.0)
+                telling(other, 1.0)
     original = builtins.__build_class__
     builtins.__build_class__ = build_class
     runpy.run_path(str(Path("wall_follower.py").resolve()), run_name="__main__")
