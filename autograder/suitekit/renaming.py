@@ -4,7 +4,7 @@ So a wrong name costs what is lost by a wrong name, and all other tests judge th
 """
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from autograder.errors import Wrong
 from autograder.suitekit.bench import Bench
@@ -36,7 +36,7 @@ class Renamed(dict[Topic, str]):
 class TopicProgram(LiveProgram):
     """A handed-in program that is spoken to over topics."""
 
-    topics: Mapping[str, Topic] = {}  # what it must offer, as `connect` names it, and the topic that is meant
+    topics: ClassVar[Mapping[str, Topic]] = {}  # what it must offer, as `connect` names it, and the topic that is meant
 
     def __init__(self, bench: Bench, file: str, *args: str, renamed: Renamed):
         """`args` is the program's command line; `renamed` is shared by all programs of this file."""

@@ -7,7 +7,7 @@ of the notebook, word for word:
     text = "`success` is `False` for the one request that is refused, and `True` for all others."
     test = "refusal"                                          # the hidden test, without "test_"; or a list of tests
     wrong = ["refuses nothing", "success only with a change"]   # for each test at least two that lose it alone
-    together = true   # perhaps: the tests judge the sentence in several settings, and a mistake may lose several of them
+    together = true   # perhaps: the tests judge the sentence in several settings, so a mistake may lose several
 
     [[sentence]]
     text = "You hand in two files."

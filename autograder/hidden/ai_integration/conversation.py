@@ -12,7 +12,7 @@ import statistics
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from geometry_msgs.msg import Twist
 from rclpy.parameter import Parameter
@@ -160,12 +160,14 @@ class Follower(TopicProgram):
     """The student's node."""
 
     advice = "a timer of 10 Hz must publish on cmd_vel, and no callback may wait"
-    topics = {
+    topics: ClassVar[dict[str, Topic]] = {
         SCAN: Topic("scan", "sensor_msgs/LaserScan", SUBSCRIBE),
         CMD_VEL: Topic("cmd_vel", "geometry_msgs/Twist", PUBLISH),
     }
 
-    def __init__(self, bench: Bench, *args: str, renamed: Renamed, program: str = "", files: dict[str, bytes] | None = None):
+    def __init__(
+        self, bench: Bench, *args: str, renamed: Renamed, program: str = "", files: dict[str, bytes] | None = None
+    ):
         """With a `program` of the grader's, and `files` for it, the node runs in that: see `programs`."""
         super().__init__(bench, NODE, *args, renamed=renamed)
         self._program, self.files = program, files
@@ -218,9 +220,7 @@ class Follower(TopicProgram):
 
         return self.ask(play)
 
-    def expect(
-        self, scan: LaserScan, front: float, right: float, about: str, sectors: frozenset[str] = BOTH
-    ) -> None:
+    def expect(self, scan: LaserScan, front: float, right: float, about: str, sectors: frozenset[str] = BOTH) -> None:
         """Shown this scan again and again, it must give these distances (m) to the agent, and stay with them.
 
         Only those of the `sectors` are judged.

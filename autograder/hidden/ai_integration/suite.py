@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping
 import pytest
 from sensor_msgs.msg import LaserScan
 
+from autograder.errors import Fault
 from autograder.hidden.ai_integration.conversation import (
     BOTH,
     PERIOD,
@@ -26,7 +27,6 @@ from autograder.hidden.ai_integration.conversation import (
 )
 from autograder.hidden.ai_integration.rooms import ALONG, LASERS, SECONDS, SHARE, can_be_driven, decide, draw, look_back
 from autograder.hidden.ai_integration.scanner import INF, MAX, MIN, NAN, PLAIN, Scanner
-from autograder.errors import Fault
 from autograder.suitekit import Alive, Wrong, points, twice
 from course.world import Laser
 
@@ -90,7 +90,11 @@ def test_keeps_its_distance(agent: Agent, rng: random.Random) -> None:
     sharp = [rng.uniform(0.05, 0.25), rng.uniform(0.96, 1.15), 0.0]
     rng.shuffle(distances)
     agent.expect(
-        *(one for right in distances for one in case(8.0, right, "With nothing near ahead, and a wall near 0.6 m right")),
+        *(
+            one
+            for right in distances
+            for one in case(8.0, right, "With nothing near ahead, and a wall near 0.6 m right")
+        ),
         *(one for right in sharp for one in case(2.0, right, "With a wall on the right, very near or nearly lost")),
         *case(rng.uniform(0.55, 0.7), 0.5, "With a wall ahead farther than 0.5 m, and one on the right"),
     )

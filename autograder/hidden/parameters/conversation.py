@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from std_msgs.msg import Float64
 
@@ -53,7 +53,7 @@ class PidNode(TopicProgram):
     """The student's node."""
 
     advice = "every message on error must be answered with one on effort, and no callback may wait"
-    topics = {
+    topics: ClassVar[dict[str, Topic]] = {
         ERROR: Topic("error", "std_msgs/Float64", SUBSCRIBE),
         EFFORT: Topic("effort", "std_msgs/Float64", PUBLISH),
     }

@@ -147,8 +147,8 @@ def test_integral(pid: PidNode, rng: random.Random) -> None:
     """The integral grows by error × the seconds since the message before, also while the effort is clamped."""
     ki, error = rng.randrange(8, 32) / 4, rng.choice([-1, 1]) * rng.randrange(5, 10) / 8
     last = begin_integral(pid, error, ki=ki)
-    for pause, error in ((0.15, error / 2), (0.05, -error), (rng.uniform(0.1, 0.15), error)):
-        last, fault = send_after(pid, pause, error, ki, last)
+    for pause, other in ((0.15, error / 2), (0.05, -error), (rng.uniform(0.1, 0.15), error)):
+        last, fault = send_after(pid, pause, other, ki, last)
         if fault:
             raise Wrong(
                 "With ki alone, the effort must change from one message to the next by ki × error × the seconds "
@@ -448,8 +448,7 @@ def test_all_or_nothing(pid: PidNode, controls: None, rng: random.Random) -> Non
         expect_no_less(pid, error, last, about)
         if (after := pid.get()) != before:
             raise Wrong(
-                "When a set is refused, none of its parameters may change.",
-                f"{values}: {before} became {after}",
+                "When a set is refused, none of its parameters may change.", f"{values}: {before} became {after}"
             )
         if steady:
             pid.parameters.set({"kd": 0.25})
@@ -465,9 +464,7 @@ def test_all_or_nothing(pid: PidNode, controls: None, rng: random.Random) -> Non
 
 @points(1, cell="pid-node")
 @twice
-def test_joint_name_is_read_only(
-    pid: PidNode, controls: None, by_start: Mapping[str, Any], rng: random.Random
-) -> None:
+def test_joint_name_is_read_only(pid: PidNode, controls: None, by_start: Mapping[str, Any], rng: random.Random) -> None:
     """joint_name cannot be set while the node runs."""
     if "joint_name" not in by_start:
         raise Wrong("The node must declare the parameter joint_name.")
@@ -507,7 +504,7 @@ def test_launch_values_are_used(pid: PidNode, by_command_line: Overridden, contr
                 f"{given}: {detail}",
             )
 
-    first = node.send(STILL)
+    first, _ = node.send(STILL), node.send(STILL)
     if pid.gains_by_launch:
         expect(near(first.effort, kp * STILL), "kp", first)
     time.sleep(0.05)
@@ -558,6 +555,7 @@ def test_nothing_else_starts_it_again(pid: PidNode, by_file: Overridden, rng: ra
     expect_no_less(pid, error, last, same)
 
     node, _ = by_file
+    node.start_fresh()  # again in the second run: the mistake shows once
     node.parameters.set_together({"kp": 0.0, "kd": 0.0} | WIDE)
     ki = node.get().get("ki", 0.0)
     first, last = node.send(error), send_often(node, error)

@@ -367,8 +367,10 @@ RIGHT = {
     "a table of rules; beams by index, the agent in a wrapper, a queue of 1": files(RULES_AGENT, BY_INDEX),
     "a subclass of the agent, angles added up, age in ticks": files(RULES_AGENT, SUBCLASS),
     "rules from the last to the first, numbers as strings in between": agent(
-        ("        front, right = distances['front'], distances['right']\n",
-         "        front, right = (float(str(distances[key])) for key in ('front', 'right'))\n"),
+        (
+            "        front, right = distances['front'], distances['right']\n",
+            "        front, right = (float(str(distances[key])) for key in ('front', 'right'))\n",
+        )
     ),
     "short agent; functions, loops, age by the wall clock": files(SHORT_AGENT, FUNCTIONS),
     "dataclass and NumPy; a thread that keeps its own time": files(NUMPY_AGENT, OWN_TIME),
@@ -590,12 +592,25 @@ WRONG = {
         node(("scan.angle_increment *", "math.radians(round(math.degrees(scan.angle_increment))) *")),
         {"any_number_of_beams", "hall"},
     ),
-    "at most 1000 beams": (node(("np.array(scan.ranges, dtype=float)", "np.array(scan.ranges[:1000], dtype=float)")), {"any_number_of_beams"}),
-    "at least 90 beams": (node(("    usable =", "    if len(ranges) < 90:\n        ranges[:] = math.inf\n    usable =")), {"any_number_of_beams"}),
+    "at most 1000 beams": (
+        node(("np.array(scan.ranges, dtype=float)", "np.array(scan.ranges[:1000], dtype=float)")),
+        {"any_number_of_beams"},
+    ),
+    "at least 90 beams": (
+        node(("    usable =", "    if len(ranges) < 90:\n        ranges[:] = math.inf\n    usable =")),
+        {"any_number_of_beams"},
+    ),
     "every scanner begins ahead": (node(("scan.angle_min +", "")), {"first_beam_anywhere", "hall"}),
     "every scanner begins behind": (node(("scan.angle_min +", "-math.pi +")), {"first_beam_anywhere"}),
     "angles taken back by one turn alone": (
-        node((WRAPPED, "degrees = np.degrees(np.where(angles > math.pi, angles - 2 * math.pi, np.where(angles < -math.pi, angles + 2 * math.pi, angles)))")),
+        node(
+            (
+                WRAPPED,
+                "degrees = np.degrees(np.where(\n"
+                "        angles > math.pi, angles - 2 * math.pi,\n"
+                "        np.where(angles < -math.pi, angles + 2 * math.pi, angles)))",
+            )
+        ),
         {"first_beam_anywhere"},
     ),
     "every scanner sees a whole turn": (
@@ -607,7 +622,12 @@ WRONG = {
         {"clockwise"},
     ),
     "a clockwise scanner is read from its end": (
-        node(("scan.angle_min + scan.angle_increment *", "min(scan.angle_min, scan.angle_max) + abs(scan.angle_increment) *")),
+        node(
+            (
+                "scan.angle_min + scan.angle_increment *",
+                "min(scan.angle_min, scan.angle_max) + abs(scan.angle_increment) *",
+            )
+        ),
         {"clockwise"},
     ),
     "angles not brought back to one turn": (
@@ -709,12 +729,7 @@ WRONG = {
         {"agent_needs_no_ros"},
     ),
     "the agent returns a tuple": (
-        changed(
-            agent(*TUPLES),
-            NODE,
-            ("action['linear']", "action[0]"),
-            ("action['angular']", "action[1]"),
-        ),
+        changed(agent(*TUPLES), NODE, ("action['linear']", "action[0]"), ("action['angular']", "action[1]")),
         {"agent_needs_no_ros"},
     ),
     "the agent's keys are v and w": (
@@ -733,16 +748,24 @@ WRONG = {
         node(
             (
                 "class WallFollower(Node)",
-                "class Copy:\n    decide_action = None\n\n\nclass OtherAgent:\n\n    def decide_action(self, distances):\n"
-                "        return {'linear': 0.0, 'angular': 0.5}\n\n\nclass WallFollower(Node)",
+                (
+                    "class OtherAgent:\n\n    def decide_action(self, distances):\n"
+                    "        return {'linear': 0.0, 'angular': 0.5}\n\n\nclass WallFollower(Node)"
+                ),
             ),
             ("self.agent = WallAgent()", "self.agent = OtherAgent()"),
         ),
         {"asks_its_agent"} | ROOMS,
     ),
-    "the node turns the sign of angular": (node((CMD, CMD.replace("= action", "= -action"))), {"asks_its_agent", "hall"}),
+    "the node turns the sign of angular": (
+        node((CMD, CMD.replace("= action", "= -action"))),
+        {"asks_its_agent", "hall"},
+    ),
     "the node mixes the speeds up": (
-        node((CMD, CMD.replace("angular']", "linear']")), ("cmd.linear.x = action['linear']", "cmd.linear.x = action['angular']")),
+        node(
+            (CMD, CMD.replace("angular']", "linear']")),
+            ("cmd.linear.x = action['linear']", "cmd.linear.x = action['angular']"),
+        ),
         {"asks_its_agent", "hall"},
     ),
     "the node turns both signs": (
@@ -764,7 +787,10 @@ WRONG = {
     ),
     "the curve is too tight": (agent(("'angular': -0.4", "'angular': -0.5")), {"looks_for_a_wall"}),
     "looks for a wall from 1.5 m on": (agent(("right > 1.2", "right > 1.5")), {"looks_for_a_wall", "thresholds"}),
-    "finds no wall without an end": (agent(("if right > 1.2:", "if 1.2 < right < 1e9:"), ("0.6 - right", "0.6 - min(right, 9)")), {"looks_for_a_wall"}),
+    "finds no wall without an end": (
+        agent(("if right > 1.2:", "if 1.2 < right < 1e9:"), ("0.6 - right", "0.6 - min(right, 9)")),
+        {"looks_for_a_wall"},
+    ),
     "range_min and range_max are left out": (
         node((USABLE, USABLE.replace(">=", ">").replace("<=", "<"))),
         {"no_measurements"},
@@ -775,15 +801,23 @@ WRONG = {
         {"no_measurements"},
     ),
     "only the whole sector may be without a return": (
-        node(("        seen = ranges[", "        here = (low <= degrees) & (degrees < high)\n        if np.isposinf(ranges[here]).any():\n            distances[name] = math.inf\n            continue\n        seen = ranges[")),
+        node(
+            (
+                "        seen = ranges[",
+                "        if np.isposinf(ranges[(low <= degrees) & (degrees < high)]).any():\n"
+                "            distances[name] = math.inf\n            continue\n        seen = ranges[",
+            )
+        ),
         {"no_return_and_touching"},
     ),
     "5 Hz while no scans come": (
         node(
             (
                 '        """Publish a command, ten times a second."""\n',
-                '        """Publish."""\n        self.odd = not getattr(self, "odd", False)\n'
-                "        if self.odd and self.scan_time and not self.scan_is_fresh():\n            return\n",
+                (
+                    '        """Publish."""\n        self.odd = not getattr(self, "odd", False)\n'
+                    "        if self.odd and self.scan_time and not self.scan_is_fresh():\n            return\n"
+                ),
             )
         ),
         {"rate"},
@@ -822,8 +856,12 @@ WRONG = {
         EVERYTHING - {"looks_for_a_wall"},
     ),
     "always drives straight on": (
-        files(constant(0.3, 0.0), DEAF.replace("lambda: publisher.publish(Twist())", "lambda: publisher.publish(go)").replace(
-            "rclpy.spin", "go = Twist()\ngo.linear.x = 0.3\nrclpy.spin")),
+        files(
+            constant(0.3, 0.0),
+            DEAF.replace("lambda: publisher.publish(Twist())", "lambda: publisher.publish(go)").replace(
+                "rclpy.spin", "go = Twist()\ngo.linear.x = 0.3\nrclpy.spin"
+            ),
+        ),
         EVERYTHING,
     ),
     "no node at all": ({AGENT: constant(0.0, 0.0).encode(), NODE: b"print('follow the wall')\n"}, EVERYTHING),

@@ -319,7 +319,8 @@ class PidNode(Node):
     def __init__(self, **kw):
         super(PidNode, self).__init__('pid_node', **kw)
         self.declare_parameters(namespace='', parameters=[
-            (n, float(n == 'kp'), ParameterDescriptor(floating_point_range=[FloatingPointRange(from_value=0.0, to_value=t)]))
+            (n, float(n == 'kp'), ParameterDescriptor(
+                floating_point_range=[FloatingPointRange(from_value=0.0, to_value=t)]))
             for n, t in self.ranges.items()] + [('output_min', -10.0), ('output_max', 10.0)])
         self.declare_parameter('joint_name', value='elbow', descriptor=ParameterDescriptor(read_only=True))
         self.parts = P(self), I(self), D(self)
@@ -371,11 +372,19 @@ RIGHT = {
     "a thread computes, integers become doubles, the integral as a list": {NODE: WORKER.encode()},
     "an object for each part, spin_once": {NODE: PARTS.encode()},
     "stored values looked up in the request first, one post-set callback for each thing": node(
-        (CHECK_ALL, "        wanted = {p.name: p.value for p in params}\n"
-         "        low = wanted.get('output_min', self.value('output_min'))\n"
-         "        high = wanted.get('output_max', self.value('output_max'))\n"
-         "        limits = {'output_min': low, 'output_max': high}\n"),
-        ("        self.add_post", "        self.add_post_set_parameters_callback(lambda params: None)\n        self.add_post"),
+        (
+            CHECK_ALL,
+            (
+                "        wanted = {p.name: p.value for p in params}\n"
+                "        low = wanted.get('output_min', self.value('output_min'))\n"
+                "        high = wanted.get('output_max', self.value('output_max'))\n"
+                "        limits = {'output_min': low, 'output_max': high}\n"
+            ),
+        ),
+        (
+            "        self.add_post",
+            "        self.add_post_set_parameters_callback(lambda params: None)\n        self.add_post",
+        ),
     ),
     "functions, one more name of the node": {NODE: FUNCTIONS.encode()},
     "gains kept in an object, two nodes, threads, async, slow start, best effort": {NODE: CACHED.encode()},
@@ -441,7 +450,6 @@ READY = "        self.integral = 0.0  # error"  # in __init__, when all is decla
 CHECK = "        limits = {name: self"  # the begin of check_parameters
 
 
-
 def pre_set(value: str) -> dict[str, bytes]:
     """The reference with a pre-set callback that puts `value` in the place of each parameter `p`."""
     return node(
@@ -455,11 +463,13 @@ def pre_set(value: str) -> dict[str, bytes]:
 
 ANY = (
     "    def value(self, name):",
-    "    def declare_any(self, name, default, largest, description):\n"
-    "        limits = FloatingPointRange(from_value=0.0, to_value=largest)\n"
-    "        self.declare_parameter(name, default, ParameterDescriptor(\n"
-    "            description=description, dynamic_typing=True, floating_point_range=[limits]))\n\n"
-    "    def value(self, name):",
+    (
+        "    def declare_any(self, name, default, largest, description):\n"
+        "        limits = FloatingPointRange(from_value=0.0, to_value=largest)\n"
+        "        self.declare_parameter(name, default, ParameterDescriptor(\n"
+        "            description=description, dynamic_typing=True, floating_point_range=[limits]))\n\n"
+        "    def value(self, name):"
+    ),
 )
 
 CLOCK = """
@@ -473,7 +483,8 @@ def on_error(message):
     publisher.publish(Float64(data=time.monotonic() - started))
 
 rclpy.init()
-node = rclpy.create_node('pid_node', allow_undeclared_parameters=True, automatically_declare_parameters_from_overrides=True)
+node = rclpy.create_node(
+    'pid_node', allow_undeclared_parameters=True, automatically_declare_parameters_from_overrides=True)
 for name, value in dict(kp=1.0, ki=0.0, kd=0.0, output_min=-10.0, output_max=10.0, joint_name='elbow').items():
     if not node.has_parameter(name):
         node.declare_parameter(name, value)
@@ -806,9 +817,11 @@ WRONG = {
             (READY, "        self.before = None\n" + READY),
             (
                 "        self.effort_pub.publish(",
-                "        before, self.before = self.before, effort\n"
-                "        limits = self.value('output_min'), self.value('output_max')\n"
-                "        if effort != before or effort not in limits:\n            self.effort_pub.publish(",
+                (
+                    "        before, self.before = self.before, effort\n"
+                    "        limits = self.value('output_min'), self.value('output_max')\n"
+                    "        if effort != before or effort not in limits:\n            self.effort_pub.publish("
+                ),
             ),
         ),
         {"proportional"},
@@ -832,24 +845,25 @@ WRONG = {
             (CLAMP, "max(self.limits[0], min(self.limits[1], effort))"),
             (
                 "        for param in params:\n            self.get",
-                "        if len({p.name for p in params} & {'output_min', 'output_max'}) == 2:\n"
-                "            self.limits = self.value('output_min'), self.value('output_max')\n"
-                "        for param in params:\n            self.get",
+                (
+                    "        if len({p.name for p in params} & {'output_min', 'output_max'}) == 2:\n"
+                    "            self.limits = self.value('output_min'), self.value('output_max')\n"
+                    "        for param in params:\n            self.get"
+                ),
             ),
         ),
         {"clamped"},
     ),
-    "the first step is a hundredth of a second": (
-        node(("step = 0.0 if", "step = 0.01 if")),
-        {"first_message"},
-    ),
+    "the first step is a hundredth of a second": (node(("step = 0.0 if", "step = 0.01 if")), {"first_message"}),
     "the first error is answered with 0": (
         node(
             ("        self.last_error, self.last_time = error, now\n", ""),
             (
                 "        self.effort_pub.publish(",
-                "        if self.last_time is None:\n            effort = 0.0\n"
-                "        self.last_error, self.last_time = error, now\n        self.effort_pub.publish(",
+                (
+                    "        if self.last_time is None:\n            effort = 0.0\n"
+                    "        self.last_error, self.last_time = error, now\n        self.effort_pub.publish("
+                ),
             ),
         ),
         {"first_message"},
@@ -876,8 +890,10 @@ WRONG = {
         node(
             (
                 "        effort = max(",
-                "        if not self.value('output_min') <= effort <= self.value('output_max'):\n"
-                "            self.integral -= error * step\n        effort = max(",
+                (
+                    "        if not self.value('output_min') <= effort <= self.value('output_max'):\n"
+                    "            self.integral -= error * step\n        effort = max("
+                ),
             )
         ),
         {"integral"},
@@ -886,8 +902,11 @@ WRONG = {
         node(
             (
                 "        slope =",
-                "        self.integral = max(self.value('output_min'), min(self.value('output_max'), self.integral))\n"
-                "        slope =",
+                (
+                    "        low, high = self.value('output_min'), self.value('output_max')\n"
+                    "        self.integral = max(low, min(high, self.integral))\n"
+                    "        slope ="
+                ),
             )
         ),
         {"integral"},
@@ -897,26 +916,48 @@ WRONG = {
             (READY, "        self.last_stamp = 0.0\n" + READY),
             (
                 "        slope = (error - self.last_error) / step if step > 0.0 else 0.0\n",
-                "        stamp = self.get_clock().now().nanoseconds / 1e9\n"
-                "        gap, self.last_stamp = stamp - self.last_stamp, stamp\n"
-                "        slope = (error - self.last_error) / gap if gap > 0.0 and step > 0.0 else 0.0\n",
+                (
+                    "        stamp = self.get_clock().now().nanoseconds / 1e9\n"
+                    "        gap, self.last_stamp = stamp - self.last_stamp, stamp\n"
+                    "        slope = (error - self.last_error) / gap if gap > 0.0 and step > 0.0 else 0.0\n"
+                ),
             ),
         ),
         {"monotonic_clock"},
     ),
     "no time passes while use_sim_time is set": (
-        node(("        self.integral +=", "        step = 0.0 if self.value('use_sim_time') else step\n        self.integral +=")),
+        node(
+            (
+                "        self.integral +=",
+                "        step = 0.0 if self.value('use_sim_time') else step\n        self.integral +=",
+            )
+        ),
         {"monotonic_clock"},
     ),
     "half of the slope": (node(("self.value('kd') * slope", "self.value('kd') * slope / 2")), {"derivative"}),
     "a new ki forgets the message before": (
-        node((RESET, RESET.replace("self.ki, self.integral = param.value, 0.0", "self.ki, self.integral, self.last_time = param.value, 0.0, None"))),
+        node(
+            (
+                RESET,
+                RESET.replace(
+                    "self.ki, self.integral = param.value, 0.0",
+                    "self.ki, self.integral, self.last_time = param.value, 0.0, None",
+                ),
+            )
+        ),
         {"ki_starts_the_integral_again"},
     ),
     "a new ki starts again only when it is larger": (
-        node((RESET, RESET.replace("!=", ">").replace(
-            "                self.ki, self.integral = param.value, 0.0\n",
-            "                self.integral = 0.0\n            if param.name == 'ki':\n                self.ki = param.value\n"))),
+        node(
+            (
+                RESET,
+                RESET.replace("!=", ">").replace(
+                    "                self.ki, self.integral = param.value, 0.0\n",
+                    "                self.integral = 0.0\n            if param.name == 'ki':\n"
+                    "                self.ki = param.value\n",
+                ),
+            )
+        ),
         {"ki_starts_the_integral_again"},
     ),
     "ki is compared with its default": (
@@ -934,7 +975,14 @@ WRONG = {
         {"limits_in_order"},
     ),
     "an output_min above output_max is accepted together with a gain": (
-        node((CHECK, "        if {'kp', 'ki', 'kd'} & {p.name for p in params} and 'output_max' not in {p.name for p in params}:\n            return SetParametersResult(successful=True)\n" + CHECK)),
+        node(
+            (
+                CHECK,
+                "        new = {p.name for p in params}\n"
+                "        if {'kp', 'ki', 'kd'} & new and 'output_max' not in new:\n"
+                "            return SetParametersResult(successful=True)\n" + CHECK,
+            )
+        ),
         {"limits_in_order", "nan_limits"},
     ),
     "one limit alone must be on its side of 0": (
@@ -952,7 +1000,8 @@ WRONG = {
         node(
             (
                 CHECK,
-                "        if len(params) == 1 and params[0].name != 'ki' and params[0].value == self.value(params[0].name):\n"
+                "        one = params[0]\n"
+                "        if len(params) == 1 and one.name[:6] == 'output' and one.value == self.value(one.name):\n"
                 "            return SetParametersResult(successful=False, reason='no change')\n" + CHECK,
             )
         ),
@@ -962,9 +1011,11 @@ WRONG = {
         node(
             (
                 "                limits[param.name] = param.value\n",
-                "                limits[param.name] = param.value\n"
-                "                if not limits['output_min'] < limits['output_max']:\n"
-                "                    break\n",
+                (
+                    "                limits[param.name] = param.value\n"
+                    "                if not limits['output_min'] < limits['output_max']:\n"
+                    "                    break\n"
+                ),
             )
         ),
         {"limits_together"},
@@ -1001,14 +1052,19 @@ WRONG = {
             ("self.value('kp') * error", "self.gain * error"),
             (
                 "    def parameters_changed(",
-                "    def before(self, params):\n        if len(params) == 1 and params[0].name == 'kp':\n"
-                "            self.gain = params[0].value\n        return params\n\n    def parameters_changed(",
+                (
+                    "    def before(self, params):\n        if len(params) == 1 and params[0].name == 'kp':\n"
+                    "            self.gain = params[0].value\n        return params\n\n    def parameters_changed("
+                ),
             ),
             (
                 "        for param in params:\n            self.get",
                 "        self.gain = self.value('kp')\n        for param in params:\n            self.get",
             ),
-            ("        self.add_post", "        self.add_pre_set_parameters_callback(self.before)\n        self.add_post"),
+            (
+                "        self.add_post",
+                "        self.add_pre_set_parameters_callback(self.before)\n        self.add_post",
+            ),
         ),
         {"all_or_nothing"},
     ),
@@ -1032,8 +1088,10 @@ WRONG = {
         node(
             (
                 "rclpy.init(args=args)",
-                "args = sys.argv[:]\n    if '--params-file' in args:\n        at = args.index('--params-file')\n"
-                "        del args[at:at + 2]\n    rclpy.init(args=args)",
+                (
+                    "args = sys.argv[:]\n    if '--params-file' in args:\n        at = args.index('--params-file')\n"
+                    "        del args[at:at + 2]\n    rclpy.init(args=args)"
+                ),
             ),
             ("import time\n", "import sys\nimport time\n"),
         ),
@@ -1045,9 +1103,11 @@ WRONG = {
             (CLAMP, "max(self.limits[0], min(self.limits[1], effort))"),
             (
                 "        for param in params:\n            self.get",
-                "        if {p.name for p in params} & {'output_min', 'output_max'}:\n"
-                "            self.limits = self.value('output_min'), self.value('output_max')\n"
-                "        for param in params:\n            self.get",
+                (
+                    "        if {p.name for p in params} & {'output_min', 'output_max'}:\n"
+                    "            self.limits = self.value('output_min'), self.value('output_max')\n"
+                    "        for param in params:\n            self.get"
+                ),
             ),
         ),
         {"launch_values_are_used"},
@@ -1058,8 +1118,10 @@ WRONG = {
             ("self.value('ki') * self.integral", "self.gain * self.integral"),
             (
                 "        for param in params:\n            self.get",
-                "        self.gain = self.value('ki') if any(p.name == 'ki' for p in params) else self.gain\n"
-                "        for param in params:\n            self.get",
+                (
+                    "        self.gain = self.value('ki') if any(p.name == 'ki' for p in params) else self.gain\n"
+                    "        for param in params:\n            self.get"
+                ),
             ),
         ),
         {"launch_values_are_used"},
@@ -1076,7 +1138,10 @@ WRONG = {
     },
     **{
         f"{name} takes values of any type": (
-            node((f"self.declare_gain('{name}', {default}, {top}, ", f"self.declare_any('{name}', {default}, {top}, "), ANY),
+            node(
+                (f"self.declare_gain('{name}', {default}, {top}, ", f"self.declare_any('{name}', {default}, {top}, "),
+                ANY,
+            ),
             {"defaults"},
         )
         for name, default, top in (("kp", 1.0, 100.0), ("ki", 0.0, 50.0), ("kd", 0.0, 10.0))
@@ -1123,14 +1188,14 @@ WRONG = {
         {NODE: CLOCK.replace("time.monotonic() - started", "message.data").encode()},
         EVERYTHING - {"defaults"},
     ),
-    "refuses everything, and every effort is 0": (
-        node((CLAMP, "0.0"), (RULE, "if True:")),
-        EVERYTHING - ONLY_DECLARED,
-    ),
+    "refuses everything, and every effort is 0": (node((CLAMP, "0.0"), (RULE, "if True:")), EVERYTHING - ONLY_DECLARED),
     "declares nothing": ({NODE: NOTHING_DECLARED.encode()}, EVERYTHING),
     "Float32 efforts": (
-        node(("(Float64, 'effort'", "(Float32, 'effort'"), ("Float64(data=effort)", "Float32(data=effort)"),
-             ("import Float64", "import Float32, Float64")),
+        node(
+            ("(Float64, 'effort'", "(Float32, 'effort'"),
+            ("Float64(data=effort)", "Float32(data=effort)"),
+            ("import Float64", "import Float32, Float64"),
+        ),
         EVERYTHING - ONLY_DECLARED,
     ),
 }

@@ -37,7 +37,7 @@ def told(distances: Mapping[str, float], name: str) -> float:
 
 
 class Answer(dict[Any, float]):
-    """An agent's answer; of keys that it does not have, the first one asked for is `linear`, and the second `angular`."""
+    """An agent's answer; of other keys, the first one asked for is `linear`, and the second `angular`."""
 
     others: ClassVar[list[Any]] = []
 
