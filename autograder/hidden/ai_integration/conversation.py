@@ -281,6 +281,7 @@ class Follower(TopicProgram):
     def expect_asks_its_agent(self, scan: LaserScan) -> None:
         """Its commands must be, word for word, what WallAgent of wall_agent.py has said."""
         self.expect_driving(scan, "With a fresh scan")
+        self.renamed.expect_none(NODE)
         twist = self.commands.heard[-1].message
         others = (twist.linear.y, twist.linear.z, twist.angular.x, twist.angular.y)
         if is_code(twist.linear.x, "front") and is_code(twist.angular.z, "right") and not any(others):

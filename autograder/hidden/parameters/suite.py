@@ -68,7 +68,7 @@ def test_descriptors(pid: PidNode) -> None:
 
 @points(1, cell="pid-node")
 @twice
-def test_first_message(pid: PidNode, rng: random.Random) -> None:
+def test_first_message(pid: PidNode, controls: None, rng: random.Random) -> None:
     """The first effort has no integral and no derivative part, because no time step comes before it."""
     pid.start_fresh()
     kp = pid.get().get("kp", 1.0)  # as it is: whether the node uses a new one is judged by another test
@@ -540,7 +540,7 @@ def working_parts(pid: PidNode) -> dict[str, bool]:
 
 @points(1, cell="pid-node")
 @twice
-def test_nothing_else_starts_it_again(pid: PidNode, by_file: Overridden, rng: random.Random) -> None:
+def test_nothing_else_starts_it_again(pid: PidNode, by_file: Overridden, controls: None, rng: random.Random) -> None:
     """Setting other parameters, or ki to the value that it has, leaves the integral as it is."""
     ki, error = rng.randrange(8, 32) / 4, rng.randrange(5, 10) / 8
     pid.parameters.set({"ki": ki})  # alone, and then together with others

@@ -410,7 +410,7 @@ ROOMS = {"hall", "block", "bend"}
 USABLE = "usable = np.isinf(ranges) | (ranges >= scan.range_min) & (ranges <= scan.range_max)"
 STALE = "return self.get_clock().now() - self.scan_time <= FRESH"
 WRAPPED = "degrees = np.degrees((angles + math.pi) % (2 * math.pi) - math.pi)"
-POLICY = {"wall_ahead", "looks_for_a_wall", "keeps_its_distance", "thresholds"}
+RULES = {"looks_for_a_wall", "keeps_its_distance"}  # that the course's agents do not have
 VALUES = {"no_return_and_touching", "no_measurements"}
 TIMING = {"stands_before_the_first_scan", "rate", "stops"}
 EVERYTHING = {test.id.removeprefix("test_") for test in exercises.load("ai_integration").tests}
@@ -504,12 +504,18 @@ def remembering(*lines: str) -> dict[str, bytes]:
 
 
 WRONG = {
-    "what the course ships, pasted together": (files(CHAPTERS_AGENT, CHAPTERS_NODE), EVERYTHING),
-    "what the page builds, pasted together": (files(PAGES_AGENT, PAGES_NODE), EVERYTHING),
-    "the course's agent in the reference's node": (files(CHAPTERS_AGENT), POLICY | {"hall"}),
+    "what the course ships, pasted together": (
+        files(CHAPTERS_AGENT, CHAPTERS_NODE),
+        RULES | ROOMS | {"stands_before_the_first_scan", "sectors"},
+    ),
+    "what the page builds, pasted together": (
+        files(PAGES_AGENT, PAGES_NODE),
+        RULES | ROOMS | {"stands_before_the_first_scan", "sectors", "no_measurements", "stops"},
+    ),
+    "the course's agent in the reference's node": (files(CHAPTERS_AGENT), RULES | ROOMS),
     "the course's node with the reference's agent": (
         files(REFERENCE[AGENT].decode(), CHAPTERS_NODE.replace('self._declare("obstacle_threshold", 0.5)', "")),
-        {"sectors", "stands_before_the_first_scan", "stops"},
+        {"sectors", "stands_before_the_first_scan", "rate", "stops"},
     ),
     "the agent imports rclpy": (
         agent(("from enum import Enum\n", "from enum import Enum\n\nfrom rclpy.node import Node\n")),
@@ -606,9 +612,11 @@ WRONG = {
         node(
             (
                 WRAPPED,
-                "degrees = np.degrees(np.where(\n"
-                "        angles > math.pi, angles - 2 * math.pi,\n"
-                "        np.where(angles < -math.pi, angles + 2 * math.pi, angles)))",
+                (
+                    "degrees = np.degrees(np.where(\n"
+                    "        angles > math.pi, angles - 2 * math.pi,\n"
+                    "        np.where(angles < -math.pi, angles + 2 * math.pi, angles)))"
+                ),
             )
         ),
         {"first_beam_anywhere"},
@@ -804,8 +812,10 @@ WRONG = {
         node(
             (
                 "        seen = ranges[",
-                "        if np.isposinf(ranges[(low <= degrees) & (degrees < high)]).any():\n"
-                "            distances[name] = math.inf\n            continue\n        seen = ranges[",
+                (
+                    "        if np.isposinf(ranges[(low <= degrees) & (degrees < high)]).any():\n"
+                    "            distances[name] = math.inf\n            continue\n        seen = ranges["
+                ),
             )
         ),
         {"no_return_and_touching"},
