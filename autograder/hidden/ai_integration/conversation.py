@@ -323,6 +323,9 @@ class Follower(TopicProgram):
         """
 
         def measure(limit: float, alive: Alive) -> tuple[float, list[Command]] | None:
+            if not hertz:  # how it is when scans have stopped coming
+                self._show(scan, DRIVING_HERTZ, SETTLING)
+                self._show(scan, hertz, SETTLING)
             self._show(scan, hertz, SETTLING)
             before = len(self.commands.heard)
             self._show(scan, hertz, MEASURED)

@@ -44,7 +44,7 @@ class Scanner:
         """A scan in which each sector has the same `distance` (m) everywhere, and nothing is nearer beside it."""
         ranges = [rng.uniform(*FAR) for _ in range(self.beams)]
         for sector, value in distance.items():
-            for beam in self.inside(sector):
+            for beam in self._around(sector):  # exactly on an edge too: such a beam may count or not
                 ranges[beam] = value
         return self.scan(ranges)
 

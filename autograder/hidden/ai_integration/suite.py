@@ -68,6 +68,7 @@ def test_wall_ahead(agent: Agent, rng: random.Random) -> None:
         *case(rng.uniform(0.2, 0.45), rng.uniform(0.3, 0.5), about.format("one near on the right")),
         *case(rng.uniform(0.2, 0.45), 8.0, about.format("none near on the right")),
         *case(rng.uniform(0.2, 0.45), rng.uniform(1.5, 3.0), about.format("one far away on the right")),
+        *case(rng.uniform(0.46, 0.499), rng.uniform(0.5, 0.7), about.format("one on the right")),
         *case(0.0, rng.uniform(0.7, 0.9), about.format("the robot touching it")),
     )
 
@@ -79,6 +80,7 @@ def test_looks_for_a_wall(agent: Agent, rng: random.Random) -> None:
     agent.expect(
         *case(INF, INF, about.format("nothing on the right")),
         *case(rng.uniform(2.0, 4.0), rng.uniform(1.3, 2.0), about.format("a wall on the right, farther than 1.2 m")),
+        *case(rng.uniform(2.0, 4.0), rng.uniform(1.21, 1.3), about.format("a wall on the right, farther than 1.2 m")),
         *case(rng.uniform(0.6, 0.9), rng.uniform(4.0, 8.0), "With a wall ahead farther than 0.5 m, and none right"),
         *case(rng.uniform(2.0, 4.0), INF, about.format("nothing on the right, again")),
     )
@@ -88,7 +90,7 @@ def test_looks_for_a_wall(agent: Agent, rng: random.Random) -> None:
 def test_keeps_its_distance(agent: Agent, rng: random.Random) -> None:
     """It steers towards 0.6 m from the wall, the more the farther it is from that, and at most by 0.5 rad/s."""
     distances = [rng.uniform(*span) for span in ((0.3, 0.45), (0.45, 0.59), (0.61, 0.75), (0.75, 0.92))]
-    sharp = [rng.uniform(0.05, 0.25), rng.uniform(0.96, 1.15), 0.0]
+    sharp = [rng.uniform(0.05, 0.25), rng.uniform(0.96, 1.15), rng.uniform(1.16, 1.195), 0.0]
     rng.shuffle(distances)
     agent.expect(
         *(
@@ -97,7 +99,7 @@ def test_keeps_its_distance(agent: Agent, rng: random.Random) -> None:
             for one in case(8.0, right, "With nothing near ahead, and a wall near 0.6 m right")
         ),
         *(one for right in sharp for one in case(2.0, right, "With a wall on the right, very near or nearly lost")),
-        *case(rng.uniform(0.55, 0.7), 0.5, "With a wall ahead farther than 0.5 m, and one on the right"),
+        *case(rng.uniform(0.505, 0.54), 0.5, "With a wall ahead farther than 0.5 m, and one on the right"),
     )
 
 

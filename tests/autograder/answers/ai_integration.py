@@ -794,7 +794,10 @@ WRONG = {
         {"agent_needs_no_ros"},
     ),
     "the curve is too tight": (agent(("'angular': -0.4", "'angular': -0.5")), {"looks_for_a_wall"}),
-    "looks for a wall from 1.5 m on": (agent(("right > 1.2", "right > 1.5")), {"looks_for_a_wall", "thresholds"}),
+    "looks for a wall from 1.5 m on": (agent(("right > 1.2", "right > 1.5")), {"looks_for_a_wall"}),
+    "looks for a wall from 1.15 m on": (agent(("right > 1.2", "right > 1.15")), {"keeps_its_distance"}),
+    "turns from 0.55 m on": (agent(("front < 0.5", "front < 0.55")), {"keeps_its_distance"}),
+    "turns from 0.45 m on": (agent(("front < 0.5", "front < 0.45")), {"wall_ahead"}),
     "finds no wall without an end": (
         agent(("if right > 1.2:", "if 1.2 < right < 1e9:"), ("0.6 - right", "0.6 - min(right, 9)")),
         {"looks_for_a_wall"},
