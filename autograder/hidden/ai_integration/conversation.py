@@ -177,7 +177,7 @@ class Follower(TopicProgram):
         if not self._program:
             return super().launch()
         domain = self.bench.new_domain()
-        files = laid(self._program) | (self.files or {})
+        files = {**laid(self._program), **(self.files or {})}
         program = self.bench.start(self._program, *self.command_line, domain=domain, files=files)
         program.name = NODE
         self.ros = self.bench.enter(domain)

@@ -81,5 +81,5 @@ if __name__ == "__main__":
             if "decide_action" in vars(other):
                 telling(other, 1.0)
     original = builtins.__build_class__
-    builtins.__build_class__ = build_class
+    setattr(builtins, "__build_class__", build_class)  # noqa: B010  mypy knows its type better
     runpy.run_path(str(Path("wall_follower.py").resolve()), run_name="__main__")
