@@ -12,14 +12,17 @@ from autograder.suitekit.lifecycle import ANSWER, SETTLED, START, Alive
 from autograder.suitekit.live import LiveProgram, Offers, Server, offer
 from autograder.suitekit.output import numbers
 from autograder.suitekit.parameters import Parameters
+from autograder.suitekit.renaming import Renamed, Topic, TopicProgram
 from autograder.suitekit.ros import Ros
 from autograder.suitekit.runs import Run, expect_gives_up, expect_status, expect_usage, expect_words
-from autograder.suitekit.topics import Heard, Listener, speaker
+from autograder.suitekit.topics import PUBLISH, SUBSCRIBE, Heard, Listener, speaker
 
 __all__ = [
     "ANSWER",
+    "PUBLISH",
     "SETTLED",
     "START",
+    "SUBSCRIBE",
     "ActionCaller",
     "Alive",
     "Bench",
@@ -30,10 +33,13 @@ __all__ = [
     "LiveProgram",
     "Offers",
     "Parameters",
+    "Renamed",
     "Ros",
     "Run",
     "Server",
     "TimedOut",
+    "Topic",
+    "TopicProgram",
     "Wrong",
     "expect_gives_up",
     "expect_status",

@@ -41,6 +41,7 @@ PATIENCE = 2  # silences that are forgiven; after the next one the question is n
 SPARE_LIVES = 2  # times that a program may end between two questions
 DYING = 0.2  # s in which a program that gives no answer may turn out to be dying
 REAPED = 1.0  # s until the output of a program that has died is read
+TOLD = 300  # characters of what a program offers instead
 SPIN = "main() must spin the node until it is stopped"
 
 Answer = TypeVar("Answer")
@@ -117,6 +118,10 @@ class Lifecycle(ABC):
     @abstractmethod
     def other_services(self) -> list[str]:
         """The services that the program's nodes offer, beyond those that every node has."""
+
+    def other_topics(self) -> str:
+        """What the program's nodes publish and subscribe, as a sentence for the student; empty when nothing."""
+        return ""
 
     @abstractmethod
     def allow(self, seconds: float) -> float:
@@ -211,9 +216,12 @@ class Lifecycle(ABC):
                 )
             return Crashed(f"{self.file} did not start: {last_words(self.program)}.")
         if services := self.other_services():
-            return Wrong(f"{self.file} runs, but does not offer {promise}. It offers: {', '.join(services)[:300]}.")
+            return Wrong(f"{self.file} runs, but does not offer {promise}. It offers: {', '.join(services)[:TOLD]}.")
         if self.has_node():
-            return Wrong(f"{self.file} runs a node, but it does not offer {promise}.")
+            return Wrong(
+                f"{self.file} runs a node, but it does not offer {promise}. "
+                + (self.other_topics() or "The node has no topics and no services of its own.")
+            )
         return TimedOut(
             f"{self.file} was started, but within {self.allow(START):.0f} s no node appeared, and {promise} was never "
             "offered: does the program wait for something before it creates its node?"

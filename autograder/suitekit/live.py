@@ -8,8 +8,9 @@ from autograder.errors import Crashed, TimedOut
 from autograder.sandbox.program import Program
 from autograder.suitekit.bench import Bench
 from autograder.suitekit.hints import last_words
-from autograder.suitekit.lifecycle import ANSWER, Alive, Lifecycle
+from autograder.suitekit.lifecycle import ANSWER, TOLD, Alive, Lifecycle
 from autograder.suitekit.ros import Ros
+from autograder.suitekit.topics import PUBLISH, own_topics, short
 from course.waiting import wait_until
 
 STUCK = "it was stuck with several callers"
@@ -39,6 +40,11 @@ class LiveProgram(Lifecycle):
         raise NotImplementedError
 
     @property
+    def command_line(self) -> Sequence[str]:
+        """The program's arguments."""
+        return self.args
+
+    @property
     def log(self) -> str:
         """What the program has logged since it was started: printed or on /rosout."""
         return f"{self.program.output}\n{self.ros.rosout}"
@@ -46,7 +52,7 @@ class LiveProgram(Lifecycle):
     def launch(self) -> Program:
         """Start the program in a new domain, and enter it."""
         domain = self.bench.new_domain()
-        program = self.bench.start(self.file, *self.args, domain=domain, files=self.files)
+        program = self.bench.start(self.file, *self.command_line, domain=domain, files=self.files)
         self.ros = self.bench.enter(domain)
         self._offers = self.connect()
         return program
@@ -62,6 +68,15 @@ class LiveProgram(Lifecycle):
     def other_services(self) -> list[str]:
         """The services that the program's nodes offer, beyond those that every node has, with their types."""
         return self.ros.offered()
+
+    def other_topics(self) -> str:
+        """What the program's nodes publish and subscribe, with types, as a sentence for the student."""
+        parts = [
+            f"{does} {', '.join(f'{name} ({short(kind)})' for name, kind in topics)[:TOLD]}"
+            for does, topics in (("publishes", own_topics(self.ros, PUBLISH)), ("subscribes", own_topics(self.ros)))
+            if topics
+        ]
+        return f"It {' and '.join(parts)}." if parts else ""
 
     def allow(self, seconds: float) -> float:
         """How long a wait may be that should take less than `seconds`."""

@@ -10,6 +10,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from autograder.suitekit.ros import Ros, graph, sensible
 from course.waiting import wait_until
 
+PUBLISH, SUBSCRIBE = True, False
+OF_NODES = {"/rosout", "/parameter_events", "/clock"}  # topics that every node has, or any may have
 DEPTH = 50  # messages that may wait to be read
 
 Found = TypeVar("Found")
@@ -64,3 +66,17 @@ class Listener:
         with self._news:
             self.heard.append(Heard(time.monotonic(), sensible(message)))
             self._news.notify_all()
+
+
+def own_topics(ros: Ros, publish: bool = SUBSCRIBE) -> list[tuple[str, str]]:
+    """The topics with their types that the program's nodes subscribe, or publish; not those that every node has."""
+    query = (
+        ros.node.get_publisher_names_and_types_by_node if publish else ros.node.get_subscriber_names_and_types_by_node
+    )
+    found = {(topic, kinds[0]) for node in ros.others() for topic, kinds in graph(query, *node)}
+    return sorted((topic, kind) for topic, kind in found if topic not in OF_NODES and "/_action/" not in topic)
+
+
+def short(kind: str) -> str:
+    """The name of a message type as the tasks have it: std_msgs/Float64."""
+    return kind.replace("/msg/", "/")

@@ -7,6 +7,7 @@ of the notebook, word for word:
     text = "`success` is `False` for the one request that is refused, and `True` for all others."
     test = "refusal"                                          # the hidden test, without "test_"; or a list of tests
     wrong = ["refuses nothing", "success only with a change"]   # for each test at least two that lose it alone
+    together = true   # perhaps: the tests judge the sentence in several settings, so a mistake may lose several
 
     [[sentence]]
     text = "You hand in two files."
@@ -69,6 +70,7 @@ class Sentence:
     tests: tuple[str, ...] = ()  # without "test_"
     wrong: tuple[str, ...] = ()
     why: str = ""
+    together: bool = False  # whether a wrong answer may lose several of the tests, and no others
 
 
 def names() -> list[str]:
@@ -139,15 +141,20 @@ def _faults_of_tests(
     for test in entry.tests:
         if test not in known:
             yield f"{entry.text}: there is no test {test}"
-        if sum(wrong[name][1] == {test} for name in entry.wrong) < LEAST:
+        if sum(test in wrong[name][1] and _guards(entry, wrong[name][1]) for name in entry.wrong) < LEAST:
             yield f"{entry.text}: needs {LEAST} wrong answers that lose {test} and nothing else"
     for name in entry.wrong:
-        if wrong[name][1] not in [{test} for test in entry.tests]:
+        if not _guards(entry, wrong[name][1]):
             yield f"{entry.text}: '{name}' loses {', '.join(sorted(wrong[name][1])) or 'nothing'}"
 
 
+def _guards(entry: Sentence, lost: set[str]) -> bool:
+    """Whether a wrong answer that loses these tests shows that one of the entry's tests, and no other, catches it."""
+    return bool(lost) and (lost <= {*entry.tests} if entry.together else lost in [{test} for test in entry.tests])
+
+
 def _entry(exercise: str, entry: dict) -> Sentence:
-    if unknown := set(entry) - {"text", "test", "wrong", "why"}:
+    if unknown := set(entry) - {"text", "test", "wrong", "why", "together"}:
         raise ValueError(f"{exercise}.toml: a sentence has {', '.join(sorted(unknown))}: {entry}")
     tests = entry.get("test", [])
     return Sentence(
@@ -155,6 +162,7 @@ def _entry(exercise: str, entry: dict) -> Sentence:
         (tests,) if isinstance(tests, str) else tuple(tests),
         tuple(entry.get("wrong", ())),
         entry.get("why", ""),
+        entry.get("together", False),
     )
 
 

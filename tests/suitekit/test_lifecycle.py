@@ -102,6 +102,9 @@ class Fake(Lifecycle):
     def other_services(self):
         return [f"{name} (a type)" for name in ("/other",) if self.program.offers(name)]
 
+    def other_topics(self):
+        return "It publishes /number (std_msgs/Float64)." if self.program.offers("/number") else ""
+
     def allow(self, seconds):
         return seconds
 
@@ -182,7 +185,7 @@ def test_a_slow_offer_is_waited_for():
 
 def test_a_node_without_the_offer():
     life = Fake({"offers": {STATUS: 1.0}})
-    with pytest.raises(Wrong, match="^sum.py runs a node, but it does not offer the service /sum.$"):
+    with pytest.raises(Wrong, match="^sum.py runs a node, but it does not offer the service /sum. The node has no "):
         life.up(SUM)
     assert life.clock.now == 0.5 + SETTLED  # not as long as for the node
     assert (life.state, life.starts, life.program.alive) == (State.STARTING, 1, True)
@@ -191,6 +194,12 @@ def test_a_node_without_the_offer():
     with pytest.raises(Wrong, match="does not offer the service /sum"):
         life.ask(SUM)
     assert life.clock.now == 0.5 + SETTLED  # known: not waited for again
+
+
+def test_other_topics_are_told():
+    life = Fake({"node_at": 0.5, "offers": {"/number": 0.5}})
+    with pytest.raises(Wrong, match=r"the service /sum. It publishes /number \(std_msgs/Float64\).$"):
+        life.ask(SUM)
 
 
 def test_something_else_is_offered():

@@ -1,10 +1,13 @@
 """The student's agent; and their node, started at once for the scans and for each room, all in simulated time."""
 
+import json
+from collections.abc import Callable
+
 import pytest
 
-from autograder.hidden.ai_integration.conversation import SIMULATED, Agent, Follower
+from autograder.hidden.ai_integration.conversation import ECHO, RIGHT_AGENT, SIMULATED, Agent, Eye, Follower
 from autograder.hidden.ai_integration.rooms import KINDS
-from autograder.suitekit import Bench
+from autograder.suitekit import Bench, Renamed
 
 
 @pytest.fixture(scope="session")
@@ -14,21 +17,45 @@ def agent(bench: Bench) -> Agent:
 
 
 @pytest.fixture(scope="session")
-def follower(bench: Bench) -> Follower:
+def renamed() -> Renamed:
+    """The node's topics that have another name than the task says."""
+    return Renamed()
+
+
+@pytest.fixture(scope="session")
+def follower(bench: Bench, renamed: Renamed) -> Follower:
     """The node that is shown scans, with an agent that tells what it was given."""
-    return Follower(bench, *SIMULATED, echo=True)
+    return Follower(bench, *SIMULATED, renamed=renamed, program=ECHO)
 
 
 @pytest.fixture(scope="session")
-def drivers(bench: Bench) -> dict[str, Follower]:
+def eye(follower: Follower) -> Eye:
+    """A scanner that the node reads right, and in which sectors."""
+    return follower.find_eye()
+
+
+@pytest.fixture(scope="session")
+def drivers(bench: Bench, renamed: Renamed) -> dict[str, Follower]:
     """The nodes that drive with their own agent, one for each kind of room."""
-    return {kind: Follower(bench, *SIMULATED) for kind in KINDS}
+    return {kind: Follower(bench, *SIMULATED, renamed=renamed) for kind in KINDS}
 
 
 @pytest.fixture(scope="session")
-def by_the_wall(bench: Bench) -> Follower:
+def helped(bench: Bench, renamed: Renamed, follower: Follower) -> Callable[[Eye], Follower]:
+    """Makes a node that drives with a right agent, for when the student's own decides wrongly."""
+
+    def make(eye: Eye) -> Follower:
+        manner = follower.manner(eye.scanner.flat(bench.random("manner"), front=1.0, right=1.0))
+        files = {"manner.json": json.dumps(manner).encode()}
+        return Follower(bench, *SIMULATED, renamed=renamed, program=RIGHT_AGENT, files=files)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def by_the_wall(bench: Bench, renamed: Renamed) -> Follower:
     """The first node in real time; started only when it turns out to keep its own time."""
-    return Follower(bench, echo=True)
+    return Follower(bench, renamed=renamed, program=ECHO)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -12,31 +12,49 @@ import statistics
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from geometry_msgs.msg import Twist
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan
 
+from autograder.hidden.ai_integration.scanner import PLAIN, Scanner
 from autograder.hidden.ai_integration.simulated_time import SimulatedTime
 from autograder.sandbox.program import Program
-from autograder.suitekit import Alive, Bench, Heard, Listener, LiveProgram, Offers, Run, Wrong, speaker
+from autograder.suitekit import (
+    PUBLISH,
+    SUBSCRIBE,
+    Alive,
+    Bench,
+    Heard,
+    Listener,
+    Offers,
+    Renamed,
+    Run,
+    Topic,
+    TopicProgram,
+    Wrong,
+    speaker,
+)
 from autograder.suitekit.lifecycle import Answer, Question
 from course.waiting import wait_until
 from course.world import Laser, Room, Simulation
 from course.world.node import World
 
 AGENT, NODE = "wall_agent.py", "wall_follower.py"
-ASK, ECHO = "ask_agent.py", "echo_node.py"
+ASK, ECHO, RIGHT_AGENT = "ask_agent.py", "echo_node.py", "right_agent_node.py"
 PROGRAMS = Path(__file__).parent / "programs"
 SCAN = "a subscription to the topic scan (sensor_msgs/LaserScan)"
 CMD_VEL = "a publisher of the topic cmd_vel (geometry_msgs/Twist)"
 SIMULATED = ("--ros-args", "-p", "use_sim_time:=true")
 PERIOD = 0.1  # s of simulated time between two commands
 
-# As in programs/echo_node.py: what its agent adds to a distance (m), and says for one that is infinite or missing.
-MORE, FAR, NOTHING = 10.0, 100.0, -10.0
-SAME = 1e-3  # m: ranges are 32-bit floats
+# As in programs/echo_node.py: the numbers that its agent says for 0 m and for each metre more, and what it adds for a
+# distance that is infinite or missing.
+LEAST = {"front": 0.1, "right": 0.3}
+A_METRE, FAR, NOTHING = 0.01, 0.17, 0.18
+WIDTH = 0.19  # all numbers for a distance are less than so much above the LEAST
+DIGITS = 5  # of these numbers: a millimetre
 SAME_SPEED = 1e-6  # m/s and rad/s
 
 TRIES = 6  # ticks until a node must have done what a scan asks for
@@ -65,6 +83,19 @@ class Command(NamedTuple):
 
 STOP = Command(0.0, 0.0)
 SECTORS = {"front": "from -25 to 25 degrees", "right": "from -80 to -40 degrees"}
+
+
+BOTH = frozenset(SECTORS)
+
+
+class Eye(NamedTuple):
+    """A scanner that a node reads right, at least in some sectors: by it, all else about its sight is judged."""
+
+    scanner: Scanner
+    sectors: frozenset[str]
+
+
+BASES = (PLAIN, Scanner(360, -180.0, 1.0), Scanner(360, 0.0, -1.0), Scanner(360, 180.0, -1.0))
 
 
 class StandstillError(Exception):
@@ -125,22 +156,29 @@ def laid(*names: str) -> dict[str, bytes]:
     return {name: (PROGRAMS / name).read_bytes() for name in names}
 
 
-class Follower(LiveProgram):
+class Follower(TopicProgram):
     """The student's node."""
 
     advice = "a timer of 10 Hz must publish on cmd_vel, and no callback may wait"
+    topics: ClassVar[dict[str, Topic]] = {
+        SCAN: Topic("scan", "sensor_msgs/LaserScan", SUBSCRIBE),
+        CMD_VEL: Topic("cmd_vel", "geometry_msgs/Twist", PUBLISH),
+    }
 
-    def __init__(self, bench: Bench, *args: str, echo: bool = False):
-        """With `echo`, the agent is replaced by one that tells what it was given; see `programs/echo_node.py`."""
-        super().__init__(bench, NODE, *args)
-        self._echo = echo
+    def __init__(
+        self, bench: Bench, *args: str, renamed: Renamed, program: str = "", files: dict[str, bytes] | None = None
+    ):
+        """With a `program` of the grader's, and `files` for it, the node runs in that: see `programs`."""
+        super().__init__(bench, NODE, *args, renamed=renamed)
+        self._program, self.files = program, files
 
     def launch(self) -> Program:
         """Start the node, with its own agent or the grader's."""
-        if not self._echo:
+        if not self._program:
             return super().launch()
         domain = self.bench.new_domain()
-        program = self.bench.start(ECHO, *self.args, domain=domain, files=laid(ECHO))
+        files = {**laid(self._program), **(self.files or {})}
+        program = self.bench.start(self._program, *self.command_line, domain=domain, files=files)
         program.name = NODE
         self.ros = self.bench.enter(domain)
         self._offers = self.connect()
@@ -182,19 +220,83 @@ class Follower(LiveProgram):
 
         return self.ask(play)
 
-    def expect(self, scan: LaserScan, front: float, right: float, about: str) -> None:
-        """Shown this scan again and again, it must give these distances (m) to the agent, and stay with them."""
+    def expect(self, scan: LaserScan, front: float, right: float, about: str, sectors: frozenset[str] = BOTH) -> None:
+        """Shown this scan again and again, it must give these distances (m) to the agent, and stay with them.
+
+        Only those of the `sectors` are judged.
+        """
         wanted = told(front, right)
-        got = self._show_until(scan, lambda command: command == wanted)
-        for command in got[-STAYS:] if got[-2:] == [wanted, wanted] else got[-1:]:
-            if command != wanted:
-                raise Wrong(f"{about}, {difference(command, wanted)}.", f"commands {got}, scan {scan}")
+        got = self._show_until(scan, lambda command: fits(command, wanted, sectors))
+        settled = all(fits(command, wanted, sectors) for command in got[-2:])
+        for command in got[-STAYS:] if settled else got[-1:]:
+            if not fits(command, wanted, sectors):
+                raise Wrong(f"{about}, {difference(command, wanted, sectors)}.", f"commands {got}, scan {scan}")
 
     def expect_driving(self, scan: LaserScan, about: str) -> None:
         """Shown this scan again and again, it must do what the agent says, whatever it makes of the scan."""
         got = self._show_until(scan, is_of_the_agent)
         if not is_of_the_agent(got[-1]):
             raise Wrong(f"{about}, {difference(got[-1], got[-1])}.", f"commands {got}, scan {scan}")
+
+    def read(self, scan: LaserScan, front: float, right: float) -> frozenset[str]:
+        """The sectors whose distances (m) it gives to the agent, shown this scan again and again."""
+        wanted = told(front, right)
+        got = self._show_until(scan, lambda command: fits(command, wanted, BOTH))[-1]
+        return frozenset(name for name in BOTH if fits(got, wanted, frozenset([name])))
+
+    def reads(self, scanner: Scanner, eye: Eye, seed: str) -> bool:
+        """Whether it reads the sectors of its eye by this scanner, too."""
+        rng = self.bench.random(seed)
+        return eye.sectors <= self.read(scanner.flat(rng, front=1.25, right=0.75), 1.25, 0.75)
+
+    def find_eye(self) -> Eye:
+        """A scanner that it reads right; raises Wrong when there is none."""
+        best = Eye(PLAIN, frozenset())
+        for scanner in BASES:
+            rng = self.bench.random(f"eye {scanner}")
+            read = self.read(scanner.flat(rng, front=1.25, right=0.75), 1.25, 0.75)
+            if len(read) > len(best.sectors):
+                best = Eye(scanner, read)
+            if read == BOTH:
+                break
+        if not best.sectors:
+            raise Wrong(
+                "Shown a wall at the same distance everywhere in front, and one everywhere on the right, the agent was "
+                "given neither of the two distances, whatever the scanner: of what scan.ranges means, nothing could be "
+                "tested."
+            )
+        return best
+
+    def manner(self, scan: LaserScan) -> dict[str, float]:
+        """What becomes of the agent's speeds on their way to cmd_vel: their signs, and whether they are swapped."""
+        self.expect_driving(scan, "With a fresh scan")
+        twist = self.commands.heard[-1].message
+        swapped = not is_code(abs(twist.linear.x), "front") and is_code(abs(twist.linear.x), "right")
+        return {
+            "linear": math.copysign(1.0, twist.linear.x),
+            "angular": math.copysign(1.0, twist.angular.z),
+            "swapped": swapped,
+        }
+
+    def expect_asks_its_agent(self, scan: LaserScan) -> None:
+        """Its commands must be, word for word, what WallAgent of wall_agent.py has said."""
+        self.expect_driving(scan, "With a fresh scan")
+        self.renamed.expect_none(NODE)
+        twist = self.commands.heard[-1].message
+        others = (twist.linear.y, twist.linear.z, twist.angular.x, twist.angular.y)
+        if is_code(twist.linear.x, "front") and is_code(twist.angular.z, "right") and not any(others):
+            return
+        if is_code(-twist.linear.x, "front") and is_code(-twist.angular.z, "right") and not any(others):
+            raise Wrong(
+                "The node must ask the class WallAgent of wall_agent.py: it published something else than what that "
+                "decided.",
+                twist,
+            )
+        raise Wrong(
+            "The node must publish 'linear' of its agent as linear.x and 'angular' as angular.z, with their signs, and "
+            "0 in the other fields.",
+            twist,
+        )
 
     def _show_until(self, scan: LaserScan, fits: Callable[[Command], bool]) -> list[Command]:
         """The commands that come of showing this scan again and again, until they fit and stay so."""
@@ -221,6 +323,9 @@ class Follower(LiveProgram):
         """
 
         def measure(limit: float, alive: Alive) -> tuple[float, list[Command]] | None:
+            if not hertz:  # how it is when scans have stopped coming
+                self._show(scan, DRIVING_HERTZ, SETTLING)
+                self._show(scan, hertz, SETTLING)
             self._show(scan, hertz, SETTLING)
             before = len(self.commands.heard)
             self._show(scan, hertz, MEASURED)
@@ -280,6 +385,8 @@ class Follower(LiveProgram):
         """Send the scan again and again, in real time."""
         self.fresh = False
         start = time.monotonic()
+        if not hertz:
+            time.sleep(seconds)
         for number in range(round(seconds * hertz)):
             time.sleep(max(0.0, start + number / hertz - time.monotonic()))
             scan.header.stamp = self.ros.node.get_clock().now().to_msg()
@@ -302,17 +409,34 @@ class StandstillWatch:
             raise StandstillError
 
 
+def code(name: str, distance: float) -> float:
+    """The number that the agent which tells what it was given says for a distance (m)."""
+    return round(LEAST[name] + (FAR if math.isinf(distance) else A_METRE * distance), DIGITS)
+
+
+def is_code(number: float, name: str) -> bool:
+    """Whether a number stands for a distance, or for one that is missing."""
+    return LEAST[name] - SAME_SPEED <= number < LEAST[name] + WIDTH
+
+
 def told(front: float, right: float) -> Command:
     """What the agent that tells what it was given commands for these distances (m)."""
-    return Command(*(FAR if math.isinf(value) else round(MORE + value, 3) for value in (front, right)))
+    return Command(code("front", front), code("right", right))
+
+
+def fits(command: Command, wanted: Command, sectors: frozenset[str]) -> bool:
+    """Whether a command tells of the distances that are wanted, in these sectors."""
+    return is_of_the_agent(command) and all(
+        got == right for name, got, right in zip(SECTORS, command, wanted, strict=True) if name in sectors
+    )
 
 
 def is_of_the_agent(command: Command) -> bool:
     """Whether a command is one of the agent that tells what it was given."""
-    return all(speed == NOTHING or speed >= MORE for speed in command)
+    return all(is_code(speed, name) for name, speed in zip(SECTORS, command, strict=True))
 
 
-def difference(command: Command, wanted: Command) -> str:
+def difference(command: Command, wanted: Command, sectors: frozenset[str] = BOTH) -> str:
     """What is wrong with a command of the agent that tells what it was given, in words for the student."""
     if command == STOP:
         return "the robot was told to stand still, although a fresh scan was there"
@@ -323,16 +447,27 @@ def difference(command: Command, wanted: Command) -> str:
         )
     for name, got, right in zip(SECTORS, command, wanted, strict=True):
         what = f"`{name}` must be the nearest usable distance {SECTORS[name]}"
-        if got == NOTHING:
+        if name not in sectors or got == right:
+            continue
+        if got == round(LEAST[name] + NOTHING, DIGITS):
             return f"decide_action was given no number for '{name}'"
-        if abs(got - right) > SAME:
-            return f"{what}: the agent was given a {'smaller' if got < right else 'larger'} one"
+        if got == code(name, math.inf):
+            return f"{what}: the agent was given inf"
+        return f"{what}: the agent was given a {'smaller' if got < right else 'larger'} one"
     return "it must stay so for as long as the scan stays the same"
 
 
 def command_of(heard: Heard) -> Command:
-    """What a message on cmd_vel says."""
-    return Command(round(heard.message.linear.x, 3), round(heard.message.angular.z, 3))
+    """What a message on cmd_vel says: the agent's two numbers, wherever they stand and whatever their signs."""
+    linear, angular = heard.message.linear, heard.message.angular
+    numbers = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z]
+    if not any(numbers):
+        return STOP
+    found = [next((abs(number) for number in numbers if is_code(abs(number), name)), None) for name in SECTORS]
+    front, right = found
+    if front is None or right is None:
+        return Command(round(linear.x, 3), round(angular.z, 3))
+    return Command(round(front, DIGITS), round(right, DIGITS))
 
 
 def commands_of(heard: Sequence[Heard]) -> list[Command]:

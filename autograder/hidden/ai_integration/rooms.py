@@ -22,9 +22,9 @@ PERIOD = 0.1  # s between two decisions
 SLANT = 0.3  # rad that the robot may be turned against the wall at first
 KINDS = ("hall", "block", "bend")
 LASERS = {
-    "hall": Laser.turn(beams=720, angle_min=-math.pi),
-    "block": Laser(beams=541, angle_min=-math.radians(135), angle_increment=math.radians(0.5)),
-    "bend": Laser(beams=360, angle_min=math.pi, angle_increment=-math.radians(1.0)),
+    "hall": Laser.turn(beams=240, angle_min=-math.pi),
+    "block": Laser(beams=181, angle_min=-math.radians(135), angle_increment=math.radians(1.5)),
+    "bend": Laser(beams=240, angle_min=math.pi, angle_increment=-math.radians(1.5)),
 }
 
 Point = tuple[float, float]  # m

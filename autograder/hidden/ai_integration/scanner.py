@@ -10,7 +10,7 @@ from sensor_msgs.msg import LaserScan
 SECTORS = {"front": (-25.0, 25.0), "right": (-80.0, -40.0)}  # degrees
 MIDDLE = {"front": (-16.0, 16.0), "right": (-70.0, -50.0)}  # degrees, far from any edge
 AROUND = 12.0  # degrees beside a sector that have the value that a whole sector has
-EDGE = 1.5  # degrees on both sides of a sector's edge: no obstacle is there, so rounding at the edge is not judged
+EDGE = 0.4  # degrees on both sides of a sector's edge: no obstacle is there, so rounding at the edge is not judged
 MIN, MAX = 0.12, 10.0  # m, of every scanner
 FAR = (6.0, 8.0)  # m: what is seen outside the sectors
 OUTSIDE = (0.13, 0.19)  # m: the same where it must not count, nearer than anything in a sector
@@ -39,6 +39,14 @@ class Scanner:
     def look(self, rng: random.Random, /, **nearest: float) -> LaserScan:
         """A scan in which each sector's obstacle is as near as `nearest` says (m), somewhere in its middle."""
         return self._look(rng, {}, nearest, FAR)
+
+    def flat(self, rng: random.Random, /, **distance: float) -> LaserScan:
+        """A scan in which each sector has the same `distance` (m) everywhere, and nothing is nearer beside it."""
+        ranges = [rng.uniform(*FAR) for _ in range(self.beams)]
+        for sector, value in distance.items():
+            for beam in self._around(sector):  # exactly on an edge too: such a beam may count or not
+                ranges[beam] = value
+        return self.scan(ranges)
 
     def look_at(self, rng: random.Random, angles: Mapping[str, float], /, **nearest: float) -> LaserScan:
         """The same with the sectors' obstacles at these angles (degrees).
@@ -86,14 +94,14 @@ class Scanner:
             scan.ranges[beam] = value
         return scan
 
-    def scan(self, ranges: list[float]) -> LaserScan:
-        """The message that holds these ranges (m)."""
+    def scan(self, ranges: list[float], least: float = MIN, most: float = MAX) -> LaserScan:
+        """The message that holds these ranges (m), of a scanner that measures from `least` to `most` m."""
         scan = LaserScan(
             angle_min=math.radians(self.first),
             angle_increment=math.radians(self.step),
             angle_max=math.radians(self.first + self.step * max(0, len(ranges) - 1)),
-            range_min=MIN,
-            range_max=MAX,
+            range_min=least,
+            range_max=most,
             ranges=ranges,
         )
         scan.header.frame_id = "laser"

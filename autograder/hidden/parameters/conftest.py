@@ -4,14 +4,20 @@ from typing import Any
 
 import pytest
 
-from autograder.hidden.parameters.conversation import PidNode, overrides
-from autograder.suitekit import Bench
+from autograder.hidden.parameters.conversation import PidNode, gains_count, launch_arguments, overrides
+from autograder.suitekit import Bench, Renamed, Wrong
 
 
 @pytest.fixture(scope="session")
-def pid(bench: Bench) -> PidNode:
+def renamed() -> Renamed:
+    """The node's topics that have another name than the task says."""
+    return Renamed()
+
+
+@pytest.fixture(scope="session")
+def pid(bench: Bench, renamed: Renamed) -> PidNode:
     """The node as it starts without any overrides."""
-    return PidNode(bench)
+    return PidNode(bench, renamed=renamed)
 
 
 @pytest.fixture(scope="session")
@@ -21,21 +27,30 @@ def by_start(pid: PidNode) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="session")
-def by_command_line(bench: Bench) -> tuple[PidNode, dict[str, Any]]:
+def by_command_line(bench: Bench, renamed: Renamed) -> tuple[PidNode, dict[str, Any]]:
     """The node with overrides on its command line, and these overrides."""
     values = overrides(bench, "command line")
-    arguments = [word for name, value in values.items() for word in ("-p", f"{name}:={value}")]
-    return PidNode(bench, "--ros-args", *arguments), values
+    return PidNode(bench, "--ros-args", *launch_arguments(values), renamed=renamed), values
 
 
 @pytest.fixture(scope="session")
-def by_file(bench: Bench) -> tuple[PidNode, dict[str, Any]]:
+def by_file(bench: Bench, renamed: Renamed) -> tuple[PidNode, dict[str, Any]]:
     """The node with a parameter file, and the values in that file."""
     values = overrides(bench, "file")
     lines = ["/**:", "  ros__parameters:", *(f"    {name}: {value}" for name, value in values.items()), ""]
-    node = PidNode(bench, "--ros-args", "--params-file", "robot.yaml")
+    node = PidNode(bench, "--ros-args", "--params-file", "robot.yaml", renamed=renamed)
     node.files = {"robot.yaml": "\n".join(lines).encode()}
     return node, values
+
+
+@pytest.fixture(scope="session")
+def controls(pid: PidNode, by_command_line: tuple[PidNode, dict[str, Any]]) -> None:
+    """The node is a controller: its effort depends on kp.  What it refuses and accepts counts only then."""
+    if not gains_count(pid, by_command_line[0]):
+        raise Wrong(
+            "Parameters are judged in a node that uses them: with another kp, the same error must be answered with "
+            "another effort. It was not."
+        )
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -1,12 +1,26 @@
 """The grader's side of the conversation: it sets the PID node's parameters, sends errors and hears efforts."""
 
+import math
 import time
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from std_msgs.msg import Float64
 
-from autograder.suitekit import Alive, Bench, Listener, LiveProgram, Offers, Parameters, Wrong, speaker
+from autograder.suitekit import (
+    PUBLISH,
+    SUBSCRIBE,
+    Alive,
+    Bench,
+    Listener,
+    Offers,
+    Parameters,
+    Renamed,
+    Topic,
+    TopicProgram,
+    Wrong,
+    speaker,
+)
 from autograder.suitekit.parameters import OFFER
 
 ERROR = "a subscription to the topic error (std_msgs/Float64)"
@@ -22,6 +36,7 @@ DEFAULTS: dict[str, Any] = {
 RANGES = {"kp": (0.0, 100.0), "ki": (0.0, 50.0), "kd": (0.0, 10.0)}
 WIDE = {"output_min": -1e6, "output_max": 1e6}  # limits that clamp nothing
 JOINTS = ["wrist", "shoulder", "hip", "knee", "ankle", "neck"]
+STILL = 0.015625  # an error that is sent again, so that its slope is 0
 ROUNDING = 1e-9  # of a number's size: several ways to compute the same are right
 TIMING = 0.02  # of a number's size: what a node may gain or lose by when it reads the clock
 
@@ -34,13 +49,18 @@ class Answer(NamedTuple):
     came: float
 
 
-class PidNode(LiveProgram):
+class PidNode(TopicProgram):
     """The student's node."""
 
     advice = "every message on error must be answered with one on effort, and no callback may wait"
+    topics: ClassVar[dict[str, Topic]] = {
+        ERROR: Topic("error", "std_msgs/Float64", SUBSCRIBE),
+        EFFORT: Topic("effort", "std_msgs/Float64", PUBLISH),
+    }
+    gains_by_launch = False  # whether its gains count only when they are given at launch; see `gains_count`
 
-    def __init__(self, bench: Bench, *args: str):
-        super().__init__(bench, "pid_node.py", *args)
+    def __init__(self, bench: Bench, *args: str, renamed: Renamed):
+        super().__init__(bench, "pid_node.py", *args, renamed=renamed)
         self.parameters = Parameters(self, topic="error")
 
     def connect(self) -> Offers:
@@ -71,9 +91,15 @@ class PidNode(LiveProgram):
         return self.parameters.get(*DEFAULTS)
 
     def arrange(self, **values: float) -> None:
-        """Set gains and limits (by default gains of 0, and limits that clamp nothing), to test something else."""
+        """Set gains and limits (by default gains of 0, and limits that clamp nothing), to test something else.
+
+        A node that does not use gains set while it runs is started with them.
+        """
         self.bench.hide(*values.values())
         everything = {"kp": 0.0, "ki": 0.0, "kd": 0.0} | WIDE | values
+        if self.gains_by_launch:
+            self.args = ("--ros-args", *launch_arguments(everything))
+            self.forget()
         if not self.parameters.set_together(everything).successful:
             for _ in range(2):  # a limit may have to wait in the first round until the other limit has moved
                 self.parameters.set(everything)
@@ -116,6 +142,25 @@ class PidNode(LiveProgram):
         self.get()  # a node that has answered has found the grader's publisher and subscription too
 
 
+def gains_count(pid: PidNode, launched: PidNode) -> bool:
+    """Whether the effort depends on kp: on the value set while `pid` runs, or on the one `launched` was started with.
+
+    Lenient, because the ways in which an effort can be wrong are judged by the tests.
+    """
+    before = []
+    for kp in (2.0, 4.0):
+        pid.parameters.set({"ki": 0.0, "kd": 0.0, "kp": kp})
+        pid.send(-STILL)
+        before.append(pid.send(STILL).effort)
+    if before[0] and near(before[1], 2 * before[0]):
+        return True
+    pid.start_fresh()
+    launched.start_fresh()
+    efforts = [node.send(STILL).effort / node.get().get("kp", math.nan) for node in (pid, launched)]
+    pid.gains_by_launch = bool(efforts[0]) and near(efforts[0], efforts[1])
+    return pid.gains_by_launch
+
+
 def near(got: float, right: float) -> bool:
     """Whether two numbers are the same except for rounding."""
     return abs(got - right) <= ROUNDING * max(1.0, abs(right))
@@ -126,6 +171,11 @@ def between(got: float, ends: Sequence[float]) -> bool:
     low, high = sorted(ends)
     room = TIMING * max(abs(low), abs(high)) + ROUNDING
     return low - room <= got <= high + room
+
+
+def launch_arguments(values: dict[str, Any]) -> list[str]:
+    """The words of a command line that start a node with these parameters."""
+    return [word for name, value in values.items() for word in ("-p", f"{name}:={value}")]
 
 
 def overrides(bench: Bench, purpose: str) -> dict[str, Any]:

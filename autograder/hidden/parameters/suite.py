@@ -2,6 +2,7 @@
 
 The node measures time steps itself, in real time.  What depends on them is judged by bounds: the node got an error
 after the grader had sent it and before its answer came, however busy the machine was.
+What a node refuses and accepts counts only when it is a controller: those tests use the fixture `controls`.
 Points add up to 20.
 """
 
@@ -11,25 +12,47 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-from autograder.hidden.parameters.conversation import DEFAULTS, RANGES, ROUNDING, Answer, PidNode, between
-from autograder.suitekit import Wrong, points, twice
+from autograder.hidden.parameters.conversation import (
+    DEFAULTS,
+    RANGES,
+    ROUNDING,
+    STILL,
+    WIDE,
+    Answer,
+    PidNode,
+    between,
+    near,
+)
+from autograder.suitekit import Crashed, Wrong, points, twice
 from course.waiting import wait_until
 
 EXTRA = 0.2  # s in which a second answer to one error would come
 INSTANT = 1e-6  # s, the shortest time between two errors that a node can have measured
 ALMOST_NOTHING = 1e-9  # of an error: it adds nothing to the integral, but it is a message to measure time from
+LENIENT = 3.0  # times that a growth may differ where another test judges it
+NARROW = 0.01  # limits that clamp nearly everything
+HUGE = 1e7  # an error whose effort is outside all limits
 
 Overridden = tuple[PidNode, Mapping[str, Any]]  # a node with the values that it was started with
 
 
 @points(1, cell="pid-node")
-def test_defaults(by_start: Mapping[str, Any]) -> None:
-    """The parameters are declared, with their default values."""
+def test_defaults(pid: PidNode, by_start: Mapping[str, Any]) -> None:
+    """The parameters are declared with their types and default values, and keep their types."""
     for name, value in DEFAULTS.items():
         if name not in by_start:
             raise Wrong(f"The node must declare the parameter {name}.", by_start)
         if by_start[name] != value or type(by_start[name]) is not type(value):
             raise Wrong(f"The default of the parameter {name} must be {value!r}.", by_start)
+    for other in (3, "three"):
+        for name in (name for name, value in DEFAULTS.items() if isinstance(value, float)):
+            result, now = pid.parameters.set({name: other})[0], pid.get()
+            if not isinstance(now.get(name), float):
+                pid.end()
+                raise Wrong(
+                    f"The parameter {name} must stay a double: a value of another type must be refused.",
+                    f"{other!r}: {result}, {now}",
+                )
 
 
 @points(1, cell="pid-node")
@@ -45,10 +68,11 @@ def test_descriptors(pid: PidNode) -> None:
 
 @points(1, cell="pid-node")
 @twice
-def test_first_message(pid: PidNode, rng: random.Random) -> None:
+def test_first_message(pid: PidNode, controls: None, rng: random.Random) -> None:
     """The first effort has no integral and no derivative part, because no time step comes before it."""
     pid.start_fresh()
-    kp, error = rng.randrange(5, 20) / 4, rng.choice([-1, 1]) * rng.randrange(5, 14) / 8
+    kp = pid.get().get("kp", 1.0)  # as it is: whether the node uses a new one is judged by another test
+    error = rng.choice([-1, 1]) * rng.randrange(5, 14) / 8
     pid.arrange(kp=kp, ki=float(rng.randrange(8, 40)), kd=rng.randrange(8, 40) / 4)
     pid.expect_effort(
         error,
@@ -60,14 +84,20 @@ def test_first_message(pid: PidNode, rng: random.Random) -> None:
 
 @points(1, cell="pid-node")
 @twice
-def test_proportional(pid: PidNode, rng: random.Random) -> None:
-    """With kp alone the effort is kp × error, one for each error."""
+def test_proportional(pid: PidNode, controls: None, rng: random.Random) -> None:
+    """With kp alone the effort is kp × error, one on the topic effort for each error."""
     kp = rng.randrange(9, 30) / 8
     pid.arrange(kp=kp)
+    pid.renamed.expect_none("pid_node.py")
+    pid.send(rng.uniform(1.0, 2.0))  # whether a new gain counts at once is judged by another test
     before, errors = len(pid.efforts.heard), [sign * rng.randrange(5, 20) / 8 for sign in (1, -1, -1, 1)]
     errors += [errors[-1], 0.0, 0.0]  # an effort that does not change is published too
     for error in errors:
         pid.expect_effort(error, kp * error, "With kp alone, the effort must be kp × error")
+    pid.parameters.set_together({"output_min": -0.5, "output_max": 0.5})
+    errors += [1.0, 1.0]
+    for error in errors[-2:]:  # also when the effort stays at its limit
+        pid.send(error)
     wait_until(lambda: len(pid.efforts.heard) > before + len(errors), EXTRA)
     if len(pid.efforts.heard) != before + len(errors):
         raise Wrong(
@@ -81,8 +111,12 @@ def test_proportional(pid: PidNode, rng: random.Random) -> None:
 def test_new_gain(pid: PidNode, rng: random.Random) -> None:
     """A new gain is used from the very next message on."""
     error = rng.randrange(5, 15) / 8
+    pid.arrange(kp=0.5)
+    pid.send(error)
     for kp in rng.sample(range(10, 40), 3):
-        pid.arrange(kp=kp / 8)
+        pid.parameters.set({"kp": kp / 8})
+        if pid.get().get("kp") != kp / 8:
+            raise Wrong("It must be possible to set kp to any value in its range.", kp / 8)
         pid.expect_effort(error, kp / 8 * error, "After kp was set, the very next effort must use the new kp")
 
 
@@ -92,52 +126,104 @@ def test_clamped(pid: PidNode, rng: random.Random) -> None:
     """The effort stays within output_min and output_max, as they are at that moment."""
     kp = float(rng.randrange(10, 40))
     for _ in range(2):
-        low, high = -rng.randrange(10, 60) / 4, rng.randrange(10, 60) / 4
+        low, high = -rng.randrange(20, 60) / 4, rng.randrange(20, 60) / 4
         pid.arrange(kp=kp, output_min=low, output_max=high)
-        pid.expect_effort(rng.uniform(5, 9), high, "An effort above output_max must become the current output_max")
-        pid.expect_effort(rng.uniform(-9, -5), low, "An effort below output_min must become the current output_min")
+        pid.send(STILL)  # whether a new gain counts at once is judged by another test
+        above, below = rng.uniform(5, 9), rng.uniform(-9, -5)
+        pid.expect_effort(above, high, "An effort above output_max must become the current output_max")
+        pid.expect_effort(below, low, "An effort below output_min must become the current output_min")
         error = rng.choice([-1, 1]) / 64
         pid.expect_effort(error, kp * error, "An effort between output_min and output_max must stay as it is")
+        about = "After {} alone was set, the very next effort must stay within it"
+        for name, value, out in (("output_max", high - 2.5, above), ("output_min", low + 2.5, below)):
+            pid.parameters.set({name: value})
+            if pid.get().get(name) == value:  # or else another test judges it
+                pid.expect_effort(out, value, about.format(name))
 
 
 @points(1, cell="pid-node")
 @twice
 def test_integral(pid: PidNode, rng: random.Random) -> None:
-    """The integral part grows by ki × error × the seconds since the message before."""
+    """The integral grows by error × the seconds since the message before, also while the effort is clamped."""
     ki, error = rng.randrange(8, 32) / 4, rng.choice([-1, 1]) * rng.randrange(5, 10) / 8
     last = begin_integral(pid, error, ki=ki)
-    for pause in (0.25, 0.05, rng.uniform(0.1, 0.15)):
-        last, fault = send_after(pid, pause, error, ki, last)
+    for pause, other in ((0.15, error / 2), (0.05, -error), (rng.uniform(0.1, 0.15), error)):
+        last, fault = send_after(pid, pause, other, ki, last)
         if fault:
             raise Wrong(
-                "With ki alone, the effort must grow from one message to the next by ki × error × the seconds between "
-                "the two.",
+                "With ki alone, the effort must change from one message to the next by ki × error × the seconds "
+                "between the two.",
                 fault,
+            )
+    pid.parameters.set_together(WIDE)
+    last, fault = send_after(pid, 0.05, error, ki, last)
+    narrow = {"output_min": -NARROW, "output_max": NARROW}
+    if fault or not pid.parameters.set_together(narrow).successful:
+        return  # judged by other tests
+    time.sleep(0.15)
+    pid.send(error)
+    pid.parameters.set_together(WIDE)
+    if pid.get().get("output_max") == WIDE["output_max"]:
+        answer = pid.send(error)
+        grown = answer.effort - last.effort
+        if not between(grown, expected := tuple(ki * error * step for step in steps(last, answer))):
+            raise Wrong(
+                "While the effort is clamped, the integral must go on growing by error × step.",
+                f"expected {expected}, got {grown}",
             )
 
 
 @points(1, cell="pid-node")
 @twice
-def test_monotonic_clock(pid: PidNode, rng: random.Random) -> None:
-    """The seconds are those of time.monotonic(), also while use_sim_time is set."""
-    ki, error = rng.randrange(8, 32) / 4, rng.choice([-1, 1]) * rng.randrange(5, 10) / 8
-    last = begin_integral(pid, error, ki=ki)
-    _, fault = send_after(pid, 0.1, error, ki, last)
-    if fault:
-        return  # whatever the clock: judged by the other tests
-    pid.parameters.set({"use_sim_time": True})
-    _, fault = send_after(pid, 0.1, error, ki, pid.send(error))
-    pid.parameters.set({"use_sim_time": False})
-    if fault:
+def test_monotonic_clock(pid: PidNode, controls: None, rng: random.Random) -> None:
+    """The seconds go on while use_sim_time is set, for the integral and for the slope."""
+    ki, kd, error = rng.randrange(8, 32) / 4, rng.randrange(4, 8) / 16, rng.randrange(5, 10) / 8
+    about = (
+        "While use_sim_time is set, {} must be as always: the seconds are those of time.monotonic(), not those of the "
+        "node's clock."
+    )
+    try:
+        usual = rate_of_growth(pid, begin_integral(pid, error, ki=ki), error)
+        pid.parameters.set({"use_sim_time": True})
+        if any(usual):  # how fast it grows is judged by another test
+            got = rate_of_growth(pid, pid.send(error), error)
+            if not (got[0] <= LENIENT * usual[1] and usual[0] <= LENIENT * got[1]):
+                raise Wrong(about.format("the integral"), f"{usual} then {got}")
+        pid.parameters.set({"use_sim_time": False})
+        usual_slope = has_slope(pid, error, kd=kd)
+        pid.parameters.set({"use_sim_time": True})
+        pid.send(error)
+        if usual_slope and not has_slope(pid, error):
+            raise Wrong(about.format("the slope"))
+    finally:
+        pid.parameters.set({"use_sim_time": False})
+    if not any(usual) and not usual_slope:
         raise Wrong(
-            "While use_sim_time is set, the integral must grow as always: the seconds are those of time.monotonic(), "
-            "not those of the node's clock.",
-            fault,
+            "With ki or kd alone the effort must depend on the seconds between two messages: without that, the clock "
+            "cannot be tested."
         )
 
 
+def rate_of_growth(pid: PidNode, last: Answer, error: float) -> tuple[float, float]:
+    """The least and most by which the effort can have grown in a second, in size, with the same error again."""
+    time.sleep(0.1)
+    answer = pid.send(error)
+    grown = abs(answer.effort - last.effort)
+    shortest, longest = steps(last, answer)
+    return (grown / longest, grown / shortest) if math.isfinite(grown) else (0.0, 0.0)
+
+
+def has_slope(pid: PidNode, error: float, **gains: float) -> bool:
+    """Whether a change of the error changes the effort, after setting gains, if any are given."""
+    if gains:
+        pid.arrange(**gains)
+    pid.send(-error)
+    time.sleep(0.02)
+    return abs(pid.send(error).effort) > ROUNDING
+
+
 def send_after(pid: PidNode, pause: float, error: float, ki: float, last: Answer) -> tuple[Answer, str]:
-    """The answer to the same error after a pause (s), and what is wrong with how the effort has grown, or ''."""
+    """The answer to an error after a pause (s), and what is wrong with how the effort has changed, or ''."""
     time.sleep(pause)
     answer = pid.send(error)
     grown = answer.effort - last.effort
@@ -166,34 +252,26 @@ def test_derivative(pid: PidNode, rng: random.Random) -> None:
 @points(1, cell="pid-node")
 @twice
 def test_ki_starts_the_integral_again(pid: PidNode, rng: random.Random) -> None:
-    """When ki is set to another value, the integral starts again from zero."""
+    """When ki is set to another value, the integral starts again from zero, and grows from the next message on."""
     ki, error = rng.randrange(8, 32) / 4, rng.randrange(5, 10) / 8
-    last = fill_integral(pid, error, ki=ki)
-    pid.arrange(ki=ki + 1.5)
-    answer = pid.send(error)
-    # Whether the time step since the message before still counts is left open.
-    most = (ki + 1.5) * max(last.effort / ki / 2, error * (answer.came - last.sent))
-    if not 0.0 <= answer.effort <= most:
-        raise Wrong(
-            "After ki was set to another value, the integral must start again from zero.", f"{last} then {answer}"
-        )
-
-
-@points(1, cell="pid-node")
-@twice
-def test_nothing_else_starts_it_again(pid: PidNode, rng: random.Random) -> None:
-    """Setting other parameters, or ki to the value that it has, leaves the integral as it is."""
-    ki, error = rng.randrange(8, 32) / 4, rng.randrange(5, 10) / 8
-    pid.parameters.set({"ki": ki})  # alone, and then together with others
-    last = fill_integral(pid, error, ki=ki)
-    pid.parameters.set({"kp": 0.5, "kd": 0.25, "output_min": -2e6, "output_max": 2e6})
-    pid.parameters.set_together({"kp": 0.0, "kd": 0.0})
-    expect_no_less(pid, error, last, "After kp, kd or a limit was set, the integral must continue from where it was")
-    same = "After ki was set to the value that it already had, the integral must continue from where it was"
-    pid.parameters.set({"ki": ki})
-    expect_no_less(pid, error, last, same)
-    pid.parameters.set_together({"kd": 0.25, "ki": ki})
-    expect_no_less(pid, error, last, same)
+    for new in ({"ki": ki + 1.5}, {"kd": 0.0, "kp": 0.0, "ki": ki - 0.5}):  # alone, and as the last of several
+        fill_integral(pid, error, ki=ki)
+        slowest, fastest = rate_of_growth(pid, pid.send(error), error)  # judged by another test
+        last = pid.send(error)
+        time.sleep(0.1)
+        result = pid.parameters.set_together(new) if len(new) > 1 else pid.parameters.set(new)[0]
+        answer = pid.send(error)
+        if not result.successful:
+            raise Wrong("It must be possible to set ki to any value in its range.", f"{new}: {result}")
+        shortest, longest = steps(last, answer)
+        share = new["ki"] / ki
+        expected = share * slowest * shortest / LENIENT, share * fastest * longest
+        if not between(answer.effort, expected):
+            raise Wrong(
+                "After ki was set to another value, the integral must start again from zero: with ki alone, the next "
+                "effort must be ki × error × step.",
+                f"{last} then {answer}, expected {expected}",
+            )
 
 
 def begin_integral(pid: PidNode, error: float, **gains: float) -> Answer:
@@ -206,10 +284,7 @@ def begin_integral(pid: PidNode, error: float, **gains: float) -> Answer:
 def fill_integral(pid: PidNode, error: float, **gains: float) -> Answer:
     """The last of several answers to a positive error, while the integral grows; raises Wrong when it does not."""
     first = begin_integral(pid, error, **gains)
-    for _ in range(5):
-        time.sleep(0.05)
-        pid.send(error)
-    last = pid.send(error)
+    last = send_often(pid, error)
     if not last.effort > first.effort:
         raise Wrong(
             "With ki above 0 and the same positive error again and again, the effort must grow: without an integral "
@@ -217,6 +292,14 @@ def fill_integral(pid: PidNode, error: float, **gains: float) -> Answer:
             f"ki {gains['ki']}: {first} then {last}",
         )
     return last
+
+
+def send_often(pid: PidNode, error: float) -> Answer:
+    """The last of several answers to the same error."""
+    for _ in range(3):
+        time.sleep(0.05)
+        pid.send(error)
+    return pid.send(error)
 
 
 def expect_no_less(pid: PidNode, error: float, last: Answer, about: str) -> None:
@@ -233,8 +316,11 @@ def steps(last: Answer, answer: Answer) -> tuple[float, float]:
 
 @points(1, cell="pid-node")
 @twice
-def test_out_of_range(pid: PidNode, rng: random.Random) -> None:
-    """A gain outside its range is refused with a reason, and changes nothing."""
+def test_out_of_range(pid: PidNode, controls: None, rng: random.Random) -> None:
+    """A gain outside its range is refused with a reason, and changes nothing; the range's ends are accepted."""
+    for name, (low, high) in RANGES.items():
+        for value in (low, high):
+            pid.expect_set(f"A {name} at the end of its range, {value:g},", **{name: value})
     pid.arrange(**{name: (low + high) / 4 for name, (low, high) in RANGES.items()})
     for name, (low, high) in RANGES.items():
         for value in (high + rng.randrange(1, 80) / 8, low - rng.randrange(1, 80) / 8):
@@ -244,7 +330,7 @@ def test_out_of_range(pid: PidNode, rng: random.Random) -> None:
 
 @points(1, cell="pid-node")
 @twice
-def test_limits_in_order(pid: PidNode, rng: random.Random) -> None:
+def test_limits_in_order(pid: PidNode, controls: None, rng: random.Random) -> None:
     """An output_min that is not below output_max is refused with a reason, set alone or together with others."""
     low, high = -rng.randrange(5, 30) / 4, rng.randrange(5, 30) / 4
     pid.arrange(kp=1.0, output_min=low, output_max=high)
@@ -257,16 +343,17 @@ def test_limits_in_order(pid: PidNode, rng: random.Random) -> None:
     pid.expect_refusal("An output_max below output_min", output_max=low - 1.5)
     pid.expect_refusal("An output_min equal to output_max", output_min=high)
     pid.expect_refusal("An output_max equal to output_min", output_max=low)
-    pid.expect_refusal("Setting both limits together, in the wrong order,", output_min=high, output_max=low)
-    pid.expect_refusal(
-        "Setting both limits together, in the wrong order,", output_max=high + 2.5, output_min=high + 4.0
-    )
+    together = "Setting both limits together, in the wrong order,"
+    pid.expect_refusal(together, output_min=high, output_max=low)
+    pid.expect_refusal(together, output_max=high + 2.5, output_min=high + 4.0)
+    pid.expect_refusal(together, output_min=low - 2.5, output_max=low - 4.0)
     pid.expect_refusal("Setting both limits together, to the same value,", output_min=low + 1, output_max=low + 1)
+    pid.expect_refusal("An output_min above output_max, set together with kp,", output_min=high + 1.5, kp=2.0)
 
 
 @points(1, cell="pid-node")
 @twice
-def test_one_limit(pid: PidNode, rng: random.Random) -> None:
+def test_one_limit(pid: PidNode, controls: None, rng: random.Random) -> None:
     """One limit, set alone, is accepted when it is in order with the stored value of the other."""
     low, high = -rng.randrange(80, 100) / 4, rng.randrange(80, 100) / 4
     pid.arrange(kp=1.0, output_min=low, output_max=high)
@@ -275,6 +362,7 @@ def test_one_limit(pid: PidNode, rng: random.Random) -> None:
     pid.expect_set(about.format("output_max", "above", "output_min"), output_max=high - 1.5)
     pid.expect_set(about.format("output_min", "below", "output_max"), output_min=low)
     pid.expect_set(about.format("output_max", "above", "output_min"), output_max=low + 1.5)
+    pid.expect_set("The value that output_max already has, set again,", output_max=low + 1.5)
     # A refused limit must not be remembered.  Whether it is refused is judged by another test.
     about += " also after another value was refused,"
     for bad, good, order in (
@@ -282,13 +370,21 @@ def test_one_limit(pid: PidNode, rng: random.Random) -> None:
         ({"output_max": low - 30.0}, {"output_min": low + 1.0}, ("output_min", "below", "output_max")),
     ):
         pid.arrange(kp=1.0, output_min=low, output_max=high)
-        if not pid.parameters.set(bad)[0].successful:
+        if is_refused(pid, bad):
             pid.expect_set(about.format(*order), **good)
+
+
+def is_refused(pid: PidNode, bad: Mapping[str, float]) -> bool:
+    """Whether the node refuses to set these together; False when it dies of it, which another test judges."""
+    try:
+        return not pid.parameters.set_together(bad).successful
+    except Crashed:
+        return False
 
 
 @points(1, cell="pid-node")
 @twice
-def test_nan_limits(pid: PidNode, rng: random.Random) -> None:
+def test_nan_limits(pid: PidNode, controls: None, rng: random.Random) -> None:
     """NaN as a limit is refused with a reason, set alone or together with others."""
     low, high = -rng.randrange(5, 30) / 4, rng.randrange(5, 30) / 4
     pid.arrange(kp=1.0, output_min=low, output_max=high)
@@ -304,62 +400,71 @@ def test_nan_limits(pid: PidNode, rng: random.Random) -> None:
 
 @points(1, cell="pid-node")
 @twice
-def test_limits_together(pid: PidNode, rng: random.Random) -> None:
+def test_limits_together(pid: PidNode, controls: None, rng: random.Random) -> None:
     """Both limits, set together, can be moved beyond the old ones."""
     pid.arrange(kp=1.0, output_min=-5.0, output_max=5.0)
     above, below = rng.randrange(60, 90) / 4, -rng.randrange(100, 140) / 4
     about = "Setting both limits together, in order and both {} the old ones,"
     pid.expect_set(about.format("above"), output_min=above, output_max=above + 2.5)
     pid.expect_set(about.format("below"), output_max=below + 2.5, output_min=below)
+    pid.expect_set(f"{about.format('above')} with kp as well,", output_max=above + 2.5, kp=2.0, output_min=above)
+    pid.expect_set(f"{about.format('below')} with kp as well,", kp=1.0, output_min=below, output_max=below + 2.5)
 
 
 @points(1, cell="pid-node")
 @twice
-def test_all_or_nothing(pid: PidNode, rng: random.Random) -> None:
-    """Setting several parameters together, one of them to a bad value, changes nothing at all."""
-    gains = {"kp": rng.randrange(9, 30) / 8, "ki": rng.randrange(8, 32) / 4}
+def test_all_or_nothing(pid: PidNode, controls: None, rng: random.Random) -> None:
+    """A refused set, of one parameter or of several, changes nothing at all."""
+    gains = {"kp": rng.randrange(40, 80) / 8, "ki": rng.randrange(8, 16) / 4}
     error = rng.randrange(5, 10) / 8
-    last, refused = fill_integral(pid, error, **gains), 0
+
+    def fill() -> Answer:  # with an integral, if the node has one
+        begin_integral(pid, error, **gains)
+        return send_often(pid, error)
+
+    last, refused = fill(), 0
     pid.parameters.set({"kd": 0.25})
     steady = pid.send(error).effort >= last.effort - ROUNDING  # or else another test judges it
     if not steady:
-        last = fill_integral(pid, error, **gains)
+        last = fill()
     less = {name: gain / 2 for name, gain in gains.items()}
-    for bad in ({"output_min": 2.0, "output_max": 1.0}, {"kd": RANGES["kd"][1] + 1.5}, {"output_max": -2e6}):
-        for values in (less | bad, bad | less):
-            before, result = pid.get(), pid.parameters.set_together(values)
-            if result.successful:
-                pid.arrange(**gains)  # judged by the other tests
-                last = fill_integral(pid, error, **gains)
-                continue
-            refused += 1
-            if (after := pid.get()) != before:
-                raise Wrong(
-                    "When several parameters are set together and refused, none of them may change.",
-                    f"{values}: {before} became {after}",
-                )
+    above = RANGES["kd"][1] + 1.5
+    several = ({"output_min": 2.0, "output_max": 1.0}, {"kd": above}, {"output_max": -2e6})
+    for values in (
+        *(values for bad in several for values in (less | bad, bad | less)),
+        *({name: high + 1.5} for name, (_, high) in RANGES.items()),
+        *({name: low - 1.5} for name, (low, _) in RANGES.items()),
+        *({"kp": gains["kp"] / 2, name: math.nan} for name in WIDE),
+    ):
+        before, last = pid.get(), pid.send(error)
+        if not is_refused(pid, values):
+            last = fill()  # judged by the other tests
+            continue
+        refused += 1
+        about = (
+            "After a refusal the node must continue as if nothing had been asked: with the old gains and limits, and "
+            "with its integral"
+        )
+        expect_no_less(pid, error, last, about)
+        if (after := pid.get()) != before:
+            raise Wrong(
+                "When a set is refused, none of its parameters may change.", f"{values}: {before} became {after}"
+            )
+        if steady:
+            pid.parameters.set({"kd": 0.25})
             expect_no_less(
                 pid,
                 error,
                 last,
-                "After a refusal to set several parameters together, the node must continue as if nothing had been "
-                "asked: with the old gains and with its integral",
+                "After a refused set and then an accepted one of kd, nothing of the refused one may take effect",
             )
-            if steady:
-                pid.parameters.set({"kd": 0.25})
-                expect_no_less(
-                    pid,
-                    error,
-                    last,
-                    "After a refused set and then an accepted one of kd, nothing of the refused one may take effect",
-                )
     if not refused:
         raise Wrong("Setting several parameters together must be refused when one of the values is bad.")
 
 
 @points(1, cell="pid-node")
 @twice
-def test_joint_name_is_read_only(pid: PidNode, by_start: Mapping[str, Any], rng: random.Random) -> None:
+def test_joint_name_is_read_only(pid: PidNode, controls: None, by_start: Mapping[str, Any], rng: random.Random) -> None:
     """joint_name cannot be set while the node runs."""
     if "joint_name" not in by_start:
         raise Wrong("The node must declare the parameter joint_name.")
@@ -368,26 +473,97 @@ def test_joint_name_is_read_only(pid: PidNode, by_start: Mapping[str, Any], rng:
 
 @points(1, cell="pid-node")
 @twice
-def test_command_line(by_command_line: Overridden, rng: random.Random) -> None:
-    """Values from the command line win over the defaults."""
-    expect_overridden(*by_command_line, rng, "on the command line (--ros-args -p NAME:=VALUE)")
+def test_launch_values(
+    by_command_line: Overridden, by_file: Overridden, controls: None, by_start: Mapping[str, Any]
+) -> None:
+    """Values from the command line, and from a YAML file, win over the defaults."""
+    for (node, values), where in (
+        (by_command_line, "on the command line (--ros-args -p NAME:=VALUE)"),
+        (by_file, "in a parameter file (--ros-args --params-file FILE)"),
+    ):
+        got = node.get()
+        for name, value in values.items():
+            if name in by_start and got.get(name) != value:
+                raise Wrong(f"The parameter {name} must have the value given {where}.", f"{values}, got {got}")
 
 
 @points(1, cell="pid-node")
 @twice
-def test_parameter_file(by_file: Overridden, rng: random.Random) -> None:
-    """Values from a YAML file win over the defaults."""
-    expect_overridden(*by_file, rng, "in a parameter file (--ros-args --params-file FILE)")
-
-
-def expect_overridden(node: PidNode, values: Mapping[str, Any], rng: random.Random, where: str) -> None:
-    """The parameters must have these values from the start, and the node must use them."""
+def test_launch_values_are_used(pid: PidNode, by_command_line: Overridden, controls: None) -> None:
+    """The effort is computed from the values given at launch."""
+    node, _ = by_command_line
+    works = working_parts(pid)
     node.start_fresh()
-    got = node.get()
-    for name, value in values.items():
-        if got.get(name) != value:
-            raise Wrong(f"The parameter {name} must have the value given {where}.", f"{values}, got {got}")
-    node.parameters.set({"ki": 0.0})
-    node.parameters.set({"kd": 0.0})
-    error = rng.choice([-1, 1]) / 64
-    node.expect_effort(error, values["kp"] * error, f"The effort must be computed from the values given {where}")
+    given = node.get()
+    kp, ki, kd = (given.get(name, 0.0) for name in RANGES)
+
+    def expect(right: bool, name: str, detail: object) -> None:
+        if not right:
+            raise Wrong(
+                f"From its start, the node must use the {name} given on the command line: it used another one.",
+                f"{given}: {detail}",
+            )
+
+    first, _ = node.send(STILL), node.send(STILL)
+    if pid.gains_by_launch:
+        expect(near(first.effort, kp * STILL), "kp", first)
+    time.sleep(0.05)
+    later = node.send(STILL)
+    if works["ki"] and ki:
+        expect(later.effort != first.effort, "ki", (first, later))
+    turned = node.send(-STILL)
+    longest = turned.came - later.sent
+    integral, slope = ki * STILL * longest, kd * 2 * STILL / longest
+    if works["kd"] and slope > 4 * integral:  # not on a machine so busy that they cannot be told apart
+        expect(abs(turned.effort - later.effort + 2 * kp * STILL) > 2 * integral, "kd", (later, turned))
+    node.parameters.set({"ki": 0.0, "kd": 0.0})  # with kp alone, how busy the machine is makes no difference
+    for name, error in (("output_max", HUGE), ("output_min", -HUGE)):
+        if works[name] and name in given:
+            expect(near(got := node.send(error).effort, given[name]), name, got)
+    if not pid.gains_by_launch:
+        node.send(-STILL)  # a node may use a new gain one message late, which another test judges
+        expect(near(got := node.send(STILL).effort, kp * STILL), "kp", got)
+
+
+def working_parts(pid: PidNode) -> dict[str, bool]:
+    """Which gains and limits make a difference while the node runs: only these are asked for at launch."""
+    pid.arrange(ki=2.0)
+    pid.send(STILL)
+    time.sleep(0.02)
+    found = {"ki": pid.send(STILL).effort != pid.send(STILL).effort, "kd": has_slope(pid, STILL, kd=0.25)}
+    pid.arrange(kp=10.0, output_min=-2.0, output_max=1.0)
+    for name, error, limit in (("output_max", 1.0, 1.0), ("output_min", -1.0, -2.0)):
+        pid.send(STILL)
+        found[name] = pid.send(error).effort == limit
+    return found
+
+
+@points(1, cell="pid-node")
+@twice
+def test_nothing_else_starts_it_again(pid: PidNode, by_file: Overridden, controls: None, rng: random.Random) -> None:
+    """Setting other parameters, or ki to the value that it has, leaves the integral as it is."""
+    ki, error = rng.randrange(8, 32) / 4, rng.randrange(5, 10) / 8
+    pid.parameters.set({"ki": ki})  # alone, and then together with others
+    last = fill_integral(pid, error, ki=ki)
+    pid.parameters.set({"kp": 0.5, "kd": 0.25, "output_min": -2e6, "output_max": 2e6})
+    pid.parameters.set_together({"kp": 0.0, "kd": 0.0})
+    expect_no_less(pid, error, last, "After kp, kd or a limit was set, the integral must continue from where it was")
+    same = "After ki was set to the value that it already had, the integral must continue from where it was"
+    pid.parameters.set({"ki": ki})
+    expect_no_less(pid, error, last, same)
+    pid.parameters.set_together({"kd": 0.25, "ki": ki})
+    expect_no_less(pid, error, last, same)
+
+    node, _ = by_file
+    node.start_fresh()  # again in the second run: the mistake shows once
+    node.parameters.set_together({"kp": 0.0, "kd": 0.0} | WIDE)
+    ki = node.get().get("ki", 0.0)
+    first, last = node.send(error), send_often(node, error)
+    node.parameters.set({"ki": ki})
+    if last.effort > first.effort:  # or else the values at launch are not used, which another test judges
+        expect_no_less(
+            node,
+            error,
+            last,
+            "After ki was set to the value that it was given at launch, the integral must continue from where it was",
+        )

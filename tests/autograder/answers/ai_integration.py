@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from autograder.submissions import exercises
 from course.notebook import cells
 
 from . import changed, solution
@@ -219,8 +220,158 @@ if __name__ == '__main__':
     main()
 """
 
+RULES_AGENT = """
+import math
+
+LIMIT = 0.5
+RULES = (
+    (lambda d: not d['front'] >= 0.5, lambda d: (0, LIMIT)),
+    (lambda d: not d['right'] <= 1.2, lambda d: (0.2, -0.4)),
+    (lambda d: True, lambda d: (0.3, math.copysign(min(LIMIT, abs(0.9 - 1.5 * d['right'])), 0.6 - d['right']))),
+)
+
+class Base:
+    def decide_action(self, distances):
+        raise NotImplementedError
+
+class WallAgent(Base):
+    def decide_action(self, distances):
+        linear, angular = next(then(distances) for when, then in RULES if when(distances))
+        return {'angular': angular, 'linear': linear, 'rule': 'one of three'}
+"""
+
+BY_INDEX = """
+import math
+import rclpy
+from rclpy.node import Node
+from rclpy.time import Time
+from geometry_msgs.msg import Twist
+from sensor_msgs.msg import LaserScan
+from wall_agent import WallAgent
+
+class Brain:
+    '' 'Wraps the agent: keeps what it saw and what it did.' ''
+    def __init__(self):
+        self.agent, self.last = WallAgent(), None
+
+    def decide_action(self, distances):
+        self.last = distances, self.agent.decide_action(distances)
+        return self.last[1]
+
+class Follower(Node):
+    def __init__(self):
+        super().__init__('wall_follower')
+        self.brain = Brain()
+        self.scan = None
+        self.stamp = Time(clock_type=self.get_clock().clock_type)
+        self.sectors = {'front': (-25.0, 25.0), 'right': (-80.0, -40.0)}
+        self.create_subscription(LaserScan, 'scan', self.on_scan, 1)
+        self.pub = self.create_publisher(Twist, 'cmd_vel', 10)
+        self.create_timer(1 / 10, self.decide_action)
+
+    def on_scan(self, scan):
+        self.scan, self.stamp = scan, self.get_clock().now()
+
+    def beams(self, low, high):
+        '' 'Indices, from the angles: for each whole turn that the scanner may have made.' ''
+        scan, n = self.scan, len(self.scan.ranges)
+        if not n:
+            return
+        for turn in range(-3, 4):
+            ends = [(math.radians(a + 360 * turn) - scan.angle_min) / scan.angle_increment for a in (low, high)]
+            first, last = math.ceil(min(ends) - 1e-4), math.floor(max(ends) + 1e-4)
+            yield from range(max(0, first), min(n - 1, last) + 1)
+
+    def distance(self, name):
+        best = math.inf
+        for beam in self.beams(*self.sectors[name]):
+            r = self.scan.ranges[beam]
+            if math.isinf(r):
+                best = 0.0 if r < 0 else best
+            elif self.scan.range_min <= r <= self.scan.range_max:
+                best = min(best, r)
+        return best
+
+    def decide_action(self):
+        out = Twist()
+        if self.scan is not None and (self.get_clock().now() - self.stamp).nanoseconds < 5e8:
+            action = self.brain.decide_action({name: self.distance(name) for name in self.sectors})
+            out.linear.x = float(action['linear'])
+            out.angular.z = float(action['angular'])
+        self.pub.publish(out)
+
+def main(args=None):
+    rclpy.init(args=args)
+    rclpy.spin(Follower())
+
+if __name__ == '__main__':
+    main()
+""".replace("'' '", '"' * 3).replace("' ''", '"' * 3)
+
+SUBCLASS = """
+import math
+import rclpy
+from rclpy.clock import Clock, ClockType
+from geometry_msgs.msg import Twist
+from sensor_msgs.msg import LaserScan
+from rclpy.node import Node
+import wall_agent as brain
+
+class Careful(brain.WallAgent):
+    asked = 0
+    def decide_action(self, distances):
+        self.asked += 1
+        return super().decide_action(distances)
+
+def inside(angle, low, high):
+    while angle < low:
+        angle += 360
+    while angle >= low + 360:
+        angle -= 360
+    return angle <= high
+
+class N(Node):
+    def __init__(self):
+        super().__init__('wall_follower')
+        self.careful, self.ticks, self.seen = Careful(), 99, {}
+        self.out = self.create_publisher(Twist, 'cmd_vel', 10)
+        self.create_timer(0.1, self.tick)
+        self.create_subscription(LaserScan, 'scan', self.look, 5)
+
+    def look(self, scan):
+        near = {'front': [math.inf], 'right': [math.inf]}
+        step, angle = math.degrees(scan.angle_increment), math.degrees(scan.angle_min)
+        for r in map(float, scan.ranges):
+            name = 'front' if inside(angle, -25, 25) else 'right' if inside(angle, -80, -40) else None
+            angle += step
+            if name and (r == -math.inf or scan.range_min <= r <= scan.range_max):
+                near[name].append(max(r, 0.0))
+        self.seen, self.ticks = {name: min(rs) for name, rs in near.items()}, 0
+
+    def tick(self):
+        cmd, self.ticks = Twist(), self.ticks + 1
+        if self.ticks <= 5:
+            for key, value in self.careful.decide_action(dict(self.seen)).items():
+                if key == 'linear':
+                    cmd.linear.x = float(value)
+                if key == 'angular':
+                    cmd.angular.z = float(value)
+        self.out.publish(cmd)
+
+rclpy.init()
+rclpy.spin(N())
+"""
+
 RIGHT = {
     "reference": REFERENCE,
+    "a table of rules; beams by index, the agent in a wrapper, a queue of 1": files(RULES_AGENT, BY_INDEX),
+    "a subclass of the agent, angles added up, age in ticks": files(RULES_AGENT, SUBCLASS),
+    "rules from the last to the first, numbers as strings in between": agent(
+        (
+            "        front, right = distances['front'], distances['right']\n",
+            "        front, right = (float(str(distances[key])) for key in ('front', 'right'))\n",
+        )
+    ),
     "short agent; functions, loops, age by the wall clock": files(SHORT_AGENT, FUNCTIONS),
     "dataclass and NumPy; a thread that keeps its own time": files(NUMPY_AGENT, OWN_TIME),
     "watchdog, threads, async, own context, slow start, scans by best effort": files(SHORT_AGENT, WATCHDOG),
@@ -259,10 +410,10 @@ ROOMS = {"hall", "block", "bend"}
 USABLE = "usable = np.isinf(ranges) | (ranges >= scan.range_min) & (ranges <= scan.range_max)"
 STALE = "return self.get_clock().now() - self.scan_time <= FRESH"
 WRAPPED = "degrees = np.degrees((angles + math.pi) % (2 * math.pi) - math.pi)"
-POLICY = {"wall_ahead", "looks_for_a_wall", "keeps_its_distance", "thresholds"}
-SECTORS = {"sectors", "first_beam_anywhere", "clockwise"}
-SCANS = SECTORS | {"no_return_and_touching", "no_measurements"}
+RULES = {"looks_for_a_wall", "keeps_its_distance"}  # that the course's agents do not have
+VALUES = {"no_return_and_touching", "no_measurements"}
 TIMING = {"stands_before_the_first_scan", "rate", "stops"}
+EVERYTHING = {test.id.removeprefix("test_") for test in exercises.load("ai_integration").tests}
 SEED = 1  # of the gradings of wrong answers: a wrong decision makes a robot fail in one room and not in another
 
 ONE_FILE = REFERENCE[NODE].replace(
@@ -306,19 +457,65 @@ rclpy.spin(Controller(WallAgent()))
 """
 
 # What is wrong, and the tests that it loses (without "test_").
+DEAF = """
+import rclpy
+from geometry_msgs.msg import Twist
+from sensor_msgs.msg import LaserScan
+
+rclpy.init()
+node = rclpy.create_node('wall_follower')
+publisher = node.create_publisher(Twist, 'cmd_vel', 10)
+node.create_subscription(LaserScan, 'scan', lambda scan: None, 10)
+node.create_timer(0.1, lambda: publisher.publish(Twist()))
+rclpy.spin(node)
+"""
+
+
+def constant(linear: float, angular: float) -> str:
+    """An agent that always says the same."""
+    return (
+        "class WallAgent:\n    def decide_action(self, distances):\n"
+        f"        return {{'linear': {linear}, 'angular': {angular}}}\n"
+    )
+
+
+TUPLES = (
+    ("{'linear': 0.0, 'angular': 0.5}", "(0.0, 0.5)"),
+    ("{'linear': 0.2, 'angular': -0.4}", "(0.2, -0.4)"),
+    ("{'linear': 0.3, 'angular': max(-0.5, min(0.5, angular))}", "(0.3, max(-0.5, min(0.5, angular)))"),
+)
+KEEP = "        self.distances = nearest(msg)\n"
+CMD = "            cmd.angular.z = action['angular']\n"
+
+
+def seen(*lines: str) -> dict[str, bytes]:
+    """The reference with these lines in the place of the one that keeps the distances; `new` has them."""
+    body = "".join(f"        {line}\n" for line in ("new = nearest(msg)", *lines))
+    return node((KEEP, body))
+
+
+def remembering(*lines: str) -> dict[str, bytes]:
+    """The reference with these lines before the agent decides; `self.asked` counts the decisions."""
+    body = "".join(f"        {line}\n" for line in ("self.asked += 1", *lines))
+    return agent(
+        ("        self.state = State.STOPPED\n", "        self.state, self.asked = State.STOPPED, 0\n"),
+        ("        if front < 0.5:\n", body + "        if front < 0.5:\n"),
+    )
+
+
 WRONG = {
     "what the course ships, pasted together": (
         files(CHAPTERS_AGENT, CHAPTERS_NODE),
-        POLICY | SECTORS | ROOMS | {"stands_before_the_first_scan"},
+        RULES | ROOMS | {"stands_before_the_first_scan", "sectors"},
     ),
     "what the page builds, pasted together": (
         files(PAGES_AGENT, PAGES_NODE),
-        POLICY | SECTORS | ROOMS | {"stands_before_the_first_scan", "stops"},
+        RULES | ROOMS | {"stands_before_the_first_scan", "sectors", "no_measurements", "stops"},
     ),
-    "the course's agent in the reference's node": (files(CHAPTERS_AGENT), POLICY | ROOMS),
+    "the course's agent in the reference's node": (files(CHAPTERS_AGENT), RULES | ROOMS),
     "the course's node with the reference's agent": (
         files(REFERENCE[AGENT].decode(), CHAPTERS_NODE.replace('self._declare("obstacle_threshold", 0.5)', "")),
-        SECTORS | {"stands_before_the_first_scan", "stops"},
+        {"sectors", "stands_before_the_first_scan", "rate", "stops"},
     ),
     "the agent imports rclpy": (
         agent(("from enum import Enum\n", "from enum import Enum\n\nfrom rclpy.node import Node\n")),
@@ -329,14 +526,14 @@ WRONG = {
             ("from enum import Enum\n", "from enum import Enum\n\nfrom geometry_msgs.msg import Twist\n"),
             ("        angular = 1.5 * (0.6 - right)\n", "        return Twist()\n"),
         ),
-        {"agent_needs_no_ros", "keeps_its_distance", "thresholds"} | ROOMS,
+        {"agent_needs_no_ros", "keeps_its_distance", "thresholds", "hall"},
     ),
-    "all in one file": ({**REFERENCE, NODE: ONE_FILE}, SCANS | TIMING),
+    "all in one file": ({**REFERENCE, NODE: ONE_FILE}, {"asks_its_agent"}),
     "no class WallAgent": (
         changed(agent(("class WallAgent", "class Agent")), NODE, ("import WallAgent", "import Agent as WallAgent")),
-        {"agent_needs_no_ros"} | POLICY | SCANS | TIMING,
+        {"agent_needs_no_ros"},
     ),
-    "turns right at a wall ahead": (agent(("'angular': 0.5}", "'angular': -0.5}")), {"wall_ahead"} | {"hall", "bend"}),
+    "turns right at a wall ahead": (agent(("'angular': 0.5}", "'angular': -0.5}")), {"wall_ahead", "hall"}),
     "drives on while it turns": (agent(("{'linear': 0.0,", "{'linear': 0.1,")), {"wall_ahead"}),
     "looks for a wall before it looks ahead": (
         agent(
@@ -358,13 +555,13 @@ WRONG = {
     "lost at 1.2 m": (agent(("right > 1.2", "right >= 1.2")), {"thresholds"}),
     "never looks for a wall": (
         agent(("if right > 1.2:", "if False:"), ("0.6 - right)", "0.6 - min(right, 9))")),
-        {"looks_for_a_wall", "thresholds"},
+        {"looks_for_a_wall"},
     ),
     "drives straight on without a wall": (
         agent(("'linear': 0.2, 'angular': -0.4", "'linear': 0.3, 'angular': 0.0")),
         {"looks_for_a_wall"},
     ),
-    "steers the wrong way": (agent(("0.6 - right", "right - 0.6")), {"keeps_its_distance"} | ROOMS),
+    "steers the wrong way": (agent(("0.6 - right", "right - 0.6")), {"keeps_its_distance", "hall"}),
     "another distance": (agent(("0.6 - right", "0.5 - right")), {"keeps_its_distance"}),
     "another gain": (agent(("1.5 *", "1.0 *")), {"keeps_its_distance"}),
     "no limit": (agent(("max(-0.5, min(0.5, angular))", "angular")), {"keeps_its_distance"}),
@@ -380,34 +577,80 @@ WRONG = {
     "the chapter's slices": (
         node(
             (
-                "        self.distances = nearest(msg)\n",
+                KEEP,
                 (
                     "        r = msg.ranges\n"
                     "        self.distances = {'front': min(r[0:25] + r[-25:]), 'right': min(r[-80:-40])}\n"
                 ),
             )
         ),
-        SCANS | ROOMS,
+        {"any_number_of_beams", "first_beam_anywhere", "clockwise", "hall"} | VALUES,
     ),
     "the sectors of the chapter": (
         node(("'front': (-25, 25), 'right': (-80, -40)", "'front': (-30, 30), 'right': (-90, -30)")),
-        SECTORS,
+        {"sectors"},
     ),
-    "every scanner has 360 beams": (node(("scan.angle_increment *", "math.radians(1) *")), SECTORS | ROOMS),
-    "every scanner begins ahead": (node(("scan.angle_min +", "")), {"first_beam_anywhere", "clockwise"} | ROOMS),
-    "every scanner begins behind": (node(("scan.angle_min +", "-math.pi +")), SCANS | {"block"}),
+    "every scanner has 360 beams": (
+        node(("scan.angle_increment *", "math.radians(1) *")),
+        {"any_number_of_beams", "clockwise", "hall"},
+    ),
+    "the angle between beams in whole degrees": (
+        node(("scan.angle_increment *", "math.radians(round(math.degrees(scan.angle_increment))) *")),
+        {"any_number_of_beams", "hall"},
+    ),
+    "at most 1000 beams": (
+        node(("np.array(scan.ranges, dtype=float)", "np.array(scan.ranges[:1000], dtype=float)")),
+        {"any_number_of_beams"},
+    ),
+    "at least 90 beams": (
+        node(("    usable =", "    if len(ranges) < 90:\n        ranges[:] = math.inf\n    usable =")),
+        {"any_number_of_beams"},
+    ),
+    "every scanner begins ahead": (node(("scan.angle_min +", "")), {"first_beam_anywhere", "hall"}),
+    "every scanner begins behind": (node(("scan.angle_min +", "-math.pi +")), {"first_beam_anywhere"}),
+    "angles taken back by one turn alone": (
+        node(
+            (
+                WRAPPED,
+                (
+                    "degrees = np.degrees(np.where(\n"
+                    "        angles > math.pi, angles - 2 * math.pi,\n"
+                    "        np.where(angles < -math.pi, angles + 2 * math.pi, angles)))"
+                ),
+            )
+        ),
+        {"first_beam_anywhere"},
+    ),
+    "every scanner sees a whole turn": (
+        node(("scan.angle_increment *", "math.copysign(2 * math.pi / max(1, len(ranges)), scan.angle_increment) *")),
+        {"first_beam_anywhere"},
+    ),
     "every scanner turns counter-clockwise": (
         node(("scan.angle_increment *", "abs(scan.angle_increment) *")),
-        {"clockwise", "bend"},
+        {"clockwise"},
     ),
-    "angles not brought back to one turn": (node((WRAPPED, "degrees = np.degrees(angles)")), SCANS),
-    "front too narrow": (node(("'front': (-25, 25)", "'front': (-20, 20)")), SECTORS),
-    "front too wide": (node(("'front': (-25, 25)", "'front': (-30, 30)")), SECTORS),
-    "right is left": (node(("(-80, -40)", "(40, 80)")), SCANS | ROOMS),
-    "right too far back": (node(("(-80, -40)", "(-90, -40)")), SECTORS),
+    "a clockwise scanner is read from its end": (
+        node(
+            (
+                "scan.angle_min + scan.angle_increment *",
+                "min(scan.angle_min, scan.angle_max) + abs(scan.angle_increment) *",
+            )
+        ),
+        {"clockwise"},
+    ),
+    "angles not brought back to one turn": (
+        node((WRAPPED, "degrees = np.degrees(angles)")),
+        {"first_beam_anywhere", "clockwise"},
+    ),
+    "front too narrow": (node(("'front': (-25, 25)", "'front': (-20, 20)")), {"sectors"}),
+    "front from -24 to 24 degrees": (node(("'front': (-25, 25)", "'front': (-24, 24)")), {"sectors"}),
+    "right from -79 degrees": (node(("'right': (-80, -40)", "'right': (-79, -40)")), {"sectors"}),
+    "front too wide": (node(("'front': (-25, 25)", "'front': (-30, 30)")), {"sectors"}),
+    "right is left": (node(("(-80, -40)", "(40, 80)")), {"sectors"} | ROOMS),
+    "right too far back": (node(("(-80, -40)", "(-90, -40)")), {"sectors"}),
     "mean distance": (
         node(("seen.min(initial=math.inf)", "seen.mean() if len(seen) else math.inf")),
-        SCANS | {"hall", "bend"},
+        {"sectors", "no_return_and_touching", "hall"},
     ),
     "NaN not looked for": (
         node((USABLE, "usable = ~((ranges < scan.range_min) | (ranges > scan.range_max)) | np.isinf(ranges)")),
@@ -484,6 +727,172 @@ WRONG = {
     ),
     "8 Hz": (node(("create_timer(0.1,", "create_timer(0.125,")), {"rate"}),
     "20 Hz": (node(("create_timer(0.1,", "create_timer(0.05,")), {"rate"}),
-    "another topic": (node(("'cmd_vel', 10", "'cmd', 10")), SCANS | TIMING | ROOMS),
+    "the class is called wall_agent": (
+        changed(
+            agent(("class WallAgent", "class wall_agent")),
+            NODE,
+            ("from wall_agent import WallAgent", "import wall_agent"),
+            ("WallAgent()", "wall_agent.wall_agent()"),
+        ),
+        {"agent_needs_no_ros"},
+    ),
+    "the agent returns a tuple": (
+        changed(agent(*TUPLES), NODE, ("action['linear']", "action[0]"), ("action['angular']", "action[1]")),
+        {"agent_needs_no_ros"},
+    ),
+    "the agent's keys are v and w": (
+        changed(
+            agent(("'linear': ", "'v': "), ("'angular': ", "'w': ")),
+            NODE,
+            ("action['linear']", "action['v']"),
+            ("action['angular']", "action['w']"),
+        ),
+        {"agent_needs_no_ros"},
+    ),
+    "another topic of scans": (node(("LaserScan, 'scan'", "LaserScan, 'laser'")), {"asks_its_agent"}),
+    "another topic": (node(("'cmd_vel', 10", "'cmd', 10")), {"asks_its_agent"}),
+    "topics in a namespace": (node(("'wall_follower')", "'wall_follower', namespace='robot')")), {"asks_its_agent"}),
+    "an agent of its own in the node's file": (
+        node(
+            (
+                "class WallFollower(Node)",
+                (
+                    "class OtherAgent:\n\n    def decide_action(self, distances):\n"
+                    "        return {'linear': 0.0, 'angular': 0.5}\n\n\nclass WallFollower(Node)"
+                ),
+            ),
+            ("self.agent = WallAgent()", "self.agent = OtherAgent()"),
+        ),
+        {"asks_its_agent"} | ROOMS,
+    ),
+    "the node turns the sign of angular": (
+        node((CMD, CMD.replace("= action", "= -action"))),
+        {"asks_its_agent", "hall"},
+    ),
+    "the node mixes the speeds up": (
+        node(
+            (CMD, CMD.replace("angular']", "linear']")),
+            ("cmd.linear.x = action['linear']", "cmd.linear.x = action['angular']"),
+        ),
+        {"asks_its_agent", "hall"},
+    ),
+    "the node turns both signs": (
+        node((CMD, CMD.replace("= action", "= -action")), ("cmd.linear.x = action", "cmd.linear.x = -action")),
+        {"asks_its_agent", "hall"},
+    ),
+    "angular.x as well": (node((CMD, CMD + "            cmd.angular.x = action['angular']\n")), {"asks_its_agent"}),
+    "exactly 0.5 m ahead is near when there is no wall": (
+        agent(("front < 0.5:", "front < 0.5 or front == 0.5 and right > 1.2:")),
+        {"thresholds"},
+    ),
+    "looks for a wall until it is near": (
+        agent(("if right > 1.2:", "if right > (1.0 if self.state is State.LOOKING else 1.2):")),
+        {"thresholds"},
+    ),
+    "the agent uses a ROS package when it decides": (
+        agent(("        front, right =", "        import rclpy.node  # noqa\n        front, right =")),
+        {"agent_needs_no_ros"},
+    ),
+    "the curve is too tight": (agent(("'angular': -0.4", "'angular': -0.5")), {"looks_for_a_wall"}),
+    "looks for a wall from 1.5 m on": (agent(("right > 1.2", "right > 1.5")), {"looks_for_a_wall"}),
+    "looks for a wall from 1.15 m on": (agent(("right > 1.2", "right > 1.15")), {"keeps_its_distance"}),
+    "turns from 0.55 m on": (agent(("front < 0.5", "front < 0.55")), {"keeps_its_distance"}),
+    "turns from 0.45 m on": (agent(("front < 0.5", "front < 0.45")), {"wall_ahead"}),
+    "finds no wall without an end": (
+        agent(("if right > 1.2:", "if 1.2 < right < 1e9:"), ("0.6 - right", "0.6 - min(right, 9)")),
+        {"looks_for_a_wall"},
+    ),
+    "range_min and range_max are left out": (
+        node((USABLE, USABLE.replace(">=", ">").replace("<=", "<"))),
+        {"no_measurements"},
+    ),
+    "range_max is left out": (node((USABLE, USABLE.replace("<=", "<"))), {"no_measurements"}),
+    "range_min and range_max of one scanner": (
+        node((USABLE, USABLE.replace("scan.range_min", "0.12").replace("scan.range_max", "10.0"))),
+        {"no_measurements"},
+    ),
+    "only the whole sector may be without a return": (
+        node(
+            (
+                "        seen = ranges[",
+                (
+                    "        if np.isposinf(ranges[(low <= degrees) & (degrees < high)]).any():\n"
+                    "            distances[name] = math.inf\n            continue\n        seen = ranges["
+                ),
+            )
+        ),
+        {"no_return_and_touching"},
+    ),
+    "5 Hz while no scans come": (
+        node(
+            (
+                '        """Publish a command, ten times a second."""\n',
+                (
+                    '        """Publish."""\n        self.odd = not getattr(self, "odd", False)\n'
+                    "        if self.odd and self.scan_time and not self.scan_is_fresh():\n            return\n"
+                ),
+            )
+        ),
+        {"rate"},
+    ),
+    "changes of less than 4 cm are taken for noise": (
+        seen(
+            "old, self.raw = getattr(self, 'raw', None), new",
+            "if self.distances is None or not old:",
+            "    self.distances = dict(new)",
+            "for name in new:",
+            "    if not abs(new[name] - old[name] if old else 0.0) < 0.04 and new[name] != (old or new)[name]:",
+            "        self.distances[name] = new[name]",
+        ),
+        ROOMS,
+    ),
+    "a scan counts when both distances have changed by 4 cm": (
+        seen(
+            "old, self.raw = getattr(self, 'raw', None), new",
+            "if not old or any(new[n] != old[n] and not abs(new[n] - old[n]) < 0.04 for n in new):",
+            "    self.distances = new",
+        ),
+        ROOMS,
+    ),
+    "after a hundred decisions it only turns": (
+        remembering("if self.asked > 100:", "    return {'linear': 0.0, 'angular': 0.5}"),
+        {"hall"},
+    ),
+    "after fifty decisions it no longer looks to the right": (
+        remembering("if self.asked > 50:", "    right = 0.6"),
+        {"hall"},
+    ),
+    "stands still, whatever it sees": (files(constant(0.0, 0.0), DEAF), EVERYTHING),
+    "always turns, and the node says nothing": (files(constant(0.0, 0.5), DEAF), EVERYTHING - {"wall_ahead"}),
+    "always looks for a wall, and the node stands still": (
+        files(constant(0.2, -0.4), DEAF),
+        EVERYTHING - {"looks_for_a_wall"},
+    ),
+    "always drives straight on": (
+        files(
+            constant(0.3, 0.0),
+            DEAF.replace("lambda: publisher.publish(Twist())", "lambda: publisher.publish(go)").replace(
+                "rclpy.spin", "go = Twist()\ngo.linear.x = 0.3\nrclpy.spin"
+            ),
+        ),
+        EVERYTHING,
+    ),
+    "no node at all": ({AGENT: constant(0.0, 0.0).encode(), NODE: b"print('follow the wall')\n"}, EVERYTHING),
 }
-SILENT = {"another topic"}  # the grader waits for it in vain
+NOTHING = {
+    "stands still, whatever it sees",
+    "always turns, and the node says nothing",
+    "always looks for a wall, and the node stands still",
+    "always drives straight on",
+    "no node at all",
+}  # they do nothing of what is asked for
+SEVERAL = {
+    "what the course ships, pasted together",
+    "what the page builds, pasted together",
+    "the course's agent in the reference's node",
+    "the course's node with the reference's agent",
+    "the agent returns a Twist",
+    "the chapter's slices",
+    "an agent of its own in the node's file",
+}  # with more than one mistake
+SILENT = {"another topic", "another topic of scans", "topics in a namespace"}  # the grader waits for it in vain

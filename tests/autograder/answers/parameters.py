@@ -1,5 +1,7 @@
 """Answers to the exercise on parameters."""
 
+from autograder.submissions import exercises
+
 from . import changed, solution
 
 NODE = "pid_node.py"
@@ -10,6 +12,12 @@ def node(*pairs: tuple[str, str]) -> dict[str, bytes]:
     """The reference with some texts replaced."""
     return changed(REFERENCE, NODE, *pairs)
 
+
+CHECK_ALL = """        limits = {name: self.value(name) for name in ('output_min', 'output_max')}
+        for param in params:
+            if param.name in limits:
+                limits[param.name] = param.value
+"""
 
 FUNCTIONS = """
 import rclpy
@@ -88,10 +96,9 @@ class Pid:
         dt = now - self.last[0] if self.last else 0.0
         before = self.last[1] if self.last else error
         self.last = now, error
-        self.integral += (error + before) / 2 * dt  # trapezoids
+        self.integral += error * dt
         raw = self.kp * error + self.ki * self.integral + (self.kd * (error - before) / dt if dt else 0.0)
         if raw > self.output_max:
-            self.integral -= (error + before) / 2 * dt  # no windup
             return self.output_max
         return max(raw, self.output_min)
 
@@ -131,7 +138,7 @@ class Controller(Node):
         with self.lock:
             for parameter in parameters:
                 if parameter.name == 'ki' and parameter.value != self.pid.ki:
-                    self.pid.integral, self.pid.last = 0.0, None
+                    self.pid.integral = 0.0
                 setattr(self.pid, parameter.name, parameter.value)
 
     async def heard(self, message):
@@ -214,8 +221,171 @@ except KeyboardInterrupt:
     pass
 """
 
+WORKER = """
+import queue, threading, time
+from collections import namedtuple
+import rclpy
+from rcl_interfaces.msg import FloatingPointRange as Range, ParameterDescriptor, SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from std_msgs.msg import Float64
+
+Gains = namedtuple('Gains', 'kp ki kd output_min output_max', defaults=(1.0, 0.0, 0.0, -10.0, 10.0))
+
+class Pid(Node):
+
+
+    def __init__(self):
+        super().__init__('pid_node')
+        for name, top in dict(kp=100.0, ki=50.0, kd=10.0, output_min=None, output_max=None).items():
+            about = ParameterDescriptor(description=name)
+            if top is not None:
+                about.floating_point_range = [Range(from_value=0.0, to_value=top, step=0.0)]
+            self.declare_parameter(name, Gains._field_defaults[name], about)
+        self.declare_parameter('joint_name', 'elbow', ParameterDescriptor(read_only=True))
+        self.gains = Gains(*(p.value for p in self.get_parameters(Gains._fields)))
+        self.history = []  # errors times seconds
+        self.add_pre_set_parameters_callback(self.as_doubles)
+        self.add_on_set_parameters_callback(self.ordered)
+        self.add_post_set_parameters_callback(self.take)
+        self.todo = queue.SimpleQueue()
+        self.out = self.create_publisher(Float64, 'effort', 50)
+        self.create_subscription(Float64, 'error', lambda m: self.todo.put((time.monotonic(), m.data)), 50)
+        threading.Thread(target=self.work, daemon=True).start()
+
+    def as_doubles(self, parameters):
+        return [Parameter(p.name, value=float(p.value)) if p.name in Gains._fields and type(p.value) is int else p
+                for p in parameters]
+
+    def ordered(self, parameters):
+        wanted = self.gains._replace(**{p.name: p.value for p in parameters if p.name in Gains._fields})
+        fine = wanted.output_max - wanted.output_min > 0.0
+        return SetParametersResult(successful=fine, reason='' if fine else 'the limits must be in order')
+
+    def take(self, parameters):
+        before = self.gains
+        self.gains = Gains(*(p.value for p in self.get_parameters(Gains._fields)))
+        if self.gains.ki != before.ki:
+            self.history = []
+
+    def work(self):
+        last = None
+        while True:
+            now, error = self.todo.get()
+            gains, slope = self.gains, 0.0
+            if last:
+                step = now - last[0]
+                self.history.append(error * step)
+                slope = (error - last[1]) / step if step else 0.0
+            last = now, error
+            effort = gains.kp * error + gains.ki * sum(self.history) + gains.kd * slope
+            self.out.publish(Float64(data=sorted((gains.output_min, effort, gains.output_max))[1]))
+
+if __name__ == '__main__':
+    rclpy.init()
+    node = Pid()
+    try:
+        rclpy.spin(node)
+    except BaseException:
+        pass
+"""
+
+PARTS = """
+import math
+from time import monotonic
+import rclpy, rclpy.executors
+from rcl_interfaces.msg import *
+from rclpy.node import Node
+from std_msgs.msg import Float64 as F
+
+class P:
+    def __init__(self, node): self.node = node
+    def __call__(self, e, dt): return self.node.p('kp') * e
+
+class I(P):
+    total = 0.0
+    def __call__(self, e, dt):
+        self.total = math.fsum((self.total, e * (dt or 0)))
+        return self.node.p('ki') * self.total
+
+class D(P):
+    def __call__(self, e, dt):
+        de, self.e = e - getattr(self, 'e', e), e
+        return self.node.p('kd') * de / dt if dt else 0.0
+
+class PidNode(Node):
+    ranges = {'kp': 100.0, 'ki': 50.0, 'kd': 10.0}
+
+    def __init__(self, **kw):
+        super(PidNode, self).__init__('pid_node', **kw)
+        self.declare_parameters(namespace='', parameters=[
+            (n, float(n == 'kp'), ParameterDescriptor(
+                floating_point_range=[FloatingPointRange(from_value=0.0, to_value=t)]))
+            for n, t in self.ranges.items()] + [('output_min', -10.0), ('output_max', 10.0)])
+        self.declare_parameter('joint_name', value='elbow', descriptor=ParameterDescriptor(read_only=True))
+        self.parts = P(self), I(self), D(self)
+        self.seen = {'ki': self.p('ki')}
+        self.add_on_set_parameters_callback(self.on_set)
+        self.add_post_set_parameters_callback(self.post_set)
+        self.create_subscription(F, 'error', self.step, rclpy.qos.qos_profile_system_default)
+        self.pub = self.create_publisher(F, 'effort', rclpy.qos.qos_profile_system_default)
+        self.t = None
+
+    def p(self, name): return self.get_parameter(name).get_parameter_value().double_value
+
+    def on_set(self, params):
+        low, high = self.p('output_min'), self.p('output_max')
+        for x in params:
+            low = x.value if x.name == 'output_min' else low
+            high = x.value if x.name == 'output_max' else high
+        if math.isnan(low) or math.isnan(high) or low >= high:
+            return SetParametersResult(successful=False, reason=f'not in order: {low}, {high}')
+        return SetParametersResult(successful=True, reason='fine')
+
+    def post_set(self, params):
+        for x in params:
+            if x.name == 'ki' and x.value != self.seen.get('ki'):
+                self.seen['ki'] = x.value
+                self.parts[1].total = 0.0
+
+    def step(self, m):
+        t, self.t = self.t, monotonic()
+        u = sum(part(m.data, self.t - t if t is not None else None) for part in self.parts)
+        self.pub.publish(F(data=min(max(u, self.p('output_min')), self.p('output_max'))))
+
+def main(args=None):
+    rclpy.init(args=args)
+    if True:
+        executor = rclpy.executors.SingleThreadedExecutor()
+        executor.add_node(PidNode())
+        try:
+            while rclpy.ok():
+                executor.spin_once(timeout_sec=0.5)
+        except (KeyboardInterrupt, rclpy.executors.ExternalShutdownException):
+            pass
+
+main()
+"""
+
 RIGHT = {
     "reference": REFERENCE,
+    "a thread computes, integers become doubles, the integral as a list": {NODE: WORKER.encode()},
+    "an object for each part, spin_once": {NODE: PARTS.encode()},
+    "stored values looked up in the request first, one post-set callback for each thing": node(
+        (
+            CHECK_ALL,
+            (
+                "        wanted = {p.name: p.value for p in params}\n"
+                "        low = wanted.get('output_min', self.value('output_min'))\n"
+                "        high = wanted.get('output_max', self.value('output_max'))\n"
+                "        limits = {'output_min': low, 'output_max': high}\n"
+            ),
+        ),
+        (
+            "        self.add_post",
+            "        self.add_post_set_parameters_callback(lambda params: None)\n        self.add_post",
+        ),
+    ),
     "functions, one more name of the node": {NODE: FUNCTIONS.encode()},
     "gains kept in an object, two nodes, threads, async, slow start, best effort": {NODE: CACHED.encode()},
     "integral looked after when it is used, callback before the parameters": {NODE: LAZY.encode()},
@@ -266,20 +436,8 @@ RIGHT = {
     ),
 }
 
-ALL_EFFORTS = {
-    "first_message",
-    "proportional",
-    "new_gain",
-    "clamped",
-    "integral",
-    "monotonic_clock",
-    "derivative",
-    "ki_starts_the_integral_again",
-    "nothing_else_starts_it_again",
-    "all_or_nothing",
-    "command_line",
-    "parameter_file",
-}
+ONLY_DECLARED = {"defaults", "descriptors"}  # what a node keeps that declares its parameters and does nothing with them
+EVERYTHING = {test.id.removeprefix("test_") for test in exercises.load("parameters").tests}
 REASON = """                successful=False,
                 reason='output_min ({output_min}) must be below output_max ({output_max})'
                 .format(**limits))"""
@@ -290,6 +448,61 @@ RESET = """            if param.name == 'ki' and param.value != self.ki:
 """
 READY = "        self.integral = 0.0  # error"  # in __init__, when all is declared
 CHECK = "        limits = {name: self"  # the begin of check_parameters
+
+
+def pre_set(value: str) -> dict[str, bytes]:
+    """The reference with a pre-set callback that puts `value` in the place of each parameter `p`."""
+    return node(
+        ("        self.add_post", "        self.add_pre_set_parameters_callback(self.before)\n        self.add_post"),
+        (
+            "    def parameters_changed(",
+            f"    def before(self, params):\n        return [{value} for p in params]\n\n    def parameters_changed(",
+        ),
+    )
+
+
+ANY = (
+    "    def value(self, name):",
+    (
+        "    def declare_any(self, name, default, largest, description):\n"
+        "        limits = FloatingPointRange(from_value=0.0, to_value=largest)\n"
+        "        self.declare_parameter(name, default, ParameterDescriptor(\n"
+        "            description=description, dynamic_typing=True, floating_point_range=[limits]))\n\n"
+        "    def value(self, name):"
+    ),
+)
+
+CLOCK = """
+import time
+import rclpy
+from std_msgs.msg import Float64
+
+started = time.monotonic()
+
+def on_error(message):
+    publisher.publish(Float64(data=time.monotonic() - started))
+
+rclpy.init()
+node = rclpy.create_node(
+    'pid_node', allow_undeclared_parameters=True, automatically_declare_parameters_from_overrides=True)
+for name, value in dict(kp=1.0, ki=0.0, kd=0.0, output_min=-10.0, output_max=10.0, joint_name='elbow').items():
+    if not node.has_parameter(name):
+        node.declare_parameter(name, value)
+publisher = node.create_publisher(Float64, 'effort', 10)
+node.create_subscription(Float64, 'error', on_error, 10)
+rclpy.spin(node)
+"""
+
+NOTHING_DECLARED = """
+import rclpy
+from std_msgs.msg import Float64
+
+rclpy.init()
+node = rclpy.create_node('pid_node')
+publisher = node.create_publisher(Float64, 'effort', 10)
+node.create_subscription(Float64, 'error', lambda message: publisher.publish(Float64(data=0.0)), 10)
+rclpy.spin(node)
+"""
 
 # What is wrong, and the tests that it loses (without "test_").
 WRONG = {
@@ -303,7 +516,7 @@ WRONG = {
             ("('output_min', 'output_max')}", "('output_max',)} | {'output_min': self.value('min_output')}"),
             ("max(self.value('output_min')", "max(self.value('min_output')"),
         ),
-        {"defaults", "clamped", "limits_in_order", "one_limit", "limits_together", "command_line", "parameter_file"},
+        {"defaults", "clamped", "limits_in_order", "one_limit", "limits_together"},
     ),
     "no ranges": (node(("floating_point_range=[limits]", "")), {"descriptors", "out_of_range"}),
     "another range": (node(("'ki', 0.0, 50.0", "'ki', 0.0, 100.0")), {"descriptors", "out_of_range"}),
@@ -339,9 +552,9 @@ WRONG = {
     ),
     "no integral part": (
         node(("        self.integral += error * step\n", "")),
-        {"integral", "ki_starts_the_integral_again", "nothing_else_starts_it_again", "all_or_nothing"},
+        {"integral", "ki_starts_the_integral_again", "nothing_else_starts_it_again"},
     ),
-    "efforts that are no numbers": (node((CLAMP, "float('nan')")), ALL_EFFORTS - {"monotonic_clock"}),
+    "efforts that are no numbers": (node((CLAMP, "float('nan')")), EVERYTHING - ONLY_DECLARED),
     "integral without time": (node(("error * step", "error")), {"first_message", "integral"}),
     "derivative without time": (
         node(("(error - self.last_error) / step if step > 0.0 else 0.0", "error - self.last_error")),
@@ -362,17 +575,7 @@ WRONG = {
             ("self.value('ki') * self.int", "self.gains['ki'] * self.int"),
             ("self.value('kd')", "self.gains['kd']"),
         ),
-        {
-            "first_message",
-            "proportional",
-            "new_gain",
-            "clamped",
-            "integral",
-            "derivative",
-            "ki_starts_the_integral_again",
-            "nothing_else_starts_it_again",
-            "all_or_nothing",
-        },
+        {"new_gain", "ki_starts_the_integral_again"},
     ),
     "a new gain counts one message late": (
         node(
@@ -382,7 +585,7 @@ WRONG = {
             ),
             ("self.value('kp') * error", "gain * error"),
         ),
-        {"first_message", "proportional", "new_gain", "command_line", "parameter_file"},
+        {"new_gain"},
     ),
     "not clamped": (node((CLAMP, "effort")), {"clamped"}),
     "clamped above alone": (node((CLAMP, "min(self.value('output_max'), effort)")), {"clamped"}),
@@ -463,7 +666,7 @@ WRONG = {
     ),
     "the rule raises": (
         node(("return SetParametersResult(\n" + REASON, "raise ValueError('wrong order')")),
-        {"limits_in_order", "one_limit", "nan_limits", "all_or_nothing"},
+        {"limits_in_order", "nan_limits"},
     ),
     "no reason": (node((REASON, "                successful=False)")), {"limits_in_order"}),
     "the chapter's way: acts while it looks": (
@@ -565,7 +768,7 @@ WRONG = {
         node((RESET, "            self.integral = 0.0\n")),
         {"nothing_else_starts_it_again"},
     ),
-    "no overrides": (node(("rclpy.init(args=args)", "rclpy.init(args=[])")), {"command_line", "parameter_file"}),
+    "no overrides": (node(("rclpy.init(args=args)", "rclpy.init(args=[])")), {"launch_values"}),
     "overrides written over": (
         node(
             (
@@ -573,7 +776,7 @@ WRONG = {
                 ("        self.set_parameters([rclpy.Parameter('kp', value=1.0)])\n        self.integral = 0.0  #"),
             )
         ),
-        {"command_line", "parameter_file"},
+        {"launch_values"},
     ),
     "overrides shown but not used": (
         node(
@@ -587,7 +790,7 @@ WRONG = {
             ),
             ("self.value('kp') * error", "self.gain * error"),
         ),
-        {"command_line", "parameter_file"},
+        {"launch_values_are_used"},
     ),
     "limits taken before all are accepted": (
         node(
@@ -607,10 +810,412 @@ WRONG = {
         node(("        error, now = msg", ("        if not msg.data:\n            return\n        error, now = msg"))),
         {"proportional"},
     ),
-    "another topic": (node(("'effort', 10", "'command', 10")), ALL_EFFORTS),
+    "another topic": (node(("'effort', 10", "'command', 10")), {"proportional"}),
+    "topics in a namespace": (node(("'pid_node')", "'pid_node', namespace='arm')")), {"proportional"}),
+    "an effort at its limit is published once": (
+        node(
+            (READY, "        self.before = None\n" + READY),
+            (
+                "        self.effort_pub.publish(",
+                (
+                    "        before, self.before = self.before, effort\n"
+                    "        limits = self.value('output_min'), self.value('output_max')\n"
+                    "        if effort != before or effort not in limits:\n            self.effort_pub.publish("
+                ),
+            ),
+        ),
+        {"proportional"},
+    ),
+    "kp and kd are taken over after each message": (
+        node(
+            (READY, "        self.gains = self.value('kp'), self.value('kd')\n" + READY),
+            ("        error, now = msg", "        kp, kd = self.gains\n        error, now = msg"),
+            ("self.value('kp') * error", "kp * error"),
+            ("self.value('kd') * slope", "kd * slope"),
+            (
+                "        self.effort_pub.publish(",
+                "        self.gains = self.value('kp'), self.value('kd')\n        self.effort_pub.publish(",
+            ),
+        ),
+        {"new_gain"},
+    ),
+    "a limit counts when both have been set": (
+        node(
+            (READY, "        self.limits = self.value('output_min'), self.value('output_max')\n" + READY),
+            (CLAMP, "max(self.limits[0], min(self.limits[1], effort))"),
+            (
+                "        for param in params:\n            self.get",
+                (
+                    "        if len({p.name for p in params} & {'output_min', 'output_max'}) == 2:\n"
+                    "            self.limits = self.value('output_min'), self.value('output_max')\n"
+                    "        for param in params:\n            self.get"
+                ),
+            ),
+        ),
+        {"clamped"},
+    ),
+    "the first step is a hundredth of a second": (node(("step = 0.0 if", "step = 0.01 if")), {"first_message"}),
+    "the first error is answered with 0": (
+        node(
+            ("        self.last_error, self.last_time = error, now\n", ""),
+            (
+                "        self.effort_pub.publish(",
+                (
+                    "        if self.last_time is None:\n            effort = 0.0\n"
+                    "        self.last_error, self.last_time = error, now\n        self.effort_pub.publish("
+                ),
+            ),
+        ),
+        {"first_message"},
+    ),
+    "trapezoids": (
+        node(("self.integral += error * step", "self.integral += (error + self.last_error) / 2 * step")),
+        {"integral"},
+    ),
+    "the integral grows by the error before": (
+        node(("self.integral += error * step", "self.integral += self.last_error * step")),
+        {"integral"},
+    ),
+    "the integral grows after the effort is computed": (
+        node(
+            ("        self.integral += error * step\n", ""),
+            (
+                "        self.effort_pub.publish(",
+                "        self.integral += error * step\n        self.effort_pub.publish(",
+            ),
+        ),
+        {"integral", "ki_starts_the_integral_again"},
+    ),
+    "the integral waits while the effort is clamped": (
+        node(
+            (
+                "        effort = max(",
+                (
+                    "        if not self.value('output_min') <= effort <= self.value('output_max'):\n"
+                    "            self.integral -= error * step\n        effort = max("
+                ),
+            )
+        ),
+        {"integral"},
+    ),
+    "the integral is kept within the limits": (
+        node(
+            (
+                "        slope =",
+                (
+                    "        low, high = self.value('output_min'), self.value('output_max')\n"
+                    "        self.integral = max(low, min(high, self.integral))\n"
+                    "        slope ="
+                ),
+            )
+        ),
+        {"integral"},
+    ),
+    "the node's clock for the slope": (
+        node(
+            (READY, "        self.last_stamp = 0.0\n" + READY),
+            (
+                "        slope = (error - self.last_error) / step if step > 0.0 else 0.0\n",
+                (
+                    "        stamp = self.get_clock().now().nanoseconds / 1e9\n"
+                    "        gap, self.last_stamp = stamp - self.last_stamp, stamp\n"
+                    "        slope = (error - self.last_error) / gap if gap > 0.0 and step > 0.0 else 0.0\n"
+                ),
+            ),
+        ),
+        {"monotonic_clock"},
+    ),
+    "no time passes while use_sim_time is set": (
+        node(
+            (
+                "        self.integral +=",
+                "        step = 0.0 if self.value('use_sim_time') else step\n        self.integral +=",
+            )
+        ),
+        {"monotonic_clock"},
+    ),
+    "half of the slope": (node(("self.value('kd') * slope", "self.value('kd') * slope / 2")), {"derivative"}),
+    "a new ki forgets the message before": (
+        node(
+            (
+                RESET,
+                RESET.replace(
+                    "self.ki, self.integral = param.value, 0.0",
+                    "self.ki, self.integral, self.last_time = param.value, 0.0, None",
+                ),
+            )
+        ),
+        {"ki_starts_the_integral_again"},
+    ),
+    "a new ki starts again only when it is larger": (
+        node(
+            (
+                RESET,
+                RESET.replace("!=", ">").replace(
+                    "                self.ki, self.integral = param.value, 0.0\n",
+                    "                self.integral = 0.0\n            if param.name == 'ki':\n"
+                    "                self.ki = param.value\n",
+                ),
+            )
+        ),
+        {"ki_starts_the_integral_again"},
+    ),
+    "ki is compared with its default": (
+        node(("self.ki = self.value('ki')", "self.ki = 0.0")),
+        {"nothing_else_starts_it_again"},
+    ),
+    "an output_max below output_min is accepted when set alone": (
+        node(
+            (
+                CHECK,
+                "        if [p.name for p in params] == ['output_max'] and params[0].value == params[0].value:\n"
+                "            return SetParametersResult(successful=True)\n" + CHECK,
+            )
+        ),
+        {"limits_in_order"},
+    ),
+    "an output_min above output_max is accepted together with a gain": (
+        node(
+            (
+                CHECK,
+                "        new = {p.name for p in params}\n"
+                "        if {'kp', 'ki', 'kd'} & new and 'output_max' not in new:\n"
+                "            return SetParametersResult(successful=True)\n" + CHECK,
+            )
+        ),
+        {"limits_in_order", "nan_limits"},
+    ),
+    "one limit alone must be on its side of 0": (
+        node(
+            (
+                CHECK,
+                "        if len(params) == 1 and (params[0].name == 'output_min' and params[0].value > 0 or\n"
+                "                                 params[0].name == 'output_max' and params[0].value < 0):\n"
+                "            return SetParametersResult(successful=False, reason='wrong sign')\n" + CHECK,
+            )
+        ),
+        {"one_limit"},
+    ),
+    "a limit may not be set to the value that it has": (
+        node(
+            (
+                CHECK,
+                "        one = params[0]\n"
+                "        if len(params) == 1 and one.name[:6] == 'output' and one.value == self.value(one.name):\n"
+                "            return SetParametersResult(successful=False, reason='no change')\n" + CHECK,
+            )
+        ),
+        {"one_limit"},
+    ),
+    "the rule looks after each limit of a set": (
+        node(
+            (
+                "                limits[param.name] = param.value\n",
+                (
+                    "                limits[param.name] = param.value\n"
+                    "                if not limits['output_min'] < limits['output_max']:\n"
+                    "                    break\n"
+                ),
+            )
+        ),
+        {"limits_together"},
+    ),
+    "both limits are compared with the stored ones too": (
+        node(
+            (
+                CHECK,
+                "        new = {p.name: p.value for p in params}\n"
+                "        if (len({'output_min', 'output_max'} & set(new)) == 2 and (\n"
+                "                new['output_min'] >= self.value('output_max')\n"
+                "                or new['output_max'] <= self.value('output_min'))):\n"
+                "            return SetParametersResult(successful=False, reason='beyond the old limits')\n" + CHECK,
+            )
+        ),
+        {"limits_together"},
+    ),
+    "limits beyond the old ones only when nothing else is set": (
+        node(
+            (
+                CHECK,
+                "        new = {p.name: p.value for p in params}\n"
+                "        if (len(new) == 3 and len({'output_min', 'output_max'} & set(new)) == 2 and (\n"
+                "                new['output_min'] >= self.value('output_max')\n"
+                "                or new['output_max'] <= self.value('output_min'))):\n"
+                "            return SetParametersResult(successful=False, reason='beyond the old limits')\n" + CHECK,
+            )
+        ),
+        {"limits_together"},
+    ),
+    "a refused gain, set alone, is used": (
+        node(
+            (READY, "        self.gain = self.value('kp')\n" + READY),
+            ("self.value('kp') * error", "self.gain * error"),
+            (
+                "    def parameters_changed(",
+                (
+                    "    def before(self, params):\n        if len(params) == 1 and params[0].name == 'kp':\n"
+                    "            self.gain = params[0].value\n        return params\n\n    def parameters_changed("
+                ),
+            ),
+            (
+                "        for param in params:\n            self.get",
+                "        self.gain = self.value('kp')\n        for param in params:\n            self.get",
+            ),
+            (
+                "        self.add_post",
+                "        self.add_pre_set_parameters_callback(self.before)\n        self.add_post",
+            ),
+        ),
+        {"all_or_nothing"},
+    ),
+    "joint_name is refused by the callback alone": (
+        node(
+            (", ParameterDescriptor(read_only=True)", ""),
+            (
+                CHECK,
+                "        if any(p.name == 'joint_name' for p in params):\n            return "
+                "SetParametersResult(successful=False, reason='joint_name is fixed')\n" + CHECK,
+            ),
+        ),
+        {"descriptors"},
+    ),
+    "a new joint_name is accepted and ignored": (
+        pre_set("rclpy.Parameter('kp', value=self.value('kp')) if p.name == 'joint_name' else p"),
+        {"joint_name_is_read_only"},
+    ),
+    "a new joint_name ends the node": (pre_set("p if p.name != 'joint_name' else 1 / 0"), {"joint_name_is_read_only"}),
+    "parameter files are ignored": (
+        node(
+            (
+                "rclpy.init(args=args)",
+                (
+                    "args = sys.argv[:]\n    if '--params-file' in args:\n        at = args.index('--params-file')\n"
+                    "        del args[at:at + 2]\n    rclpy.init(args=args)"
+                ),
+            ),
+            ("import time\n", "import sys\nimport time\n"),
+        ),
+        {"launch_values"},
+    ),
+    "the limits of the launch are shown but not used": (
+        node(
+            (READY, "        self.limits = -10.0, 10.0\n" + READY),
+            (CLAMP, "max(self.limits[0], min(self.limits[1], effort))"),
+            (
+                "        for param in params:\n            self.get",
+                (
+                    "        if {p.name for p in params} & {'output_min', 'output_max'}:\n"
+                    "            self.limits = self.value('output_min'), self.value('output_max')\n"
+                    "        for param in params:\n            self.get"
+                ),
+            ),
+        ),
+        {"launch_values_are_used"},
+    ),
+    "the ki of the launch is shown but not used": (
+        node(
+            (READY, "        self.gain = 0.0\n" + READY),
+            ("self.value('ki') * self.integral", "self.gain * self.integral"),
+            (
+                "        for param in params:\n            self.get",
+                (
+                    "        self.gain = self.value('ki') if any(p.name == 'ki' for p in params) else self.gain\n"
+                    "        for param in params:\n            self.get"
+                ),
+            ),
+        ),
+        {"launch_values_are_used"},
+    ),
+    **{
+        f"another default of {name}": (node((old, new)), {"defaults"})
+        for name, old, new in (
+            ("ki", "'ki', 0.0,", "'ki', 0.5,"),
+            ("kd", "'kd', 0.0,", "'kd', 0.5,"),
+            ("output_min", "'output_min', -10.0)", "'output_min', -5.0)"),
+            ("output_max", "'output_max', 10.0)", "'output_max', 100.0)"),
+            ("joint_name", "'elbow'", "'wrist'"),
+        )
+    },
+    **{
+        f"{name} takes values of any type": (
+            node(
+                (f"self.declare_gain('{name}', {default}, {top}, ", f"self.declare_any('{name}', {default}, {top}, "),
+                ANY,
+            ),
+            {"defaults"},
+        )
+        for name, default, top in (("kp", 1.0, 100.0), ("ki", 0.0, 50.0), ("kd", 0.0, 10.0))
+    },
+    **{
+        f"{name} takes values of any type": (
+            node((f"'{name}', {default})", f"'{name}', {default}, ParameterDescriptor(dynamic_typing=True))")),
+            {"defaults"},
+        )
+        for name, default in (("output_min", -10.0), ("output_max", 10.0))
+    },
+    "no joint by default": (node(("'elbow'", "''")), {"defaults"}),
+    **{
+        f"{name} is clipped to its range": (
+            pre_set(
+                f"rclpy.Parameter('{name}', value=min(max(p.value, 0.0), {top}))\n"
+                f"                if p.name == '{name}' and isinstance(p.value, float) else p"
+            ),
+            {"out_of_range"},
+        )
+        for name, top in (("kp", 100.0), ("ki", 50.0), ("kd", 10.0))
+    },
+    **{
+        f"{name} may not be at the end of its range": (
+            node(
+                (
+                    CHECK,
+                    f"        if any(p.name == '{name}' and p.value >= {top} for p in params):\n            return "
+                    "SetParametersResult(successful=False, reason='too large')\n" + CHECK,
+                )
+            ),
+            {"out_of_range"},
+        )
+        for name, top in (("kp", 100.0), ("ki", 50.0), ("kd", 10.0))
+    },
+    "right parameters, and no efforts": (
+        node(("        self.effort_pub.publish(Float64(data=effort))\n", "")),
+        EVERYTHING - ONLY_DECLARED,
+    ),
+    "right parameters, and every effort is 0": (node((CLAMP, "0.0")), EVERYTHING - ONLY_DECLARED),
+    "right parameters, and the effort is the error": (node((CLAMP, "error")), EVERYTHING - ONLY_DECLARED),
+    "accepts everything, and the effort is the time": ({NODE: CLOCK.encode()}, EVERYTHING - {"defaults"}),
+    "accepts everything, and the effort is the error": (
+        {NODE: CLOCK.replace("time.monotonic() - started", "message.data").encode()},
+        EVERYTHING - {"defaults"},
+    ),
+    "refuses everything, and every effort is 0": (node((CLAMP, "0.0"), (RULE, "if True:")), EVERYTHING - ONLY_DECLARED),
+    "declares nothing": ({NODE: NOTHING_DECLARED.encode()}, EVERYTHING),
+    "Float32 efforts": (
+        node(
+            ("(Float64, 'effort'", "(Float32, 'effort'"),
+            ("Float64(data=effort)", "Float32(data=effort)"),
+            ("import Float64", "import Float32, Float64"),
+        ),
+        EVERYTHING - ONLY_DECLARED,
+    ),
 }
+NOTHING = {
+    "efforts that are no numbers",
+    "right parameters, and no efforts",
+    "right parameters, and every effort is 0",
+    "right parameters, and the effort is the error",
+    "accepts everything, and the effort is the time",
+    "accepts everything, and the effort is the error",
+    "refuses everything, and every effort is 0",
+    "declares nothing",
+}  # they do nothing of what is asked for, but for what stands in their declarations
+USELESS = {"Float32 efforts"}  # nobody hears them
 SILENT = {
     "no answer to an error of 0",
     "an effort that has not changed is not published",
+    "an effort at its limit is published once",
     "another topic",
+    "topics in a namespace",
+    "right parameters, and no efforts",
+    "Float32 efforts",
 }  # the grader waits for these in vain

@@ -1,0 +1,88 @@
+"""Programs whose topics have another name than the task says: they are started again with that name replaced.
+
+So a wrong name costs what is lost by a wrong name, and all other tests judge the program as if it had the right one.
+"""
+
+from collections.abc import Mapping
+from typing import ClassVar, NamedTuple
+
+from autograder.errors import Wrong
+from autograder.suitekit.bench import Bench
+from autograder.suitekit.live import LiveProgram
+from autograder.suitekit.topics import PUBLISH, SUBSCRIBE, own_topics, short
+
+
+class Topic(NamedTuple):
+    """A topic that a program must have."""
+
+    name: str  # without a namespace
+    kind: str  # the message type: std_msgs/Float64
+    publish: bool  # PUBLISH or SUBSCRIBE
+
+
+class Renamed(dict[Topic, str]):
+    """The topics that a submission has under other names, and these names; one for all its programs of one file."""
+
+    def expect_none(self, file: str) -> None:
+        """Raise Wrong for a topic with another name."""
+        for topic, found in self.items():
+            does = "publish" if topic.publish else "subscribe"
+            raise Wrong(
+                f"{file} must {does} the topic {topic.name} ({topic.kind}). It {does}{'es' if topic.publish else 's'} "
+                f"{found} instead. (All other tests were run with this name replaced.)"
+            )
+
+
+class TopicProgram(LiveProgram):
+    """A handed-in program that is spoken to over topics."""
+
+    topics: ClassVar[Mapping[str, Topic]] = {}  # what it must offer, as `connect` names it, and the topic that is meant
+
+    def __init__(self, bench: Bench, file: str, *args: str, renamed: Renamed):
+        """`args` is the program's command line; `renamed` is shared by all programs of this file."""
+        super().__init__(bench, file, *args)
+        self.renamed = renamed
+        self._known: set[Topic] = set()  # of `renamed`, when it was started
+
+    def begin(self) -> None:
+        """Start the program, without waiting for it."""
+        self._known = set(self.renamed)
+        super().begin()
+
+    @property
+    def command_line(self) -> list[str]:
+        """The program's arguments, with rules that replace the names of topics."""
+        rules = [word for topic, found in self.renamed.items() for word in ("-r", f"{found}:=/{topic.name}")]
+        return [*self.args, *(["--ros-args", *rules] if rules else [])]
+
+    def up(self, *wanted: str) -> None:
+        """Have the program run and offer what is `wanted`; started again when a topic has another name."""
+        try:
+            super().up(*wanted)
+        except Wrong:
+            found = self._other_names(wanted)
+            if not found:
+                raise
+            self.renamed.update(found)
+            self.forget()
+            super().up(*wanted)
+
+    def forget(self) -> None:
+        """End the program, and forget what it did not offer: it will be started in another way."""
+        self.end()
+        self._missed.clear()
+
+    def _other_names(self, wanted: tuple[str, ...]) -> dict[Topic, str]:
+        """The topics that the program lacks, each with the one topic of the same type that it has instead."""
+        lacking = [self.topics[offer] for offer in self.missing(wanted) if offer in self.topics]
+        names = {topic.name for topic in self.topics.values()}
+        found = {}
+        for topic in lacking:
+            others = [
+                name
+                for name, kind in own_topics(self.ros, PUBLISH if topic.publish else SUBSCRIBE)
+                if short(kind) == topic.kind and name.strip("/") not in names
+            ]
+            if topic not in self._known and len(others) == 1:
+                found[topic] = others[0]
+        return found
