@@ -25,6 +25,7 @@ INFRASTRUCTURE_ERROR = "infrastructure_error"  # the grader's fault: tried again
 # A report's flags.
 UNSAFE = "unsafe"  # graded without a sandbox
 KILLED_WORKERS = "killed_workers"  # given up, because workers died while they graded it
+BUSY_MACHINE = "busy_machine"  # points were lost while all cores had long queues, and grading again has not helped
 TIME_UNKNOWN = "time_unknown"  # what should tell when it was handed in is no time: nothing is taken off for lateness
 KILLED_JUDGE = "killed_judge"  # the process that judges it died each time; the points are those of the tests before
 
@@ -99,6 +100,7 @@ class Ended:
     status: int  # its exit status, or minus the signal that killed it
     said: str  # its Verdicts and its Finished, a line each, as they came: what it heard may have taken it over
     stopped: str = ""  # why it was ended
+    busy: float = 0.0  # threads that could run meanwhile, for each core of the machine, on average
 
 
 Message = Job | Verdict | Finished | Ended

@@ -20,6 +20,7 @@ from autograder.records import UNSAFE, Ended, Job, from_line, to_line
 from autograder.sandbox import networks, users
 from autograder.sandbox.box import MEMORY, Sandbox
 from autograder.sandbox.launching import LaunchServer
+from autograder.sandbox.machine import Load
 from autograder.sandbox.process import GLANCE, processes, proportional, resident, total
 
 JUDGING = f"{__package__}.judging"  # loads ROS 2 and pytest, which this process does not need
@@ -82,7 +83,7 @@ class Launcher:
 
     def _serve(self, server: LaunchServer, channel: socket.socket, limit: float) -> Ended | None:
         """Do what the judging process asks for until it has ended; None when stdin has ended before."""
-        stopped, end, look = "", time.monotonic() + limit, 0.0
+        stopped, end, look, load = "", time.monotonic() + limit, 0.0, Load()
         waiting = [channel, self._control, sys.stdin]
         while True:
             ready = select.select(waiting, [], [], GLANCE)[0]
@@ -92,11 +93,12 @@ class Launcher:
                 status = int(self._control.recv(100) or -signal.SIGKILL)
                 while channel in waiting and server.serve():
                     pass  # what it has told before
-                return Ended(status, bytes(server.said).decode(errors="replace"), stopped)
+                return Ended(status, bytes(server.said).decode(errors="replace"), stopped, round(load.average, 1))
             elif sys.stdin in ready:
                 return None
             if not stopped and time.monotonic() > look:
                 look = time.monotonic() + GLANCE
+                load.look()
                 stopped = self._too_much(end)
                 if stopped:
                     self._control.send(b"end")

@@ -32,6 +32,7 @@ class Answer:
 
     verdicts: list[Verdict]
     finished: Finished
+    busy: float  # see Ended
 
 
 class Worker:
@@ -86,7 +87,7 @@ class Worker:
         if finished is None or not isinstance(ended, Ended) or ended.status != 0:
             status = ended.status if isinstance(ended, Ended) else None
             raise InfrastructureError(f"the worker ended with status {status} before all tests were judged:\n{said}")
-        return Answer(verdicts, finished)
+        return Answer(verdicts, finished, ended.busy)
 
     def _last_log(self) -> str:
         size = os.fstat(self._log.fileno()).st_size

@@ -3,11 +3,12 @@
 import logging
 import secrets
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from autograder.errors import InfrastructureError, JudgeDied
 from autograder.grading.process import worker
 from autograder.records import (
+    BUSY_MACHINE,
     CRASHED,
     DETAIL,
     FAILED,
@@ -26,10 +27,12 @@ from autograder.records import (
     Submission,
     Verdict,
 )
+from autograder.sandbox import machine
 from autograder.submissions.exercises import Exercise, contents, load
 from course.interfaces import build
 
 TRIES = 3
+CALMED = 60.0  # s to wait for a machine that is less busy
 GRACE = 30.0  # s that judging may take beyond what the tests may
 BROUGHT_DOWN = (
     "Not judged: three times, what your programs sent brought down the process that grades them. Ask your instructor."
@@ -47,6 +50,17 @@ class Judgement:
     logs: dict[str, str] = field(default_factory=dict)  # what each program printed, by file
     fault: str = ""  # how the grader itself failed
     flags: list[str] = field(default_factory=list)  # a report's
+    busy: float = 0.0  # how busy the machine was, see `sandbox.machine`
+
+    @property
+    def passed(self) -> int:
+        """How many tests were passed."""
+        return sum(verdict.outcome == PASSED for verdict in self.verdicts.values())
+
+    @property
+    def in_doubt(self) -> bool:
+        """Whether a test was lost on a machine that was too busy to tell why."""
+        return self.status == GRADED and self.busy > machine.STARVED and self.passed < len(self.verdicts)
 
 
 def grade(
@@ -65,7 +79,7 @@ def grade(
         verdicts = {test.id: Verdict(test.id, NOT_RUN, why) for test in exercise.tests}
         judgement = Judgement(INVALID_SUBMISSION, verdicts)
     else:
-        judgement = _try(submission, exercise, box, seed, patience)
+        judgement = _fairly(submission, exercise, box, seed, patience)
     flags = [*judgement.flags, *([UNSAFE] if box == UNSAFE else [])]
     return _report(submission, exercise, seed, judgement, flags, time.monotonic() - start)
 
@@ -73,6 +87,19 @@ def grade(
 def given_up(submission: Submission, exercise: Exercise, seed: int, flag: str) -> Report:
     """The report on a submission that could not be graded for a reason that `flag` names."""
     return _report(submission, exercise, seed, Judgement(INFRASTRUCTURE_ERROR), [flag], 0.0)
+
+
+def _fairly(submission: Submission, exercise: Exercise, box: str, seed: int, patience: float) -> Judgement:
+    """Judge the submission, and again what lost points on a starved machine; the best counts, of the same questions."""
+    judgement = _try(submission, exercise, box, seed, patience)
+    for _ in range(TRIES - 1):
+        if not judgement.in_doubt:
+            return judgement
+        machine.wait_for_calm(CALMED)
+        again = _try(submission, exercise, box, seed, patience)
+        if again.status == GRADED and (again.passed >= judgement.passed or not again.in_doubt):
+            judgement = again
+    return replace(judgement, flags=[*judgement.flags, BUSY_MACHINE]) if judgement.in_doubt else judgement
 
 
 def _try(submission: Submission, exercise: Exercise, box: str, seed: int, patience: float) -> Judgement:
@@ -129,7 +156,9 @@ def judge(exercise: Exercise, files: dict[str, bytes], box: str, seed: int, pati
         )
     if strange := {verdict.outcome for verdict in answer.verdicts} - {PASSED, FAILED, CRASHED, TIMED_OUT}:
         raise InfrastructureError(f"a test has no such outcome: {', '.join(sorted(strange))}")
-    return Judgement(GRADED, {verdict.id: verdict for verdict in answer.verdicts}, answer.finished.logs)
+    return Judgement(
+        GRADED, {verdict.id: verdict for verdict in answer.verdicts}, answer.finished.logs, busy=answer.busy
+    )
 
 
 def _report(

@@ -43,8 +43,10 @@ def test_a_busy_neighbour_costs_nothing(box, exercise, tmp_path):
         for name, content in files.items():
             (folder / name).write_bytes(content)
     subprocess.run(
-        ["taskset", "-c", str(ONE_CORE), AUTOGRADER, "grade", str(tmp_path / "submitted"), "--output"]
-        + [str(tmp_path / "out"), "--jobs", "2", "--no-gradebook"],
+        [
+            *("taskset", "-c", str(ONE_CORE), AUTOGRADER, "grade", str(tmp_path / "submitted")),
+            *("--output", str(tmp_path / "out"), "--jobs", "2", "--no-gradebook"),
+        ],
         check=True,
         capture_output=True,
         timeout=280,

@@ -3,6 +3,8 @@
 import contextlib
 import os
 import signal
+import subprocess
+import sys
 import threading
 from pathlib import Path
 
@@ -12,8 +14,8 @@ import pytest
 from autograder.grading import single
 from autograder.grading.launcher import JUDGING
 from autograder.paths import HIDDEN, PACKAGE
-from autograder.records import GRADED, KILLED_JUDGE, NOT_RUN, PASSED, Submission
-from autograder.sandbox import confine, seccomp, users
+from autograder.records import BUSY_MACHINE, FAILED, GRADED, KILLED_JUDGE, NOT_RUN, PASSED, Submission, Verdict
+from autograder.sandbox import confine, machine, seccomp, users
 from course.waiting import wait_until
 
 from .answers.services import REFERENCE
@@ -101,3 +103,58 @@ def test_dying_each_time_is_the_doing_of_what_was_handed_in(grading):
     assert graded.score == sum(test.points for test in graded.tests if test.outcome == PASSED) < graded.max_score
     assert all("brought down" in test.message for test in graded.tests if test.outcome == NOT_RUN)
     assert "SIGSEGV" in graded.details["fault"]
+
+
+def judgements(monkeypatch, *each: tuple[float, int]) -> list[float]:
+    """Have the next judgements be of a machine that busy, with so many tests lost; returns the list they come from."""
+    left = list(each)
+
+    def judge(exercise, *_):
+        busy, lost = left.pop(0)
+        ids = [test.id for test in exercise.tests]
+        verdicts = {test: Verdict(test, FAILED if number < lost else PASSED) for number, test in enumerate(ids)}
+        return single.Judgement(GRADED, verdicts, busy=busy)
+
+    monkeypatch.setattr(single, "judge", judge)
+    monkeypatch.setattr(single.machine, "wait_for_calm", lambda timeout: True)
+    return left
+
+
+STARVED = machine.STARVED + 1
+
+
+@pytest.mark.parametrize(
+    ("judged", "lost", "flags"),
+    [
+        ([(1.0, 3)], 3, []),
+        ([(STARVED, 0)], 0, []),
+        ([(STARVED, 3), (1.0, 0)], 0, []),
+        ([(STARVED, 3), (1.0, 4)], 4, []),
+        ([(STARVED, 3), (STARVED, 5), (STARVED, 2)], 2, [BUSY_MACHINE]),
+        ([(STARVED, 3), (STARVED, 5), (STARVED, 6)], 3, [BUSY_MACHINE]),
+        ([(STARVED, 3), (STARVED, 0)], 0, []),
+    ],
+)
+def test_what_was_lost_on_a_starved_machine_is_judged_again(monkeypatch, judged, lost, flags):
+    left = judgements(monkeypatch, *judged)
+    report = single.grade(Submission("s", "services", REFERENCE), "root", seed=1)
+    assert (sum(test.outcome == FAILED for test in report.tests), report.flags, left) == (lost, flags, [])
+
+
+def test_a_busy_machine_is_seen():
+    busy = [
+        subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(8 * len(os.sched_getaffinity(0)))
+    ]
+    try:
+        load = machine.Load()
+
+        def seen() -> bool:
+            load.look()
+            return load.average > machine.STARVED
+
+        assert wait_until(seen, 20)
+        assert not machine.wait_for_calm(0.0)
+    finally:
+        for process in busy:
+            process.kill()
+            process.wait()

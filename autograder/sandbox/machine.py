@@ -1,0 +1,48 @@
+"""How busy this machine is: what was judged while every core had a queue before it tells little of who was judged."""
+
+import os
+import time
+from pathlib import Path
+
+from course.waiting import wait_until
+
+STARVED = 5.0  # threads for each core that run or could; more gradings than cores make it two or three
+CALM = 3.0
+WINDOW = 2.0  # s over which the machine must be calm
+GLANCE = 0.1  # s between two looks
+
+
+class Load:
+    """The average of a machine's runnable threads for each core, over the times at which `look` was called."""
+
+    def __init__(self) -> None:
+        self._sum, self._looks = 0.0, 0
+
+    def look(self) -> None:
+        """Take a sample."""
+        self._sum += runnable()
+        self._looks += 1
+
+    @property
+    def average(self) -> float:
+        """The average so far; 0 before the first look."""
+        return self._sum / self._looks if self._looks else 0.0
+
+
+def runnable() -> float:
+    """Threads that run or could, this one left out, for each core of this process (proc(5), /proc/loadavg)."""
+    running = Path("/proc/loadavg").read_text().split()[3].partition("/")[0]
+    return (int(running) - 1) / len(os.sched_getaffinity(0))
+
+
+def wait_for_calm(timeout: float) -> bool:
+    """Wait until the machine was calm for WINDOW; False after `timeout` s."""
+
+    def calm() -> bool:
+        load, end = Load(), time.monotonic() + WINDOW
+        while time.monotonic() < end:
+            load.look()
+            time.sleep(GLANCE)
+        return load.average < CALM
+
+    return bool(wait_until(calm, timeout, alert=False))
