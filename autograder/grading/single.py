@@ -32,7 +32,7 @@ from autograder.submissions.exercises import Exercise, contents, load
 from course.interfaces import build
 
 TRIES = 3
-CALMED = 60.0  # s to wait for a machine that is less busy
+CALMED = 30.0  # s to wait for a machine that is less busy
 GRACE = 30.0  # s that judging may take beyond what the tests may
 BROUGHT_DOWN = (
     "Not judged: three times, what your programs sent brought down the process that grades them. Ask your instructor."

@@ -142,9 +142,8 @@ def test_what_was_lost_on_a_starved_machine_is_judged_again(monkeypatch, judged,
 
 
 def test_a_busy_machine_is_seen():
-    busy = [
-        subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(8 * len(os.sched_getaffinity(0)))
-    ]
+    endless = [sys.executable, "-c", "while True: pass"]
+    busy = [subprocess.Popen(endless) for _ in range(8 * len(os.sched_getaffinity(0)))]
     try:
         load = machine.Load()
 
