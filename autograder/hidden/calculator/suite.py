@@ -304,7 +304,7 @@ def test_logs_responses(calculator: Calculator, rng: random.Random) -> None:
     wait = calculator.bench.clock.allow(WRITTEN)
     for operation in calculator.abilities:
         # Twice: what a talkative program has said is soon out of reach.
-        questions = [(rng.randrange(7009, 8999) + 0.5, operation, rng.randrange(5009, 5999) + 0.5) for _ in "12"]
+        questions = [(rng.randrange(7009, 8999) + 0.5, operation, rng.randrange(5009, 5999) + 0.25) for _ in "12"]
         if not any(calculator.logs_result(question, wait) for question in questions):
             raise Wrong(f"After a response to '{operation}', the server must have logged (or printed) its result.")
     for operation in ("divide", "modulo"):
