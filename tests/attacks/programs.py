@@ -221,7 +221,7 @@ def serve_elsewhere(answer, seconds, most=4):
         threading.Thread(target=executor.spin, daemon=True).start()
 """
 
-QUIET_CLIENT = "import sys\nprint('no')\nsys.exit(1)\n"  # earns what it says without a server and to wrong arguments: 2
+QUIET_CLIENT = "import sys\nprint('no')\nsys.exit(1)\n"  # earns nothing: it never calls the server
 IDLE_SERVER = "import rclpy\nrclpy.init()\nrclpy.spin(rclpy.create_node('calculator_server'))\n"
 RETURN = "        return response\n"
 MAIN = "def main(args=None):\n"
@@ -484,7 +484,7 @@ ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
             "import pytest\npytest.exit('passed', returncode=0)\n",
             "import pytest\npytest.skip('passed', allow_module_level=True)\n",
         ),
-        3,
+        2,
     ),
     "one line of 50 MB": (
         handed_in(
@@ -498,20 +498,20 @@ ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
             f"print('\\x1b]0;title\\x07\\u202e{SCRIPT}')\nraise RuntimeError({SCRIPT!r})\n",
             f"import sys\nprint({SCRIPT!r})\nsys.exit(1)\n",
         ),
-        5,
+        2,
     ),
-    "a server that is left over from its parent": (handed_in(_leftover()), 5),
-    "the client's file serves in the server's place": (handed_in(IDLE_SERVER, _right_elsewhere()), 5),
-    "the server's file serves in the grader's place": (handed_in(*_known_elsewhere()), 17),
+    "a server that is left over from its parent": (handed_in(_leftover()), 2),
+    "the client's file serves in the server's place": (handed_in(IDLE_SERVER, _right_elsewhere()), 2),
+    "the server's file serves in the grader's place": (handed_in(*_known_elsewhere()), 18),
     # It is started three times more, so it gives four answers in all; every test of the server asks more than that.
-    "answers once and ends": (handed_in(_ending(1), _elsewhere_client()), 5),
-    # Seven answers are what a test of one operation asks: three tests pass before it has ended too often.
-    "answers seven times and ends": (handed_in(_ending(7)), 8),
-    # What was right is asked again later: 12 of the server without precision and the three tests that ask again.
-    "right to the first 30 requests": (handed_in(_wrong_if("count > 30")), 13),
+    "answers once and ends": (handed_in(_ending(1), _elsewhere_client()), 3),
+    # Seven answers are what a test of one operation asks: a few tests pass before it has ended too often.
+    "answers seven times and ends": (handed_in(_ending(7)), 6),
+    # What was right is asked again later: 12 of the server without an operation, precision and the tests that ask again.
+    "right to the first 30 requests": (handed_in(_wrong_if("count > 30")), 12),
     # How many requests come in 5 ms depends on the machine: at most those of the operations' tests.
     "right for 5 ms": (handed_in(_wrong_if("time > 0.005")), 13),
-    "right from the tenth request on": (handed_in(_wrong_if("count < 10")), 12),
+    "right from the tenth request on": (handed_in(_wrong_if("count < 10")), 14),
     "right when it sees a grader in the graph": (
         handed_in(
             _wrong_if(
@@ -522,10 +522,10 @@ ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
         ),
         11,
     ),
-    # The client's two points, the definition's three, and the server's but for its results.
+    # The definition's two points that need no program.
     "numbers that are none": (
         handed_in(_no_numbers(), "print('nan', 'inf', '-1e999', '9' * 9999)\nraise SystemExit(1)\n"),
-        11,
+        2,
     ),
     "leaves notes for the client": (handed_in(_notes(), _elsewhere_client()), 17),
     "a client that answers itself": (handed_in(None, _itself()), 17),
@@ -544,7 +544,7 @@ ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
             'float64[99999999999999] a\nstring<=99999999999 b "!!python/object/apply:os.system [id]"\n---\n'
             "&a [*a, *a] c\n",
         ),
-        2,
+        0,
     ),
     "shows every number there is": (handed_in(*_every_number()), 16),
 }

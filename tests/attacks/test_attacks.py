@@ -55,9 +55,9 @@ def test_its_page_is_safe(reports, name):
 
 def test_a_former_grading_answers_no_other(grade):
     """What a submission leaves behind, or tries to, serves no later one: neither in its place nor in the grader's."""
-    assert grade(handed_in(*DAEMONS), seed=1).result().score <= 5
+    assert grade(handed_in(*DAEMONS), seed=1).result().score <= 2
     assert no_program_is_left()
-    assert grade(handed_in(IDLE_SERVER), seed=1).result().score == 5
+    assert grade(handed_in(IDLE_SERVER), seed=1).result().score == 2
 
 
 def test_others_are_not_disturbed(reports):

@@ -132,7 +132,8 @@ class Calculator(Server):
     def logs_result(self, question: Question, limit: float) -> bool:
         """Whether asking this adds its result to the log within `limit` s; signs do not count.
 
-        A program that logs hundreds of numbers like the result has not logged it.
+        A program that logs hundreds of numbers like the result has not logged it; whole numbers, with which many count
+        what they do, are not like one that is not whole.
         """
         found: list[float] = []
         seen = Counter(self.log.splitlines())
@@ -143,7 +144,8 @@ class Calculator(Server):
             lines = Counter(self.log.splitlines())
             found.extend(map(abs, numbers("\n".join((lines - seen).elements()))))
             seen |= lines
-            return sum(size / 2 <= number <= size * 2 + 1 for number in found) <= CHATTER and any(
+            alike = [number for number in found if size.is_integer() or not number.is_integer()]
+            return sum(size / 2 <= number <= size * 2 + 1 for number in alike) <= CHATTER and any(
                 abs(number - size) <= ROUNDING + FLOAT32 * size for number in found
             )
 

@@ -239,7 +239,7 @@ WRONG = {
     ),
     "whole numbers": (
         server((RETURN, "        response.result = float(int(response.result))\n" + RETURN)),
-        OPERATIONS | {"precision"},
+        OPERATIONS | {"precision", "logs_responses"},
     ),
     "requests as whole numbers": (
         server(
