@@ -64,7 +64,7 @@ class LaunchServer:
     def _start(self, asked: dict[str, Any]) -> None:
         file, args, domain = str(asked["file"]), [str(arg) for arg in asked["args"]], int(asked["domain"])
         files = {_plain(name): base64.b64decode(content) for name, content in asked["files"].items()}
-        if file not in self._sandbox.files or len(self._started) >= STARTS:
+        if file not in {*self._sandbox.files, *files} or len(self._started) >= STARTS:
             raise ValueError(f"the program {file!r} cannot be started")
         if any("\0" in arg for arg in args):
             raise ValueError("an argument has a zero byte")

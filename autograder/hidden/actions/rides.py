@@ -33,8 +33,8 @@ class Ride:
 
 def steps(start: int, floors: Sequence[int]) -> list[tuple[int, int]]:
     """What is told of a goal from the floor `start`: the floor, and the stops that are left, after each step."""
-    told: list[tuple[int, int]] = []
     here, left = start, list(floors)
+    told: list[tuple[int, int]] = []
     while True:
         while left and left[0] == here:
             left.pop(0)
