@@ -846,10 +846,10 @@ WRONG = {
         ),
         ROOMS,
     ),
-    "a scan counts when both distances have changed by 4 cm": (
+    "a scan that has changed by less than 4 cm is left out": (
         seen(
             "old, self.raw = getattr(self, 'raw', None), new",
-            "if not old or any(new[n] != old[n] and not abs(new[n] - old[n]) < 0.04 for n in new):",
+            "if not old or all(new[n] == old[n] or not abs(new[n] - old[n]) < 0.04 for n in new):",
             "    self.distances = new",
         ),
         ROOMS,
