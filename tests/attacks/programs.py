@@ -507,7 +507,7 @@ ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
     "answers once and ends": (handed_in(_ending(1), _elsewhere_client()), 3),
     # Seven answers are what a test of one operation asks: a few tests pass before it has ended too often.
     "answers seven times and ends": (handed_in(_ending(7)), 6),
-    # What was right is asked again later: 12 of the server without an operation, precision and the tests that ask again.
+    # What was right is asked again later: 12 of the server without precision and the tests that ask again.
     "right to the first 30 requests": (handed_in(_wrong_if("count > 30")), 12),
     # How many requests come in 5 ms depends on the machine: at most those of the operations' tests.
     "right for 5 ms": (handed_in(_wrong_if("time > 0.005")), 13),
@@ -546,5 +546,5 @@ ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
         ),
         0,
     ),
-    "shows every number there is": (handed_in(*_every_number()), 16),
+    "shows every number there is": (handed_in(*_every_number()), 17),
 }
