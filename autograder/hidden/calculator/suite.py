@@ -9,6 +9,7 @@ import contextlib
 import random
 import re
 from collections.abc import Mapping
+from functools import cache
 
 from calculator_interfaces.srv import Calculate
 
@@ -84,10 +85,19 @@ def sections(submission: Mapping[str, bytes]) -> tuple[tuple[Field, ...], ...]:
     for mark, name in (("\ufeff", "a byte order mark (BOM)"), ("\0", "a NUL character")):
         if mark in text:
             raise Wrong(f"Calculate.srv contains {name}, which ROS 2 cannot read: save the file as plain UTF-8 text.")
+    read = parsed(text)
+    if isinstance(read, InterfaceError):
+        raise Wrong(str(read) if str(read).endswith("?") else f"{read}.")
+    return read
+
+
+@cache
+def parsed(text: str) -> tuple[tuple[Field, ...], ...] | InterfaceError:
+    """The sections of a definition, or what is wrong with it; read once, because a long one takes its time."""
     try:
         return tuple(parse(text, "Calculate.srv").sections)
     except InterfaceError as error:
-        raise Wrong(str(error) if str(error).endswith("?") else f"{error}.") from None
+        return error
 
 
 def expect_fields(section: str, fields: tuple[Field, ...], right: list[tuple[str, str]]) -> None:
