@@ -4,7 +4,7 @@ import pytest
 from course_interfaces.action import Lift
 
 from autograder.errors import TimedOut
-from autograder.hidden.actions.rides import Ride, lengths, steps, stops_made, way
+from autograder.hidden.actions.rides import Ride, follows, lengths, steps, stops_made, way
 from autograder.suitekit import Goal, Heard
 
 
@@ -45,6 +45,13 @@ def test_stops_made(path, floors, made):
 def test_a_way_is_floor_by_floor():
     assert way(goal_of(1, 2, 3, 2)) == [1, 2, 3, 2]
     assert way(goal_of(1, 3)) == way(goal_of(1, 1)) == way(goal_of(1)) == way(goal_of()) == []
+
+
+def test_a_goal_follows_its_floors():
+    assert follows(goal_of(3, 4), [3, 5], 9)
+    assert follows(goal_of(), [3, 5], 9)
+    assert not follows(goal_of(1, 2, 1), [5, 0], 9), "back on the way"
+    assert not follows(goal_of(1, 2, 3), [2, 0], 9), "past its stop"
 
 
 def test_lengths_are_those_of_steps():

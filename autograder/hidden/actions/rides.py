@@ -60,6 +60,12 @@ def way(goal: Goal) -> list[int]:
     return floors if len(floors) > 1 and all(abs(a - b) == 1 for a, b in pairwise(floors)) else []
 
 
+def follows(goal: Goal, floors: Sequence[int], top: int) -> bool:
+    """Whether the feedback so far is that of a cabin on its way to these floors, wherever it started."""
+    heard = floors_heard(goal)
+    return any([floor for floor, _ in steps(start, floors)][: len(heard)] == heard for start in range(top + 1))
+
+
 def floors_heard(goal: Goal) -> list[int]:
     """The floors in the feedback."""
     return [heard.message.floor for heard in list(goal.feedback)]

@@ -40,7 +40,7 @@ from autograder.hidden.actions.judging import (
     expect_so_far,
     expect_status,
 )
-from autograder.hidden.actions.rides import Ride, floors_heard, later, steps, way
+from autograder.hidden.actions.rides import Ride, floors_heard, follows, later, steps, way
 from autograder.suitekit import (
     Bench,
     Crashed,
@@ -227,7 +227,7 @@ def test_rejected_goal_changes_nothing(busy: Busy) -> None:
     if not impossible:
         raise Wrong("A goal that cannot be reached must be rejected; it was accepted.")
     ride = busy.converse(lambda limit, alive: busy.begin_long(alive, limit), "a goal", OFFERED)
-    goal, proper = ride.goal, bool(way(ride.goal))
+    goal, proper = ride.goal, follows(ride.goal, ride.floors, TOP)
     expect_running(busy, ride, not goal.status, "another one was rejected")
     if fault := busy.hangs(goal):
         busy.end()
@@ -240,7 +240,7 @@ def test_rejected_goal_changes_nothing(busy: Busy) -> None:
         raise Wrong(f"When a new goal is rejected, the one that runs must go on. It ended as {goal.status}.")
     if not goal.status and len(goal.feedback) <= before:
         raise Wrong("When a new goal is rejected, the one that runs must go on. Nothing more was heard of it.")
-    if proper and not way(goal):
+    if proper and not follows(goal, ride.floors, TOP):
         raise Wrong(
             "When a new goal is rejected, the one that runs must go on from where the cabin is, floor by floor.",
             f"{ride.floors}: {floors_heard(goal)}",
