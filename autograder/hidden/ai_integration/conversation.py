@@ -69,7 +69,7 @@ DRIVING = 1.0  # s of real time with scans, until a node certainly drives
 DRIVING_HERTZ = 20.0  # scans a second then
 WATCHED = 1.5  # s of real time without scans: three times as long as a node may drive on
 
-DECISION = 0.5  # s of real time for a command of a drive, until the robot moves on by the one before
+DECISION = 0.2  # s of real time for a command of a drive, until the robot moves on by the one before
 DRIVE = 60.0  # s of real time for a drive
 IDLE = 20  # ticks of a drive without a command after which it ends
 

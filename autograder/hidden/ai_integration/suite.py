@@ -275,7 +275,7 @@ def test_no_measurements(follower: Follower, eye: Eye, rng: random.Random) -> No
         front = some_distance(rng)
         part = [*plain.flat(rng, front=front).ranges]
         for beam in range(plain.beams):
-            if plain.angle(beam) < -30.0:
+            if plain.angle(beam) < -26.0:
                 part[beam] = NAN
         about = "With a scanner that does not cover the right, which then counts as free (inf)"
         expect(plain.scan(part), {"front": front, "right": INF}, about)

@@ -526,7 +526,7 @@ WRONG = {
             ("from enum import Enum\n", "from enum import Enum\n\nfrom geometry_msgs.msg import Twist\n"),
             ("        angular = 1.5 * (0.6 - right)\n", "        return Twist()\n"),
         ),
-        {"agent_needs_no_ros", "keeps_its_distance", "thresholds", "hall"},
+        {"agent_needs_no_ros", "keeps_its_distance", "thresholds"} | ROOMS,
     ),
     "all in one file": ({**REFERENCE, NODE: ONE_FILE}, {"asks_its_agent"}),
     "no class WallAgent": (
@@ -596,7 +596,7 @@ WRONG = {
     ),
     "the angle between beams in whole degrees": (
         node(("scan.angle_increment *", "math.radians(round(math.degrees(scan.angle_increment))) *")),
-        {"any_number_of_beams", "hall"},
+        {"any_number_of_beams"},
     ),
     "at most 1000 beams": (
         node(("np.array(scan.ranges, dtype=float)", "np.array(scan.ranges[:1000], dtype=float)")),
