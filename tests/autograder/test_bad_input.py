@@ -197,7 +197,7 @@ def test_a_class_with_bad_submissions(box, tmp_path):
         "e_link": (INVALID_SUBMISSION, 0),
     }
     assert {test["outcome"] for test in lines["a_empty"]["tests"]} == {NOT_RUN}
-    assert "no answer within" in lines["c_silent"]["tests"][1]["message"]
+    assert any("no answer within" in test["message"] for test in lines["c_silent"]["tests"])
     assert no_program_is_left()
     page = (out / "feedback" / "b_<i>forks" / "calculator.html").read_text()
     assert "b_&lt;i&gt;forks" in page and "<i>" not in page and "8 of 20 points" in page

@@ -323,7 +323,7 @@ def test_a_worker_with_other_code_is_refused(submitted, dask_cluster, tmp_path):
 
 def test_the_code_of_workers_is_compared(tmp_path):
     mine = installed.digests()
-    assert {"autograder/grading/worker.py", "course/discovery.xml", "course/session/live.py"} <= mine.keys()
+    assert {"autograder/grading/launcher.py", "course/discovery.xml", "course/session/live.py"} <= mine.keys()
     assert not [name for name in mine if "__pycache__" in name or "hidden" in name]
     assert installed.difference(mine, dict(reversed(mine.items()))) == ""
     cluster.check_code({"tcp://a": mine, "tcp://b": mine})
