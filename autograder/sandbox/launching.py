@@ -40,7 +40,10 @@ class LaunchServer:
 
     def serve(self) -> bool:
         """Do what the next message asks; False when the judge has gone."""
-        message = self._channel.recv(LONGEST)
+        try:
+            message = self._channel.recv(LONGEST)
+        except ConnectionResetError:  # it died, and an answer was still on its way
+            return False
         if not message:
             return False
         try:
@@ -52,7 +55,7 @@ class LaunchServer:
                 self._started[int(asked["program"])].process.stop(str(asked["why"])[:1000])
             elif kind == START:
                 self._start(asked)
-        except (ValueError, KeyError, TypeError, IndexError) as error:
+        except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
             with contextlib.suppress(OSError):
                 self._channel.send(f"refused: {error}".encode()[:1000], socket.MSG_DONTWAIT)
         return True
