@@ -122,7 +122,7 @@ def timestamp(folder: Path) -> datetime | None:
     """When a submission was handed in (UTC), from the file that nbgrader puts into its folder; None when unknown."""
     try:
         return reading.handed_in_at(folder)
-    except (ValueError, OverflowError) as error:
+    except ValueError as error:
         who = f"{folder.parent.name}/{folder.name}"
         log.warning("%s: it is not known when this was handed in, so no penalty is reckoned: %s", who, error)
         return None

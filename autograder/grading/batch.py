@@ -67,7 +67,7 @@ def run(
 def _time_is_known(folder: Path) -> bool:
     try:
         handed_in_at(folder)
-    except (ValueError, OverflowError):
+    except ValueError:
         return False
     return True
 

@@ -21,7 +21,7 @@ from autograder.sandbox import networks, users
 from autograder.sandbox.box import MEMORY, Sandbox
 from autograder.sandbox.launching import LaunchServer
 from autograder.sandbox.machine import Load
-from autograder.sandbox.process import GLANCE, processes, proportional, resident, total
+from autograder.sandbox.process import GLANCE, processes, takes_more
 
 JUDGING = f"{__package__}.judging"  # loads ROS 2 and pytest, which this process does not need
 DOMAINS = 40  # ROS domains of a grading
@@ -61,17 +61,12 @@ class Launcher:
     def run(self, job: Job) -> Ended | None:
         """Have one job done; None when stdin has ended meanwhile."""
         own = Path(job.interfaces) if job.interfaces else None
-        user, lock = users.take() if self.box == "root" else (None, None)
         channel, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        try:
-            with Sandbox(self.box, job.files, own) as sandbox, channel:
-                server = LaunchServer(channel, sandbox, self._networks)
-                with theirs:
-                    self._hand_over(job, user, theirs)
-                return self._serve(server, channel, job.limit)
-        finally:
-            if lock is not None:
-                os.close(lock)
+        with users.borrowed(self.box) as user, Sandbox(self.box, job.files, own) as sandbox, channel:
+            server = LaunchServer(channel, sandbox, self._networks)
+            with theirs:
+                self._hand_over(job, user, theirs)
+            return self._serve(server, channel, job.limit)
 
     def _hand_over(self, job: Job, user: int | None, channel: socket.socket) -> None:
         with tempfile.TemporaryFile() as file:
@@ -107,8 +102,7 @@ class Launcher:
         """Why the judging process must be ended; empty while it need not."""
         if time.monotonic() > end:
             return "it did not come to an end"
-        tree = processes(self._judging.pid)
-        if total(tree, resident) > MEMORY and total(tree, proportional) > MEMORY:
+        if takes_more(processes(self._judging.pid), MEMORY):
             return f"it took more than {MEMORY >> 30} GiB of memory"
         return ""
 

@@ -122,7 +122,7 @@ def _try(submission: Submission, exercise: Exercise, box: str, seed: int, patien
     deaths = [fault for fault in faults if isinstance(fault, JudgeDied)]
     if len(deaths) == TRIES:
         return _brought_down(exercise, deaths)
-    return Judgement(INFRASTRUCTURE_ERROR, fault=fault)
+    return Judgement(INFRASTRUCTURE_ERROR, fault=str(faults[-1]))
 
 
 def _brought_down(exercise: Exercise, deaths: list[JudgeDied]) -> Judgement:

@@ -23,7 +23,6 @@ from typing import NamedTuple, Self
 from autograder.errors import SandboxUnavailable
 from autograder.sandbox import cgroup, seccomp, users, variables, view
 from autograder.sandbox.process import Process
-from autograder.sandbox.program import Program
 from course import environment
 from course.interfaces.builder import cache_folder
 
@@ -124,17 +123,12 @@ class Sandbox:
         if self._folder:
             self._folder.cleanup()
 
-    def start(self, file: str, *args: str, domain: int, files: Mapping[str, bytes] | None = None) -> Program:
-        """Start `python FILE ARGS` in ROS domain `domain`.  Call this from the main thread.
+    def launch(self, file: str, *args: str, domain: int, files: Mapping[str, bytes] | None = None) -> Started:
+        """Start `python FILE ARGS` in ROS domain `domain`, for somebody else to talk to.  Call it from the main thread.
 
         The program ends with the thread that started it.  `files` are laid into its home folder too, for this program
         alone.
         """
-        started = self.launch(file, *args, domain=domain, files=files)
-        return Program(file, started.output, started.end, started.process.stop)
-
-    def launch(self, file: str, *args: str, domain: int, files: Mapping[str, bytes] | None = None) -> Started:
-        """Start the same, for somebody else to talk to."""
         status, status_write = os.pipe()
         command = self.command([file, *args], domain, status=status_write, files=files)
         output, output_write = os.pipe()

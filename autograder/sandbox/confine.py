@@ -11,6 +11,7 @@ import struct
 from collections.abc import Callable
 
 from autograder.sandbox import seccomp
+from autograder.sandbox.networks import check
 
 PR_CAPBSET_DROP, PR_SET_NO_NEW_PRIVS = 24, 38  # prctl(2)
 CAP_LAST = 63
@@ -56,8 +57,8 @@ def _drop_bounding_set() -> None:
 
 def _drop_capabilities() -> None:
     header = struct.pack("Ii", CAPABILITIES_V3, 0)
-    _check(_libc.capset(header, bytes(24)))
-    _check(_libc.prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0))
+    check(_libc.capset(header, bytes(24)))
+    check(_libc.prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0))
 
 
 def _set_filter() -> None:
@@ -67,9 +68,4 @@ def _set_filter() -> None:
     code = ctypes.create_string_buffer(rules, len(rules))
     program = struct.pack("HxxxxxxP", len(rules) // 8, ctypes.addressof(code))  # struct sock_fprog
     number = SECCOMP_CALL[os.uname().machine]
-    _check(_libc.syscall(number, SET_MODE_FILTER, ALL_THREADS, program))
-
-
-def _check(result: int) -> None:
-    if result:
-        raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
+    check(_libc.syscall(number, SET_MODE_FILTER, ALL_THREADS, program))

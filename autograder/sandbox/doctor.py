@@ -127,14 +127,9 @@ def _judge(box: str) -> Layer:
     root = paths.checkout()
     private = [paths.HIDDEN, *([root / "tests", root / "solutions"] if root else [])]
     probe = f"PRIVATE = {list(map(str, private))!r}\n{JUDGE}"
-    user, lock = users.take() if box == "root" else (None, None)
-    try:
-        with Sandbox(box, {}) as sandbox:
-            command = [*BOXES[box], *sandbox.judge_command(["-c", probe, *([str(user)] if user else [])])]
-            done = subprocess.run(command, capture_output=True, text=True, pass_fds=sandbox.descriptors, timeout=60)
-    finally:
-        if lock is not None:
-            os.close(lock)
+    with users.borrowed(box) as user, Sandbox(box, {}) as sandbox:
+        command = [*BOXES[box], *sandbox.judge_command(["-c", probe, *([str(user)] if user else [])])]
+        done = subprocess.run(command, capture_output=True, text=True, pass_fds=sandbox.descriptors, timeout=60)
     if done.returncode:
         return Layer(name, False, (done.stderr.strip().splitlines() or [f"exit status {done.returncode}"])[-1])
     seen = json.loads(done.stdout)

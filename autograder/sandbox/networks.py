@@ -27,11 +27,11 @@ def make(count: int) -> list[int]:
     made = []
     try:
         for _ in range(count):
-            _check(_libc.unshare(CLONE_NEWNET))
+            check(_libc.unshare(CLONE_NEWNET))
             made.append(_here())
             _set_up()
     finally:
-        _check(_libc.setns(home, CLONE_NEWNET))
+        check(_libc.setns(home, CLONE_NEWNET))
         os.close(home)
     return made
 
@@ -50,7 +50,7 @@ def inside(network: int) -> Iterator[None]:
 
 def enter(network: int) -> None:
     """Move this thread into that network; raises OSError."""
-    _check(_libc.setns(network, CLONE_NEWNET))
+    check(_libc.setns(network, CLONE_NEWNET))
 
 
 class Threads:
@@ -92,6 +92,7 @@ def _here() -> int:
     return os.open("/proc/thread-self/ns/net", os.O_RDONLY | os.O_CLOEXEC)
 
 
-def _check(result: int) -> None:
+def check(result: int) -> None:
+    """Raise OSError unless a call of the C library, by ctypes with `use_errno`, has returned 0."""
     if result:
         raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))

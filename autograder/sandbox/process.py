@@ -108,7 +108,7 @@ class Process:
             tree = processes(self._process.pid)
             if sum(tree.values()) >= most_tasks + WRAPPERS:
                 self.stop(f"it started {most_tasks} processes and threads; do not start processes in an endless loop")
-            if total(tree, resident) > most_memory and total(tree, proportional) > most_memory:
+            if takes_more(tree, most_memory):
                 self.stop(f"it took more than {most_memory >> 30} GiB of memory; keep only what you need")
             self._waiter.join(GLANCE)
 
@@ -123,6 +123,12 @@ def processes(root: int) -> dict[int, int]:
                 tree += map(int, Path(f"/proc/{pid}/task/{task}/children").read_text().split())
             found[pid] = len(tasks)
     return found
+
+
+def takes_more(pids: Iterable[int], most: int) -> bool:
+    """Whether some processes together take more than `most` bytes: the quick measure first, which finds too much."""
+    pids = list(pids)
+    return total(pids, resident) > most and total(pids, proportional) > most
 
 
 def total(pids: Iterable[int], measure: Callable[[int], int]) -> int:

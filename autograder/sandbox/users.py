@@ -3,8 +3,10 @@
 bubblewrap's `--uid` alone would leave such a program root on the host.
 """
 
+import contextlib
 import fcntl
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 INSIDE = 65534  # what a program is inside a user namespace, where it is started by anybody but root
@@ -19,6 +21,19 @@ def available() -> bool:
         if first <= SPARE[0] and SPARE[-1] < first + count:
             return True
     return False
+
+
+@contextlib.contextmanager
+def borrowed(box: str) -> Iterator[int | None]:
+    """A user id that no other program has meanwhile, in the box "root"; None in the others, which have none to give."""
+    if box != "root":
+        yield None
+        return
+    uid, lock = take()
+    try:
+        yield uid
+    finally:
+        os.close(lock)
 
 
 def take() -> tuple[int, int]:

