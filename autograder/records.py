@@ -61,6 +61,7 @@ class Job:
     box: str  # how programs are confined: a key of `sandbox.box.BOXES`
     interfaces: str  # install prefix of the exercise's own interface package, or ""
     limit: float  # s after which the judging has failed
+    core: int  # of the processor, for the programs, where this machine gives no control group
     patience: float = 1.0  # stretches every wait, for slow machines
 
 

@@ -23,7 +23,7 @@ from autograder.records import Finished, Job, Message, Verdict, from_line, to_li
 from autograder.sandbox.confine import confine
 from autograder.sandbox.launching import LaunchClient
 from autograder.sandbox.networks import Threads
-from autograder.sandbox.view import INTERFACES, JUDGE_HOME
+from autograder.sandbox.view import FILES, INTERFACES, JUDGE_HOME, SCRATCH
 from autograder.submissions.exercises import load
 from autograder.suitekit import actions, fixtures, live, parameters, topics  # noqa: F401  loaded once, for all suites
 from autograder.suitekit.bench import Bench
@@ -33,7 +33,7 @@ from course.interfaces import Built
 
 PR_SET_PDEATHSIG = 1
 MNT_DETACH = 2  # umount(2)
-HOME_OPTIONS = b"size=64m,mode=1777"
+HOME_OPTIONS = f"size={SCRATCH},nr_inodes={FILES},mode=1777".encode()
 OVERTIME = 10.0  # s that the running test may go on after the time for all tests is used up
 DESCRIPTORS = 250  # that come with a job: the job itself, a socket to the launcher, networks
 

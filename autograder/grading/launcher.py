@@ -62,7 +62,7 @@ class Launcher:
         """Have one job done; None when stdin has ended meanwhile."""
         own = Path(job.interfaces) if job.interfaces else None
         channel, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        with users.borrowed(self.box) as user, Sandbox(self.box, job.files, own) as sandbox, channel:
+        with users.borrowed(self.box) as user, Sandbox(self.box, job.files, own, job.core) as sandbox, channel:
             server = LaunchServer(channel, sandbox, self._networks)
             with theirs:
                 self._hand_over(job, user, theirs)

@@ -27,7 +27,7 @@ from autograder.records import (
     Submission,
     Verdict,
 )
-from autograder.sandbox import machine
+from autograder.sandbox import core, machine
 from autograder.submissions.exercises import Exercise, contents, load
 from course.interfaces import build
 
@@ -143,8 +143,8 @@ def judge(exercise: Exercise, files: dict[str, bytes], box: str, seed: int, pati
     if exercise.package:
         prefix = str(build(exercise.package, exercise.interfaces, use=False).prefix)
     limit = exercise.time_limit * max(1.0, patience) + GRACE
-    job = Job(exercise.name, contents(exercise), files, seed, box, prefix, limit, patience)
-    with worker(box) as process:
+    with core.taken() as number, worker(box) as process:
+        job = Job(exercise.name, contents(exercise), files, seed, box, prefix, limit, number, patience)
         answer = process.run(job)
     if answer.finished.fault:
         raise InfrastructureError(answer.finished.fault)

@@ -21,7 +21,7 @@ from types import TracebackType
 from typing import NamedTuple, Self
 
 from autograder.errors import SandboxUnavailable
-from autograder.sandbox import cgroup, seccomp, users, variables, view
+from autograder.sandbox import cgroup, core, seccomp, users, variables, view
 from autograder.sandbox.process import Process
 from course import environment
 from course.interfaces.builder import cache_folder
@@ -41,7 +41,7 @@ LIMITS = {  # of each process, by prlimit(1)
     "data": MEMORY,  # not `as`: Fast DDS and malloc reserve far more addresses than they use
     "cpu": 60,  # s
     "fsize": 16 << 20,  # bytes
-    "nofile": 512,
+    "nofile": 128,  # a program with ten nodes has 19; what waits in sockets is the kernel's memory
     "core": 0,
 }
 
@@ -57,7 +57,7 @@ def choose(unsafe: bool = False) -> str:
     """
     if unsafe:
         return "unsafe"
-    for tool, package in (("bwrap", "bubblewrap"), ("unshare", "util-linux"), ("ip", "iproute2")):
+    for tool, package in (("bwrap", "bubblewrap"), ("unshare", "util-linux"), ("mount", "mount"), ("ip", "iproute2")):
         if not shutil.which(tool):
             raise SandboxUnavailable(f"{tool} is not installed (package {package}), so programs cannot be confined")
     box = "root" if os.geteuid() == 0 and users.available() else "user"
@@ -86,12 +86,18 @@ class Started(NamedTuple):
 class Sandbox:
     """Starts the handed-in files as confined programs; closing it ends them all."""
 
-    def __init__(self, box: str, files: Mapping[str, bytes], interfaces: Path | None = None):
-        """`files` are laid into each program's home folder; `interfaces` is an install prefix to import from."""
+    def __init__(
+        self, box: str, files: Mapping[str, bytes], interfaces: Path | None = None, core: int | None = None
+    ):
+        """`files` are laid into each program's home folder; `interfaces` is an install prefix to import from.
+
+        All programs run on the `core` of the processor, if one is given and they cannot have a control group.
+        """
         environment.prepare()
         self.box = box
         self.files = dict(files)
         self.interfaces = interfaces
+        self.core = core
         self.descriptors: list[int] = []  # of the next program: what bubblewrap reads files from
         self._started: list[Process] = []
         self._group: cgroup.Group | None = None
@@ -139,7 +145,7 @@ class Sandbox:
             self._group = cgroup.make()
         try:
             process = Process(
-                self._group.command(command) if self._group else command,
+                self._together(command),
                 output=output_write,
                 end=end_write,
                 pass_fds=(*self.descriptors, status_write),
@@ -188,7 +194,7 @@ class Sandbox:
         bwrap += view.options(uid, files, self.interfaces, self._descriptor)
         for name, value in self._variables(domain).items():
             bwrap += ["--setenv", name, value]
-        return [*bwrap, "--chdir", view.HOME, "--", *become, *limits, *python]
+        return view.with_store([*bwrap, "--chdir", view.HOME, "--", *become, *limits, *python])
 
     def judge_command(self, argv: list[str]) -> list[str]:
         """The command line of the process that judges: `python ARGV`, which sees what `view.of_judge` says.
@@ -207,7 +213,13 @@ class Sandbox:
         bwrap += view.of_judge(packages, self._descriptor)
         for name, value in variables.of_judge(view.JUDGE_HOME).items():
             bwrap += ["--setenv", name, value]
-        return [*bwrap, "--chdir", "/", "--", *python]
+        return view.with_store([*bwrap, "--chdir", "/", "--", *python])
+
+    def _together(self, command: list[str]) -> list[str]:
+        """A command line that runs `command` with what bounds all programs of a grading together."""
+        if self._group:
+            return self._group.command(command)
+        return command if self.core is None or self._folder else core.command(self.core, command)
 
     def _variables(self, domain: int) -> dict[str, str]:
         """All of a program's environment variables."""

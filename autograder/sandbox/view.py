@@ -27,8 +27,21 @@ SYSTEM_FILES = {
     "/etc/hosts": "127.0.0.1 localhost\n",
     "/etc/nsswitch.conf": "passwd: files\ngroup: files\nhosts: files\n",
 }
-SCRATCH = 64 << 20  # bytes of the home folder, and of /tmp
-SHARED_MEMORY = 16 << 20  # bytes of /dev/shm
+SCRATCH = 64 << 20  # bytes that fit into the home folder, /tmp and /dev/shm together
+FILES = 4096  # files and folders, the same; the kernel keeps a kilobyte of each, which counts for no process
+STORE = "/mnt"  # where that file system is mounted, in a mount namespace of the program's own
+# bubblewrap's own file systems have no limit to the number of files.
+MOUNT = f"""set -e
+mount -t tmpfs -o size={SCRATCH},nr_inodes={FILES},nosuid,nodev,mode=0755 tmpfs {STORE}
+mkdir -m 0777 {STORE}/home
+mkdir -m 1777 {STORE}/tmp {STORE}/shm
+exec "$@"
+"""
+
+
+def with_store(command: list[str]) -> list[str]:
+    """A command line that mounts an empty file system for what a program writes, and runs bubblewrap's `command`."""
+    return ["unshare", "--mount", "--propagation", "private", "sh", "-c", MOUNT, "sh", *command]
 
 
 def options(
@@ -41,7 +54,7 @@ def options(
     """
     view = [
         *_system(uid, to_read),
-        *_scratch(HOME, "0777", SCRATCH),
+        *_stored("home", HOME),
         *_installed(_folders(paths.private()), interfaces),
     ]
     view += ["--perms", "0755", "--dir", "/opt", "--ro-bind", str(environment.DISCOVERY_PROFILE), PROFILE]
@@ -61,8 +74,7 @@ def of_judge(interfaces: Path, to_read: Callable[[bytes], str]) -> list[str]:
     private = [folder for folder in (paths.checkout(), HIDDEN) if folder]
     needed = {PACKAGE: True, HIDDEN: False, COURSE: True}
     folders = dict(sorted((_folders(private) | needed).items(), key=lambda item: len(item[0].parts)))
-    view = [*_system(0, to_read), "--perms", "0755", "--dir", str(Path(JUDGE_HOME).parent)]
-    view += [*_scratch(JUDGE_HOME, "1777", SCRATCH), *_installed(folders, None)]
+    view = [*_system(0, to_read), *_stored("home", JUDGE_HOME), *_installed(folders, None)]
     view += ["--perms", "0755", "--dir", "/opt", "--ro-bind", str(interfaces), INTERFACES]
     return [*view, "--remount-ro", "/"]
 
@@ -79,8 +91,8 @@ def _system(uid: int, to_read: Callable[[bytes], str]) -> list[str]:
     for path, text in SYSTEM_FILES.items():
         view += ["--perms", "0444", "--ro-bind-data", to_read(text.format(uid=uid).encode()), path]
     view += ["--proc", "/proc", "--dev", "/dev"]
-    view += [*_scratch("/dev/shm", "1777", SHARED_MEMORY), "--remount-ro", "/dev"]
-    return [*view, *_scratch("/tmp", "1777", SCRATCH)]
+    view += [*_stored("shm", "/dev/shm"), "--remount-ro", "/dev"]
+    return [*view, *_stored("tmp", "/tmp")]
 
 
 def expected() -> list[str]:
@@ -90,8 +102,9 @@ def expected() -> list[str]:
     return [*links, *mounted, *(str(folder) for folder, visible in _folders(paths.private()).items() if visible)]
 
 
-def _scratch(path: str, permissions: str, size: int) -> list[str]:
-    return ["--perms", permissions, "--size", str(size), "--tmpfs", path]
+def _stored(name: str, path: str) -> list[str]:
+    # bubblewrap would make the folder above readable to root alone.
+    return ["--perms", "0755", "--dir", str(Path(path).parent), "--bind", f"{STORE}/{name}", path]
 
 
 def _installed(folders: Mapping[Path, bool], interfaces: Path | None) -> list[str]:

@@ -5,7 +5,7 @@ import pytest
 from autograder.records import Ended, Finished, Job, Verdict, from_line, to_line
 
 MESSAGES = [
-    Job("services", {"services/suite.py": b""}, {"relay.py": b"\xff\0", "empty.py": b""}, 7, "root", "", 60.0, 0.5),
+    Job("services", {"services/suite.py": b""}, {"relay.py": b"\xff\0", "empty.py": b""}, 7, "root", "", 60.0, 1, 0.5),
     Verdict("test_a", "failed", "What\nthe student reads \ud800", "the instructor's"),
     Finished(1, "", {"relay.py": "printed"}),
     Ended(-9, "a line\nanother\n", "it took too much"),

@@ -1,7 +1,9 @@
 """What a program in the sandbox sees and may do; and grading as an ordinary user, and without a sandbox."""
 
+import contextlib
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -12,7 +14,7 @@ import pytest
 
 from autograder.paths import PACKAGE
 from autograder.sandbox import box as sandbox
-from autograder.sandbox import seccomp, view
+from autograder.sandbox import core, seccomp, view
 from autograder.sandbox.box import BOXES
 from autograder.sandbox.variables import ros_prefixes
 from course.waiting import wait_until
@@ -89,6 +91,61 @@ def test_what_a_program_sees(box):
     assert seen["links"] == ["lo"] and seen["nproc"] == 64
 
 
+HAS_GROUP = """
+import sys
+from autograder.sandbox import cgroup
+group = cgroup.make()
+if group:
+    group.close()
+sys.exit(bool(group))
+"""
+GREEDY = """
+import itertools, json, os, socket
+
+def until_refused(take):
+    held = []
+    try:
+        for number in range(20_000):
+            held.append(take(number))
+    except OSError as error:
+        return [len(held), error.strerror]
+    return [len(held), '']
+
+print(json.dumps(dict(
+    files={folder: until_refused(lambda number: os.close(os.open(f'{folder}/{number}', os.O_CREAT | os.O_WRONLY)))
+           for folder in ('.', '/tmp', '/dev/shm')},
+    sockets=until_refused(lambda _: socket.socketpair()),
+    cores=len(os.sched_getaffinity(0)), moved=until_refused(lambda _: os.sched_setaffinity(0, range(os.cpu_count()))),
+)))
+"""
+
+
+def test_what_the_kernel_keeps_for_a_program_is_bounded(box):
+    """Empty files and waiting sockets are memory that counts for no process."""
+    with sandbox.Sandbox(box, {SERVER: GREEDY.encode()}) as confined:
+        command = [*sandbox.BOXES[box], *confined.command([SERVER], domain=1)]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=60, pass_fds=confined.descriptors)
+    seen = json.loads(done.stdout)
+    files, why = zip(*seen["files"].values(), strict=True)
+    assert sum(files) < view.FILES and set(why) == {"No space left on device"}
+    assert seen["sockets"][0] * 2 < sandbox.LIMITS["nofile"]
+    if seccomp.available():
+        assert seen["moved"] == [0, "Operation not permitted"]
+
+
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="this machine has one core")
+def test_without_control_groups_each_grading_has_a_core(box, tmp_path, monkeypatch):
+    """As many gradings as there are cores have one each, and the next shares one; programs stay on theirs."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))  # other gradings of this user have cores, too
+    with contextlib.ExitStack() as held:
+        given = [held.enter_context(core.taken()) for _ in range(len(os.sched_getaffinity(0)) + 1)]
+    assert {*given[:-1]} == os.sched_getaffinity(0) and given[-1] == given[0]
+    with sandbox.Sandbox(box, {SERVER: GREEDY.encode()}) as confined:
+        command = core.command(given[1], [*sandbox.BOXES[box], *confined.command([SERVER], domain=1)])
+        done = subprocess.run(command, capture_output=True, text=True, timeout=60, pass_fds=confined.descriptors)
+    assert json.loads(done.stdout)["cores"] == 1
+
+
 def test_no_sandbox_without_bubblewrap(monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
     done = subprocess.run(
@@ -130,10 +187,12 @@ def test_unsafe_is_flagged(tmp_path):
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="the other tests are run by an ordinary user already")
 def test_as_an_ordinary_user(tmp_path):
+    """Who has, on most machines, no control groups: all programs of a grading are on one core then."""
     home = Path("/tmp") / f"autograder-test-{os.getpid()}"
     home.mkdir()
     try:
-        hand_in(home / "calculator")
+        server = hand_in(home / "calculator") / SERVER
+        server.write_text("import os\nprint('cores:', *os.sched_getaffinity(0))\n" + server.read_text())
         os.chown(home, ORDINARY_USER, ORDINARY_USER)
         user = ["setpriv", f"--reuid={ORDINARY_USER}", f"--regid={ORDINARY_USER}", "--clear-groups", "--"]
         if subprocess.run([*user, sys.executable, "-c", "import autograder"], cwd="/", capture_output=True).returncode:
@@ -149,6 +208,9 @@ def test_as_an_ordinary_user(tmp_path):
         report = json.loads(done.stdout or "{}")
         assert (done.returncode, report.get("score"), report.get("flags")) == (0, 20, []), done.stderr
         assert no_program_is_left()
+        has_group = subprocess.run([*user, sys.executable, "-c", HAS_GROUP], cwd="/", capture_output=True).returncode
+        cores = set(re.findall(r"cores: (.*)", str(report["logs"]).replace("\\n", "\n")))
+        assert cores and (has_group or all(len(line.split()) == 1 for line in cores)), cores
     finally:
         shutil.rmtree(home)
 
