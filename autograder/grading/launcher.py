@@ -21,10 +21,12 @@ from autograder.sandbox import networks, users
 from autograder.sandbox.box import MEMORY, Sandbox
 from autograder.sandbox.launching import LaunchServer
 from autograder.sandbox.machine import Load
-from autograder.sandbox.process import GLANCE, processes, takes_more
+from autograder.sandbox.process import GLANCE, children, processes, takes_more
+from course.waiting import wait_until
 
 JUDGING = f"{__package__}.judging"  # loads ROS 2 and pytest, which this process does not need
 DOMAINS = 40  # ROS domains of a grading
+ORPHANED = 1.0  # s until what was killed with its program is gone
 
 
 def main() -> None:
@@ -66,7 +68,18 @@ class Launcher:
             server = LaunchServer(channel, sandbox, self._networks)
             with theirs:
                 self._hand_over(job, user, theirs)
-            return self._serve(server, channel, job.limit)
+            ended = self._serve(server, channel, job.limit)
+        wait_until(self._orphans_are_gone, ORPHANED, alert=False)
+        return ended
+
+    def _orphans_are_gone(self) -> bool:
+        """Take note of the end of what programs have left: it falls to this process, the first of its namespace."""
+        if os.getpid() != 1:
+            return True
+        try:
+            return all(os.waitpid(child, os.WNOHANG)[0] for child in children(1) if child != self._judging.pid)
+        except OSError:  # a thread or child that was there is not there any more
+            return False
 
     def _hand_over(self, job: Job, user: int | None, channel: socket.socket) -> None:
         with tempfile.TemporaryFile() as file:

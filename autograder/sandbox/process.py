@@ -118,11 +118,15 @@ def processes(root: int) -> dict[int, int]:
     tree, found = [root], {}
     for pid in tree:
         with contextlib.suppress(OSError):  # it has ended meanwhile
-            tasks = os.listdir(f"/proc/{pid}/task")
-            for task in tasks:
-                tree += map(int, Path(f"/proc/{pid}/task/{task}/children").read_text().split())
-            found[pid] = len(tasks)
+            found[pid] = len(os.listdir(f"/proc/{pid}/task"))
+            tree += children(pid)
     return found
+
+
+def children(pid: int) -> list[int]:
+    """The processes that process `pid` has started, and those that were left to it; raises OSError."""
+    tasks = os.listdir(f"/proc/{pid}/task")
+    return [int(child) for task in tasks for child in Path(f"/proc/{pid}/task/{task}/children").read_text().split()]
 
 
 def takes_more(pids: Iterable[int], most: int) -> bool:

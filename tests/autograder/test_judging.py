@@ -51,6 +51,14 @@ def grading(box):
     thread.join()
 
 
+def test_a_worker_buries_what_programs_leave(box):
+    """Each program ends with its wrapper, and what is left of that falls to the worker: a thousand in a large class."""
+    for _ in range(2):
+        assert single.grade(Submission("s", "services", REFERENCE), box).score == 20
+    dead = [child for child in psutil.Process().children(recursive=True) if child.status() == psutil.STATUS_ZOMBIE]
+    assert not dead
+
+
 def test_it_is_confined_in_all_its_threads(box, grading):
     report, thread = grading
     assert wait_until(lambda: any(map(confined, judges())), 30)
