@@ -3,6 +3,8 @@
 It prints a table with a row for each answer and a column for each test: `x` was lost as it should be, `!` was lost but
 should not be, `?` should have been lost.  Below it stand the points that an answer with one mistake loses.
 Exits with 1 when there is a `!` or a `?`.
+
+With `--right N` each right answer is graded N times instead, and only what loses a point is shown, with its seed.
 """
 
 import argparse
@@ -13,7 +15,7 @@ from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 
 from autograder.grading import single
-from autograder.records import GRADED, PASSED, Submission
+from autograder.records import BUSY_MACHINE, GRADED, PASSED, Submission
 from autograder.sandbox import box as sandbox
 from autograder.submissions import exercises
 
@@ -26,14 +28,45 @@ def main() -> int:
     parser.add_argument("exercise", nargs="*", help=f"of {', '.join(answers.names())}; by default all")
     parser.add_argument("--answer", metavar="TEXT", default="", help="only the answers with TEXT in their name")
     parser.add_argument("--messages", action="store_true", help="show what the student is told, too")
+    parser.add_argument("--right", type=int, metavar="N", help="grade only the right answers, each N times")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() + 1, help="gradings at a time (%(default)s)")
     options = parser.parse_args()
     if unknown := set(options.exercise) - {*answers.names()}:
         parser.error(f"no answers to {', '.join(sorted(unknown))}; there are those to {', '.join(answers.names())}")
     box = sandbox.choose()
     with ThreadPoolExecutor(options.jobs) as pool:
-        differences = [show(name, pool, box, options) for name in options.exercise or answers.names()]
+        how = again if options.right else show
+        differences = [how(name, pool, box, options) for name in options.exercise or answers.names()]
     return 1 if any(differences) else 0
+
+
+def again(name: str, pool: ThreadPoolExecutor, box: str, options) -> int:
+    """Grade each right answer many times; returns how many gradings lost a point, and prints these."""
+    start, right = time.monotonic(), answers.load(name).RIGHT
+    gradings = [
+        (
+            style,
+            pool.submit(single.grade, Submission("student", name, files), box, patience=answers.patience(name, style)),
+        )
+        for _ in range(options.right)
+        for style, files in right.items()
+        if options.answer in style
+    ]
+    bad = busy = 0
+    for style, grading in gradings:
+        report = grading.result()
+        lost = [test for test in report.tests if test.outcome != PASSED]
+        bad += bool(lost) or report.status != GRADED
+        busy += BUSY_MACHINE in report.flags
+        if lost or report.status != GRADED:
+            print(f"{name}: {style}: {report.status}, seed {report.seed} {report.flags}")
+        for test in lost:
+            print(
+                f"    {test.id}: {test.outcome}: {test.message} [{report.details.get(test.id, '')[:200]}]", flush=True
+            )
+    took = time.monotonic() - start
+    print(f"{name}: {len(gradings)} gradings of right answers in {took:.0f} s, {bad} lost points, {busy} flagged busy")
+    return bad
 
 
 def show(name: str, pool: ThreadPoolExecutor, box: str, options) -> int:
