@@ -510,7 +510,7 @@ WRONG = {
     ),
     "what the page builds, pasted together": (
         files(PAGES_AGENT, PAGES_NODE),
-        RULES | ROOMS | {"stands_before_the_first_scan", "sectors", "no_measurements", "stops"},
+        RULES | ROOMS | {"stands_before_the_first_scan", "sectors", "stops"},
     ),
     "the course's agent in the reference's node": (files(CHAPTERS_AGENT), RULES | ROOMS),
     "the course's node with the reference's agent": (
@@ -584,7 +584,7 @@ WRONG = {
                 ),
             )
         ),
-        {"any_number_of_beams", "first_beam_anywhere", "clockwise", "hall"} | VALUES,
+        {"sectors", "any_number_of_beams", "first_beam_anywhere", "clockwise", "hall"} | VALUES,
     ),
     "the sectors of the chapter": (
         node(("'front': (-25, 25), 'right': (-80, -40)", "'front': (-30, 30), 'right': (-90, -30)")),
@@ -650,7 +650,7 @@ WRONG = {
     "right too far back": (node(("(-80, -40)", "(-90, -40)")), {"sectors"}),
     "mean distance": (
         node(("seen.min(initial=math.inf)", "seen.mean() if len(seen) else math.inf")),
-        {"sectors", "no_return_and_touching", "hall"},
+        {"sectors", "no_return_and_touching", "hall", "bend"},
     ),
     "NaN not looked for": (
         node((USABLE, "usable = ~((ranges < scan.range_min) | (ranges > scan.range_max)) | np.isinf(ranges)")),
