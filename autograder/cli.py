@@ -53,6 +53,12 @@ GradebookUrl = Annotated[
 Patience = Annotated[
     float, typer.Option(min=0.1, help="Allow students' programs this many times as long, on a slow machine.")
 ]
+Rosters = Annotated[
+    list[Path] | None,
+    typer.Option(
+        help="A CSV file: the column `student` names the folder, all others what they are called; several are one."
+    ),
+]
 Out = Annotated[Path, typer.Argument(metavar="OUTPUT", help="The output folder of `autograder grade`.")]
 
 
@@ -68,9 +74,9 @@ def check(
     """Grade one submission and print the report."""
     exercise = exercises.load(assignment)
     if folder.is_file():
-        from autograder.collecting.archives import unpacked
+        from autograder.collecting.bundles import unpacked
 
-        with unpacked(folder, exercise.taken) as files:
+        with unpacked(folder, assignment) as files:
             handed_in = reading.read(files, folder.stem, assignment, exercise.files)
     elif folder.is_dir():
         place = folder.resolve()
@@ -241,10 +247,7 @@ def collect_command(
         typer.Argument(metavar="SOURCE...", help="Archives of `course hand-in`, bulk downloads, or folders of them."),
     ],
     into: Annotated[Path, typer.Option(help="Where to lay out STUDENT/ASSIGNMENT/FILES; made if it does not exist.")],
-    roster: Annotated[
-        Path | None,
-        typer.Option(help="A CSV file: the column `student` names the folder, all others what they are called."),
-    ] = None,
+    roster: Rosters = None,
     due: Annotated[
         str | None, typer.Option(help="Of several, the newest until this time counts, as '2026-11-20 23:59 UTC'.")
     ] = None,
@@ -252,9 +255,9 @@ def collect_command(
     """Lay out what students handed in; exit code 1 when something could not be placed, which is named."""
     from autograder.collecting.collect import collect, parse_due
     from autograder.collecting.collect import describe as describe_collection
-    from autograder.collecting.origins import read_roster
+    from autograder.collecting.origins import read_rosters
 
-    known = read_roster(roster) if roster else None
+    known = read_rosters(roster) if roster else None
     collection = collect(sources, into, known, parse_due(due) if due else None)
     print(printable(describe_collection(collection)))
     raise typer.Exit(1 if collection.unplaced else 0)
