@@ -6,6 +6,7 @@ import logging
 import os
 import sys
 from collections.abc import Callable, Iterator
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, NoReturn, cast
 
@@ -59,6 +60,16 @@ Rosters = Annotated[
         help="A CSV file: the column `student` names the folder, all others what they are called; several are one."
     ),
 ]
+
+
+class Form(StrEnum):
+    """Where students' pages go back to."""
+
+    CANVAS = "canvas"
+    MOODLE = "moodle"
+    FILES = "files"
+
+
 Out = Annotated[Path, typer.Argument(metavar="OUTPUT", help="The output folder of `autograder grade`.")]
 
 
@@ -261,6 +272,37 @@ def collect_command(
     collection = collect(sources, into, known, parse_due(due) if due else None)
     print(printable(describe_collection(collection)))
     raise typer.Exit(1 if collection.unplaced else 0)
+
+
+@app.command("return")
+def return_command(
+    out: Out,
+    into: Annotated[
+        Path | None, typer.Option(help="Where to write pages and archives; default: the folder `returned` in OUTPUT.")
+    ] = None,
+    form: Annotated[
+        Form | None, typer.Option("--for", help="Where the pages go; default: each where its submission came from.")
+    ] = None,
+    assignment: Assignment = None,
+    student: Students = None,
+    roster: Rosters = None,
+    no_gradebook: Annotated[bool, typer.Option("--no-gradebook", help="Leave out what was marked by hand.")] = False,
+    gradebook: GradebookUrl = None,
+) -> None:
+    """Make what goes back to students: their pages, with marks by hand and lateness, packed for Canvas and Moodle.
+
+    Exit code 1 when a submission's page is not returned; which ones, and why, is said.
+    """
+    from autograder.collecting.origins import read_rosters
+    from autograder.returning.giving_back import FOLDER, give_back
+    from autograder.returning.giving_back import describe as describe_returned
+
+    known = read_rosters(roster).students if roster else set()
+    url = "" if no_gradebook else gradebook
+    target = into or out / FOLDER
+    result = give_back(out, target, form.value if form else None, assignment, student or [], url, known)
+    print(printable(describe_returned(result)))
+    raise typer.Exit(1 if result.left_out else 0)
 
 
 @app.command("release")
