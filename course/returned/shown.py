@@ -40,9 +40,9 @@ def text(feedback: Feedback, cell: str = "") -> str:
     tests, marks = _chosen(feedback, cell)
     if feedback.status == "invalid_submission":
         return "\n".join([*lines, f"It could not be graded. {_first(feedback)}"])
-    names = {name: points for name, points in feedback.cells.items() if cell in ("", name)}
+    names = [name for name in feedback.cells if cell in ("", name)]
     width = max((len(name or OTHER) for name in names), default=0)
-    lines += [f"  {name or OTHER:{width}}  {_points(points, most)}" for name, (points, most) in names.items()]
+    lines += [f"  {name or OTHER:{width}}  {_said(feedback, name)}" for name in names]
     if marks:
         lines += ["", "From your instructor:"]
         lines += [f"  {_mark(mark)}" for mark in marks]
@@ -66,10 +66,7 @@ def html(feedback: Feedback, cell: str = "") -> str:
         marks=[_mark(mark) for mark in marks],
         causes={message: (_cost(lost), [test.title for test in lost]) for message, lost in causes.items()},
         numbers={message: number for number, message in enumerate(causes, 1)},
-        cells=[
-            (name or OTHER, points < most, _points(points, most), [test for test in tests if test.cell == name])
-            for name, (points, most) in feedback.cells.items()
-        ],
+        cells=[(name or OTHER, _said(feedback, name), _of_cell(tests, name)) for name in feedback.cells],
         of=_of,
     )
 
@@ -79,6 +76,17 @@ def _chosen(feedback: Feedback, cell: str) -> tuple[list[Test], list[Mark]]:
         [test for test in feedback.tests if cell in ("", test.cell)],
         [mark for mark in feedback.marks if cell in ("", mark.cell)],
     )
+
+
+def _said(feedback: Feedback, cell: str) -> str:
+    """The points of a cell, and whose they are where they are not those of its tests."""
+    by_hand = any(mark.cell == cell and mark.points is not None for mark in feedback.marks)
+    tested = any(test.cell == cell for test in feedback.tests)
+    return _points(*feedback.cells[cell]) + (", by your instructor" if by_hand and tested else "")
+
+
+def _of_cell(tests: list[Test], cell: str) -> list[Test]:
+    return [test for test in tests if test.cell == cell]
 
 
 def _causes(tests: list[Test]) -> dict[str, list[Test]]:
