@@ -80,6 +80,8 @@ def _chosen(feedback: Feedback, cell: str) -> tuple[list[Test], list[Mark]]:
 
 def _said(feedback: Feedback, cell: str) -> str:
     """The points of a cell, and whose they are where they are not those of its tests."""
+    if any(mark.cell == cell and mark.waiting for mark in feedback.marks):
+        return "still to be marked"
     by_hand = any(mark.cell == cell and mark.points is not None for mark in feedback.marks)
     tested = any(test.cell == cell for test in feedback.tests)
     return _points(*feedback.cells[cell]) + (", by your instructor" if by_hand and tested else "")

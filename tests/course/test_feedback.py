@@ -33,8 +33,9 @@ def page(found: Feedback) -> bytes:
 
 
 @pytest.fixture
-def folder(tmp_path) -> Path:
-    """An exercise's folder."""
+def folder(tmp_path, monkeypatch) -> Path:
+    """An exercise's folder, of somebody who has handed nothing in to an exchange."""
+    monkeypatch.setenv("JUPYTER_DATA_DIR", str(tmp_path / "none"))
     place = tmp_path / "services"
     place.mkdir()
     (place / "services.ipynb").write_text('{"cells": []}')
@@ -78,6 +79,7 @@ def test_marks_by_hand_and_lateness_are_in_the_sum_and_said():
     assert "12.5 of 20 points so far" in said
     assert "relay: 5.5 of 6 points. Good." in said
     assert "service-or-action: still to be marked" in said
+    assert "service-or-action  still to be marked" in said and "0 of 5" not in said
     assert "Handed in late: -2 points" in said
     assert "motor-service. See line 3." in said
 
@@ -221,8 +223,7 @@ def test_without_an_exchange_nothing_is_said_and_nbgrader_is_not_loaded(folder):
         "import sys, course.returned.reading as r, pathlib; print(repr(r.news(pathlib.Path()))); "
         "print([name for name in sys.modules if name.startswith('nbgrader')])"
     )
-    variables = os.environ | {"JUPYTER_DATA_DIR": str(folder / "none")}
-    ran = subprocess.run([sys.executable, "-c", code], cwd=folder, env=variables, capture_output=True, text=True)
+    ran = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True)
     assert ran.stdout.split() == ["''", "[]"]
 
 
