@@ -4,6 +4,7 @@ nbgrader takes a second to load.  So nothing of it is, unless this student has h
 """
 
 import logging
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,9 +21,9 @@ class Released:
 
 
 def folder() -> Path | None:
-    """The exchange's folder, if there is one: as nbgrader's configuration says, or nbgrader's own."""
+    """The exchange's folder, as nbgrader's configuration says, or nbgrader's own; None if it cannot be worked with."""
     root = Path(_fetcher("", "").root)
-    return root if root.is_dir() else None
+    return root if os.access(root, os.W_OK | os.X_OK) else None  # what nbgrader asks for
 
 
 def released(assignment: str) -> list[Released]:

@@ -13,6 +13,10 @@ ASSIGNMENTS, FORMGRADER, MENU = (f"@jupyter/nbgrader:{name}" for name in ("assig
 def show_what_works(handler: object, page_config: dict[str, Any]) -> dict[str, Any]:
     """JupyterLab's `page_config_hook`: leave out what could only say that it does not work."""
     off = page_config["disabledExtensions"]
-    if exchange.folder() is None:
+    try:
+        works = exchange.folder() is not None
+    except Exception:  # a configuration of nbgrader's that cannot be loaded: nbgrader says so itself
+        works = True
+    if not works:
         off = [*off, ASSIGNMENTS, *([MENU] if FORMGRADER in off else [])]  # a menu with nothing in it
     return page_config | {"disabledExtensions": off}
