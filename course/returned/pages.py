@@ -5,6 +5,7 @@ import io
 import os
 import re
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 
 from course.errors import FeedbackError
@@ -12,13 +13,14 @@ from course.returned.record import Feedback, read
 
 FOLDER = "feedback"  # in the exercise's folder; nbgrader puts pages there too
 LARGEST = 5_000_000  # bytes of a page
-MOST = 1000  # files in an archive
+LARGEST_ARCHIVE = 50_000_000  # bytes
+MOST = 100  # files that are looked at in an archive
 
 
 def take(file: Path) -> tuple[Feedback, bytes]:
     """The page that `file` is, or that an archive holds; raises FeedbackError."""
     try:
-        if file.stat().st_size > MOST * LARGEST:
+        if file.stat().st_size > LARGEST_ARCHIVE:
             raise FeedbackError(f"{file} is too large for feedback")
         content = file.read_bytes()
     except OSError as error:
@@ -81,18 +83,17 @@ def place_of(feedback: Feedback, start: Path) -> Path:
     )
 
 
-def _pages_in(file: Path, content: bytes) -> list[bytes]:
-    """The pages of an archive, of a sane number and size."""
-    found = []
+def _pages_in(file: Path, content: bytes) -> Iterator[bytes]:
+    """The pages of an archive, of a sane number and size, one after the other."""
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             for info in archive.infolist()[:MOST]:
                 if info.filename.lower().endswith((".html", ".htm")):
                     with archive.open(info) as member:
-                        found.append(member.read(LARGEST))
+                        page = member.read(LARGEST)
+                    yield page
     except Exception as error:  # zlib.error, struct.error and whatever a crafted archive leads to
         raise FeedbackError(f"{file} cannot be unpacked: {error}") from None
-    return found
 
 
 def _written(path: Path, page: bytes) -> Path:

@@ -10,17 +10,15 @@ from pathlib import Path
 
 import pytest
 from nbgrader.api import Gradebook
-from playwright.sync_api import Page
 
 from tests.autograder.conftest import box
 from tests.browser.conftest import ROOT, serving
-from tests.browser.test_one_world import choose
+from tests.browser.test_one_world import choose, tabs
 
 __all__ = ["box"]
 
 PROGRAMS = Path(sys.executable).parent
 FAULT = ("response.message = f'Motors {self.state()}'", "response.message = 'no state'")  # the motors' answers
-TABS = ("Formgrader", "Course List", "Create assignment", "Assignment List")
 
 
 def run(*command: str | Path, cwd: Path) -> str:
@@ -54,25 +52,14 @@ def student(tmp_path_factory):
         yield address, token, folder, base / "exchange"
 
 
-def shown(page: Page) -> set[str]:
-    """Those of nbgrader's tabs that the commands of this JupyterLab open."""
-    page.locator(".jp-Launcher").wait_for()
-    page.keyboard.press("Control+Shift+C")
-    page.locator(".lm-CommandPalette-input").wait_for()
-    labels = page.locator(".lm-CommandPalette-itemLabel").all_inner_texts()
-    page.locator(".lm-MenuBar-itemLabel").get_by_text("Help", exact=True).wait_for()
-    assert "New Launcher" in labels
-    return {tab for tab in TABS if any(tab.lower() in label.lower() for label in labels)}
-
-
 def test_students_see_what_is_theirs_and_assignments_only_where_there_is_an_exchange(student, page):
     address, token, _, exchange = student
     page.goto(f"{address}/lab?token={token}&reset")
-    assert shown(page) == set()
+    assert tabs(page) == set()
     assert page.locator(".lm-MenuBar-itemLabel").get_by_text("Nbgrader").count() == 0
     exchange.mkdir()
     page.goto(f"{address}/lab?reset")
-    assert shown(page) == {"Assignment List"}
+    assert tabs(page) == {"Assignment List"}
     choose(page, "Nbgrader", "Assignment List")
     page.get_by_text("There are no assignments to fetch.").wait_for()
 

@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import zipfile
 from html import escape
 from pathlib import Path
@@ -127,6 +128,14 @@ def test_what_a_hostile_page_says_is_shown_and_not_run(folder, monkeypatch):
 def test_what_is_no_record_is_refused(text):
     with pytest.raises(FeedbackError, match="no page of feedback of this course"):
         Feedback.from_text(text)
+
+
+def test_a_page_that_would_keep_a_parser_busy_is_looked_through_at_once(tmp_path):
+    (tmp_path / "came.html").write_bytes(b"<!--<a x='" * 400_000)
+    begun = time.process_time()
+    with pytest.raises(FeedbackError):
+        pages.take(tmp_path / "came.html")
+    assert time.process_time() - begun < 5  # s of this process alone; html.parser takes minutes
 
 
 def test_a_page_of_a_later_form_says_so():
