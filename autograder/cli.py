@@ -57,7 +57,8 @@ Patience = Annotated[
 Rosters = Annotated[
     list[Path] | None,
     typer.Option(
-        help="A CSV file: the column `student` names the folder, all others what they are called; several are one."
+        help="A CSV file: the column `student` names the folder, all others what they are called; "
+        "repeat the option for several files."
     ),
 ]
 
@@ -291,7 +292,7 @@ def return_command(
 ) -> None:
     """Make what goes back to students: their pages, with marks by hand and lateness, packed for Canvas and Moodle.
 
-    Exit code 1 when a submission's page is not returned; which ones, and why, is said.
+    The exit code is 1 when a page is not returned; the command says which ones, and why.
     """
     from autograder.collecting.origins import read_rosters
     from autograder.returning.giving_back import FOLDER, give_back

@@ -14,9 +14,9 @@ from autograder.collecting.remembered import Source
 
 CANVAS, MOODLE, FILES = "canvas", "moodle", "files"
 HOW = {
-    CANVAS: "in Canvas: the assignment, Upload Submissions",
-    MOODLE: "in Moodle: the assignment, Submissions, Upload multiple feedback files in a zip",
-    FILES: "one page for each student, called as the student",
+    CANVAS: "upload it in Canvas: the assignment, Upload Submissions",
+    MOODLE: "upload it in Moodle: the assignment, Upload multiple feedback files in a zip",
+    FILES: "send each to the student whose name it has",
 }
 
 

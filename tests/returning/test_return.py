@@ -208,7 +208,10 @@ def test_the_command(submitted, tmp_path):
     out = graded(submitted, tmp_path / "out", report("ada"), report("doejane"))
     ran = subprocess.run([AUTOGRADER, "return", out], capture_output=True, text=True, timeout=100)
     assert ran.returncode == 0, ran.stderr
-    assert f"{out}/returned/services-canvas.zip: 1 page; in Canvas: the assignment, Upload Submissions" in ran.stdout
+    assert (
+        f"{out}/returned/services-canvas.zip: 1 page; upload it in Canvas: the assignment, Upload Submissions"
+        in ran.stdout
+    )
     assert "2 pages returned; 0 not." in ran.stdout
     some = subprocess.run([AUTOGRADER, "return", out, "--for", "canvas"], capture_output=True, text=True, timeout=100)
     assert some.returncode == 1
