@@ -6,6 +6,7 @@ import logging
 import os
 import sys
 from collections.abc import Callable, Iterator
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, NoReturn, cast
 
@@ -53,6 +54,23 @@ GradebookUrl = Annotated[
 Patience = Annotated[
     float, typer.Option(min=0.1, help="Allow students' programs this many times as long, on a slow machine.")
 ]
+Rosters = Annotated[
+    list[Path] | None,
+    typer.Option(
+        help="A CSV file: the column `student` names the folder, all others what they are called; "
+        "repeat the option for several files."
+    ),
+]
+
+
+class Form(StrEnum):
+    """Where students' pages go back to."""
+
+    CANVAS = "canvas"
+    MOODLE = "moodle"
+    FILES = "files"
+
+
 Out = Annotated[Path, typer.Argument(metavar="OUTPUT", help="The output folder of `autograder grade`.")]
 
 
@@ -68,9 +86,9 @@ def check(
     """Grade one submission and print the report."""
     exercise = exercises.load(assignment)
     if folder.is_file():
-        from autograder.collecting.archives import unpacked
+        from autograder.collecting.bundles import unpacked
 
-        with unpacked(folder, exercise.taken) as files:
+        with unpacked(folder, assignment) as files:
             handed_in = reading.read(files, folder.stem, assignment, exercise.files)
     elif folder.is_dir():
         place = folder.resolve()
@@ -241,10 +259,7 @@ def collect_command(
         typer.Argument(metavar="SOURCE...", help="Archives of `course hand-in`, bulk downloads, or folders of them."),
     ],
     into: Annotated[Path, typer.Option(help="Where to lay out STUDENT/ASSIGNMENT/FILES; made if it does not exist.")],
-    roster: Annotated[
-        Path | None,
-        typer.Option(help="A CSV file: the column `student` names the folder, all others what they are called."),
-    ] = None,
+    roster: Rosters = None,
     due: Annotated[
         str | None, typer.Option(help="Of several, the newest until this time counts, as '2026-11-20 23:59 UTC'.")
     ] = None,
@@ -252,12 +267,43 @@ def collect_command(
     """Lay out what students handed in; exit code 1 when something could not be placed, which is named."""
     from autograder.collecting.collect import collect, parse_due
     from autograder.collecting.collect import describe as describe_collection
-    from autograder.collecting.origins import read_roster
+    from autograder.collecting.origins import read_rosters
 
-    known = read_roster(roster) if roster else None
+    known = read_rosters(roster) if roster else None
     collection = collect(sources, into, known, parse_due(due) if due else None)
     print(printable(describe_collection(collection)))
     raise typer.Exit(1 if collection.unplaced else 0)
+
+
+@app.command("return")
+def return_command(
+    out: Out,
+    into: Annotated[
+        Path | None, typer.Option(help="Where to write pages and archives; default: the folder `returned` in OUTPUT.")
+    ] = None,
+    form: Annotated[
+        Form | None, typer.Option("--for", help="Where the pages go; default: each where its submission came from.")
+    ] = None,
+    assignment: Assignment = None,
+    student: Students = None,
+    roster: Rosters = None,
+    no_gradebook: Annotated[bool, typer.Option("--no-gradebook", help="Leave out what was marked by hand.")] = False,
+    gradebook: GradebookUrl = None,
+) -> None:
+    """Make what goes back to students: their pages, with marks by hand and lateness, packed for Canvas and Moodle.
+
+    The exit code is 1 when a page is not returned; the command says which ones, and why.
+    """
+    from autograder.collecting.origins import read_rosters
+    from autograder.returning.giving_back import FOLDER, give_back
+    from autograder.returning.giving_back import describe as describe_returned
+
+    known = read_rosters(roster).students if roster else set()
+    url = "" if no_gradebook else gradebook
+    target = into or out / FOLDER
+    result = give_back(out, target, form.value if form else None, assignment, student or [], url, known)
+    print(printable(describe_returned(result)))
+    raise typer.Exit(1 if result.left_out else 0)
 
 
 @app.command("release")

@@ -182,14 +182,3 @@ class Report:
     def public(self) -> dict:
         """What may be written where a student could read it."""
         return {name: value for name, value in asdict(self).items() if name != "details"}
-
-
-@dataclass(frozen=True)
-class Mark:
-    """What the instructor wrote to one of the notebook's cells."""
-
-    cell: str
-    points: float | None  # by hand, in place of the points of hidden tests; None: only a comment
-    max_points: float  # 0 for what only takes points off
-    comment: str = ""
-    waiting: bool = False  # still to be marked

@@ -10,9 +10,10 @@ if TYPE_CHECKING:
     from IPython.core.interactiveshell import InteractiveShell
 
     from course.notebook.progress import Progress
+    from course.returned.shown import Shown
     from course.session.live import Session
 
-__all__ = ["CallTimeout", "CourseError", "LiveError", "NodeFailed", "check", "live", "progress"]
+__all__ = ["CallTimeout", "CourseError", "LiveError", "NodeFailed", "check", "feedback", "live", "progress"]
 
 environment.prepare()
 
@@ -25,10 +26,12 @@ def live() -> "Session":
     if (shell := _shell()) is not None:
         from course.notebook.drift import difference_of
         from course.notebook.extension import load_ipython_extension
-        from course.session.live import before_start
+        from course.session.live import before_start, current
 
         load_ipython_extension(shell)
         before_start[:] = [difference_of]
+        if current() is None:
+            _tell_news()
     return session()
 
 
@@ -37,6 +40,14 @@ def check(name: str = "") -> None:
     from course.notebook.checks import check as run
 
     run(name)
+    _tell_news()
+
+
+def feedback(cell: str = "") -> "Shown":
+    """The newest feedback on this notebook's exercise: what came back, or was released, for one cell or for all."""
+    from course.returned.reading import feedback as read
+
+    return read(cell)
 
 
 def progress() -> "Progress":
@@ -44,6 +55,16 @@ def progress() -> "Progress":
     from course.notebook.progress import progress as read
 
     return read()
+
+
+def _tell_news() -> None:
+    """Say in a line that feedback was released, where there is an exchange and it was not read yet."""
+    from pathlib import Path
+
+    from course.returned.reading import news
+
+    if said := news(Path()):
+        print(said)
 
 
 def _shell() -> "InteractiveShell | None":

@@ -87,6 +87,34 @@ def hand_in_command(
     raise typer.Exit(status)
 
 
+@app.command("feedback")
+def feedback_command(
+    file: Annotated[
+        Path | None,
+        typer.Argument(help="The page that came back, or an archive with it; default: what is here, or was released."),
+    ] = None,
+) -> None:
+    """Show the feedback on an exercise: the points of each cell, and what to mend.
+
+    The page is put into the folder `feedback` beside the notebook, where `course.feedback()` finds it.
+    """
+    from rich.console import Console
+
+    from course.errors import CourseError
+    from course.returned import reading, shown
+
+    try:
+        page, found = reading.take(file, Path()) if file else reading.find(Path())
+    except CourseError as error:
+        print(f"course feedback: {error}", file=sys.stderr)
+        raise typer.Exit(1) from None
+    first, _, rest = shown.text(found).partition("\n")
+    console = Console(highlight=False, soft_wrap=True)
+    console.print(first, style="bold", markup=False)
+    console.print(rest, markup=False)
+    console.print(f"\nThe page: {page}. In the notebook, course.feedback() shows it below the exercise.", markup=False)
+
+
 def main() -> None:
     """Run the command."""
     app()

@@ -9,6 +9,7 @@ CourseError                 something that the reader can put right; a notebook 
     UnreadableNotebook      a file that is no notebook
     WorkspaceError          an exercise that cannot be laid out as ROS 2 packages
     HandInError             a folder whose exercise cannot be handed in
+    FeedbackError           what came back cannot be shown
 """
 
 
@@ -50,3 +51,7 @@ class WorkspaceError(CourseError):
 
 class HandInError(CourseError):
     """The folder's exercise cannot be handed in; the message says what to do."""
+
+
+class FeedbackError(CourseError):
+    """What came back is no feedback that can be shown; the message says why."""

@@ -131,8 +131,12 @@ def receipt(found: HandIn, name: str, checks: dict[str, str], now: datetime) -> 
 def _checked(found: HandIn, console: Console) -> dict[str, str]:
     from course.notebook.runs import outcomes
 
-    with tempfile.TemporaryDirectory(prefix="hand-in-") as folder, console.status("Running the public checks ..."):
-        checks = outcomes(found.cells, found.files, Path(folder))
+    try:
+        with tempfile.TemporaryDirectory(prefix="hand-in-") as folder, console.status("Running the public checks ..."):
+            checks = outcomes(found.cells, found.files, Path(folder))
+    except OSError as error:  # a full disk
+        console.print(f"The public checks could not be run: {error.strerror}", markup=False)
+        return {}
     for check, outcome in checks.items():
         console.print(f"{check}: {outcome}", markup=False)
     return checks

@@ -3,15 +3,12 @@
 Nothing is written to the disk under a name from an archive: whoever wants files asks for them by names of his own.
 """
 
-import contextlib
 import io
 import stat
-import tempfile
 import zipfile
-from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from pathlib import Path, PurePosixPath
+from pathlib import PurePosixPath
 
 from autograder.errors import UsageError
 
@@ -59,20 +56,6 @@ def flat(inside: list[Member]) -> list[Member]:
     while inside and len({member.path.parts[0] for member in inside}) == 1 and len(inside[0].path.parts) > 1:
         inside = [replace(member, path=PurePosixPath(*member.path.parts[1:])) for member in inside]
     return inside
-
-
-@contextlib.contextmanager
-def unpacked(path: Path, wanted: Collection[str]) -> Iterator[Path]:
-    """A folder, for as long as it is needed, with those `wanted` files that the archive has; raises BadArchive."""
-    try:
-        inside = flat(members(path.read_bytes()))
-    except BadArchive as error:
-        raise BadArchive(f"{path}: {error.args[0]}") from None
-    with tempfile.TemporaryDirectory(prefix="handed-in-") as folder:
-        for member in inside:
-            if str(member.path) in wanted:
-                (Path(folder) / member.path.name).write_bytes(member.content)
-        yield Path(folder)
 
 
 def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Member:

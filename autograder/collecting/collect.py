@@ -6,28 +6,31 @@ students, where the grader does not look.  What cannot be placed is named, and s
 
 import contextlib
 import hashlib
-import json
 import os
 import re
 import shutil
 import tempfile
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
-from datetime import UTC, datetime
-from pathlib import Path, PurePosixPath
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
 from typing import Any
 
-from autograder.collecting.archives import BadArchive, Member, flat, members
-from autograder.collecting.origins import Origin, Roster, folder_name, origin
+from autograder.collecting import remembered
+from autograder.collecting.bundles import Bundle, bundles, files_of
+from autograder.collecting.bundles import receipt as read_receipt
+from autograder.collecting.origins import Origin, Roster, folder_name
+from autograder.collecting.remembered import Source
 from autograder.errors import UsageError
-from autograder.submissions import exercises, notebook, reading
+from autograder.submissions import exercises, reading
 from course.hand_in import RECEIPT
 
 OTHERS = ".others"  # hand-ins that do not count
 TIME = "%Y-%m-%d %H:%M:%S UTC"
 VERIFIED, NONE = "verified", "none"
-MAX_SOURCE = 4_000_000_000  # bytes of one archive
+SAME_SECOND = re.compile(r"\d{8}T\d{6}Z-(\d{1,2})\.zip$")  # how `course hand-in` calls a further one of a second
+SOON = timedelta(minutes=5)  # that a clock may be ahead by
 
 
 @dataclass(frozen=True)
@@ -39,15 +42,20 @@ class HandedIn:
     student: str
     assignment: str
     at: datetime
+    came: Source  # from where, and whose it is there
+    download: str = ""
     receipt: str = NONE  # VERIFIED, NONE, or what is wrong with it
-    late: bool = False  # marked so by the platform
-    upload: int = 0
+    ahead: datetime | None = None  # what its time says, when that lies in the future
 
     @property
     def remark(self) -> str:
         """What an instructor should know of it."""
-        marks = [] if self.receipt in (VERIFIED, NONE) else [f"its receipt {self.receipt}"]
-        return "; ".join([*marks, *(["the platform marks it late"] if self.late else [])])
+        reasons = {
+            f"its receipt {self.receipt}": self.receipt not in (VERIFIED, NONE),
+            "the platform marks it late": self.came.late,
+            f"a wrong clock: its time, {self.ahead:%Y-%m-%d %H:%M} UTC, has not come yet" if self.ahead else "": True,
+        }
+        return "; ".join(reason for reason, holds in reasons.items() if reason and holds)
 
 
 @dataclass
@@ -59,28 +67,19 @@ class Collection:
     unplaced: list[str]  # a line each
 
 
-@dataclass(frozen=True)
-class Bundle:
-    """Files that belong together: one archive, or what one student uploaded."""
-
-    source: str
-    members: list[Member]
-    origin: Origin | None
-    at: datetime
-
-
 def collect(
     sources: Iterable[Path], into: Path, roster: Roster | None = None, due: datetime | None = None
 ) -> Collection:
     """Lay out what is found in `sources`: archives, folders of them, and bulk downloads of Canvas and Moodle.
 
-    With a `roster`, who is not in it is not laid out.  Of several hand-ins the newest until `due` counts, or the newest
-    of all when none was on time.  Raises UsageError for a source that is not there.
+    With a `roster`, who is not in it is not laid out; neither is who cannot be told from somebody else.  Of several
+    hand-ins the newest until `due` counts, or the newest of all when none was on time.  Raises UsageError for a source
+    that is not there.
     """
     unplaced: list[str] = []
     found: dict[tuple[str, str], list[HandedIn]] = defaultdict(list)
     for source in sources:
-        for bundle in _bundles(source, unplaced):
+        for bundle in bundles(source, unplaced):
             try:
                 handed_in = _identify(bundle, roster)
             except LookupError as error:
@@ -90,6 +89,9 @@ def collect(
     into.mkdir(parents=True, exist_ok=True)
     result = Collection([], [], unplaced)
     for key in sorted(found):
+        if why := _several_people(found[key], remembered.read(into, *key), roster):
+            unplaced += [f"{each.source}: {why}" for each in found[key]]
+            continue
         best, *others = sorted(found[key], key=lambda each: _rank(each, due), reverse=True)
         if _place(best, into, due):
             result.laid_out.append(best)
@@ -101,97 +103,32 @@ def collect(
     return result
 
 
-def _rank(handed_in: HandedIn, due: datetime | None) -> tuple[tuple[bool, datetime], int]:
-    return _weight(handed_in.at, due), handed_in.upload
+def _rank(handed_in: HandedIn, due: datetime | None) -> tuple[tuple[bool, datetime], int, int]:
+    again = SAME_SECOND.search(handed_in.source)
+    return _weight(handed_in.at, due), handed_in.came.upload, int(again[1]) if again else 1
+
+
+def _several_people(found: list[HandedIn], before: list[Source], roster: Roster | None) -> str:
+    """Why these hand-ins under one name seem to be of several people; '' when they do not.
+
+    A platform's number tells people apart: Canvas's everywhere, Moodle's within one download of an assignment.
+    """
+    numbers: dict[tuple[str, str], set[str]] = defaultdict(set)
+    everywhere = [("", each) for each in before]
+    for download, came in [*((each.download, each.came) for each in found), *everywhere]:
+        if came.platform and not (roster and roster.has(came.user)):
+            numbers[came.platform, "" if came.platform == "Canvas" else download].add(came.user)
+    for (platform, download), users in numbers.items():
+        if len(users) > 1 and (download or platform == "Canvas"):
+            who = " and ".join(sorted(users))
+            name = found[0].came.name
+            return f"{platform} has several called {name!r}, {who}: name each in the roster, with the number"
+    return ""
 
 
 def _weight(at: datetime, due: datetime | None) -> tuple[bool, datetime]:
     """What is compared of two hand-ins: on time counts more than late, and then newer more than older."""
     return due is None or at <= due, at
-
-
-# What is there.
-
-
-def _bundles(source: Path, unplaced: list[str]) -> Iterator[Bundle]:
-    """What belongs together in a source."""
-    if source.is_dir():
-        for student, assignment in _laid_out_already(source):
-            yield _folder(source / student / assignment, student)
-        for path in sorted(source.iterdir()):
-            if path.is_file() and not path.is_symlink() and path.suffix.lower() == ".zip":
-                yield from _archive(path, unplaced)
-    elif source.is_file():
-        yield from _archive(source, unplaced)
-    else:
-        raise UsageError(f"there is no file or folder {source}")
-
-
-def _laid_out_already(source: Path) -> Iterator[tuple[str, str]]:
-    for student in sorted(source.iterdir()):
-        if student.is_dir() and not student.is_symlink() and not student.name.startswith("."):
-            for name in exercises.names():
-                if (student / name).is_dir() and not (student / name).is_symlink():
-                    yield student.name, name
-
-
-def _folder(folder: Path, student: str) -> Bundle:
-    found = [Member(PurePosixPath(path.name), content, _changed(path)) for path, content in _files(folder)]
-    at = max((member.changed for member in found), default=_changed(folder))
-    return Bundle(str(folder), found, Origin((student,), ""), at)
-
-
-def _files(folder: Path) -> Iterator[tuple[Path, bytes]]:
-    """The ordinary files of a folder.  What else is there is not taken along: the grader names what is missing."""
-    for path in sorted(folder.iterdir()) if folder.is_dir() else ():
-        with contextlib.suppress(OSError, ValueError):
-            yield path, reading.read_file(path, notebook.MAX_BYTES)
-
-
-def _archive(path: Path, unplaced: list[str]) -> Iterator[Bundle]:
-    try:
-        if path.stat().st_size > MAX_SOURCE:
-            raise BadArchive(f"larger than {MAX_SOURCE / 1e9:.0f} GB")
-        inside = members(path.read_bytes())
-    except BadArchive as error:
-        unplaced.append(f"{path.name}: {error.args[0]}")
-        return
-    except OSError as error:
-        unplaced.append(f"{path.name}: cannot be read ({error.strerror})")
-        return
-    if not any(origin(member.path) or member.path.suffix.lower() == ".zip" for member in inside):
-        yield Bundle(path.name, flat(inside), origin(PurePosixPath(path.name)), _changed(path))
-        return
-    loose: dict[tuple[str, ...], list[tuple[Member, Origin]]] = defaultdict(list)
-    for member in inside:
-        where, whose = f"{path.name}, {member.path}", origin(member.path)
-        if member.path.suffix.lower() == ".zip":
-            try:
-                yield Bundle(where, flat(members(member.content)), whose, member.changed)
-            except BadArchive as error:
-                unplaced.append(f"{where}: {error.args[0]}")
-        elif whose:
-            loose[whose.names].append((member, whose))
-        else:
-            unplaced.append(f"{where}: no platform names a file so")
-    for uploaded in loose.values():
-        yield _uploaded(path.name, uploaded)
-
-
-def _uploaded(source: str, uploaded: list[tuple[Member, Origin]]) -> Bundle:
-    """The files that one student uploaded one by one; of a file that is there twice the later one."""
-    newest: dict[str, Member] = {}
-    for member, whose in sorted(uploaded, key=lambda each: each[1].upload):
-        newest[whose.file] = replace(member, path=PurePosixPath(whose.file))
-    last = max((whose for _, whose in uploaded), key=lambda whose: whose.upload)
-    late = any(whose.late for _, whose in uploaded)
-    found = list(newest.values())
-    at = max(member.changed for member in found)
-    return Bundle(f"{source}, files of {last.names[-1]}", found, replace(last, file="", late=late), at)
-
-
-def _changed(path: Path) -> datetime:
-    return datetime.fromtimestamp(path.stat().st_mtime, UTC)
 
 
 # Whose it is, and what.
@@ -200,7 +137,7 @@ def _changed(path: Path) -> datetime:
 def _identify(bundle: Bundle, roster: Roster | None) -> HandedIn:
     """Who handed a bundle in, for which exercise, and when; raises LookupError, which says what is not known."""
     files = {str(member.path): member.content for member in bundle.members if len(member.path.parts) == 1}
-    receipt = _receipt(files.pop(RECEIPT, None))
+    receipt = read_receipt(files.pop(RECEIPT, None))
     assignment = _assignment(files, receipt)
     names = bundle.origin.names if bundle.origin else (str(receipt.get("student") or ""),)
     if not any(names):
@@ -215,15 +152,19 @@ def _identify(bundle: Bundle, roster: Roster | None) -> HandedIn:
         claimed = _time(receipt.get("handed_in"))
         if state == VERIFIED and claimed and claimed <= bundle.at:
             at = claimed
+    now = datetime.now(UTC)
+    ahead = at if at > now + SOON else None
+    came = bundle.origin or Origin(names, bundle.source)
     return HandedIn(
         bundle.source,
         {name: content for name, content in files.items() if name in wanted},
         student,
         assignment,
-        at.replace(microsecond=0),
+        min(at, now).replace(microsecond=0),
+        Source(came.platform, came.names[-1], came.names[0], came.file, came.upload, came.late),
+        bundle.download,
         state,
-        bool(bundle.origin and bundle.origin.late),
-        bundle.origin.upload if bundle.origin else 0,
+        ahead,
     )
 
 
@@ -231,21 +172,15 @@ def _assignment(files: dict[str, bytes], receipt: dict[str, Any]) -> str:
     """The exercise that has these files: the receipt's, or the one that most of them belong to."""
     owned = {name: exercises.load(name).taken for name in exercises.names()}
     claimed = receipt.get("assignment")
-    if claimed in owned and owned[claimed] & files.keys():
-        return str(claimed)
+    if isinstance(claimed, str) and claimed not in owned:
+        raise LookupError(f"its receipt says {claimed[:100]!r}, which is no exercise of this course")
+    if isinstance(claimed, str) and owned[claimed] & files.keys():
+        return claimed
     best = max(owned, key=lambda name: len(owned[name] & files.keys()), default="")
     if not best or not owned[best] & files.keys():
         shown = ", ".join(sorted(files)[:5]) or "no file"
         raise LookupError(f"it has no file of an exercise of this course, but {shown}")
     return best
-
-
-def _receipt(content: bytes | None) -> dict[str, Any]:
-    try:
-        found = json.loads(content) if content is not None else {}
-    except (ValueError, RecursionError):
-        return {"files": None}
-    return found if isinstance(found, dict) else {"files": None}
 
 
 def _verify(receipt: dict[str, Any], files: dict[str, bytes], student: str, roster: Roster | None) -> str:
@@ -283,17 +218,23 @@ def _place(handed_in: HandedIn, into: Path, due: datetime | None) -> bool:
     if os.path.lexists(target):
         files, at = _laid_out(target)
         same = files == handed_in.files
+        if same and at and handed_in.ahead:
+            return True  # collected before: it does not become newer by that
         if at and _weight(at, due) >= _weight(handed_in.at, due):
-            return same and at == handed_in.at
+            if same and at == handed_in.at:
+                remembered.add(into, handed_in.student, handed_in.assignment, handed_in.came)
+                return True
+            return False
         _move_away(target, into, at)
     target.parent.mkdir(parents=True, exist_ok=True)
+    remembered.add(into, handed_in.student, handed_in.assignment, handed_in.came)
     _write(handed_in, target, into)
     return True
 
 
 def _laid_out(target: Path) -> tuple[dict[str, bytes], datetime | None]:
     """The files of a submission that is laid out, and its time."""
-    files = {path.name: content for path, content in _files(target)}
+    files = {path.name: content for path, content in files_of(target)}
     try:
         text = files.pop(reading.TIMESTAMP, b"").decode().strip()
         return files, datetime.strptime(text, TIME).replace(tzinfo=UTC)

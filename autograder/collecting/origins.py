@@ -11,6 +11,7 @@ import csv
 import re
 import unicodedata
 from collections import defaultdict
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
@@ -67,6 +68,10 @@ class Roster:
                 return next(iter(found))
         raise LookupError(f"{' or '.join(map(repr, names))} is not in the roster")
 
+    def has(self, name: str) -> bool:
+        """Whether a student is called so."""
+        return bool(self._called.get(_plain(name)))
+
     def add(self, student: str, names: list[str]) -> None:
         """Add a student and what else they are called."""
         self.students.add(student)
@@ -75,12 +80,34 @@ class Roster:
                 self._called[_plain(name)].add(student)
 
 
-def read_roster(path: Path) -> Roster:
-    """The roster in a CSV file with a header: the column `student` names the folder, all others are further names.
+def read_rosters(paths: Iterable[Path]) -> Roster:
+    """The roster in CSV files with a header: the column `student` names the folder, all others are further names.
 
-    A column pair `first_name`, `last_name` makes the two orders of the whole name.  Raises UsageError.
+    A column pair `first_name`, `last_name` makes the two orders of the whole name.  A student may be in several files,
+    if these do not contradict each other.  Raises UsageError.
     """
     roster = Roster()
+    known: dict[str, tuple[Path, dict[str, str]]] = {}
+    for path in paths:
+        for student, columns in _lines(path):
+            before, said = known.get(student, (path, {}))
+            for column in said.keys() & columns.keys():
+                if _plain(said[column]) != _plain(columns[column]):
+                    raise UsageError(
+                        f"{student!r} is in {before} and in {path} with another {column}, {said[column]!r} and "
+                        f"{columns[column]!r}: call them differently if they are two students"
+                    )
+            known[student] = (path, said | columns)
+            first, last = columns.get("first_name", ""), columns.get("last_name", "")
+            roster.add(
+                student, [*columns.values(), *([f"{first} {last}", f"{last} {first}"] if first and last else [])]
+            )
+    return roster
+
+
+def _lines(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
+    """Each student of a roster, and what is in the line beside; raises UsageError."""
+    seen = set()
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             reader = csv.DictReader(file)
@@ -90,16 +117,21 @@ def read_roster(path: Path) -> Roster:
                 student = (line.get("student") or "").strip()
                 if not ID.fullmatch(student) or student.startswith("."):
                     raise UsageError(f"{path}, line {reader.line_num}: {student!r} cannot be the name of a folder")
-                if student in roster.students:
+                if student in seen:
                     raise UsageError(f"{path}, line {reader.line_num}: {student!r} is there twice")
-                names = [value for key, value in line.items() if key and key != "student" and isinstance(value, str)]
-                first, last = line.get("first_name") or "", line.get("last_name") or ""
-                roster.add(student, [*names, f"{first} {last}", f"{last} {first}"] if first and last else names)
+                seen.add(student)
+                yield (
+                    student,
+                    {
+                        key: value.strip()
+                        for key, value in line.items()
+                        if key and key != "student" and isinstance(value, str) and value.strip()
+                    },
+                )
     except OSError as error:
         raise UsageError(f"{path} cannot be read: {error.strerror}") from None
     except (UnicodeDecodeError, csv.Error) as error:
         raise UsageError(f"{path} is not a CSV file in UTF-8: {error}") from None
-    return roster
 
 
 def folder_name(name: str) -> str:

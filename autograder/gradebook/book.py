@@ -9,9 +9,10 @@ from nbgrader.api import Grade, Gradebook, MissingEntry
 from sqlalchemy.exc import SAWarning
 
 from autograder.gradebook import late
-from autograder.records import INFRASTRUCTURE_ERROR, Mark, Report
+from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.submissions.exercises import load
 from course.environment import prepare
+from course.returned.record import Mark
 
 
 def default_url(submitted: Path, out: Path) -> str:

@@ -2,34 +2,51 @@
 
 from collections.abc import Iterable
 
-from autograder.records import Mark, Report, Result
+from autograder.records import Report
 from autograder.results import pages
 from autograder.submissions.exercises import load
+from course.returned import record
+from course.returned.record import Mark
 
 
 def page(report: Report, by_hand: Iterable[Mark] = ()) -> str:
-    """The feedback on one submission as an HTML page, with the marks that the instructor gave by hand."""
-    by_hand = list(by_hand)
-    points, most = total(report, by_hand)
+    """The feedback on one submission as an HTML page, with the marks that the instructor gave by hand.
+
+    What it says is in the page as data, too: `course feedback` reads that.
+    """
+    found = feedback(report, by_hand)
     return pages.render(
         "feedback.html",
         report=report,
-        by_hand=by_hand,
+        by_hand=found.marks,
         exercise=load(report.assignment),
-        causes=causes(report),
-        points=points,
-        most=most,
+        causes=found.causes,
+        points=found.points,
+        most=found.max_points,
+        meta=record.META,
+        data=found.to_text(),
         number=lambda points: f"{points:g}",
     )
 
 
-def causes(report: Report) -> dict[str, list[Result]]:
-    """What is to be mended: each message once, with the tests that it cost."""
-    found: dict[str, list[Result]] = {}
-    for test in report.tests:
-        if test.message:
-            found.setdefault(test.message, []).append(test)
-    return found
+def feedback(report: Report, by_hand: Iterable[Mark] = ()) -> record.Feedback:
+    """What the student may know of a report, with the marks that the instructor gave by hand."""
+    by_hand = list(by_hand)
+    points, most = total(report, by_hand)
+    cells = {test.id: test.cell for test in load(report.assignment).tests}
+    return record.Feedback(
+        report.student,
+        report.assignment,
+        load(report.assignment).title,
+        report.status,
+        points,
+        most,
+        [
+            record.Test(test.title, test.outcome, test.points, test.max_points, test.message, cells.get(test.id, ""))
+            for test in report.tests
+        ],
+        by_hand,
+    )
 
 
 def total(report: Report, by_hand: Iterable[Mark]) -> tuple[float, float]:

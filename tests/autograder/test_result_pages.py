@@ -24,7 +24,7 @@ def report(student: str, messages: dict[int, str]) -> Report:
 
 def test_one_cause_is_said_once_with_the_tests_that_it_cost():
     found = report("ada", {0: DIED, 3: DIED, 5: "Another <b>cause</b>."})
-    page = feedback.page(found)
+    page = feedback.page(found).partition("<body>")[2]  # without the data for `course feedback`
     assert page.count("ZeroDivisionError") == 1 and "<b>" not in page
     lost = {number: found.tests[number] for number in (0, 3)}
     cost = sum(test.max_points for test in lost.values())

@@ -1,11 +1,13 @@
 """JupyterLab, served from a folder of the test's own, and a page of a real browser."""
 
+import contextlib
 import os
 import re
 import secrets
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -17,11 +19,18 @@ WAIT = 90_000  # ms for whatever the page must show, on a busy machine
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory):
-    """The address of a JupyterLab, its token in it, and the folder that it serves."""
+    """The address of a JupyterLab, its token, and the folder that it serves, with the calculator's notebook."""
     base = tmp_path_factory.mktemp("lab")
     folder = base / "calculator"
     folder.mkdir()
     shutil.copy(ROOT / "notebooks/calculator/calculator.ipynb", folder)
+    with serving(base, folder) as (address, token):
+        yield address, token, folder
+
+
+@contextlib.contextmanager
+def serving(base: Path, folder: Path, **variables: str) -> Iterator[tuple[str, str]]:
+    """A JupyterLab that serves `folder`, with a home below `base`: its address and its token."""
     token = secrets.token_hex(16)
     home = base / "home"
     home.mkdir()
@@ -42,18 +51,19 @@ def lab(tmp_path_factory):
     server = subprocess.Popen(
         [JUPYTER, "lab", "--no-browser", "--allow-root", "--port=0", f"--IdentityProvider.token={token}"],
         cwd=folder,
-        env=clean | own,
+        env=clean | own | variables,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
     )
+    assert server.stderr is not None
     for line in server.stderr:
         if found := re.search(r"http://(?:localhost|127\.0\.0\.1):(\d+)/lab", line):
             break
     else:
         pytest.fail("JupyterLab did not start")
     drain = subprocess.Popen(["cat"], stdin=server.stderr, stdout=subprocess.DEVNULL)
-    yield f"http://127.0.0.1:{found[1]}", token, folder
+    yield f"http://127.0.0.1:{found[1]}", token
     server.terminate()
     server.wait(30)
     drain.wait(30)

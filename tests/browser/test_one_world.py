@@ -7,6 +7,8 @@ from playwright.sync_api import Page
 from course.waiting import wait_until
 from tests.browser.conftest import WAIT
 
+TABS = ("Formgrader", "Course List", "Create assignment", "Assignment List")
+
 
 def open_notebook(page: Page, lab: tuple[str, str, Path]) -> None:
     address, token, _ = lab
@@ -30,6 +32,17 @@ def choose(page: Page, menu: str, *names: str) -> None:
     page.locator(".lm-MenuBar-itemLabel").get_by_text(menu, exact=True).click()
     for name in names:
         page.locator(".lm-Menu-itemLabel").get_by_text(name, exact=True).last.click()
+
+
+def tabs(page: Page) -> set[str]:
+    """Those of nbgrader's tabs that the commands of this JupyterLab open."""
+    page.locator(".jp-Launcher").wait_for()
+    page.keyboard.press("Control+Shift+C")
+    page.locator(".lm-CommandPalette-input").wait_for()
+    labels = page.locator(".lm-CommandPalette-itemLabel").all_inner_texts()
+    page.locator(".lm-MenuBar-itemLabel").get_by_text("Help", exact=True).wait_for()
+    assert "New Launcher" in labels
+    return {tab for tab in TABS if any(tab.lower() in label.lower() for label in labels)}
 
 
 def type_into_terminal(page: Page, folder: Path, command: str, name: str) -> str:
@@ -84,3 +97,9 @@ def test_after_a_restart_the_interface_can_be_imported(lab, page):
     page.keyboard.type("from calculator_interfaces.srv import Calculate; print('found', Calculate.Request().a)")
     page.keyboard.press("Shift+Enter")
     page.locator(".jp-CodeConsole .jp-OutputArea-output pre").get_by_text("found 0.0").wait_for()
+
+
+def test_instructors_and_developers_see_all_of_nbgrader_but_what_needs_an_exchange(lab, page):
+    address, token, _ = lab
+    page.goto(f"{address}/lab?token={token}&reset")
+    assert tabs(page) == {"Formgrader", "Course List", "Create assignment"}

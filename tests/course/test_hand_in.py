@@ -171,6 +171,16 @@ def test_a_full_disk_leaves_no_half_archive(folder, monkeypatch):
     assert list(folder.glob("*.zip")) == []
 
 
+def test_a_full_disk_is_a_line_and_changes_nothing(folder):
+    before = {path: path.read_bytes() for path in folder.iterdir()}
+    command = f"ulimit -f 0; trap '' XFSZ; exec {COURSE} hand-in --name ada"
+    ran = subprocess.run(["bash", "-c", command], cwd=folder, capture_output=True, text=True, timeout=100)
+    assert ran.returncode == 1
+    assert "The public checks could not be run" in ran.stdout
+    assert "File too large; nothing was handed in" in ran.stderr and len(ran.stderr.splitlines()) == 1
+    assert {path: path.read_bytes() for path in folder.iterdir()} == before
+
+
 def test_the_report_of_validate_begins_with_what_the_check_says(folder):
     text = (folder / "greeter.ipynb").read_text().replace("print('server')", "print('other')")
     (folder / "greeter.ipynb").write_text(text)

@@ -1,0 +1,171 @@
+"""Makes of a grading's output folder what goes back to the students, each page to the one whose work it is about."""
+
+import io
+import zipfile
+from collections import defaultdict
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+
+from nbgrader.api import Gradebook, MissingEntry
+from traitlets.config import Config
+
+from autograder.collecting import remembered
+from autograder.errors import UsageError
+from autograder.gradebook import late
+from autograder.gradebook.book import by_hand, default_url
+from autograder.records import INFRASTRUCTURE_ERROR, Report
+from autograder.results import feedback, output, storage
+from autograder.returning import forms
+from autograder.submissions import listing
+from course.returned.record import Mark
+
+FOLDER = "returned"  # in the output folder
+SQLITE = "sqlite:///"
+
+
+@dataclass
+class Returned:
+    """What was made, and what was not."""
+
+    made: dict[Path, int] = field(default_factory=dict)  # pages, by archive or folder
+    forms: dict[Path, str] = field(default_factory=dict)  # of `forms`
+    left_out: list[str] = field(default_factory=list)  # a line each
+    waiting: list[str] = field(default_factory=list)  # returned, though a cell is still to be marked by hand
+    nothing: list[str] = field(default_factory=list)  # students of the roster without a submission
+
+
+class Marks:
+    """What was marked by hand, from a gradebook; without one, nothing was."""
+
+    def __init__(self, url: str | None, submitted: Path):
+        """Raises UsageError when the course's configuration, which says what lateness costs, cannot be loaded."""
+        self._url = url
+        self._config: Config | None = late.course_config(submitted) if url else None
+
+    def of(self, report: Report) -> list[Mark]:
+        """The marks of a submission, and what its lateness costs now that they are given."""
+        name, student = report.assignment, report.student
+        if self._url is None:
+            return []
+        try:
+            if self._config is not None:
+                with Gradebook(self._url) as book:
+                    concerned = late.concerned(book.find_submission(name, student))
+                if concerned:
+                    late.assign(self._config, self._url, name, name, student)
+            return by_hand(self._url, name, student)
+        except MissingEntry:  # graded without the gradebook
+            return []
+
+
+def give_back(
+    out: Path,
+    into: Path,
+    form: str | None = None,
+    assignment: str | None = None,
+    students: Collection[str] = (),
+    gradebook: str | None = None,
+    roster: Iterable[str] = (),
+) -> Returned:
+    """Write the pages of the results in `out` to the folder `into`, as archives for the platforms that they came from.
+
+    `form` is one of `forms`, for all of them.  `gradebook` is "" for none, and by default the one that `out` was
+    graded into.  Raises UsageError when there is nothing to return.
+    """
+    reports = {
+        key: report
+        for key, report in output.read_results(out).items()
+        if assignment in (None, key[1]) and (not students or key[0] in students)
+    }
+    if not reports:
+        raise UsageError(f"no results in {out}{' of that student and assignment' if assignment or students else ''}")
+    origins = output.origins(out, lost=form == forms.FILES)
+    places = {key: Path(origins[key].submitted) for key in reports if key in origins}
+    marks = {place: Marks(_url(gradebook, place, out), place) for place in set(places.values())}
+    result = Returned(nothing=sorted({*roster} - {student for student, _ in reports}))
+    pages: dict[tuple[str, str], list[tuple[str, str, bytes]]] = defaultdict(list)
+    for key, report in sorted(reports.items()):
+        who = "/".join(key)
+        try:
+            if report.status == INFRASTRUCTURE_ERROR:
+                raise LookupError("the grader failed, and there is no score yet: `autograder grade --resume`")
+            if key not in places:
+                raise LookupError("it is not known which folder was graded: grade it again")
+            way = forms.way(*key, remembered.read(places[key], *key), form)
+            if way.form != forms.FILES and listing.digest(listing.read(places[key], *key)) != origins[key].files:
+                raise LookupError("something else was handed in since: `autograder regrade` grades it")
+        except LookupError as error:
+            result.left_out.append(f"{who}: {error.args[0]}")
+            continue
+        by_hand = marks[places[key]].of(report)
+        if any(mark.waiting for mark in by_hand):
+            result.waiting.append(who)
+        page = feedback.page(report, by_hand).encode(errors="replace")
+        pages[way.form, "" if way.form == forms.FILES else key[1]].append((who, way.name, page))
+    _write(pages, into, result)
+    return result
+
+
+def describe(result: Returned) -> str:
+    """What came of it, in lines for the instructor."""
+    lines = []
+    for path, count in result.made.items():
+        lines.append(f"{path}: {_pages(count)}; {forms.HOW[result.forms[path]]}")
+    for title, names in (
+        ("Returned, though a cell is still to be marked by hand (the page says so):", result.waiting),
+        ("Not returned:", result.left_out),
+        ("Without a page, because there is no submission:", result.nothing),
+    ):
+        lines += [title] * bool(names)
+        lines += [f"  {name}" for name in names]
+    return "\n".join([*lines, f"{_pages(sum(result.made.values()))} returned; {len(result.left_out)} not."])
+
+
+def _pages(count: int) -> str:
+    return f"{count} {'page' if count == 1 else 'pages'}"
+
+
+def _url(gradebook: str | None, submitted: Path, out: Path) -> str | None:
+    """The gradebook to look into; None when there is none."""
+    if gradebook == "":
+        return None
+    url = gradebook or default_url(submitted, out)
+    there = not url.startswith(SQLITE) or Path(url.removeprefix(SQLITE)).exists()  # nbgrader would make an empty one
+    if gradebook and not there:
+        raise UsageError(f"there is no gradebook {gradebook}")
+    return url if there else None
+
+
+def _write(pages: dict[tuple[str, str], list[tuple[str, str, bytes]]], into: Path, result: Returned) -> None:
+    """Write archives and pages, each whole or not at all; what two submissions would be called is given to neither."""
+    into.mkdir(storage.PRIVATE_FOLDER, parents=True, exist_ok=True)
+    for (form, assignment), found in sorted(pages.items()):
+        called: dict[str, list[str]] = defaultdict(list)
+        for who, name, _ in found:
+            called[name.casefold()].append(who)  # where capitals do not count, one page would replace another
+        result.left_out += [
+            f"{who}: {' and '.join(called[name.casefold()])} would be called alike, {name}"
+            for who, name, _ in found
+            if len(called[name.casefold()]) > 1
+        ]
+        single = [(name, page) for _, name, page in found if len(called[name.casefold()]) == 1]
+        if not single:
+            continue
+        if form == forms.FILES:
+            target = into
+            for name, page in single:
+                storage.replace(into / name, page, storage.PRIVATE)
+        else:
+            target = into / f"{assignment}-{form}.zip"
+            storage.replace(target, _archive(single), storage.PRIVATE)
+        result.made[target], result.forms[target] = len(single), form
+
+
+def _archive(pages: list[tuple[str, bytes]]) -> bytes:
+    buffer, now = io.BytesIO(), datetime.now().timetuple()[:6]
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, page in pages:
+            archive.writestr(zipfile.ZipInfo(name, now), page, zipfile.ZIP_DEFLATED)
+    return buffer.getvalue()

@@ -1,0 +1,107 @@
+"""Pages of feedback as files: read from what came back, kept in the exercise's folder, found there again."""
+
+import contextlib
+import io
+import os
+import re
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from course.errors import FeedbackError
+from course.returned.record import Feedback, read
+
+FOLDER = "feedback"  # in the exercise's folder; nbgrader puts pages there too
+LARGEST = 5_000_000  # bytes of a page
+LARGEST_ARCHIVE = 50_000_000  # bytes
+MOST = 100  # files that are looked at in an archive
+
+
+def take(file: Path) -> tuple[Feedback, bytes]:
+    """The page that `file` is, or that an archive holds; raises FeedbackError."""
+    try:
+        if file.stat().st_size > LARGEST_ARCHIVE:
+            raise FeedbackError(f"{file} is too large for feedback")
+        content = file.read_bytes()
+    except OSError as error:
+        raise FeedbackError(f"{file} cannot be read: {error.strerror}") from None
+    if not zipfile.is_zipfile(io.BytesIO(content)):
+        try:
+            return read(content[:LARGEST]), content
+        except FeedbackError as error:
+            raise FeedbackError(f"{file}: {error}") from None
+    found = []
+    for page in _pages_in(file, content):
+        with contextlib.suppress(FeedbackError):
+            found.append((read(page), page))
+    if len(found) != 1:
+        what = f"{len(found)} pages" if found else "no page"
+        raise FeedbackError(f"{file} has {what} of feedback: give the page that you want to read")
+    return found[0]
+
+
+def keep(page: bytes, feedback: Feedback, folder: Path) -> Path:
+    """Put a page into the exercise's folder; one that was there before is kept.  Raises FeedbackError."""
+    target = folder / FOLDER
+    try:
+        target.mkdir(exist_ok=True)
+        for number in range(1, 1000):
+            path = target / f"{feedback.assignment}{f'-{number}' if number > 1 else ''}.html"
+            if not path.exists():
+                return _written(path, page)
+            if path.read_bytes() == page:
+                path.touch()  # it is the newest again
+                return path
+    except OSError as error:
+        raise FeedbackError(f"the page could not be kept in {target}: {error.strerror}") from None
+    raise FeedbackError(f"there are too many pages in {target}")
+
+
+def newest(folder: Path, assignment: str = "") -> tuple[Path, Feedback] | None:
+    """The newest page in an exercise's folder that is about `assignment`, or about any exercise; None without one."""
+    found = []
+    for path in (folder / FOLDER).rglob("*.html"):
+        with contextlib.suppress(OSError):
+            found.append((path.stat().st_mtime_ns, path))
+    for _, path in sorted(found, reverse=True):
+        with contextlib.suppress(FeedbackError):
+            feedback, _ = take(path)
+            if assignment in ("", feedback.assignment):
+                return path, feedback
+    return None
+
+
+def place_of(feedback: Feedback, start: Path) -> Path:
+    """The exercise's folder, seen from `start`: that one, or one in it; raises FeedbackError."""
+    name = feedback.assignment
+    if re.fullmatch(r"\w+", name):  # a page may say anything
+        for folder in (start, start / name, start / "notebooks" / name, start.parent / name):
+            if (folder / f"{name}.ipynb").exists():
+                return folder
+    raise FeedbackError(
+        f"it is feedback on {name!r}, and there is no such notebook here: go to the exercise's folder first"
+    )
+
+
+def _pages_in(file: Path, content: bytes) -> Iterator[bytes]:
+    """The pages of an archive, of a sane number and size, one after the other."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            for info in archive.infolist()[:MOST]:
+                if info.filename.lower().endswith((".html", ".htm")):
+                    with archive.open(info) as member:
+                        page = member.read(LARGEST)
+                    yield page
+    except Exception as error:  # zlib.error, struct.error and whatever a crafted archive leads to
+        raise FeedbackError(f"{file} cannot be unpacked: {error}") from None
+
+
+def _written(path: Path, page: bytes) -> Path:
+    draft = path.with_name(f".{path.name}.part")
+    try:
+        draft.write_bytes(page)
+        os.replace(draft, path)
+    except OSError:
+        draft.unlink(missing_ok=True)
+        raise
+    return path

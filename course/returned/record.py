@@ -1,0 +1,148 @@
+"""What a page of feedback says, as data that travels inside of the page.
+
+The grader writes it, and students' machines read it back.  A page may come from anywhere: whatever is read is checked,
+cut to a sane length, and never more than text and numbers.
+"""
+
+import json
+import math
+import re
+from dataclasses import asdict, dataclass, field
+from html import unescape
+from typing import Any
+
+from course.errors import FeedbackError
+
+META = "course-feedback"  # the name of the page's <meta> element that holds it
+RECORD = re.compile(rf'<meta name="{META}" content="([^"]*)"')  # no parser: a page may be made to keep one busy
+FORMAT = 1
+LONGEST = 5000  # characters of a text
+MOST = 500  # tests, or marks
+PASSED = "passed"
+
+
+@dataclass(frozen=True)
+class Test:
+    """One hidden test, as the student may know it."""
+
+    __test__ = False  # not one of pytest's own
+    title: str
+    outcome: str  # passed, failed, crashed, timed_out or not_run
+    points: float
+    max_points: float
+    message: str = ""  # what to mend
+    cell: str = ""  # the notebook's cell that the points belong to
+
+
+@dataclass(frozen=True)
+class Mark:
+    """What the instructor wrote to a cell."""
+
+    cell: str
+    points: float | None  # None: only a comment, or still to be marked
+    max_points: float  # 0 for what only takes points off
+    comment: str = ""
+    waiting: bool = False  # still to be marked
+
+
+@dataclass(frozen=True)
+class Feedback:
+    """The feedback on one submission."""
+
+    student: str
+    assignment: str
+    title: str
+    status: str  # graded, invalid_submission or infrastructure_error
+    points: float
+    max_points: float
+    tests: list[Test] = field(default_factory=list)
+    marks: list[Mark] = field(default_factory=list)
+
+    @property
+    def causes(self) -> dict[str, list[Test]]:
+        """What is to be mended: each message once, with the tests that it cost."""
+        found: dict[str, list[Test]] = {}
+        for test in self.tests:
+            if test.message:
+                found.setdefault(test.message, []).append(test)
+        return found
+
+    @property
+    def waiting(self) -> bool:
+        """Whether a cell is still to be marked by hand."""
+        return any(mark.waiting for mark in self.marks)
+
+    @property
+    def cells(self) -> dict[str, tuple[float, float]]:
+        """The points of each cell and their maximum; a cell that was marked by hand counts with its mark."""
+        found: dict[str, tuple[float, float]] = {}
+        for test in self.tests:
+            points, most = found.get(test.cell, (0.0, 0.0))
+            found[test.cell] = (points + test.points, most + test.max_points)
+        marked = {mark.cell: (mark.points, mark.max_points) for mark in self.marks if mark.points is not None}
+        return found | {cell: (points or 0.0, most) for cell, (points, most) in marked.items()}
+
+    def to_text(self) -> str:
+        """The record as JSON in one line."""
+        return json.dumps({"format": FORMAT, **asdict(self)}, ensure_ascii=False)
+
+    @classmethod
+    def from_text(cls, text: str) -> "Feedback":
+        """The record that `to_text` wrote; raises FeedbackError for anything else."""
+        try:
+            said = json.loads(text)
+            if said["format"] != FORMAT:
+                raise FeedbackError("it was made by a newer version of the course: bring yours up to date")
+            tests, marks = said["tests"][:MOST], said["marks"][:MOST]
+            return cls(
+                _text(said["student"]),
+                _text(said["assignment"]),
+                _text(said["title"]),
+                _text(said["status"]),
+                points=_number(said["points"]),
+                max_points=_number(said["max_points"]),
+                tests=[
+                    Test(
+                        _text(test["title"]),
+                        _text(test["outcome"]),
+                        _number(test["points"]),
+                        _number(test["max_points"]),
+                        _text(test["message"]),
+                        _text(test["cell"]),
+                    )
+                    for test in tests
+                ],
+                marks=[
+                    Mark(
+                        _text(mark["cell"]),
+                        None if mark["points"] is None else _number(mark["points"]),
+                        _number(mark["max_points"]),
+                        _text(mark["comment"]),
+                        mark["waiting"] is True,
+                    )
+                    for mark in marks
+                ],
+            )
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+            raise FeedbackError("it is no page of feedback of this course, or a damaged one") from None
+
+
+def read(page: bytes) -> Feedback:
+    """The record in a page; raises FeedbackError.  Nothing else of the page is looked at, and nothing is run."""
+    found = RECORD.search(page.decode(errors="replace"))
+    if not found:
+        raise FeedbackError("it is no page of feedback of this course, or an old one: open it in a browser")
+    return Feedback.from_text(unescape(found[1]))
+
+
+def _text(value: Any) -> str:
+    """A text without control characters, which would move a terminal's cursor; raises TypeError for anything else."""
+    if not isinstance(value, str):
+        raise TypeError
+    return "".join(c if c == "\n" or c.isprintable() else " " for c in value[:LONGEST])
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value) or abs(value) > 1e6:
+        raise TypeError
+    return float(value)

@@ -1,0 +1,120 @@
+"""A student's whole loop: work, hand in, be graded and marked by hand, get it back, and read it in the notebook."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+from nbgrader.api import Gradebook
+
+from tests.autograder.conftest import box
+from tests.browser.conftest import ROOT, serving
+from tests.browser.test_one_world import choose, tabs
+
+__all__ = ["box"]
+
+PROGRAMS = Path(sys.executable).parent
+FAULT = ("response.message = f'Motors {self.state()}'", "response.message = 'no state'")  # the motors' answers
+
+
+def run(*command: str | Path, cwd: Path) -> str:
+    """A command of the course's, as typed in a terminal; it must succeed."""
+    program, *arguments = map(str, command)
+    done = subprocess.run([PROGRAMS / program, *arguments], cwd=cwd, capture_output=True, text=True, timeout=250)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def settings(base: Path, profile: str) -> Path:
+    """JupyterLab's settings, as environment/install writes them for a profile: the folder."""
+    function = 'source <(sed -n \'/^jupyterlab() {/,/^}/p\' "$0"); root=$1 profile=$2; cd "$3"; jupyterlab'
+    place = base / profile
+    place.mkdir()
+    command = ["bash", "-ec", function, ROOT / "environment/install", ROOT, profile, place]
+    subprocess.run(command, check=True)
+    return place / ".venv/etc/jupyter"
+
+
+@pytest.fixture(scope="module")
+def student(tmp_path_factory):
+    """JupyterLab as a student has it: its address, its token, its folder, and where an exchange would be."""
+    base = tmp_path_factory.mktemp("student")
+    folder = base / "work"
+    (folder / "services").mkdir(parents=True)
+    shutil.copy(ROOT / "notebooks/services/services.ipynb", folder / "services")
+    config = settings(base, "student")
+    (config / "nbgrader_config.py").write_text(f"get_config().Exchange.root = {str(base / 'exchange')!r}\n")
+    with serving(base, folder, JUPYTER_CONFIG_PATH=str(config)) as (address, token):
+        yield address, token, folder, base / "exchange"
+
+
+def test_students_see_what_is_theirs_and_assignments_only_where_there_is_an_exchange(student, page):
+    address, token, _, exchange = student
+    page.goto(f"{address}/lab?token={token}&reset")
+    assert tabs(page) == set()
+    assert page.locator(".lm-MenuBar-itemLabel").get_by_text("Nbgrader").count() == 0
+    exchange.mkdir()
+    page.goto(f"{address}/lab?reset")
+    assert tabs(page) == {"Assignment List"}
+    choose(page, "Nbgrader", "Assignment List")
+    page.get_by_text("There are no assignments to fetch.").wait_for()
+
+
+def test_instructors_keep_their_tabs(tmp_path):
+    for profile in ("instructor", "developer"):
+        config = settings(tmp_path, profile)
+        assert json.loads((config / "labconfig/page_config.json").read_text()) == {"disabledExtensions": {}}
+        assert "jpserver_extensions" not in (config / "jupyter_server_config.json").read_text()
+
+
+def test_from_the_work_to_the_feedback_in_the_notebook(student, box, page, tmp_path):
+    address, token, work, _ = student
+    services = work / "services"
+    for name in ("motor_service.py", "relay.py"):
+        text = (ROOT / "solutions/services" / name).read_text()
+        (services / name).write_text(text.replace(*FAULT))
+    run("course", "hand-in", "--yes", "--no-check", "--name", "ada", cwd=services)
+    (handed_in,) = services.glob("ada-services-*.zip")
+    with zipfile.ZipFile(tmp_path / "moodle.zip", "w") as download:
+        download.write(handed_in, f"Ada Lovelace_55_assignsubmission_file_/{handed_in.name}")
+
+    run("autograder", "collect", "moodle.zip", "--into", "submitted", cwd=tmp_path)
+    run("autograder", "grade", "submitted", "--output", "out", "--seed", "1", cwd=tmp_path)
+    with Gradebook(f"sqlite:///{tmp_path / 'out' / 'gradebook.db'}") as book:
+        book.find_grade("relay", "services", "services", "Ada_Lovelace").manual_score = 4.5
+        book.db.commit()
+    assert "1 page returned; 0 not." in run("autograder", "return", "out", cwd=tmp_path)
+    with zipfile.ZipFile(tmp_path / "out" / "returned" / "services-moodle.zip") as upload:
+        (name,) = upload.namelist()
+        upload.extract(name, tmp_path)
+
+    said = run("course", "feedback", tmp_path / name, cwd=services)
+    assert "relay: 4.5 of 10 points" in said and "What to mend:" in said
+    points = said.partition(": ")[2].partition(" points")[0]
+
+    page.goto(f"{address}/lab/tree/services/services.ipynb?token={token}&reset")
+    page.get_by_role("tab", name="services.ipynb").wait_for()
+    page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for()
+    below = page.locator(".jp-CodeCell").filter(has_text="%%exercise relay.py").first
+    below.locator(".cm-content").click()
+    page.keyboard.press("Escape")
+    page.keyboard.press("b")
+    page.keyboard.press("Enter")
+    page.keyboard.type("import course; course.feedback()")
+    page.keyboard.press("Shift+Enter")
+    output = page.locator(".jp-OutputArea-output").filter(has_text="What to mend")
+    output.get_by_text(f"{points} points").first.wait_for()
+    output.get_by_text("relay: 4.5 of 10 points").first.wait_for()
+    output.scroll_into_view_if_needed()
+    assert output.get_by_text("✗ failed").count() > 0
+    if pictures := os.environ.get("COURSE_PICTURES"):
+        page.screenshot(path=Path(pictures) / "feedback-in-the-notebook.png")
+    page.locator(".jp-DirListing").get_by_text("feedback", exact=True).dblclick()
+    page.locator(".jp-DirListing").get_by_text("services.html", exact=True).dblclick()
+    returned = page.frame_locator(".jp-HTMLViewer iframe")
+    returned.get_by_text(f"{points} points").wait_for()
+    assert "allow-scripts" not in page.locator(".jp-HTMLViewer iframe").get_attribute("sandbox")

@@ -1,0 +1,179 @@
+"""What comes in wrong is told in a line, mixes up no students, and loses nothing."""
+
+import os
+import shutil
+import subprocess
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+
+from autograder.collecting import remembered
+from autograder.collecting.bundles import unpacked
+from autograder.collecting.collect import collect, describe
+from autograder.collecting.origins import read_rosters
+from autograder.errors import UsageError
+from course.hand_in import HandIn, write
+
+from .test_collect import AUTOGRADER, EARLY, FILES, LATER, archive, counted, handed_in, laid_out
+
+
+def test_of_two_hand_ins_in_one_second_the_second_counts_and_both_are_kept(tmp_path):
+    handed_in(tmp_path / "in", files=FILES | {"relay.py": b"first"})
+    handed_in(tmp_path / "in", files=FILES | {"relay.py": b"second"})
+    assert len(list((tmp_path / "in").iterdir())) == 2
+    for _ in range(2):  # collecting again changes nothing
+        collect([tmp_path / "in"], tmp_path / "out")
+        content = laid_out(tmp_path / "out")
+        assert content["ada/services/relay.py"] == b"second"
+        assert [value for value in content.values() if value in (b"first", b"second")].count(b"first") == 1
+
+
+def test_an_exercise_of_another_course_is_not_taken_for_ours_because_of_a_file_s_name(tmp_path):
+    other = write(HandIn("networks", [], {"relay.py": b"x"}, {}), tmp_path, "ada", {}, EARLY)
+    result = collect([other], tmp_path / "out")
+    assert (result.laid_out, counted(tmp_path / "out")) == ([], set())
+    assert result.unplaced == [f"{other.name}: its receipt says 'networks', which is no exercise of this course"]
+
+
+def test_a_renamed_archive_is_known_by_its_receipt(tmp_path):
+    path = handed_in(tmp_path / "in").rename(tmp_path / "in" / "my homework (final).ZIP")
+    (only,) = collect([path], tmp_path / "out").laid_out
+    assert (only.student, only.assignment, only.at, only.receipt) == ("ada", "services", EARLY, "verified")
+
+
+def test_an_archive_in_an_archive_is_opened(tmp_path):
+    path = handed_in(tmp_path / "in")
+    again = archive(tmp_path / "work.zip", {f"homework/{path.name}": path.read_bytes(), "homework/readme.txt": b""})
+    assert [each.student for each in collect([again], tmp_path / "mailed").laid_out] == ["ada"]
+    bulk = archive(tmp_path / "bulk.zip", {"doejane_1_2_work.zip": again.read_bytes()})
+    collect([bulk], tmp_path / "out")
+    assert laid_out(tmp_path / "out")["doejane/services/relay.py"] == FILES["relay.py"]
+
+
+def test_archives_in_each_other_have_an_end(tmp_path):
+    path = handed_in(tmp_path / "in")
+    for number in range(10):
+        path = archive(tmp_path / f"{number}.zip", {"again.zip": path.read_bytes()})
+    result = collect([path], tmp_path / "out")
+    assert result.unplaced == ["9.zip: more than 3 archives in each other"]
+
+
+def test_a_bulk_download_that_the_browser_has_unpacked(tmp_path):
+    whole = handed_in(tmp_path / "made", "x")
+    folder = tmp_path / "Downloads" / "Zoë Müller_55_assignsubmission_file_"
+    folder.mkdir(parents=True)
+    shutil.copy(whole, folder)
+    (folder / "link.py").symlink_to("/etc/passwd")
+    (tmp_path / "Downloads" / "roejim_77_902_relay.py").write_bytes(b"loose")
+    shutil.copy(whole, tmp_path / "Downloads" / "doejane_1_2_work.zip")
+    (tmp_path / "Downloads" / "holiday.jpg").write_bytes(b"")
+    result = collect([tmp_path / "Downloads"], tmp_path / "out")
+    assert counted(tmp_path / "out") == {"Zoë_Müller/services", "roejim/services", "doejane/services"}
+    assert result.unplaced == []
+
+
+def test_two_people_of_one_name_are_not_made_one(tmp_path):
+    moodle = archive(
+        tmp_path / "moodle.zip",
+        {
+            "Jane Doe_55_assignsubmission_file_/relay.py": b"of the one",
+            "Jane Doe_77_assignsubmission_file_/relay.py": b"of the other",
+            "Jim Roe_56_assignsubmission_file_/relay.py": b"jim",
+        },
+    )
+    result = collect([moodle], tmp_path / "out")
+    assert counted(tmp_path / "out") == {"Jim_Roe/services"}
+    assert len(result.unplaced) == 2
+    assert all("several called 'Jane Doe', 55 and 77: name each in the roster" in line for line in result.unplaced)
+    roster = tmp_path / "roster.csv"
+    roster.write_text("student,number\njane1,55\njane2,77\njim,56\n")
+    collect([moodle], tmp_path / "out", read_rosters([roster]))
+    assert laid_out(tmp_path / "out")["jane2/services/relay.py"] == b"of the other"
+
+
+def test_a_namesake_who_comes_later_is_not_made_one_with_the_first(tmp_path):
+    collect([archive(tmp_path / "a.zip", {"doejane_1_2_relay.py": b"the one"})], tmp_path / "out")
+    result = collect([archive(tmp_path / "b.zip", {"doejane_9_3_relay.py": b"the other"})], tmp_path / "out")
+    assert "several called 'doejane', 1 and 9" in result.unplaced[0]
+    assert laid_out(tmp_path / "out")["doejane/services/relay.py"] == b"the one"
+
+
+def test_a_student_in_two_rosters_is_one_student(tmp_path):
+    (tmp_path / "a.csv").write_text("student,login\nada,al12\n")
+    (tmp_path / "b.csv").write_text("student,login,canvas\nada,AL12,1234\nbob,bb\n")
+    roster = read_rosters([tmp_path / "a.csv", tmp_path / "b.csv"])
+    assert roster.students == {"ada", "bob"}
+    assert roster.find(("1234",)) == roster.find(("al12",)) == "ada"
+
+
+def test_two_students_of_one_folder_in_two_rosters_are_refused(tmp_path):
+    (tmp_path / "a.csv").write_text("student,login\nada,al12\n")
+    (tmp_path / "b.csv").write_text("student,login\nada,zz99\n")
+    with pytest.raises(UsageError, match="'ada' is in .*a.csv and in .*b.csv with another login, 'al12' and 'zz99'"):
+        read_rosters([tmp_path / "a.csv", tmp_path / "b.csv"])
+
+
+def test_a_clock_that_is_ahead_makes_nobody_the_newest_for_ever(tmp_path):
+    future = datetime.now(UTC) + timedelta(days=700)
+    path = handed_in(tmp_path / "in", at=future, files=FILES | {"relay.py": b"by a wrong clock"})
+    os.utime(path, (future.timestamp(), future.timestamp()))
+    before = datetime.now(UTC).replace(microsecond=0)
+    result = collect([path], tmp_path / "out")
+    (only,) = result.laid_out
+    assert before <= only.at <= datetime.now(UTC)
+    assert f"a wrong clock: its time, {future:%Y-%m-%d %H:%M} UTC, has not come yet" in describe(result)
+    content = laid_out(tmp_path / "out")
+    collect([path], tmp_path / "out")
+    assert laid_out(tmp_path / "out") == content
+
+
+def test_a_clock_from_before_archives_had_a_date(tmp_path):
+    path = handed_in(tmp_path / "in", at=datetime(1970, 1, 2, tzinfo=UTC))
+    (only,) = collect([path], tmp_path / "out").laid_out
+    assert only.at.year == 1970
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can make a file system")
+def test_a_disk_that_is_full_loses_nothing_and_is_one_line(tmp_path):
+    """Collecting onto a disk of 64 kB: what was there stays, and the rest is collected when there is room."""
+    handed_in(tmp_path / "in", at=EARLY)
+    small = tmp_path / "small"
+    small.mkdir()
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", small], capture_output=True).returncode:
+        pytest.skip("no file system can be mounted here")
+    try:
+        command = [AUTOGRADER, "collect", str(tmp_path / "in"), "--into", str(small / "out")]
+        assert subprocess.run(command, capture_output=True, timeout=60).returncode == 0
+        before = laid_out(small / "out")
+        handed_in(tmp_path / "in", "bob", LATER, FILES | {"services.ipynb": os.urandom(100_000)})
+        ran = subprocess.run(command, capture_output=True, text=True, timeout=60)
+        assert ran.returncode == 3
+        assert "No space left on device" in ran.stderr and len(ran.stderr.splitlines()) == 1
+        assert laid_out(small / "out") == before
+    finally:
+        subprocess.run(["umount", small], check=True)
+
+
+def test_an_archive_of_another_exercise_is_told_so_by_check(tmp_path):
+    path = handed_in(tmp_path)
+    command = [AUTOGRADER, "check", str(path), "--assignment", "calculator"]
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert ran.returncode == 2
+    assert "is a hand-in of services, not of calculator" in ran.stderr and len(ran.stderr.splitlines()) == 1
+
+
+def test_check_opens_an_archive_in_an_archive(tmp_path):
+    inner = handed_in(tmp_path)
+    outer = archive(tmp_path / "outer.zip", {f"my/{inner.name}": inner.read_bytes()})
+    with unpacked(outer, "services") as folder:
+        assert {path.name for path in Path(folder).iterdir()} == set(FILES)
+
+
+def test_what_is_remembered_can_be_read_and_is_not_the_student_s(tmp_path):
+    bulk = archive(tmp_path / "bulk.zip", {"doejane_LATE_1_22_relay.py": b"x", "doejane_LATE_1_23_origin.json": b"{}"})
+    for _ in range(2):
+        collect([bulk], tmp_path / "out")
+    (source,) = remembered.read(tmp_path / "out", "doejane", "services")
+    assert source == remembered.Source("Canvas", "doejane", "1", "", 23, late=True)
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [".origins", "doejane"]

@@ -1,0 +1,264 @@
+"""`course feedback`: what came back is read as data, kept beside the work, and shown; a page may come from anywhere."""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import zipfile
+from html import escape
+from pathlib import Path
+
+import pytest
+from nbgrader.utils import notebook_hash
+
+import course
+from course.errors import FeedbackError
+from course.returned import exchange, pages, reading, record, shown
+from course.returned.record import Feedback, Mark, Test
+
+COURSE = str(Path(sys.executable).with_name("course"))
+LATE = "relay.py answered too late."
+TESTS = [
+    Test("The motors switch", "passed", 9.0, 9.0, "", "motor-service"),
+    Test("The relay answers", "failed", 0.0, 2.0, LATE, "relay"),
+    Test("Each caller gets its answer", "timed_out", 1.0, 4.0, LATE, "relay"),
+]
+FOUND = Feedback("ada", "services", "Services", "graded", 10.0, 15.0, TESTS)
+HOSTILE = "<script>alert(1)</script><img src=x onerror=alert(2)>\x1b[2J"
+
+
+def page(found: Feedback) -> bytes:
+    return f'<html><head><meta name="course-feedback" content="{escape(found.to_text())}"></head></html>'.encode()
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch) -> Path:
+    """An exercise's folder, of somebody who has handed nothing in to an exchange."""
+    monkeypatch.setenv("JUPYTER_DATA_DIR", str(tmp_path / "none"))
+    place = tmp_path / "services"
+    place.mkdir()
+    (place / "services.ipynb").write_text('{"cells": []}')
+    return place
+
+
+def run(folder: Path, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    command = [COURSE, "feedback", *map(str, arguments)]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=60)
+
+
+def test_a_page_is_put_beside_the_work_and_summed_up(folder, tmp_path):
+    (tmp_path / "came.html").write_bytes(page(FOUND))
+    ran = run(folder, tmp_path / "came.html")
+    assert (ran.returncode, ran.stderr) == (0, "")
+    assert "Services: 10 of 15 points" in ran.stdout
+    assert "relay          1 of 6 points" in ran.stdout
+    assert ran.stdout.count(LATE) == 1
+    assert "cost 5 points: The relay answers; Each caller gets its answer" in ran.stdout
+    assert (folder / "feedback" / "services.html").read_bytes() == page(FOUND)
+    assert run(folder).stdout == ran.stdout  # it is found again without its name
+
+
+def test_an_archive_is_looked_into_and_the_exercise_s_folder_is_found(folder, tmp_path):
+    with zipfile.ZipFile(tmp_path / "came.zip", "w") as archive:
+        archive.writestr("Ada_55_assignsubmission_file_/services-feedback.html", page(FOUND))
+        archive.writestr("readme.html", "<p>not a page of feedback")
+    ran = run(tmp_path, tmp_path / "came.zip")
+    assert ran.returncode == 0, ran.stderr
+    assert (folder / "feedback" / "services.html").exists()
+
+
+def test_marks_by_hand_and_lateness_are_in_the_sum_and_said():
+    marks = [
+        Mark("relay", 5.5, 6.0, "Good."),
+        Mark("service-or-action", 0.0, 5.0, "", waiting=True),
+        Mark("Handed in late", -2.0, 0.0),
+        Mark("motor-service", None, 0.0, "See line 3."),
+    ]
+    said = shown.text(Feedback("ada", "services", "Services", "graded", 12.5, 20.0, TESTS, marks))
+    assert "12.5 of 20 points so far" in said
+    assert "relay: 5.5 of 6 points. Good." in said
+    assert "service-or-action: still to be marked" in said
+    assert "service-or-action  still to be marked" in said and "0 of 5" not in said
+    assert "Handed in late: -2 points" in said
+    assert "motor-service. See line 3." in said
+
+
+def test_a_newer_page_is_shown_and_the_older_one_is_kept(folder):
+    better = Feedback("ada", "services", "Services", "graded", 15.0, 15.0, TESTS[:1])
+    for found in (FOUND, better):
+        pages.keep(page(found), found, folder)
+    assert reading.find(folder)[1] == better
+    pages.keep(page(FOUND), FOUND, folder)
+    assert reading.find(folder)[1] == FOUND
+    assert len(list((folder / "feedback").iterdir())) == 2
+
+
+def test_a_record_is_read_as_it_was_written():
+    marks = [Mark("relay", None, 6.0, 'a "quoted" & <b>', waiting=True)]
+    found = Feedback("Zoë", "services", "Services", "graded", 1.5, 15.0, TESTS, marks)
+    assert record.read(page(found)) == found
+
+
+def test_what_a_hostile_page_says_is_shown_and_not_run(folder, monkeypatch):
+    tests = [Test(HOSTILE, HOSTILE, 0.0, 1.0, HOSTILE, HOSTILE)]
+    found = Feedback(HOSTILE, "services", HOSTILE, "graded", 0.0, 1.0, tests, [Mark(HOSTILE, 0.0, 1.0, HOSTILE)])
+    read = record.read(page(found))
+    html = shown.html(read)
+    assert "<script" not in html and "<img" not in html and "&lt;script&gt;" in html
+    assert "\x1b" not in shown.text(read) + html
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[]",
+        "null",
+        "[" * 100_000,
+        '{"format": 1}',
+        FOUND.to_text().replace('"points": 10.0', '"points": "10"'),
+        FOUND.to_text().replace('"points": 10.0', '"points": NaN'),
+        FOUND.to_text().replace('"points": 10.0', '"points": 1e300'),
+        FOUND.to_text().replace('"student": "ada"', '"student": ["ada"]'),
+        FOUND.to_text().replace('"tests": [', '"tests": [7, '),
+    ],
+)
+def test_what_is_no_record_is_refused(text):
+    with pytest.raises(FeedbackError, match="no page of feedback of this course"):
+        Feedback.from_text(text)
+
+
+def test_a_page_that_would_keep_a_parser_busy_is_looked_through_at_once(tmp_path):
+    (tmp_path / "came.html").write_bytes(b"<!--<a x='" * 400_000)
+    begun = time.process_time()
+    with pytest.raises(FeedbackError):
+        pages.take(tmp_path / "came.html")
+    assert time.process_time() - begun < 5  # s of this process alone; html.parser takes minutes
+
+
+def test_a_page_of_a_later_form_says_so():
+    with pytest.raises(FeedbackError, match="bring yours up to date"):
+        Feedback.from_text(FOUND.to_text().replace('"format": 1', '"format": 2'))
+
+
+@pytest.mark.parametrize("name", ["../../services", "/etc", "", "..", "nothing"])
+def test_a_page_cannot_choose_where_it_is_put(folder, tmp_path, name):
+    (tmp_path / "came.html").write_bytes(page(Feedback("ada", name, "Services", "graded", 1.0, 1.0)))
+    before = sorted(tmp_path.rglob("*"))
+    ran = run(folder, tmp_path / "came.html")
+    assert ran.returncode == 1
+    assert "there is no such notebook here" in ran.stderr and len(ran.stderr.splitlines()) == 1
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (b"", "no page of feedback"),
+        (b"<html><p>an old page</html>", "open it in a browser"),
+        (b"PK\x05\x06" + bytes(18), "has no page of feedback"),
+    ],
+)
+def test_what_is_no_feedback_is_told_in_a_line(folder, tmp_path, content, says):
+    (tmp_path / "came").write_bytes(content)
+    ran = run(folder, tmp_path / "came")
+    assert ran.returncode == 1
+    assert says in ran.stderr and len(ran.stderr.splitlines()) == 1
+
+
+def test_an_archive_with_pages_of_several_is_not_guessed_at(tmp_path):
+    with zipfile.ZipFile(tmp_path / "class.zip", "w") as archive:
+        for student in ("ada", "bob"):
+            archive.writestr(f"{student}.html", page(Feedback(student, "services", "", "graded", 1.0, 1.0)))
+    with pytest.raises(FeedbackError, match="has 2 pages of feedback"):
+        pages.take(tmp_path / "class.zip")
+
+
+def test_a_full_disk_leaves_the_page_that_was_there(folder, tmp_path):
+    pages.keep(page(FOUND), FOUND, folder)
+    long = Feedback("ada", "services", "Services", "graded", 1.0, 15.0, TESTS * 50)
+    (tmp_path / "came.html").write_bytes(page(long))
+    command = f"ulimit -f 4; trap '' XFSZ; exec {COURSE} feedback {tmp_path / 'came.html'}"
+    ran = subprocess.run(["bash", "-c", command], cwd=folder, capture_output=True, text=True, timeout=60)
+    assert ran.returncode == 1
+    assert "File too large" in ran.stderr and len(ran.stderr.splitlines()) == 1
+    assert [path.name for path in (folder / "feedback").iterdir()] == ["services.html"]
+    assert (folder / "feedback" / "services.html").read_bytes() == page(FOUND)
+
+
+# By itself, where there is an exchange.
+
+
+@pytest.fixture
+def released(folder, monkeypatch):
+    """A page that was released in an exchange of nbgrader's, for a hand-in of this student."""
+    base = Path(tempfile.mkdtemp())  # pytest's own folders are closed to other users
+    base.chmod(0o755)
+    data, root = base / "data", base / "exchange"
+    hand_in = data / "nbgrader_cache" / "ros2" / "ada+services+2026-11-02 09:30:00.000000 UTC"
+    hand_in.mkdir(parents=True)
+    (hand_in / "services.ipynb").write_text("{}")
+    (hand_in / "submission_secret.txt").write_text("secret")
+    target = root / "ros2" / "feedback" / f"{notebook_hash(secret='secret', notebook_id='services')}.html"
+    target.parent.mkdir(parents=True)
+    target.write_bytes(page(FOUND))
+    config = base / "config"
+    config.mkdir()
+    (config / "nbgrader_config.py").write_text(f"c = get_config()\nc.Exchange.root = {str(root)!r}\n")
+    monkeypatch.setenv("JUPYTER_CONFIG_DIR", str(config))
+    monkeypatch.setenv("JUPYTER_DATA_DIR", str(data))
+    monkeypatch.chdir(folder)
+    yield target
+    shutil.rmtree(base)
+
+
+def test_what_was_released_is_said_in_a_line_until_it_is_read(released, folder, capsys):
+    course.check()
+    assert "Feedback on services has been released: course.feedback() shows it." in capsys.readouterr().out
+    assert repr(course.feedback("relay")).startswith("Services: 10 of 15 points")
+    assert (folder / "feedback" / "services.html").read_bytes() == page(FOUND)
+    assert reading.news(folder) == ""
+
+
+def test_the_command_finds_what_was_released(released, folder):
+    ran = run(folder)
+    assert "Services: 10 of 15 points" in ran.stdout, ran.stderr
+
+
+def test_without_an_exchange_nothing_is_said_and_nbgrader_is_not_loaded(folder):
+    code = (
+        "import sys, course.returned.reading as r, pathlib; print(repr(r.news(pathlib.Path()))); "
+        "print([name for name in sys.modules if name.startswith('nbgrader')])"
+    )
+    ran = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True)
+    assert ran.stdout.split() == ["''", "[]"]
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can work as another user")
+def test_an_exchange_without_permission_is_a_line_and_stops_nothing(released, folder, monkeypatch):
+    work = shutil.copytree(folder, released.parents[3] / "services")
+    assert reading.news(work) != ""
+    fetcher = exchange._fetcher("ros2", "services")  # made now: the other user may not read the course's own files
+    monkeypatch.setattr(exchange, "_fetcher", lambda *_: fetcher)
+    released.parents[1].chmod(0o700)
+    os.setresuid(65534, 65534, 0)
+    try:
+        assert reading.news(work) == ""
+        with pytest.raises(FeedbackError, match="the exchange .*/exchange cannot be read: Permission denied"):
+            exchange.released("services")
+        assert exchange.folder() is None  # nbgrader needs to write there
+    finally:
+        os.setresuid(0, 0, 0)
+
+
+def test_feedback_that_nbgrader_s_own_page_has_fetched_is_found(folder):
+    place = folder / "feedback" / "2026-11-02 09:30:00.000000 UTC"
+    place.mkdir(parents=True)
+    (place / "services.html").write_bytes(page(FOUND))
+    assert reading.find(folder) == (place / "services.html", FOUND)
+
+
+def test_the_exchange_is_where_nbgrader_looks_for_it(released):
+    assert exchange.folder() == released.parents[2]

@@ -1,0 +1,230 @@
+"""`autograder return`: each page goes to the student whose work it is about, with marks by hand and lateness in it."""
+
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+from nbgrader.api import Gradebook
+
+from autograder.collecting.collect import collect, parse_due
+from autograder.collecting.origins import read_rosters
+from autograder.errors import UsageError
+from autograder.gradebook.book import Scores
+from autograder.gradebook.config import COURSE_FILE
+from autograder.records import FAILED, GRADED, INFRASTRUCTURE_ERROR, INVALID_SUBMISSION, NOT_RUN, PASSED, Report, Result
+from autograder.results.output import Origin, Output
+from autograder.returning.giving_back import describe, give_back
+from autograder.submissions import exercises, listing
+from course.returned import record
+from tests.collecting.test_collect import FILES, LATER, archive, handed_in
+
+AUTOGRADER = str(Path(sys.executable).with_name("autograder"))
+pytestmark = pytest.mark.filterwarnings("ignore:Object of type")  # nbgrader's own, about its sessions
+TESTS = exercises.load("services").tests
+NEXT_WEEK = LATER.replace(day=9)
+MOST = sum(test.points for test in TESTS)
+
+
+def report(student: str, status: str = GRADED) -> Report:
+    """All tests passed but the first, unless the status says otherwise."""
+    if status == INFRASTRUCTURE_ERROR:
+        return Report(student, "services", status, None, MOST, 7, 1.0)
+    outcome = NOT_RUN if status == INVALID_SUBMISSION else PASSED
+    tests = [Result(test.id, test.title, outcome, test.points * (outcome == PASSED), test.points) for test in TESTS]
+    lost = Result(TESTS[0].id, TESTS[0].title, FAILED, 0.0, TESTS[0].points, f"{student} must mend this.")
+    tests = [lost, *tests[1:]] if status == GRADED else tests
+    return Report(student, "services", status, sum(test.points for test in tests), MOST, 7, 1.0, [], tests)
+
+
+def graded(submitted: Path, out: Path, *reports: Report) -> Path:
+    """An output folder as `autograder grade` writes it."""
+    with Output(out, resume=True) as output:
+        for one in reports:
+            handed = listing.read(submitted, one.student, "services")
+            output.write(one, Origin(str(submitted), "suite", listing.digest(handed)))
+    return out
+
+
+def moodle(path: Path, *names: str) -> Path:
+    """A bulk download with a file of each student."""
+    return archive(path, {f"{name}_assignsubmission_file_/relay.py": name.encode() for name in names})
+
+
+def pages(path: Path) -> dict[str, record.Feedback]:
+    """The pages of an archive, by name."""
+    with zipfile.ZipFile(path) as packed:
+        return {name: record.read(packed.read(name)) for name in packed.namelist()}
+
+
+@pytest.fixture
+def submitted(tmp_path) -> Path:
+    """Hand-ins that came by Moodle, by Canvas, and as an archive."""
+    canvas = {"doejane_LATE_1234_900_relay.py": b"jane", "doejane_1234_901_motor_service.py": b"jane"}
+    sources = [moodle(tmp_path / "moodle.zip", "Zoë Müller_55", "Jim Roe_56"), archive(tmp_path / "canvas.zip", canvas)]
+    collect([*sources, handed_in(tmp_path / "in", "ada")], tmp_path / "submitted")
+    return tmp_path / "submitted"
+
+
+def test_each_page_goes_back_the_way_its_submission_came(submitted, tmp_path):
+    students = ["Zoë_Müller", "Jim_Roe", "doejane", "ada"]
+    out = graded(submitted, tmp_path / "out", *map(report, students))
+    result = give_back(out, out / "returned")
+    assert result.left_out == []
+    assert {name: page.student for name, page in pages(out / "returned" / "services-moodle.zip").items()} == {
+        "Zoë Müller_55_assignsubmission_file_/services-feedback.html": "Zoë_Müller",
+        "Jim Roe_56_assignsubmission_file_/services-feedback.html": "Jim_Roe",
+    }
+    assert {name: page.student for name, page in pages(out / "returned" / "services-canvas.zip").items()} == {
+        "doejane_LATE_1234_901_services-feedback.html": "doejane"
+    }
+    assert record.read((out / "returned" / "ada-services-feedback.html").read_bytes()).student == "ada"
+    assert sorted(path.name for path in (out / "returned").iterdir()) == [
+        "ada-services-feedback.html",
+        "services-canvas.zip",
+        "services-moodle.zip",
+    ]
+
+
+def test_one_form_for_all_names_those_who_did_not_come_that_way(submitted, tmp_path):
+    out = graded(submitted, tmp_path / "out", *map(report, ["Jim_Roe", "doejane", "ada"]))
+    result = give_back(out, tmp_path / "a", "moodle")
+    assert list(pages(tmp_path / "a" / "services-moodle.zip")) == [
+        "Jim Roe_56_assignsubmission_file_/services-feedback.html"
+    ]
+    assert [line.partition(":")[0] for line in result.left_out] == ["ada/services", "doejane/services"]
+    give_back(out, tmp_path / "b", "files")
+    assert len(list((tmp_path / "b").glob("*-services-feedback.html"))) == 3
+
+
+def test_marks_by_hand_and_lateness_are_in_what_is_returned(tmp_path):
+    course = tmp_path / "course"
+    course.mkdir()
+    (course / "nbgrader_config.py").write_text(COURSE_FILE + "c.LatePolicy.percent_per_day = 10\n")
+    submitted = course / "submitted"
+    collect([handed_in(tmp_path / "in", "ada", at=LATER)], submitted)
+    out = graded(submitted, tmp_path / "out", report("ada"))
+    url = f"sqlite:///{course / 'gradebook.db'}"
+    with Scores(url, submitted) as scores:
+        scores.write(report("ada"))
+    with Gradebook(url) as book:
+        book.update_or_create_assignment("services", duedate=parse_due("2026-11-02 23:59 UTC").replace(tzinfo=None))
+        book.find_grade("relay", "services", "services", "ada").manual_score = 4.0
+        book.db.commit()
+    result = give_back(out, out / "returned")
+    page = record.read((out / "returned" / "ada-services-feedback.html").read_bytes())
+    by_tests = report("ada").score - 10.0  # the relay's points are the instructor's now
+    assert page.cells["relay"] == (4.0, 10.0)
+    assert page.points == pytest.approx((by_tests + 4.0) * 0.9)
+    assert [mark.cell for mark in page.marks] == ["relay", "Handed in late"]
+    assert result.waiting == []
+    give_back(out, tmp_path / "without", gradebook="")
+    assert record.read((tmp_path / "without" / "ada-services-feedback.html").read_bytes()).points == report("ada").score
+
+
+def test_what_still_waits_for_a_mark_is_returned_and_said(submitted, tmp_path):
+    out = graded(submitted, tmp_path / "out", report("ada"))
+    url = f"sqlite:///{out / 'gradebook.db'}"
+    with Gradebook(url) as book:
+        book.update_or_create_assignment("services")
+        book.update_or_create_notebook("services", "services")
+        book.update_or_create_grade_cell("service-or-action", "services", "services", max_score=5, cell_type="markdown")
+    with Scores(url) as scores:
+        scores.write(report("ada"))
+    with Gradebook(url) as book:
+        book.find_grade("service-or-action", "services", "services", "ada").needs_manual_grade = True
+        book.db.commit()
+    result = give_back(out, out / "returned")
+    assert result.waiting == ["ada/services"]
+    assert record.read((out / "returned" / "ada-services-feedback.html").read_bytes()).waiting
+
+
+def test_no_page_goes_to_somebody_who_handed_in_something_else_since(tmp_path):
+    """The folder's owner on the platform may have changed with what lies in it."""
+    submitted, folder = tmp_path / "submitted", "Jim Roe_56_assignsubmission_file_"
+    collect([archive(tmp_path / "a.zip", {f"{folder}/{name}": content for name, content in FILES.items()})], submitted)
+    out = graded(submitted, tmp_path / "out", report("Jim_Roe"))
+    changed = {f"{folder}/{name}": content + b"#" for name, content in FILES.items()}
+    collect([archive(tmp_path / "b.zip", changed, at=NEXT_WEEK)], submitted)
+    result = give_back(out, out / "returned")
+    assert result.made == {}
+    assert "something else was handed in since" in result.left_out[0]
+
+
+def test_no_page_goes_to_one_of_two_people_under_one_name(tmp_path):
+    """Two Moodle assignments number their participants anew: the same name may be another person."""
+    submitted = tmp_path / "submitted"
+    collect([moodle(tmp_path / "a.zip", "Jane Doe_55")], submitted)
+    other = archive(tmp_path / "b.zip", {"Jane Doe_77_assignsubmission_file_/relay.py": b"b"}, at=NEXT_WEEK)
+    collect([other], submitted)
+    out = graded(submitted, tmp_path / "out", report("Jane_Doe"))
+    result = give_back(out, out / "returned")
+    assert result.made == {}
+    assert "handed in by 55 and 77 of Moodle" in result.left_out[0]
+
+
+def test_pages_that_would_be_called_alike_are_given_to_neither(tmp_path):
+    submitted = tmp_path / "submitted"
+    for student in ("ada", "Ada"):
+        handed_in(tmp_path / "in", student)
+    collect([tmp_path / "in"], submitted)
+    out = graded(submitted, tmp_path / "out", report("ada"), report("Ada"))
+    result = give_back(out, out / "returned")
+    assert result.made == {}
+    assert [line.partition(":")[0] for line in result.left_out] == ["Ada/services", "ada/services"]
+
+
+def test_who_has_no_page_is_said(submitted, tmp_path):
+    (tmp_path / "roster.csv").write_text("student\nada\nJim_Roe\nnobody\n")
+    roster = read_rosters([tmp_path / "roster.csv"]).students
+    reports = report("ada", INFRASTRUCTURE_ERROR), report("Jim_Roe", INVALID_SUBMISSION)
+    out = graded(submitted, tmp_path / "out", *reports)
+    result = give_back(out, out / "returned", roster=roster)
+    assert "ada/services: the grader failed, and there is no score yet" in describe(result)
+    assert result.nothing == ["nobody"]
+    (page,) = pages(out / "returned" / "services-moodle.zip").values()
+    assert page.status == INVALID_SUBMISSION
+
+
+def test_what_a_student_could_write_decides_nothing(submitted, tmp_path):
+    """A student's own files and file names say who somebody is to nobody."""
+    folder = submitted / "ada" / "services"
+    (folder / "services.jsonl").write_text('{"platform": "Moodle", "name": "Jim Roe", "user": "56", "file": ""}\n')
+    out = graded(submitted, tmp_path / "out", report("ada"))
+    give_back(out, out / "returned")
+    assert [path.name for path in (out / "returned").iterdir()] == ["ada-services-feedback.html"]
+
+
+def test_returning_again_replaces_what_was_made(submitted, tmp_path):
+    out = graded(submitted, tmp_path / "out", report("Jim_Roe"))
+    give_back(out, out / "returned")
+    graded(submitted, out, report("Zoë_Müller"))
+    give_back(out, out / "returned")
+    assert len(pages(out / "returned" / "services-moodle.zip")) == 2
+
+
+def test_the_command(submitted, tmp_path):
+    out = graded(submitted, tmp_path / "out", report("ada"), report("doejane"))
+    ran = subprocess.run([AUTOGRADER, "return", out], capture_output=True, text=True, timeout=100)
+    assert ran.returncode == 0, ran.stderr
+    assert (
+        f"{out}/returned/services-canvas.zip: 1 page; upload it in Canvas: the assignment, Upload Submissions"
+        in ran.stdout
+    )
+    assert "2 pages returned; 0 not." in ran.stdout
+    some = subprocess.run([AUTOGRADER, "return", out, "--for", "canvas"], capture_output=True, text=True, timeout=100)
+    assert some.returncode == 1
+    assert "ada/services: it did not come from Canvas" in some.stdout
+
+
+def test_a_wrong_call_is_a_line(tmp_path):
+    with pytest.raises(UsageError, match="no results in"):
+        give_back(tmp_path, tmp_path / "returned")
+
+
+def test_a_gradebook_that_is_not_there_is_a_line_and_is_not_made(submitted, tmp_path):
+    out = graded(submitted, tmp_path / "out", report("ada"))
+    with pytest.raises(UsageError, match="there is no gradebook"):
+        give_back(out, out / "returned", gradebook=f"sqlite:///{tmp_path / 'none.db'}")
+    assert not (tmp_path / "none.db").exists()
