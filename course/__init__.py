@@ -32,7 +32,12 @@ def live() -> "Session":
         before_start[:] = [difference_of]
         if current() is None:
             _tell_news()
-    return session()
+    made = session()
+    if shell is not None:
+        from course.lab.kernel.start import start
+
+        start()  # from now on JupyterLab's panels can show it
+    return made
 
 
 def check(name: str = "") -> None:

@@ -74,13 +74,11 @@ def hand_in_command(
 
     It is called NAME-ASSIGNMENT-TIME.zip. What counts are the files, and the notebook as you last saved it.
     """
-    from getpass import getuser
-
     from course.errors import CourseError
-    from course.hand_in import hand_in
+    from course.hand_in import hand_in, student
 
     try:
-        status = hand_in(folder, name or getuser(), yes=yes, check=check)
+        status = hand_in(folder, name or student(), yes=yes, check=check)
     except CourseError as error:
         print(f"course hand-in: {error}", file=sys.stderr)
         raise typer.Exit(1) from None

@@ -1,16 +1,22 @@
-"""`course hand-in`: an exercise's files as one archive with a receipt, checked before it is written."""
+"""Handing in: an exercise's files as one archive with a receipt, checked before it is written.
+
+`course hand-in` and the button in the notebook's toolbar (`course/lab/server`) both go this way.
+"""
 
 import contextlib
 import hashlib
 import io
 import json
+import os
 import platform
 import re
 import sys
 import tempfile
 import zipfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from getpass import getuser
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -37,6 +43,30 @@ class HandIn:
     doubts: dict[str, str]  # what is wrong with a file, by name
 
 
+@dataclass(frozen=True)
+class HandedIn:
+    """What was handed in."""
+
+    archive: Path
+    files: list[str]
+    checks: dict[str, str]  # how each public check has ended, by name; empty when they were not run
+    unchecked: str = ""  # why they could not be run
+
+    @property
+    def summary(self) -> str:
+        """How many of the checks have passed, or why they could not be run; '' when nobody asked for them."""
+        passed = sum(outcome == cells.PASSED for outcome in self.checks.values())
+        return f"{passed} of {len(self.checks)} public checks passed." if self.checks else self.unchecked
+
+
+KEEP = "Keep it: it is your receipt. You can hand in again; the newest counts."
+
+
+def student() -> str:
+    """What the student is called on the course: $COURSE_STUDENT, or the login name."""
+    return os.environ.get("COURSE_STUDENT") or getuser()
+
+
 def hand_in(folder: Path, name: str, *, yes: bool, check: bool) -> int:
     """Hand in the exercise in `folder` for the student `name`; the exit status.
 
@@ -53,14 +83,40 @@ def hand_in(folder: Path, name: str, *, yes: bool, check: bool) -> int:
         if not typer.confirm("Hand it in as it is?"):
             print("Nothing was handed in.")
             return 1
-    checks = _checked(found, console) if check else {}
-    archive = write(found, folder, name, checks)
-    passed = sum(outcome == cells.PASSED for outcome in checks.values())
-    console.print(f"[bold]{archive.name}[/bold]: {', '.join(found.files)}")
-    if checks:
-        console.print(f"{passed} of {len(checks)} public checks passed.")
-    console.print("Keep it: it is your receipt. You can hand in again; the newest counts.")
+    with console.status("Handing in ...") as status:
+        done = deliver(
+            found,
+            folder,
+            name,
+            check=check,
+            tell=lambda ran, of: status.update(f"Running the public checks ... {ran} of {of}"),
+        )
+    for each, outcome in done.checks.items():
+        console.print(f"{each}: {outcome}", markup=False)
+    console.print(f"[bold]{done.archive.name}[/bold]: {', '.join(done.files)}")
+    if done.summary:
+        console.print(done.summary)
+    console.print(KEEP)
     return 0
+
+
+def deliver(
+    found: HandIn, folder: Path, name: str, *, check: bool, tell: Callable[[int, int], None] = lambda ran, of: None
+) -> HandedIn:
+    """Run the public checks, if `check`, and write the archive of what was `found` in `folder`; raises HandInError.
+
+    `tell` is given how many of the checks have run, and of how many, whenever it is one more.
+    """
+    checks, unchecked = {}, ""
+    if check:
+        from course.notebook.runs import outcomes
+
+        try:
+            with tempfile.TemporaryDirectory(prefix="hand-in-") as empty:
+                checks = outcomes(found.cells, found.files, Path(empty), tell)
+        except OSError as error:  # a full disk
+            unchecked = f"The public checks could not be run: {error.strerror}"
+    return HandedIn(write(found, folder, name, checks), list(found.files), checks, unchecked)
 
 
 def read(folder: Path) -> HandIn:
@@ -126,20 +182,6 @@ def receipt(found: HandIn, name: str, checks: dict[str, str], now: datetime) -> 
         "doubts": found.doubts,
         "versions": {"python": platform.python_version(), **{each: _version(each) for each in PACKAGES}},
     }
-
-
-def _checked(found: HandIn, console: Console) -> dict[str, str]:
-    from course.notebook.runs import outcomes
-
-    try:
-        with tempfile.TemporaryDirectory(prefix="hand-in-") as folder, console.status("Running the public checks ..."):
-            checks = outcomes(found.cells, found.files, Path(folder))
-    except OSError as error:  # a full disk
-        console.print(f"The public checks could not be run: {error.strerror}", markup=False)
-        return {}
-    for check, outcome in checks.items():
-        console.print(f"{check}: {outcome}", markup=False)
-    return checks
 
 
 def _archive(found: HandIn, name: str, checks: dict[str, str], now: datetime) -> bytes:

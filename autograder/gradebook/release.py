@@ -25,7 +25,7 @@ from course.environment import prepare
 log = logging.getLogger(__name__)
 
 START_PAGE = "index.ipynb"
-DEVELOPERS = ["check", "test", "lock", "site"]  # of environment/: not for students
+DEVELOPERS = ["check", "test", "lock", "site", "lab-build"]  # of environment/: not for students
 PROJECT = ("[build-system]", "[project", "[tool.setuptools")  # of pyproject.toml: what students install
 
 

@@ -2,7 +2,7 @@
 
 import re
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -37,10 +37,13 @@ def validate_what_is_needed() -> None:
     Validator.preprocessors.default_args = (steps,)
 
 
-def outcomes(cells: list[Cell], files: Mapping[str, bytes], folder: Path) -> dict[str, str]:
+def outcomes(
+    cells: list[Cell], files: Mapping[str, bytes], folder: Path, tell: Callable[[int, int], None] = lambda ran, of: None
+) -> dict[str, str]:
     """How each public check of a notebook ends with these `files`: "passed", or "not yet: " and why.
 
     `folder` must be empty: the files are written there, from what was handed over and not from the exercise cells.
+    `tell` is given how many of the checks have run, and of how many, whenever it is one more.
     """
     wanted = [cells[number] for number in needed(cells)]
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(_source(cell, files)) for cell in wanted])
@@ -53,6 +56,13 @@ def outcomes(cells: list[Cell], files: Mapping[str, bytes], folder: Path) -> dic
         kernel_name="python3",
         resources={"metadata": {"path": str(folder)}},
     )
+    checked = [number for number, cell in enumerate(wanted) if cell.public_check]
+
+    def on_cell_executed(cell: NotebookNode, cell_index: int, **_: Any) -> None:
+        if cell_index in checked:
+            tell(checked.index(cell_index) + 1, len(checked))
+
+    client.on_cell_executed = on_cell_executed
     died = ""
     try:
         client.execute(stderr=subprocess.DEVNULL)

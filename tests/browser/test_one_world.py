@@ -6,16 +6,9 @@ from playwright.sync_api import Page
 
 from course.waiting import wait_until
 from tests.browser.conftest import WAIT
+from tests.browser.pages import choose, open_page
 
 TABS = ("Formgrader", "Course List", "Create assignment", "Assignment List")
-
-
-def open_notebook(page: Page, lab: tuple[str, str, Path]) -> None:
-    address, token, _ = lab
-    page.goto(f"{address}/lab/tree/calculator.ipynb?token={token}&reset")
-    page.get_by_role("tab", name="calculator.ipynb").wait_for()
-    page.locator(".jp-Notebook .jp-Cell").first.wait_for()
-    page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for()
 
 
 def run_all(page: Page) -> None:
@@ -25,13 +18,6 @@ def run_all(page: Page) -> None:
     printed.get_by_text("calculator_server.py: written, running as /calculator_server").wait_for()
     printed.get_by_text("calculator_client.py: as asked").wait_for()
     page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for()
-
-
-def choose(page: Page, menu: str, *names: str) -> None:
-    """A command of the menus, by the names on the way to it."""
-    page.locator(".lm-MenuBar-itemLabel").get_by_text(menu, exact=True).click()
-    for name in names:
-        page.locator(".lm-Menu-itemLabel").get_by_text(name, exact=True).last.click()
 
 
 def tabs(page: Page) -> set[str]:
@@ -58,7 +44,7 @@ def type_into_terminal(page: Page, folder: Path, command: str, name: str) -> str
 
 def test_the_notebook_and_a_terminal_are_one_world(lab, page):
     _, _, folder = lab
-    open_notebook(page, lab)
+    open_page(page, lab, "calculator.ipynb")
     run_all(page)
     choose(page, "File", "New", "Terminal")
     page.locator(".jp-Terminal .xterm-screen").wait_for()
@@ -86,7 +72,7 @@ def type_until(page: Page, folder: Path, command: str, wanted: str) -> str:
 
 
 def test_after_a_restart_the_interface_can_be_imported(lab, page):
-    open_notebook(page, lab)
+    open_page(page, lab, "calculator.ipynb")
     run_all(page)
     choose(page, "Kernel", "Restart Kernel…")
     page.locator(".jp-Dialog-button.jp-mod-accept").click()

@@ -1,0 +1,26 @@
+"""Where a kernel begins to answer pages: at its first `course.live()`."""
+
+import contextlib
+from pathlib import Path
+
+from ipykernel.connect import get_connection_file
+
+from course.lab.kernel.bridge import Bridge
+from course.lab.kernel.panels import Panels
+from course.lab.protocol import socket_path
+
+_bridge: list[Bridge] = []
+
+
+def start() -> None:
+    """Listen for pages, once; in a process that is no kernel, or may not listen, the panels just stay empty."""
+    if _bridge:
+        return
+    with contextlib.suppress(OSError, RuntimeError, ValueError):
+        kernel = Path(get_connection_file()).stem  # kernel-ID
+        _bridge.append(Bridge(socket_path(kernel.removeprefix("kernel-")), _panels))
+
+
+def _panels() -> Panels:
+    """Every panel's methods and topics.  A new panel is added here."""
+    return Panels()

@@ -1,0 +1,46 @@
+"""What a page and a kernel say to each other: lines of JSON, through a Unix socket that the Jupyter server relays.
+
+From the page:    {"id": 7, "method": "nodes.stop", "params": {"name": "adder"}}   a request
+                  {"id": 8, "method": "subscribe", "params": {"topic": "nodes", "options": {}}}
+                  {"ack": 8}                                             it has taken in an event of subscription 8
+                  {"id": 9, "method": "unsubscribe", "params": {"id": 8}}
+To the page:      {"id": 7, "result": null}  or  {"id": 7, "error": "what happened and what to do"}
+                  {"id": 8, "topic": "nodes", "data": ...}               an event
+                  {"id": 8, "topic": "nodes", "error": "..."}            the subscription has ended
+From the server:  {"link": "up"}, or "waiting" for a kernel to make a live session
+"""
+
+import contextlib
+import json
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from jupyter_core.paths import jupyter_runtime_dir
+
+LINE = 16 * 1024 * 1024  # bytes of a line at most
+KERNEL_ID = r"[0-9A-Za-z_-]{1,64}"
+
+
+def socket_path(kernel_id: str) -> Path:
+    """Where the kernel `kernel_id` listens: in Jupyter's runtime folder, which is its user's alone."""
+    if not re.fullmatch(KERNEL_ID, kernel_id):
+        raise ValueError(f"an invalid kernel id: {kernel_id!r}")
+    return Path(jupyter_runtime_dir()) / f"course-lab-{kernel_id}.sock"
+
+
+@contextlib.contextmanager
+def address(path: Path) -> Iterator[str]:
+    """A name for the socket at `path` that is short enough for Linux, which takes 107 bytes; raises OSError."""
+    folder = os.open(path.parent, os.O_PATH | os.O_DIRECTORY)
+    try:
+        yield f"/proc/self/fd/{folder}/{path.name}"
+    finally:
+        os.close(folder)
+
+
+def encoded(message: dict[str, Any]) -> bytes:
+    """A message as a line; raises ValueError and TypeError for what JSON cannot say, such as infinity."""
+    return json.dumps(message, allow_nan=False, separators=(",", ":")).encode() + b"\n"

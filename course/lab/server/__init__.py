@@ -1,0 +1,21 @@
+"""The Jupyter server's side: it relays pages to kernels, and hands in.  `environment/install` makes it known."""
+
+from jupyter_server.serverapp import ServerApp
+from jupyter_server.utils import url_path_join
+
+from course.lab import protocol
+from course.lab.server.handing_in import HandingIn
+from course.lab.server.relay import Relay
+
+
+def _jupyter_server_extension_points() -> list[dict[str, str]]:
+    return [{"module": "course.lab.server"}]
+
+
+def _load_jupyter_server_extension(server: ServerApp) -> None:
+    base = server.web_app.settings["base_url"]
+    handlers = [
+        (url_path_join(base, rf"/course/lab/(?P<kernel_id>{protocol.KERNEL_ID})"), Relay),
+        (url_path_join(base, "/course/hand-in"), HandingIn),
+    ]
+    server.web_app.add_handlers(".*$", handlers)

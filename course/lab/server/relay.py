@@ -1,0 +1,90 @@
+"""A websocket of a page, relayed to the kernel's socket, with Jupyter's own authentication."""
+
+import asyncio
+import contextlib
+from typing import Any
+
+from jupyter_core.utils import ensure_async
+from jupyter_server.auth.decorator import ws_authenticated
+from jupyter_server.base.handlers import JupyterHandler
+from jupyter_server.base.websocket import WebSocketMixin
+from tornado import web
+from tornado.websocket import WebSocketClosedError, WebSocketHandler
+
+from course.lab import protocol
+
+LOOK = 0.5  # s between two looks whether the kernel listens, while a page waits for it
+
+
+class Relay(WebSocketMixin, WebSocketHandler, JupyterHandler):
+    """The page stays connected over restarts of the kernel, and is told whether the kernel listens."""
+
+    auth_resource = "kernels"
+    _task: asyncio.Task[None] | None = None
+    _kernel: asyncio.StreamWriter | None = None
+
+    def set_default_headers(self) -> None:
+        """A websocket has none of the headers of Jupyter's pages."""
+
+    @ws_authenticated
+    async def get(self, kernel_id: str) -> None:
+        """Open the websocket for whoever may run code in the kernel `kernel_id`."""
+        allowed = await ensure_async(
+            self.authorizer.is_authorized(self, self.current_user, "execute", self.auth_resource)
+        )
+        if not allowed:
+            raise web.HTTPError(403)
+        if kernel_id not in self.kernel_manager:
+            raise web.HTTPError(404, f"there is no kernel {kernel_id}")
+        await super().get(kernel_id=kernel_id)
+
+    async def open(self, kernel_id: str) -> None:
+        """Begin to relay."""
+        super().open()
+        self._task = asyncio.create_task(self._relay(kernel_id))
+
+    async def on_message(self, message: str | bytes) -> None:
+        """Pass on what the page says; without a kernel nobody hears it."""
+        if self._kernel is not None:
+            content = message if isinstance(message, bytes) else message.encode()
+            with contextlib.suppress(OSError):
+                self._kernel.write(content.replace(b"\n", b" ") + b"\n")
+                await self._kernel.drain()
+
+    def on_close(self) -> None:
+        """The page has left."""
+        if self._task is not None:
+            self._task.cancel()
+
+    async def _relay(self, kernel_id: str) -> None:
+        with contextlib.suppress(WebSocketClosedError):
+            while kernel_id in self.kernel_manager:
+                await self._say({"link": "waiting"})
+                while (connected := await self._connected(kernel_id)) is None:
+                    await asyncio.sleep(LOOK)
+                    if kernel_id not in self.kernel_manager:
+                        break
+                if connected is not None:
+                    await self._pass_on(*connected)
+            self.close()
+
+    async def _connected(self, kernel_id: str) -> tuple[asyncio.StreamReader, asyncio.StreamWriter] | None:
+        with contextlib.suppress(OSError), protocol.address(protocol.socket_path(kernel_id)) as name:
+            return await asyncio.open_unix_connection(name, limit=protocol.LINE)
+        return None
+
+    async def _pass_on(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Pass on what the kernel says, as fast as the page takes it, until the kernel ends."""
+        self._kernel = writer
+        try:
+            await self._say({"link": "up"})
+            while line := await reader.readline():
+                await self.write_message(line.decode())
+        except (ConnectionError, ValueError):
+            pass  # it was killed in the middle of a line
+        finally:
+            self._kernel = None
+            writer.close()
+
+    async def _say(self, message: dict[str, Any]) -> None:
+        await self.write_message(message)

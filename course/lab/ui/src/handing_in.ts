@@ -1,0 +1,211 @@
+// The hand-in button: what `course hand-in` does, asked of the server (course/lab/server/handing_in.py).
+
+import { Dialog, Notification, showDialog, showErrorMessage } from '@jupyterlab/apputils';
+import { URLExt } from '@jupyterlab/coreutils';
+import { NotebookPanel } from '@jupyterlab/notebook';
+import { Contents, ServerConnection } from '@jupyterlab/services';
+import { ToolbarButton, LabIcon } from '@jupyterlab/ui-components';
+import { Widget } from '@lumino/widgets';
+
+export interface Ask {
+  name: string;
+  files: string[];
+  doubts: { [file: string]: string };
+  checks: string[];
+}
+
+interface Done {
+  archive: string;
+  files: string[];
+  checks: { [check: string]: string };
+  said: string[];
+}
+
+const NAME = 'ros2-course:name'; // where the browser keeps what the student is called
+const PASSED = 'passed';
+
+export const handInIcon = new LabIcon({
+  name: 'ros2-course:hand-in',
+  svgstr:
+    '<svg xmlns="http://www.w3.org/2000/svg" width="16" viewBox="0 0 24 24">' +
+    '<path class="jp-icon3" fill="#616161" d="M5 20h14v-2H5v2zm0-10h4v6h6v-6h4l-7-7-7 7z"/></svg>'
+});
+
+/** Whether a notebook has a cell that writes a file to hand in. */
+export function hasExercise(panel: NotebookPanel): boolean {
+  const cells = panel.context.model?.cells;
+  for (let number = 0; cells && number < cells.length; number++) {
+    const cell = cells.get(number);
+    const mark = cell.getMetadata('nbgrader');
+    if (mark?.solution && cell.sharedModel.getSource().trimStart().startsWith('%%exercise ')) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/** The button, which is there only for notebooks with an exercise. */
+export function handInButton(panel: NotebookPanel, contents: Contents.IManager): Widget {
+  const button = new ToolbarButton({
+    className: 'ros-HandIn',
+    icon: handInIcon,
+    label: 'Hand in',
+    tooltip: 'Save the notebook, run the public checks, and write the archive to hand in',
+    onClick: () => void handIn(panel, contents)
+  });
+  const look = () => button.setHidden(!hasExercise(panel));
+  button.hide();
+  void panel.context.ready.then(() => {
+    if (!panel.isDisposed) {
+      look();
+      panel.context.model.contentChanged.connect(look);
+      button.disposed.connect(() => panel.context.model?.contentChanged.disconnect(look));
+    }
+  });
+  return button;
+}
+
+const busy = new Set<string>(); // the paths of the notebooks that are being handed in
+
+/** Hand in the exercise of a notebook: save it, say what is doubtful and ask, show how it goes and what came of it. */
+export async function handIn(panel: NotebookPanel, contents: Contents.IManager): Promise<void> {
+  const path = panel.context.path;
+  if (busy.has(path)) {
+    return;
+  }
+  busy.add(path);
+  try {
+    await panel.context.save();
+    let agreed: Ask['doubts'] | null = null;
+    let name = '';
+    for (;;) {
+      const said: any = await deliver({ path, name: name || null, agreed });
+      if (said.done) {
+        await showDone(said.done, contents);
+        return;
+      }
+      const answer = await ask(said.ask, name);
+      if (answer === null) {
+        return;
+      }
+      name = answer;
+      agreed = said.ask.doubts;
+    }
+  } catch (error) {
+    await showErrorMessage('Nothing was handed in', (error as Error).message);
+  } finally {
+    busy.delete(path);
+  }
+}
+
+/** What the server answers at last: {ask} or {done}; the way there is shown as a notification. */
+async function deliver(body: object): Promise<{ ask?: Ask; done?: Done }> {
+  const settings = ServerConnection.makeSettings();
+  const response = await ServerConnection.makeRequest(
+    URLExt.join(settings.baseUrl, 'course/hand-in'),
+    { method: 'POST', body: JSON.stringify(body) },
+    settings
+  );
+  if (!response.ok || !response.body) {
+    throw await ServerConnection.ResponseError.create(response);
+  }
+  let shown = '';
+  let found: any = null;
+  const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
+  try {
+    for (let text = '', part = await reader.read(); !part.done || text; part = await reader.read()) {
+      const lines = (text + (part.value ?? '')).split('\n');
+      text = part.done ? '' : lines.pop()!;
+      for (const line of lines.filter(line => line)) {
+        const message = JSON.parse(line);
+        if (message.error) {
+          throw new Error(message.error);
+        } else if (message.ran) {
+          const progress = `Running the public checks: ${message.ran} of ${message.of}`;
+          Notification.update({ id: shown, message: progress, progress: message.ran / message.of });
+        } else if (message.began) {
+          shown = Notification.emit('Running the public checks ...', 'in-progress', { autoClose: false });
+        } else {
+          found = message;
+        }
+      }
+    }
+  } finally {
+    if (shown) {
+      Notification.dismiss(shown);
+    }
+  }
+  if (!found) {
+    throw new Error('The server stopped in the middle of it: the terminal in which it runs says why.');
+  }
+  return found;
+}
+
+/** Ask what there is to ask; the student's name, or null when nothing is to be handed in. */
+async function ask(question: Ask, before: string): Promise<string | null> {
+  const doubts = Object.values(question.doubts);
+  const body = element('div', 'ros-HandIn-body');
+  if (doubts.length) {
+    const careful = element('div', 'ros-HandIn-doubts');
+    careful.append(element('strong', '', 'Careful:'), list(doubts));
+    body.append(careful);
+  }
+  body.append(element('p', '', `Handed in are: ${question.files.join(', ')}.`));
+  const label = element('label', 'ros-HandIn-name', 'Your name on the course');
+  const input = document.createElement('input');
+  input.className = 'jp-mod-styled';
+  input.value = before || localStorage.getItem(NAME) || question.name;
+  label.append(input);
+  body.append(label);
+  const result = await showDialog({
+    title: 'Hand in',
+    body: new Widget({ node: body }),
+    buttons: [
+      Dialog.cancelButton(),
+      Dialog.okButton({ label: doubts.length ? 'Hand it in as it is' : 'Hand in' })
+    ],
+    defaultButton: doubts.length ? 0 : 1
+  });
+  if (!result.button.accept) {
+    return null;
+  }
+  const name = input.value.trim() || question.name;
+  localStorage.setItem(NAME, name);
+  return name;
+}
+
+async function showDone(done: Done, contents: Contents.IManager): Promise<void> {
+  const body = element('div', 'ros-HandIn-body');
+  const link = document.createElement('a');
+  link.href = await contents.getDownloadUrl(done.archive);
+  link.download = done.archive.split('/').pop()!;
+  link.textContent = `Download ${link.download}`;
+  const first = element('p');
+  first.append(link);
+  body.append(first);
+  const checks = Object.entries(done.checks).map(
+    ([name, outcome]) => `${outcome === PASSED ? '✓' : '✗'} ${name}: ${outcome}`
+  );
+  if (checks.length) {
+    body.append(list(checks));
+  }
+  done.said.forEach(text => body.append(element('p', '', text)));
+  await showDialog({
+    title: 'Handed in',
+    body: new Widget({ node: body }),
+    buttons: [Dialog.okButton({ label: 'Close' })]
+  });
+}
+
+function element(tag: string, className = '', text = ''): HTMLElement {
+  const made = document.createElement(tag);
+  made.className = className;
+  made.textContent = text;
+  return made;
+}
+
+function list(texts: string[]): HTMLElement {
+  const made = element('ul');
+  texts.forEach(text => made.append(element('li', '', text)));
+  return made;
+}

@@ -1,0 +1,78 @@
+"""What the tests of a page do in JupyterLab, and the exercise that they do it with."""
+
+from pathlib import Path
+
+import nbformat
+from playwright.sync_api import Locator, Page
+
+SERVER = """import rclpy
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+
+class Greeter(Node):
+    def __init__(self):
+        super().__init__('greeter')
+        self.declare_parameter('word', 'hello')
+        self.create_service(Trigger, 'greet', self.greet)
+
+    def greet(self, request, response):
+        response.success = True
+        response.message = self.get_parameter('word').value
+        self.get_logger().info('greeted')
+        return response
+
+
+def main(args=None):
+    rclpy.init(args=args)
+    rclpy.spin(Greeter())
+
+
+main()
+"""
+CHECK = """from std_srvs.srv import Trigger
+
+assert ros.call('/greet', Trigger).message == 'hello', 'it must say hello'
+print('as asked')"""
+
+
+def mark(name: str, **more: object) -> dict:
+    """nbgrader's mark on a cell."""
+    plain = {"solution": False, "grade": False, "locked": False, "schema_version": 3, "cell_type": "code"}
+    return {"nbgrader": plain | {"grade_id": name} | more}
+
+
+def write_greeter(folder: Path, answer: str = SERVER) -> Path:
+    """An exercise with one file and one check, in a folder of its own."""
+    folder.mkdir()
+    sources = [
+        ("import course\n\nros = course.live()", {}),
+        (f"%%exercise greeter.py\n{answer}", mark("greeter-file", solution=True)),
+        (CHECK, mark("greets", grade=True, locked=True, points=2)),
+    ]
+    cells = [nbformat.v4.new_code_cell(source, metadata=metadata) for source, metadata in sources]
+    path = folder / f"{folder.name}.ipynb"
+    kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
+    nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=kernel), path)
+    return path
+
+
+def open_page(page: Page, lab: tuple[str, str, Path], path: str) -> None:
+    """Open a notebook of the served folder, and wait until its kernel is there."""
+    address, token, _ = lab
+    page.goto(f"{address}/lab/tree/{path}?token={token}&reset")
+    page.get_by_role("tab", name=path.rpartition("/")[2]).wait_for()
+    page.locator(".jp-Notebook .jp-Cell").first.wait_for()
+    page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for()
+
+
+def choose(page: Page, menu: str, *names: str) -> None:
+    """A command of the menus, by the names on the way to it."""
+    page.locator(".lm-MenuBar-itemLabel").get_by_text(menu, exact=True).click()
+    for name in names:
+        page.locator(".lm-Menu-itemLabel").get_by_text(name, exact=True).last.click()
+
+
+def cell(page: Page, number: int) -> Locator:
+    """A cell of the notebook, counted from 0."""
+    return page.locator(".jp-Notebook .jp-Cell").nth(number)

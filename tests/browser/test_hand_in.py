@@ -1,0 +1,86 @@
+"""The hand-in button: a student works, hands in, and has the archive; what is doubtful is asked."""
+
+import json
+import zipfile
+
+from playwright.sync_api import expect
+
+from tests.browser.conftest import WAIT
+from tests.browser.pages import SERVER, cell, choose, open_page, write_greeter
+
+expect.set_options(timeout=WAIT)
+
+
+def contents_of(archive):
+    with zipfile.ZipFile(archive) as opened:
+        content = {name: opened.read(name) for name in opened.namelist()}
+    return json.loads(content.pop("receipt.json")), content
+
+
+def test_a_student_works_hands_in_and_keeps_the_archive(lab, page):
+    _, _, served = lab
+    write_greeter(served / "greeter", answer="...\n")
+    open_page(page, lab, "greeter/greeter.ipynb")
+    cell(page, 1).locator(".cm-content").click()
+    page.keyboard.press("Control+A")
+    page.keyboard.insert_text(f"%%exercise greeter.py\n{SERVER}")
+    choose(page, "Run", "Run All Cells")
+    page.locator(".jp-OutputArea-output pre").get_by_text("as asked").wait_for()
+    page.get_by_role("button", name="Hand in", exact=True).click()
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_contain_text("greeter.py, greeter.ipynb")
+    expect(dialog).not_to_contain_text("Careful")
+    dialog.get_by_label("Your name on the course").fill("Ada Lovelace")
+    dialog.get_by_role("button", name="Hand in", exact=True).click()
+    page.get_by_text("Running the public checks").first.wait_for()
+    expect(dialog).to_contain_text("✓ greets: passed")
+    expect(dialog).to_contain_text("1 of 1 public checks passed.")
+    with page.expect_download() as download:
+        dialog.get_by_role("link", name="Download Ada_Lovelace-greeter").click()
+    (archive,) = (served / "greeter").glob("*.zip")
+    assert download.value.suggested_filename == archive.name
+    receipt, content = contents_of(download.value.path())
+    assert receipt["student"] == "Ada_Lovelace"
+    assert receipt["checks"] == {"greets": "passed"}
+    assert content["greeter.py"].decode() == SERVER
+    assert SERVER.splitlines()[5] in content["greeter.ipynb"].decode()  # the notebook was saved first
+
+
+def test_a_doubt_is_asked_and_no_is_an_answer(lab, page):
+    _, _, served = lab
+    write_greeter(served / "doubtful")
+    (served / "doubtful/greeter.py").write_text("print('edited elsewhere')\n")
+    open_page(page, lab, "doubtful/doubtful.ipynb")
+    button = page.get_by_role("button", name="Hand in", exact=True)
+    button.click()
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_contain_text("greeter.py is not what its cell says")
+    dialog.get_by_role("button", name="Cancel").click()
+    dialog.wait_for(state="detached")
+    assert list((served / "doubtful").glob("*.zip")) == []
+    button.click()
+    dialog.get_by_role("button", name="Hand it in as it is").click()
+    expect(dialog).to_contain_text("✗ greets: not yet")
+    (archive,) = (served / "doubtful").glob("*.zip")
+    receipt, content = contents_of(archive)
+    assert list(receipt["doubts"]) == ["greeter.py"]
+    assert content["greeter.py"] == b"print('edited elsewhere')\n"
+
+
+def test_what_cannot_be_handed_in_is_told_in_a_sentence(lab, page):
+    _, _, served = lab
+    write_greeter(served / "empty")
+    open_page(page, lab, "empty/empty.ipynb")
+    page.get_by_role("button", name="Hand in", exact=True).click()
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_contain_text("none of its files is there: run the cells that write greeter.py")
+    expect(dialog).not_to_contain_text("Traceback")
+
+
+def test_a_notebook_without_an_exercise_has_no_button(lab, page):
+    _, _, served = lab
+    path = write_greeter(served / "plain")
+    path.write_text(path.read_text().replace("%%exercise greeter.py", "# no exercise"))
+    open_page(page, lab, "plain/plain.ipynb")
+    page.locator(".jp-NotebookPanel-toolbar").get_by_text("Validate").wait_for()
+    expect(page.get_by_role("button", name="Hand in", exact=True)).to_have_count(0)
