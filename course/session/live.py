@@ -13,6 +13,7 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,17 +23,19 @@ from rclpy.exceptions import NotInitializedException
 from rclpy.node import Node
 from rclpy.task import Future
 
-from course import environment, registry
+from course import environment
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.interfaces import builder, kept
 from course.rclpy_internals import is_initialized, patch, watch_goals
 from course.session.calls import Calls
 from course.session.domains import session_domain
+from course.session.following import LogFollower
 from course.session.guards import Guards
-from course.session.logs import LogBook, Logs, program_logs
+from course.session.logs import Entry, LogBook, Logs, program_logs
 from course.session.node import LiveNode, in_context
 from course.session.presence import Presence, base, difference
 from course.session.process import NodeProcess
+from course.session.publishing import Publishing
 from course.session.requests import argument, fill
 from course.session.spinner import Spinner
 from course.session.table import Nodes, Row
@@ -40,9 +43,6 @@ from course.session.uses import uses
 from course.session.watch import Watch
 from course.waiting import lookouts, wait_until
 
-LOOK = 0.05  # s between two looks whether the node that is to answer has died
-LISTED = 8  # services that a message names
-GRACE = 1.0  # s that a server may take to be found, before the story of a dead node is told instead
 SETTLED = 2.0  # s that a program may take from its node to its executor
 # Asked before a file is started; what they return is told to the reader.  The notebook's part of the course looks here
 # whether the file is what its cell says.
@@ -59,8 +59,7 @@ class Session:
 
     def __init__(self, domain_id: int | None = None):
         self._folder = Path.cwd()
-        chosen = "ROS_DOMAIN_ID" in os.environ and "COURSE_SHELL" not in os.environ
-        if domain_id is None and chosen:
+        if domain_id is None and "ROS_DOMAIN_ID" in os.environ and "COURSE_SHELL" not in os.environ:  # the user's
             domain_id = int(os.environ["ROS_DOMAIN_ID"])
         self._claim: socket.socket | None = None
         self._own_domain = domain_id is None
@@ -86,8 +85,9 @@ class Session:
         self.watch = Watch(self._handles)
         self._calls = Calls(self.node, self._handles, self.watch)
         self._closed = False
-        self._since = time.time()
-        self._publishing = threading.Lock()
+        self._again: dict[str, Callable[[], LiveNode | NodeProcess]] = {}  # how each was started last
+        self._changing = threading.RLock()  # held while a node is started or stopped
+        self._publishing = Publishing(domain_id, str(self._folder), self._handles)
         self._find_packages()
         atexit.register(self.close)
         builder.on_replace.append(self._drop_types)
@@ -95,7 +95,7 @@ class Session:
         self._guards = Guards(self.watch.notice)
         self._guards.install()
         self._unwatch_goals = watch_goals(self._goal_failed)
-        self._publish()
+        self._publishing.publish()
 
     # Nodes
 
@@ -116,16 +116,26 @@ class Session:
 
         Raises LiveError when a file's program ends or shows no node in time, and whatever a class's `__init__` raises.
         """
-        self._check_open()
-        self._find_packages()
-        overrides = list(
-            itertools.chain.from_iterable(
-                ("-p", f"{name}:={argument(value)}") for name, value in (parameters or {}).items()
-            )
-        )
-        arguments = ["--ros-args", *overrides] if overrides else []
+        overrides = [["-p", f"{name}:={argument(value)}"] for name, value in (parameters or {}).items()]
+        arguments = ["--ros-args", *itertools.chain.from_iterable(overrides)] if overrides else []
         if isinstance(what, (str, Path)):
-            return self._start_file(Path(what), [str(arg) for arg in args] + arguments, timeout)
+            again = partial(self._start_file, Path(what), [*map(str, args), *arguments], timeout)
+            self._again[Path(what).name] = again  # a program that fails at once can be restarted, too
+            return self._alone(again)
+        return self._alone(partial(self._start_class, what, args, kwargs, arguments, threads))
+
+    def _alone(self, start: "Callable[[], LiveNode | NodeProcess]") -> "LiveNode | NodeProcess":
+        """Call `start` while nobody else starts or stops a node, and keep it for `restart`."""
+        self._check_open()
+        with self._changing:
+            self._find_packages()
+            handle = start()
+            self._again[handle.name] = start
+        return handle
+
+    def _start_class(
+        self, what: Any, args: tuple[object, ...], kwargs: dict[str, object], arguments: list[str], threads: int
+    ) -> LiveNode:
         if not (isinstance(what, type) and issubclass(what, Node)):
             raise LiveError(f"start() takes a Node class or the path of a Python file, not {type(what).__name__}")
         for handle in list(self._handles.values()):
@@ -145,9 +155,9 @@ class Session:
                 ) from None
             raise
         self._replace(node.get_name(), cls=what)  # it may have been renamed by its arguments
-        handle = LiveNode(self, Spinner(node, threads, self._publish))
+        handle = LiveNode(self, Spinner(node, threads, self._publishing.publish))
         self._handles[handle.name] = handle
-        self._publish()
+        self._publishing.publish()
         return handle
 
     def _replace(self, name: str, new: NodeProcess | None = None, cls: type[Node] | None = None) -> None:
@@ -171,7 +181,7 @@ class Session:
                 self.watch.notice(line)
         self._replace(path.name)
         before, served = self._presence.names(), self._presence.served()
-        process = NodeProcess(path, arguments, self._publish)
+        process = NodeProcess(path, arguments, self._publishing.publish)
         self._handles[process.name] = process
         wait_until(lambda: not process.alive or len(self._presence.names()) > len(before), timeout, alert=False)
         process.nodes = difference(self._presence.names(), before) if process.alive else []
@@ -186,7 +196,7 @@ class Session:
         for node in process.nodes:
             self._replace(base(node), process)
         self._settle(process, served)
-        self._publish()
+        self._publishing.publish()
         if process.died and process.returncode:
             raise self._failed(process)
         return process
@@ -213,33 +223,57 @@ class Session:
 
     def stop(self, name: str | None = None) -> None:
         """Stop the node (or the file's process) called `name`, or all of them; one that is not there is no error."""
-        for key in [name] if name else list(self._handles):
-            handle = self._handles.pop(key, None)
-            if handle is None:
-                continue
-            self._calls.forget(handle.services)
-            others = [node for other in self._handles.values() for node in other.nodes]
-            if handle.alive and not self._closed:  # another session's node may have the same name
-                others = difference(self._presence.names(), handle.nodes)
-            handle._end()
-            if not self._closed:
-                self._presence.wait_until_gone(handle.nodes, others)
-                self._publish()
+        with self._changing:
+            for key in [name] if name else list(self._handles):
+                if handle := self._handles.pop(key, None):
+                    self._stop(handle)
+
+    def _stop(self, handle: LiveNode | NodeProcess) -> None:
+        self._calls.forget(handle.services)
+        others = [node for other in self._handles.values() for node in other.nodes]
+        if handle.alive and not self._closed:  # another session's node may have the same name
+            others = difference(self._presence.names(), handle.nodes)
+        handle._end()
+        if not self._closed:
+            self._presence.wait_until_gone(handle.nodes, others)
+            self._publishing.publish()
 
     def nodes(self) -> Nodes:
         """The full names of the nodes that run in this session's domain, hidden ones left out.
 
         A notebook shows them as a table, with the started nodes that have ended, and why.
         """
-        names = [name for name in self._presence.names() if not base(name).startswith("_")]
-        rows, known = [], set()
-        for handle in self._handles.values():
-            for name in handle.nodes or [handle.name]:
-                rows.append(Row(name, handle.state, handle.started, handle.where))
-                known.add(name)
+        for handle in list(self._handles.values()):
             self.watch.told(handle)
+        return Nodes(self._names(), self.rows())
+
+    def _names(self) -> list[str]:
+        return [name for name in self._presence.names() if not base(name).startswith("_")]
+
+    def rows(self) -> list[Row]:
+        """What the table of `nodes` shows; what the nodes have to tell does not count as told."""
+        names = self._names()
+        rows, known = [], set()
+        for key, handle in list(self._handles.items()):
+            stories = tuple(map(str, handle.stories))
+            for name in handle.nodes or [handle.name]:
+                rows.append(Row(name, handle.state, handle.started, handle.where, key, handle.alive, stories))
+                known.add(name)
         rows += [Row(name, "running", None, "not started by this session") for name in names if name not in known]
-        return Nodes(names, sorted(rows, key=lambda row: row.name))
+        return sorted(rows, key=lambda row: row.name)
+
+    def restart(self, name: str) -> "LiveNode | NodeProcess":
+        """Start the node or the file called `name` again, as it was started last; it may have been stopped since.
+
+        Raises LiveError when this session has started none of that name, and otherwise as `start` does.
+        """
+        if name not in self._again:
+            raise LiveError(f"this session has started no node and no file {name}: ros.nodes() shows those that it has")
+        return self._alone(self._again[name])
+
+    def follow_logs(self, wanted: Callable[[Entry], bool] | None = None) -> LogFollower:
+        """What `logs` shows, as it grows; only the entries that are `wanted`."""
+        return LogFollower(self._book, self._handles, wanted)
 
     def logs(self, name: str | None = None, *, until: str | None = None, timeout: float = 5.0) -> Logs:
         """What the node or the file called `name`, or every node, has logged since it was started.
@@ -305,7 +339,7 @@ class Session:
         self._unwatch_goals()
         self._guards.remove()
         self.stop()
-        registry.remove(os.getpid())
+        self._publishing.end()
         self._spinner.stop()
         self.context.try_shutdown()
         if self._claim:
@@ -323,30 +357,6 @@ class Session:
         for line in kept.refresh(self._folder):
             self.watch.notice(line)
         kept.use(self._folder)
-
-    def _publish(self) -> None:
-        """Bring this session's file up to date, which `course sessions` and `ros2` read; called in any thread."""
-        with self._publishing:
-            if not self._closed:
-                nodes = [
-                    registry.NodeRecord(
-                        name,
-                        handle.state,
-                        handle.alive,
-                        handle.started,
-                        handle.where,
-                        sorted(handle.services),
-                        [str(story) for story in handle.stories],
-                        [story.at for story in handle.stories],
-                    )
-                    for handle in list(self._handles.values())
-                    for name in handle.nodes or [handle.name]
-                ]
-                registry.write(
-                    registry.SessionRecord(
-                        os.getpid(), self.domain_id, str(self._folder), self._since, registry.birth(os.getpid()), nodes
-                    )
-                )
 
     def _goal_failed(self, node: Node, error: Exception | None, result: bool) -> None:
         """An execute callback in this kernel has raised, or returned no result, or set no state of its goal."""

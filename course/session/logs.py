@@ -48,11 +48,29 @@ LINE = re.compile(r"(?:\x1b\[\d*m)?\[(DEBUG|INFO|WARN|ERROR|FATAL)\] \[([\w./]+)
 
 def program_logs(name: str, output: str, ends: list[str]) -> list[Entry]:
     """What a program wrote on its terminal, line by line, and how it ended: log lines of ROS and what it printed."""
-    entries = []
-    for line in output.splitlines():
-        found = LINE.match(line)
-        entries.append(Entry(found[1], found[2], found[3]) if found else Entry("PRINT", name, line))
+    entries = [entry_of_line(name, line) for line in output.splitlines()]
     return [*entries, *(Entry("ENDED", name, end) for end in ends)]
+
+
+def entry_of_line(name: str, line: str) -> Entry:
+    """What the program called `name` wrote in a line: a log line of ROS, or something that it printed."""
+    found = LINE.match(line)
+    return Entry(found[1], found[2], found[3]) if found else Entry("PRINT", name, line)
+
+
+def entry_of(message: bytes) -> Entry:
+    """The entry in a message of /rosout."""
+    log = deserialize_message(message, Log)
+    return Entry(LEVELS.get(log.level, str(log.level)), log.name, log.msg)
+
+
+def node_of(message: bytes) -> str:
+    """The node in a message of /rosout, a hundred times faster than `entry_of`.
+
+    In the message's CDR encoding, four bytes of header, a stamp and the level come before the length of its name.
+    """
+    end = 20 + int.from_bytes(message[16:20], "little" if message[1] else "big")
+    return message[20 : end - 1].decode(errors="replace")
 
 
 class LogBook:
@@ -60,6 +78,7 @@ class LogBook:
 
     def __init__(self, node: Node):
         self._messages: deque[bytes] = deque(maxlen=KEPT)
+        self.count = 0  # of all that have come
         self._changed = threading.Condition(threading.RLock())
         node.create_subscription(
             Log, "/rosout", self._on_log, QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL), raw=True
@@ -68,18 +87,20 @@ class LogBook:
     def _on_log(self, message: bytes) -> None:
         with self._changed:
             self._messages.append(message)
+            self.count += 1
             self._changed.notify_all()
 
     def read(self, node: str | None = None) -> Logs:
         """The entries of `node`, or all."""
         with self._changed:
             messages = list(self._messages)
-        logs = (deserialize_message(message, Log) for message in messages)
-        return Logs(
-            Entry(LEVELS.get(log.level, str(log.level)), log.name, log.msg)
-            for log in logs
-            if node is None or log.name == node.lstrip("/")
-        )
+        return Logs(entry for entry in map(entry_of, messages) if node is None or entry.node == node.lstrip("/"))
+
+    def since(self, count: int) -> tuple[int, list[bytes]]:
+        """How many have come by now, and the newest of those after the first `count`, as `entry_of` takes them."""
+        with self._changed:
+            new = min(self.count - count, len(self._messages))
+            return self.count, list(self._messages)[len(self._messages) - new :]
 
     def forget(self, node: str, before: float = math.inf) -> None:
         """Drop the entries of `node`: those stamped before a time (s, as `time.time()` gives it), or all."""

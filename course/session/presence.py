@@ -43,7 +43,7 @@ class Presence:
     def services(self, name: str) -> set[str]:
         """The services that the node with the full name `name` offers."""
         try:
-            return {service for service, _ in self._node.get_service_names_and_types_by_node(*_parts(name))}
+            return {service for service, _ in self._node.get_service_names_and_types_by_node(*parts(name))}
         except NodeNameNonExistentError:
             return set()
 
@@ -53,7 +53,7 @@ class Presence:
 
     def _has_endpoints(self, name: str) -> bool:
         try:
-            found = self._node.get_publisher_names_and_types_by_node(*_parts(name))
+            found = self._node.get_publisher_names_and_types_by_node(*parts(name))
         except NodeNameNonExistentError:
             return False
         return bool(found or self.services(name))
@@ -73,6 +73,7 @@ def _full(name: str, namespace: str) -> str:
     return f"{namespace.rstrip('/')}/{name}"
 
 
-def _parts(name: str) -> tuple[str, str]:
+def parts(name: str) -> tuple[str, str]:
+    """The name and the namespace of a node's full name, as rclpy asks for them."""
     namespace, _, name = name.rpartition("/")
     return name, namespace or "/"

@@ -1,6 +1,7 @@
 """A node in a process of its own: the reader's file, started and ended by the session."""
 
 import contextlib
+import itertools
 import os
 import signal
 import subprocess
@@ -9,6 +10,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from concurrent.futures import Future
 from pathlib import Path
 
 from course.session.story import GOAL_FAILED, MARK, STATE_NOT_SET, Story, failed_goals, of_program, text_at
@@ -36,28 +38,47 @@ class NodeProcess:
         self._failed: list[Story] = []
         self._read_lines = 0  # of its output
         self._searched_lines = 0  # of these, for failed goals
+        self._printing = threading.Lock()
         self._lines: deque[str] = deque(maxlen=KEPT_LINES)
         self.started = time.time()
-        self._popen = subprocess.Popen(
-            ["setpriv", "--pdeathsig", "KILL", sys.executable, path.name, *arguments],
-            cwd=path.absolute().parent,
-            env={**os.environ, "PYTHONUNBUFFERED": "1"},
-            start_new_session=True,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            errors="replace",
+        self._popen: subprocess.Popen[str]
+        started: Future[None] = Future()
+        self._reader = threading.Thread(
+            target=self._run, args=(arguments, started), name=f"output of {self.name}", daemon=True
         )
-        self._reader = threading.Thread(target=self._read, name=f"output of {self.name}", daemon=True)
         self._reader.start()
+        started.result()
+
+    def _run(self, arguments: list[str], started: "Future[None]") -> None:
+        """Start the program, and read what it prints until it ends.
+
+        Both in one thread: Linux lets the program die with the thread that has started it (prctl(2), PR_SET_PDEATHSIG).
+        """
+        try:
+            self._popen = subprocess.Popen(
+                ["setpriv", "--pdeathsig", "KILL", sys.executable, self.path.name, *arguments],
+                cwd=self.path.parent,
+                env={**os.environ, "PYTHONUNBUFFERED": "1"},
+                start_new_session=True,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                errors="replace",
+            )
+        except OSError as error:
+            started.set_exception(error)
+            return
+        started.set_result(None)
+        self._read()
 
     def _read(self) -> None:
         assert self._popen.stdout is not None
         awaited = ""  # after a failed goal: the line that its traceback begins with, and then the one that it ends with
         for line in self._popen.stdout:
-            self._lines.append(line[:10_000])
-            self._read_lines += 1
+            with self._printing:
+                self._lines.append(line[:10_000])
+                self._read_lines += 1
             if GOAL_FAILED in line:
                 self._goals, awaited = True, "begin"
             elif STATE_NOT_SET in line:
@@ -87,6 +108,18 @@ class NodeProcess:
         if not self.alive and threading.current_thread() is not self._reader:
             self._reader.join(1.0)
         return "".join(self._lines).rstrip("\n")
+
+    def printed_since(self, count: int) -> tuple[int, list[str]]:
+        """How many lines it has printed by now, and the newest of those after the first `count`."""
+        with self._printing:
+            lines, now = self._lines.copy(), self._read_lines
+        new = min(now - count, len(lines))
+        return now, [line.rstrip("\n") for line in itertools.islice(lines, len(lines) - new, None)]
+
+    @property
+    def ended(self) -> bool:
+        """Whether it has ended, and all that it has printed was read."""
+        return not self.alive and not self._reader.is_alive()
 
     @property
     def source(self) -> str:

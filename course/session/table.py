@@ -14,6 +14,11 @@ class Row:
     state: str  # running, stopped, or how it ended
     since: float | None  # time.time() of its start, when it is known
     where: str
+    started_as: str = (
+        ""  # what to call it in `stop` and `restart`: the node's name, or the file's; '' for somebody else's
+    )
+    alive: bool = True
+    stories: tuple[str, ...] = ()  # its exceptions, and its end, with the reader's own lines
 
     def texts(self) -> tuple[str, str, str, str]:
         """What the table shows."""

@@ -55,7 +55,7 @@ class Client:
     def event(self, *, ack: bool = True) -> dict[str, Any]:
         """The next event."""
         message = self.events.pop(0) if self.events else self.read()
-        assert "topic" in message, message
+        assert "data" in message or "error" in message, message
         if ack:
             self.send(ack=message["id"])
         return message

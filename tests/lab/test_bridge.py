@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from jupyter_core.paths import jupyter_runtime_dir
 
-from course.errors import CourseError
+from course.errors import CallTimeout
 from course.lab.kernel.bridge import AHEAD, Bridge
 from course.lab.kernel.panels import Backlog, Changes, Panels, Topic
 from course.lab.protocol import socket_path
@@ -17,7 +17,7 @@ from tests.lab.client import WAIT, Client
 
 
 def fail():
-    raise CourseError("there is no such thing: look again")
+    raise CallTimeout("there is no such thing: look again")  # a TimeoutError, and so an OSError
 
 
 @pytest.fixture

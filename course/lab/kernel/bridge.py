@@ -99,8 +99,6 @@ class Page:
         try:
             result = await self._do(message["id"], message["method"], message.get("params") or {})
             await self._send({"id": message["id"], "result": result})
-        except OSError:
-            pass  # it has left
         except Exception as error:
             await self._send({"id": message.get("id"), "error": sentence(error)})
         finally:
@@ -134,8 +132,6 @@ class Page:
                     await asyncio.sleep(topic.period)
                 await self._send({"id": number, "topic": name, "data": data})
                 await asyncio.sleep(topic.period)
-        except OSError:
-            pass  # it has left
         except Exception as error:
             await self._send({"id": number, "topic": name, "error": sentence(error)})
         finally:
@@ -143,8 +139,9 @@ class Page:
             feed.close()
 
     async def _send(self, message: dict[str, Any]) -> None:
-        with contextlib.suppress(ConnectionError):
-            self._writer.write(protocol.encoded(message))
+        line = protocol.encoded(message)
+        with contextlib.suppress(OSError):  # it has left
+            self._writer.write(line)
             await self._writer.drain()
 
 

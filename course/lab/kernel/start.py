@@ -23,4 +23,9 @@ def start() -> None:
 
 def _panels() -> Panels:
     """Every panel's methods and topics.  A new panel is added here."""
-    return Panels()
+    from course.lab.kernel import log, nodes
+
+    panels = Panels()
+    for panel in (log, nodes):
+        panel.add(panels)
+    return panels

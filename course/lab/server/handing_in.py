@@ -16,8 +16,8 @@ class HandingIn(APIHandler):
     """POST {"path": the notebook's, "name": the student's, "agreed": the doubts that the student has seen}.
 
     Without "agreed", or when there are other doubts by now, the answer is {"ask": {...}}, what there is to say before
-    handing in.  Otherwise it is a line of JSON for each step: {"began": true}, {"ran": 1, "of": 4}, and at last {"done": {...}} or
-    {"error": "..."}.
+    handing in.  Otherwise it is a line of JSON for each step: {"began": true}, {"ran": 1, "of": 4}, and at last
+    {"done": {...}} or {"error": "..."}.
     """
 
     auth_resource = "contents"

@@ -1,0 +1,53 @@
+"""The log in the panel of nodes, as it grows: filtered here, so that a flood of lines does not hide the wanted ones."""
+
+from typing import Any
+
+from course.lab.kernel.nodes import session
+from course.lab.kernel.panels import Panels, Topic
+from course.session.following import LogFollower
+from course.session.live import Session
+from course.session.logs import LEVELS, Entry
+
+LINES = 200  # from each source in an event
+SEVERITY = {"PRINT": 20, "ENDED": 50} | {name: number for number, name in LEVELS.items()}
+
+
+def add(panels: Panels) -> None:
+    """Offer the log."""
+    panels.topics |= {"log": Topic(LogFeed, 0.2)}
+
+
+class LogFeed:
+    """A feed of the log's new lines."""
+
+    def __init__(self, nodes: list[str] | None = None, level: str = "DEBUG", text: str = ""):
+        """Lines of these `nodes` (names without namespace, and files; None: of all), of at least `level`, with `text`.
+
+        The search for `text` does not tell capitals from small letters.
+        """
+        self._nodes = None if nodes is None else set(nodes)
+        self._level, self._text = SEVERITY.get(level, 0), text.casefold()
+        self._all = nodes is None and self._level <= SEVERITY["DEBUG"] and not text
+        self._session: Session | None = None
+        self._follower: LogFollower | None = None
+
+    def read(self) -> dict[str, Any] | None:
+        """{"lines": [[level, node, text], ...], "lost": how many came faster than they can be shown}."""
+        live = session()
+        if live is not self._session or self._follower is None:
+            self._session = live
+            self._follower = live.follow_logs(None if self._all else self._wanted)
+        entries, lost = self._follower.read(LINES)
+        if not entries and not lost:
+            return None
+        return {"lines": [[entry.level, entry.node, entry.text] for entry in entries], "lost": lost}
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+    def _wanted(self, entry: Entry) -> bool:
+        return (
+            (self._nodes is None or entry.node in self._nodes)
+            and SEVERITY.get(entry.level, 0) >= self._level
+            and self._text in entry.text.casefold()
+        )

@@ -1,0 +1,155 @@
+"""The panel of nodes: which run and which have died, what each offers and uses; restart and stop."""
+
+import threading
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from rcl_interfaces.srv import GetParameters, ListParameters
+from rclpy.action import get_action_client_names_and_types_by_node, get_action_server_names_and_types_by_node
+from rclpy.client import Client
+from rclpy.parameter import parameter_value_to_python
+
+from course.errors import LiveError
+from course.lab.kernel.panels import Changes, Panels, Topic
+from course.rclpy_internals import NodeNameNonExistentError, RCLError
+from course.ros2.graph import OF_EVERY_NODE, is_hidden
+from course.session.live import Session, current
+from course.session.presence import parts
+from course.session.table import Row
+
+ANSWER = 1.0  # s that a node may take to tell its parameters
+OF_NO_INTEREST = ("/rosout", "/parameter_events")  # topics that every node has
+
+_stopped: list[Row] = []  # by this panel, which can start them again
+
+
+def add(panels: Panels) -> None:
+    """Offer the panel's methods and topics."""
+    panels.methods |= {"nodes.restart": restart, "nodes.stop": stop}
+    panels.topics |= {"nodes": Topic(lambda: Changes(state), 0.25), "nodes.node": Topic(Details, 1.0)}
+
+
+def session() -> Session:
+    """The kernel's live session; raises LiveError when it has ended."""
+    if (found := current()) is None:
+        raise LiveError("the session has ended: run the notebook's first cell, `ros = course.live()`")
+    return found
+
+
+def state() -> dict[str, Any]:
+    """The domain, and each node as the page shows it; none when the session has ended."""
+    if (live := current()) is None:
+        _stopped.clear()
+        return {"domain": None, "nodes": []}
+    rows = live.rows()
+    known = {row.started_as for row in rows}
+    _stopped[:] = [row for row in _stopped if row.started_as not in known]
+    shown = [_shown(row, "running" if row.alive else "dead") for row in rows]
+    shown += [_shown(row, "stopped") for row in _stopped]
+    return {"domain": live.domain_id, "nodes": sorted(shown, key=lambda node: str(node["name"]))}
+
+
+def restart(name: str) -> None:
+    """Start the node or the file `name` again; raises LiveError, with how it ended, when it does not start."""
+    session().restart(name)
+
+
+def stop(name: str) -> None:
+    """Stop the node or the file `name`; the panel goes on showing it."""
+    live = session()
+    rows = [row for row in live.rows() if row.started_as == name]
+    live.stop(name)
+    _stopped.extend(rows)
+
+
+def _shown(row: Row, state: str) -> dict[str, Any]:
+    return {
+        "name": row.name,
+        "key": row.started_as,
+        "state": state,
+        "line": row.state if state != "stopped" else "stopped",
+        "since": row.since,
+        "where": row.where,
+        "stories": list(row.stories),
+    }
+
+
+class Details:
+    """A feed of what a node offers and uses, and of its parameters' values."""
+
+    def __init__(self, name: str):
+        """`name` is the node's full name."""
+        self._name = name
+        self._last: Any = None
+        self._session: Session | None = None
+        self._clients: list[Client] = []
+
+    def read(self) -> dict[str, Any] | None:
+        """All of it, when something is different from the last time."""
+        live = session()
+        if live is not self._session:
+            self._session = live
+            self._clients = [
+                live.node.create_client(ListParameters, f"{self._name}/list_parameters"),
+                live.node.create_client(GetParameters, f"{self._name}/get_parameters"),
+            ]
+        found = {**self._endpoints(live), **self._parameters()}
+        if found == self._last:
+            return None
+        self._last = found
+        return found
+
+    def close(self) -> None:
+        """Leave the node alone."""
+        if self._session is not None and self._session.ok:
+            for client in self._clients:
+                self._session.node.destroy_client(client)
+
+    def _endpoints(self, live: Session) -> dict[str, list[list[str]]]:
+        """Names with their types, by what the node does with them."""
+        node, (name, namespace) = live.node, parts(self._name)
+        asked: dict[str, Callable[[], Iterable[tuple[str, list[str]]]]] = {
+            "publishes": lambda: node.get_publisher_names_and_types_by_node(name, namespace),
+            "subscribes to": lambda: node.get_subscriber_names_and_types_by_node(name, namespace),
+            "serves": lambda: node.get_service_names_and_types_by_node(name, namespace),
+            "calls": lambda: node.get_client_names_and_types_by_node(name, namespace),
+            "offers the actions": lambda: get_action_server_names_and_types_by_node(node, name, namespace),
+            "sends goals to": lambda: get_action_client_names_and_types_by_node(node, name, namespace),
+        }
+        return {what: _of_interest(ask) for what, ask in asked.items()}
+
+    def _parameters(self) -> dict[str, Any]:
+        """{"parameters": names with values}, and {"silent": True} when the node does not answer."""
+        listing, getting = self._clients
+        listed = _answer(listing, ListParameters.Request())
+        names = sorted(listed.result.names) if listed else []
+        got = _answer(getting, GetParameters.Request(names=names)) if listed else None
+        if got is None:
+            return {"parameters": [], "silent": True}
+        values = [repr(parameter_value_to_python(value)) for value in got.values]
+        return {"parameters": [list(each) for each in zip(names, values, strict=False)], "silent": False}
+
+
+def _of_interest(ask: Callable[[], Iterable[tuple[str, list[str]]]]) -> list[list[str]]:
+    try:
+        found = list(ask())
+    except (NodeNameNonExistentError, RCLError):  # it has left the graph
+        return []
+    return sorted(
+        [name, ", ".join(types)]
+        for name, types in found
+        if name not in OF_NO_INTEREST and not is_hidden(name) and not types[0].startswith(OF_EVERY_NODE)
+    )
+
+
+def _answer(client: Client, request: object) -> Any:
+    """The response, None when none has come in time; the session's own thread receives it."""
+    if not client.service_is_ready():
+        return None
+    future = client.call_async(request)
+    done = threading.Event()
+    future.add_done_callback(lambda _: done.set())
+    if not done.wait(ANSWER):
+        client.remove_pending_request(future)
+        return None
+    return future.result()

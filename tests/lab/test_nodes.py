@@ -1,0 +1,198 @@
+"""The panel of nodes, from the kernel's side: states, what a node offers, its log in a flood, restart and stop."""
+
+import re
+from pathlib import Path
+
+import pytest
+from rcl_interfaces.msg import Log
+from rclpy.serialization import serialize_message
+
+from course.lab.protocol import socket_path
+from course.session.logs import entry_of, node_of
+from course.waiting import wait_until
+from tests.browser.pages import SERVER
+from tests.kernels import Kernel
+from tests.lab.client import WAIT, Client
+
+FLOOD = """import rclpy
+from rclpy.node import Node
+
+rclpy.init()
+node = Node('flood')
+
+
+def burst():
+    for number in range(LINES):
+        print(f'line {number} of the flood')
+    node.get_logger().warning('one of a kind')
+
+
+timer = node.create_timer(PERIOD, burst)
+rclpy.spin(node)
+"""
+
+
+@pytest.fixture(scope="module")
+def kernel(tmp_path_factory):
+    kernel = Kernel(tmp_path_factory.mktemp("nodes"))
+    kernel.run("import course\nros = course.live()")
+    yield kernel
+    kernel.stop()
+
+
+@pytest.fixture
+def page(kernel):
+    kernel.run("ros.stop()")
+    client = Client(socket_path(Path(kernel.manager.connection_file).stem.removeprefix("kernel-")))
+    yield client
+    client.close()
+
+
+def start(kernel: Kernel, name: str, text: str) -> None:
+    (kernel.folder / name).write_text(text)
+    kernel.run(f"ros.start('{name}')")
+
+
+def nodes_until(page: Client, name: str, state: str) -> dict:
+    """What is said of a node when it has come into a state."""
+    while True:
+        for node in page.event()["data"]["nodes"]:
+            if (node["name"], node["state"]) == (name, state):
+                return node
+
+
+def lines_until(page: Client, text: str) -> tuple[list, int]:
+    """The log's lines up to an event with `text` in it, and how many were lost."""
+    found, lost = [], 0
+    while not any(text in line[2] for line in found):
+        data = page.event()["data"]
+        found, lost = found + data["lines"], lost + data["lost"]
+    return found, lost
+
+
+def test_a_file_is_seen_to_run_is_stopped_and_started_again(kernel, page):
+    page.subscribe("nodes")
+    start(kernel, "greeter.py", SERVER)
+    node = nodes_until(page, "/greeter", "running")
+    assert node["key"] == "greeter.py"
+    assert re.fullmatch(r"greeter.py, process \d+", node["where"])
+    assert page.ask("nodes.stop", name="greeter.py")["result"] is None
+    assert nodes_until(page, "/greeter", "stopped")["key"] == "greeter.py"
+    assert kernel.run("print(ros.nodes())") == "[]"
+    assert page.ask("nodes.restart", name="greeter.py")["result"] is None
+    assert nodes_until(page, "/greeter", "running")["where"] != node["where"]
+    assert kernel.run("print(ros.nodes())") == "['/greeter']"
+
+
+def test_a_node_of_a_cell_is_started_again_as_it_was(kernel, page):
+    page.subscribe("nodes")
+    kernel.run(
+        "from rclpy.node import Node\n"
+        "class Keeper(Node):\n"
+        "    def __init__(self, word):\n"
+        "        super().__init__('keeper')\n"
+        "        self.declare_parameter('word', word)\n"
+        "first = ros.start(Keeper, 'as given', parameters={'word': 'overridden'})"
+    )
+    nodes_until(page, "/keeper", "running")
+    assert page.ask("nodes.restart", name="keeper")["result"] is None
+    assert kernel.run("print(first.alive, ros.nodes())") == "False ['/keeper']"
+    details = page.subscribe("nodes.node", name="/keeper")
+    while (event := page.event())["id"] != details or event["data"]["silent"]:
+        pass
+    assert ["word", "'overridden'"] in event["data"]["parameters"]
+
+
+def test_a_dead_program_tells_how_and_the_next_cell_still_says_so(kernel, page):
+    page.subscribe("nodes")
+    look = "self.create_timer(0.05, lambda: 1 / (not os.path.exists('die')))"
+    begin = "self.create_service"
+    start(kernel, "dying.py", "import os\n" + SERVER.replace(begin, f"{look}\n        {begin}"))
+    nodes_until(page, "/greeter", "running")
+    (kernel.folder / "die").touch()
+    node = nodes_until(page, "/greeter", "dead")
+    assert "ZeroDivisionError" in node["line"]
+    assert "dying.py, line" in node["stories"][-1]
+    assert "ZeroDivisionError" in kernel.run("pass")
+    (kernel.folder / "dying.py").write_text("syntax error")
+    assert "ended with exit status 1: SyntaxError" in page.ask("nodes.restart", name="dying.py")["error"]
+
+
+def test_what_is_not_there_is_told_in_a_sentence(page):
+    assert "no node and no file unknown" in page.ask("nodes.restart", name="unknown")["error"]
+    assert page.ask("nodes.stop", name="unknown")["result"] is None
+
+
+def test_a_node_tells_what_it_offers_and_its_parameters_as_they_change(kernel, page):
+    start(kernel, "greeter.py", SERVER)
+    page.subscribe("nodes.node", name="/greeter")
+    found = page.event()["data"]
+    assert found["serves"] == [["/greet", "std_srvs/srv/Trigger"]]
+    assert found["publishes"] == found["calls"] == found["offers the actions"] == []
+    while ["word", "'hello'"] not in found["parameters"]:
+        found = page.event()["data"]
+    kernel.run("!ros2 param set /greeter word goodbye")
+    while ["word", "'goodbye'"] not in found["parameters"]:
+        found = page.event()["data"]
+    kernel.run("ros.stop()")
+    while not found["silent"]:
+        found = page.event()["data"]
+    assert found["serves"] == []
+
+
+def test_a_flood_is_shown_in_part_and_every_line_is_accounted_for(kernel, page):
+    page.subscribe("log", nodes=["flood.py", "flood"])
+    start(kernel, "flood.py", FLOOD.replace("LINES", "5000").replace("PERIOD", "1e9").replace(
+        "rclpy.spin(node)", "burst()\nrclpy.spin(node)"))  # fmt: skip
+    lines, lost = lines_until(page, "one of a kind")
+    assert len(lines) + lost == 5001
+    assert lost > 0
+    assert lines[-1] == ["WARN", "flood", "one of a kind"]
+
+
+def test_a_filter_finds_its_lines_in_a_flood_that_never_ends(kernel, page):
+    start(kernel, "flood.py", FLOOD.replace("LINES", "1000").replace("PERIOD", "0.1"))  # 10,000 lines a second
+    page.subscribe("log", level="WARN")
+    for _ in range(3):
+        lines, _ = lines_until(page, "one of a kind")
+        assert {tuple(line) for line in lines} == {("WARN", "flood", "one of a kind")}
+    page.subscribe("log", text="LINE 999 of")
+    assert page.ask("nodes.stop", name="flood.py")["result"] is None
+    lines, _ = lines_until(page, "line 999 of")
+    assert {line[2] for line in lines if line[0] == "PRINT"} == {"line 999 of the flood"}
+
+
+def test_a_log_line_comes_once_from_a_program_and_from_a_node_of_the_kernel(kernel, page):
+    page.subscribe("log")
+    start(kernel, "greeter.py", SERVER)
+    kernel.run("from std_srvs.srv import Trigger\nros.call('/greet', Trigger)")
+    lines, _ = lines_until(page, "greeted")
+    kernel.run(
+        "from rclpy.node import Node\n"
+        "class Talker(Node): pass\n"
+        "ros.start(Talker, 'talker').node.get_logger().error('it spoke')"
+    )
+    more, _ = lines_until(page, "it spoke")
+    assert [line for line in lines + more if line[0] in ("INFO", "ERROR")] == [
+        ["INFO", "greeter", "greeted"],
+        ["ERROR", "talker", "it spoke"],
+    ]
+
+
+@pytest.mark.parametrize("name", ["a", "four", "room.of.robots", "größe"])
+def test_the_node_is_read_from_a_message_without_decoding_it(name):
+    message = serialize_message(Log(level=30, name=name, msg="text"))
+    assert node_of(message) == entry_of(message).node == name
+
+
+def test_after_the_session_has_ended_the_panel_is_empty_until_there_is_a_new_one(kernel, page):
+    start(kernel, "greeter.py", SERVER)
+    page.subscribe("nodes")
+    nodes_until(page, "/greeter", "running")
+    kernel.run("ros.close()")
+    while page.event()["data"] != {"domain": None, "nodes": []}:
+        pass
+    assert "ros = course.live()" in page.ask("nodes.stop", name="greeter.py")["error"]
+    kernel.run("ros = course.live()\nros.start('greeter.py')")
+    nodes_until(page, "/greeter", "running")
+    assert wait_until(lambda: "greeter" in kernel.run("print(ros.nodes())"), WAIT)
