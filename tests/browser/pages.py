@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import nbformat
+from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Locator, Page
 
 SERVER = """import rclpy
@@ -76,3 +77,28 @@ def choose(page: Page, menu: str, *names: str) -> None:
 def cell(page: Page, number: int) -> Locator:
     """A cell of the notebook, counted from 0."""
     return page.locator(".jp-Notebook .jp-Cell").nth(number)
+
+
+def show_panel(page: Page, name: str) -> Locator:
+    """Open a panel in the sidebar; it is returned."""
+    page.get_by_role("tab", name=name, exact=True).click()
+    panel = page.get_by_role("region", name=name, exact=True)
+    panel.wait_for()
+    return panel
+
+
+def set_theme(page: Page, theme: str) -> None:
+    """JupyterLab's theme: Light or Dark."""
+    choose(page, "Settings", "Theme", f"JupyterLab {theme}")
+    page.locator(f"body[data-jp-theme-light='{str(theme == 'Light').lower()}']").wait_for(state="attached")
+
+
+def barriers(page: Page, within: str) -> list[str]:
+    """What axe-core finds against WCAG 2.2 AA in the part of the page that a selector names."""
+    levels = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
+    found = Axe().run(page, context=within, options={"runOnly": levels})
+    return [
+        f"{violation['id']}: {node['html'][:200]} ({node['failureSummary']})"
+        for violation in found.response["violations"]
+        for node in violation["nodes"]
+    ]

@@ -149,8 +149,7 @@ def test_a_kernel_answers_while_a_cell_runs_and_costs_nothing_before(kernel, tmp
     # Nothing of a panel is loaded, and its thread sleeps.
     assert kernel.run("[name for name in sys.modules if name.startswith('course.lab.kernel.n')]") == "[]"
     cell = threading.Thread(
-        target=kernel.run,
-        args=("pathlib.Path('began').touch()\nwhile not pathlib.Path('end').exists(): pass  # busy",),
+        target=kernel.run, args=("pathlib.Path('began').touch()\nwhile not pathlib.Path('end').exists(): pass  # busy",)
     )
     cell.start()
     assert wait_until((tmp_path / "began").exists, WAIT)

@@ -1,12 +1,16 @@
 // The course's part of JupyterLab: each plugin does one thing.
 
-import { JupyterFrontEnd, JupyterFrontEndPlugin } from '@jupyterlab/application';
+import { ILabShell, ILayoutRestorer, JupyterFrontEnd, JupyterFrontEndPlugin } from '@jupyterlab/application';
 import { ICommandPalette, IToolbarWidgetRegistry } from '@jupyterlab/apputils';
 import { INotebookTracker, NotebookPanel } from '@jupyterlab/notebook';
 
+import { Current } from './current';
 import { handIn, handInButton, handInIcon, hasExercise } from './handing_in';
+import { Links } from './link';
+import { NodesPanel, nodesIcon } from './nodes';
 
 export const CATEGORY = 'ROS course';
+const NARROW = 760; // px
 
 const handingIn: JupyterFrontEndPlugin<void> = {
   id: 'ros2-course-lab:hand-in',
@@ -33,4 +37,36 @@ const handingIn: JupyterFrontEndPlugin<void> = {
   }
 };
 
-export default [handingIn];
+const panels: JupyterFrontEndPlugin<void> = {
+  id: 'ros2-course-lab:panels',
+  description: 'The panels beside a notebook.',
+  autoStart: true,
+  requires: [INotebookTracker],
+  optional: [ICommandPalette, ILayoutRestorer, ILabShell],
+  activate: (
+    app: JupyterFrontEnd,
+    tracker: INotebookTracker,
+    palette: ICommandPalette | null,
+    restorer: ILayoutRestorer | null,
+    shell: ILabShell | null
+  ) => {
+    // On a narrow page one side panel has room.
+    const makeRoom = () => (window.innerWidth < NARROW ? shell?.collapseLeft() : undefined);
+    const current = new Current(tracker, new Links(), makeRoom);
+    window.addEventListener('resize', () => (current.isOpen ? makeRoom() : undefined));
+    const nodes = new NodesPanel(current);
+    for (const [widget, command, icon] of [[nodes, 'ros2-course:nodes', nodesIcon]] as const) {
+      app.shell.add(widget, 'right', { rank: 200, type: 'ROS course' });
+      restorer?.add(widget, widget.id);
+      app.commands.addCommand(command, {
+        label: widget.title.caption,
+        caption: `Show the panel: ${widget.title.caption}`,
+        icon,
+        execute: () => shell?.activateById(widget.id) ?? app.shell.activateById(widget.id)
+      });
+      palette?.addItem({ command, category: CATEGORY });
+    }
+  }
+};
+
+export default [handingIn, panels];

@@ -1,0 +1,76 @@
+// The notebook that panels show, and the link to its kernel.
+
+import { INotebookTracker, NotebookPanel } from '@jupyterlab/notebook';
+import { ISignal, Signal } from '@lumino/signaling';
+
+import { Link, Links } from './link';
+
+/** Follows the current notebook; its kernel is linked only while a panel is open. */
+export class Current {
+  constructor(
+    private _tracker: INotebookTracker,
+    private _links: Links,
+    private _makeRoom: () => void
+  ) {
+    _tracker.currentChanged.connect(this._follow, this);
+    this._follow();
+  }
+
+  get panel(): NotebookPanel | null {
+    return this._panel;
+  }
+
+  /** The link to the notebook's kernel; null when no panel is open, or the notebook has no kernel. */
+  get link(): Link | null {
+    return this._link;
+  }
+
+  /** Whether a panel is shown. */
+  get isOpen(): boolean {
+    return this._open > 0;
+  }
+
+  get changed(): ISignal<this, void> {
+    return this._changed;
+  }
+
+  /** A panel is shown: until it calls `close`, the kernel is linked. */
+  open(): void {
+    this._open += 1;
+    this._makeRoom();
+    this._look();
+  }
+
+  close(): void {
+    this._open -= 1;
+    this._look();
+  }
+
+  private _follow(): void {
+    const panel = this._tracker.currentWidget;
+    if (panel !== this._panel) {
+      this._panel?.sessionContext.kernelChanged.disconnect(this._look, this);
+      this._panel = panel;
+      this._panel?.sessionContext.kernelChanged.connect(this._look, this);
+      this._look();
+      this._changed.emit();
+    }
+  }
+
+  private _look(): void {
+    const session = this._panel && !this._panel.isDisposed ? this._panel.sessionContext.session : null;
+    const id = (this._open > 0 && session?.kernel?.id) || null;
+    if (id !== (this._link?.kernelId ?? null)) {
+      if (this._link) {
+        this._links.release(this._link);
+      }
+      this._link = id ? this._links.acquire(id) : null;
+      this._changed.emit();
+    }
+  }
+
+  private _changed = new Signal<this, void>(this);
+  private _link: Link | null = null;
+  private _open = 0;
+  private _panel: NotebookPanel | null = null;
+}

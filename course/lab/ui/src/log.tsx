@@ -1,0 +1,131 @@
+// The live log: filtered in the kernel, and drawn no faster than the browser can.
+
+import * as React from 'react';
+
+import { Link } from './link';
+import { useTopic } from './panel';
+
+const KEPT = 1000; // lines in the page
+const LEVELS: [string, string][] = [
+  ['DEBUG', 'every level'],
+  ['INFO', 'INFO and above'],
+  ['WARN', 'WARN and above'],
+  ['ERROR', 'ERROR and above']
+];
+
+interface Line {
+  id: number;
+  level: string;
+  node: string;
+  text: string;
+}
+
+interface Shown {
+  lines: Line[];
+  next: number;
+  lost: number;
+}
+
+const EMPTY: Shown = { lines: [], next: 0, lost: 0 };
+
+export function Log({ link, nodes }: { link: Link | null; nodes: { name: string; key: string }[] }): JSX.Element {
+  const [node, setNode] = React.useState('');
+  const [level, setLevel] = React.useState('DEBUG');
+  const [search, setSearch] = React.useState('');
+  const text = useSettled(search);
+  const [{ lines, lost }, setShown] = React.useState<Shown>(EMPTY);
+  const [failed, setFailed] = React.useState('');
+  const chosen = nodes.find(each => each.name === node);
+  // A program's log lines name its node, what it prints has the name of its file.
+  const wanted = node ? [node.slice(node.lastIndexOf('/') + 1), ...(chosen?.key ? [chosen.key] : [])] : null;
+  useTopic(
+    link,
+    'log',
+    { nodes: wanted, level, text },
+    data => setShown(before => added(before, data)),
+    () => {
+      setShown(EMPTY);
+      setFailed('');
+    },
+    setFailed
+  );
+  const box = React.useRef<HTMLDivElement>(null);
+  const atEnd = React.useRef(true);
+  React.useLayoutEffect(() => {
+    if (box.current && atEnd.current) {
+      box.current.scrollTop = box.current.scrollHeight;
+    }
+  }, [lines]);
+  const names = [...new Set([...nodes.map(each => each.name), ...(node ? [node] : [])])];
+  return (
+    <section className="ros-Log" aria-label="Log">
+      <div className="ros-Log-head">
+        <h3>Log</h3>
+        <select aria-label="Log of which node" value={node} onChange={event => setNode(event.target.value)}>
+          <option value="">every node</option>
+          {names.map(name => (
+            <option key={name} value={name}>
+              {name}
+            </option>
+          ))}
+        </select>
+        <select aria-label="Log of which level" value={level} onChange={event => setLevel(event.target.value)}>
+          {LEVELS.map(([value, label]) => (
+            <option key={value} value={value}>
+              {label}
+            </option>
+          ))}
+        </select>
+        <input
+          type="search"
+          aria-label="Search the log"
+          placeholder="Search"
+          value={search}
+          onChange={event => setSearch(event.target.value)}
+        />
+      </div>
+      <div className="ros-Log-lost">
+        {failed}
+        {lost > 0 && `${lost.toLocaleString('en')} lines are not shown: they came faster than a page can show them.`}
+      </div>
+      <div
+        className="ros-Log-lines"
+        ref={box}
+        tabIndex={0}
+        role="log"
+        aria-live="off"
+        aria-label="Log lines"
+        onScroll={event => {
+          const { scrollTop, scrollHeight, clientHeight } = event.currentTarget;
+          atEnd.current = scrollTop + clientHeight > scrollHeight - 20;
+        }}
+      >
+        {lines.map(line => (
+          <LogLine key={line.id} line={line} />
+        ))}
+      </div>
+    </section>
+  );
+}
+
+const LogLine = React.memo(({ line }: { line: Line }) => (
+  <div className={`ros-Log-line ros-mod-${line.level}`}>
+    <span className="ros-level">{line.level}</span> <span className="ros-source">{line.node}</span> {line.text}
+  </div>
+));
+
+function added(before: Shown, data: { lines: [string, string, string][]; lost: number }): Shown {
+  let next = before.next;
+  const more = data.lines.map(([level, node, text]) => ({ id: next++, level, node, text }));
+  return { lines: [...before.lines, ...more].slice(-KEPT), next, lost: before.lost + data.lost };
+}
+
+/** A value that has not changed for a moment, so that not every key starts a new search. */
+function useSettled(value: string): string {
+  const [settled, setSettled] = React.useState(value);
+  React.useEffect(() => {
+    const timer = window.setTimeout(() => setSettled(value), 300);
+    return () => window.clearTimeout(timer);
+  }, [value]);
+  return settled;
+}

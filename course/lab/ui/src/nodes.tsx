@@ -1,0 +1,189 @@
+// The panel of nodes: which run and which have died, what each offers and uses, the log; restart and stop.
+
+import { LabIcon } from '@jupyterlab/ui-components';
+import * as React from 'react';
+
+import { Current } from './current';
+import { Link } from './link';
+import { Log } from './log';
+import { instead, SidePanel, useCurrent, useTopic } from './panel';
+
+export const nodesIcon = new LabIcon({
+  name: 'ros2-course:nodes',
+  svgstr:
+    '<svg xmlns="http://www.w3.org/2000/svg" width="16" viewBox="0 0 24 24"><g class="jp-icon3" fill="#616161">' +
+    '<circle cx="5" cy="12" r="3.5"/><circle cx="18" cy="5" r="3.5"/><circle cx="18" cy="19" r="3.5"/>' +
+    '<path d="M5 11.2 17.6 4.4l.8 1.4L6.8 12l11.6 6.2-.8 1.4L5 12.8z"/></g></svg>'
+});
+
+interface Node {
+  name: string;
+  key: string; // for restart and stop; '' when somebody else has started it
+  state: 'running' | 'dead' | 'stopped';
+  line: string;
+  since: number | null; // s since 1970
+  where: string;
+  stories: string[];
+}
+
+interface Details {
+  [what: string]: any;
+  parameters: [string, string][];
+  silent: boolean;
+}
+
+const MARK = { running: '●', dead: '✖', stopped: '○' };
+const KINDS = ['serves', 'calls', 'publishes', 'subscribes to', 'offers the actions', 'sends goals to'];
+
+export class NodesPanel extends SidePanel {
+  constructor(current: Current) {
+    super(current, 'ros2-course-nodes', 'Nodes', nodesIcon);
+  }
+
+  protected draw(): JSX.Element {
+    return <Nodes current={this.current} />;
+  }
+}
+
+function Nodes({ current }: { current: Current }): JSX.Element {
+  const { link } = useCurrent(current);
+  const [nodes, setNodes] = React.useState<Node[] | null>(null);
+  const [domain, setDomain] = React.useState<number | null>(null);
+  const [failed, setFailed] = React.useState('');
+  useTopic(
+    link,
+    'nodes',
+    {},
+    data => {
+      setNodes(data.nodes);
+      setDomain(data.domain);
+    },
+    () => {
+      setNodes(null);
+      setFailed('');
+    },
+    setFailed
+  );
+  const message = instead(current, link);
+  const shown = message === null && nodes ? nodes : [];
+  return (
+    <>
+      <header className="ros-Panel-head">
+        <h2>Nodes</h2>
+        {message === null && domain !== null && <span className="ros-quiet">ROS domain {domain}</span>}
+      </header>
+      <div className="ros-Panel-message" role="status">
+        {failed || message || (nodes && domain === null ? 'The session has ended: run the first cell again.' : '')}
+        {!failed && message === null && domain !== null && nodes?.length === 0 ? 'No node runs.' : ''}
+      </div>
+      <ul className="ros-Nodes" aria-label="Nodes">
+        {shown.map((node, number) => (
+          <NodeItem key={`${node.name} ${node.key} ${number}`} node={node} link={link!} />
+        ))}
+      </ul>
+      <Log link={link} nodes={shown.map(node => ({ name: node.name, key: node.key }))} />
+    </>
+  );
+}
+
+function NodeItem({ node, link }: { node: Node; link: Link }): JSX.Element {
+  const [open, setOpen] = React.useState(false);
+  const [doing, setDoing] = React.useState('');
+  const [failed, setFailed] = React.useState('');
+  const id = React.useId();
+  const ask = async (method: string, what: string) => {
+    setDoing(what);
+    setFailed('');
+    try {
+      await link.request(method, { name: node.key });
+    } catch (error) {
+      setFailed((error as Error).message);
+    }
+    setDoing('');
+  };
+  const state = doing || node.state + (node.state === 'running' && node.stories.length ? ', with an error' : '');
+  const trouble = node.stories.length > 0;
+  return (
+    <li className={`ros-Node ros-mod-${node.state}${trouble ? ' ros-mod-trouble' : ''}`}>
+      <div className="ros-Node-row">
+        <button className="ros-Node-name" aria-expanded={open} aria-controls={id} onClick={() => setOpen(!open)}>
+          <span className="ros-mark" aria-hidden="true">
+            {node.state === 'running' && trouble ? '▲' : MARK[node.state]}
+          </span>
+          <span className="ros-name">{node.name}</span>
+          <span className="ros-state">{state}</span>
+        </button>
+        {node.key && (
+          <span className="ros-buttons">
+            <button
+              disabled={doing !== ''}
+              onClick={() => void ask('nodes.restart', 'starting')}
+              aria-label={`${node.state === 'running' ? 'Restart' : 'Start'} ${node.key}`}
+            >
+              {node.state === 'running' ? 'Restart' : 'Start'}
+            </button>
+            <button
+              disabled={doing !== '' || node.state !== 'running'}
+              onClick={() => void ask('nodes.stop', 'stopping')}
+              aria-label={`Stop ${node.key}`}
+            >
+              Stop
+            </button>
+          </span>
+        )}
+      </div>
+      <div role="status">{failed && <pre className="ros-story">{failed}</pre>}</div>
+      <div id={id} hidden={!open}>
+        {open && <NodeDetails node={node} link={link} />}
+      </div>
+    </li>
+  );
+}
+
+function NodeDetails({ node, link }: { node: Node; link: Link }): JSX.Element {
+  const [details, setDetails] = React.useState<Details | null>(null);
+  const [failed, setFailed] = React.useState('');
+  const running = node.state === 'running';
+  useTopic(running ? link : null, 'nodes.node', { name: node.name }, setDetails, () => setDetails(null), setFailed);
+  const kinds = details ? KINDS.filter(kind => details[kind].length > 0) : [];
+  return (
+    <div className="ros-Node-details">
+      <p>
+        {node.where}
+        {node.since !== null && `, since ${new Date(1000 * node.since).toLocaleTimeString()}`}
+      </p>
+      {node.stories.slice(-1).map(story => (
+        <pre className="ros-story" key={story}>
+          {story}
+        </pre>
+      ))}
+      {failed && <p>{failed}</p>}
+      {details && (
+        <dl>
+          {kinds.map(kind => (
+            <React.Fragment key={kind}>
+              <dt>{kind}</dt>
+              {details[kind].map(([name, type]: [string, string]) => (
+                <dd key={name}>
+                  <code>{name}</code> <span className="ros-quiet">{type}</span>
+                </dd>
+              ))}
+            </React.Fragment>
+          ))}
+          <dt>parameters</dt>
+          {details.silent ? (
+            <dd>The node does not answer: it is busy, blocked, or offers no parameters.</dd>
+          ) : (
+            details.parameters.map(([name, value]) => (
+              <dd key={name}>
+                <code>
+                  {name} = {value}
+                </code>
+              </dd>
+            ))
+          )}
+        </dl>
+      )}
+    </div>
+  );
+}

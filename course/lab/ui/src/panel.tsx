@@ -1,0 +1,125 @@
+// What every panel is made of.
+
+import { ReactWidget } from '@jupyterlab/apputils';
+import { LabIcon } from '@jupyterlab/ui-components';
+import { Message } from '@lumino/messaging';
+import * as React from 'react';
+
+import { Current } from './current';
+import { Link, State } from './link';
+
+/** A side panel that is drawn, and follows the kernel, only while it can be seen. */
+export abstract class SidePanel extends ReactWidget {
+  constructor(
+    readonly current: Current,
+    id: string,
+    label: string,
+    icon: LabIcon
+  ) {
+    super();
+    this.id = id;
+    this.addClass('ros-Panel');
+    this.title.caption = label;
+    this.title.icon = icon;
+    this.node.setAttribute('role', 'region');
+    this.node.setAttribute('aria-label', label);
+  }
+
+  protected abstract draw(): JSX.Element;
+
+  protected render(): JSX.Element | null {
+    return this._seen ? this.draw() : null;
+  }
+
+  protected onAfterShow(message: Message): void {
+    super.onAfterShow(message);
+    this._see(true);
+  }
+
+  protected onAfterAttach(message: Message): void {
+    super.onAfterAttach(message);
+    this._see(this.isVisible);
+  }
+
+  protected onBeforeHide(message: Message): void {
+    this._see(false);
+    super.onBeforeHide(message);
+  }
+
+  protected onBeforeDetach(message: Message): void {
+    this._see(false);
+    super.onBeforeDetach(message);
+  }
+
+  private _see(seen: boolean): void {
+    if (seen !== this._seen) {
+      this._seen = seen;
+      if (seen) {
+        this.current.open();
+      } else {
+        this.current.close();
+      }
+      this.update();
+    }
+  }
+
+  private _seen = false;
+}
+
+/** Draw again whenever the notebook, its kernel or the link changes. */
+export function useCurrent(current: Current): { link: Link | null; state: State | null } {
+  const [, redraw] = React.useReducer((count: number) => count + 1, 0);
+  const link = current.link;
+  React.useEffect(() => {
+    current.changed.connect(redraw);
+    return () => {
+      current.changed.disconnect(redraw);
+    };
+  }, [current]);
+  React.useEffect(() => {
+    link?.changed.connect(redraw);
+    redraw();
+    return () => {
+      link?.changed.disconnect(redraw);
+    };
+  }, [link]);
+  return { link, state: link?.state ?? null };
+}
+
+/** Follow a topic while the component is there: `take` is given each event, `begin` is called when it begins anew. */
+export function useTopic(
+  link: Link | null,
+  topic: string,
+  options: object,
+  take: (data: any) => void,
+  begin: () => void,
+  failed: (why: string) => void
+): void {
+  React.useEffect(() => {
+    begin();
+    const following = link?.subscribe(topic, options, take, failed);
+    return () => following?.dispose();
+  }, [link, topic, JSON.stringify(options)]);
+}
+
+/** What to tell the reader instead of a panel's content; null when the kernel has a live session. */
+export function instead(current: Current, link: Link | null): string | null {
+  if (!current.panel) {
+    return 'Open a notebook: this panel shows what goes on in it.';
+  }
+  if (!link) {
+    return 'The notebook has no kernel. Choose one in the Kernel menu.';
+  }
+  switch (link.state) {
+    case 'up':
+      return null;
+    case 'offline':
+      return 'Jupyter’s server does not answer. Trying again …';
+    case 'connecting':
+      return 'Connecting …';
+    default:
+      return link.wasUp
+        ? 'The kernel has ended, and all of its nodes with it. Run the notebook’s first cell to begin again.'
+        : 'There is no live session yet. Run the notebook’s first cell: ros = course.live()';
+  }
+}

@@ -1,0 +1,144 @@
+"""The panel of nodes in JupyterLab: what runs and what has died, restart and stop, the log, the kernel killed."""
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.conftest import WAIT
+from tests.browser.pages import SERVER, barriers, cell, choose, open_page, set_theme, show_panel, write_greeter
+
+expect.set_options(timeout=WAIT)
+
+FLOOD = """import rclpy
+from rclpy.node import Node
+
+rclpy.init()
+node = Node('flood')
+
+
+def burst():
+    for number in range(1000):
+        print('line', number)
+
+
+timer = node.create_timer(0.1, burst)  # 10,000 lines a second
+rclpy.spin(node)
+"""
+DRAWN = """() => new Promise(done => {
+  let frames = 0, worst = 0, last = performance.now();
+  const draw = now => {
+    worst = Math.max(worst, now - last);
+    last = now;
+    frames++ < 60 ? requestAnimationFrame(draw) : done(worst);
+  };
+  requestAnimationFrame(draw);
+})"""
+
+
+def begin(page, lab, name, **answer):
+    """A notebook with a live session and a running node, and the panel beside it."""
+    write_greeter(lab[2] / name, **answer)
+    open_page(page, lab, f"{name}/{name}.ipynb")
+    panel = show_panel(page, "Nodes")
+    expect(panel).to_contain_text("Run the notebook’s first cell: ros = course.live()")
+    choose(page, "Run", "Run All Cells")
+    expect(panel.get_by_role("button", name="/greeter running")).to_be_visible()
+    return panel
+
+
+def run_cell(page, number, source):
+    cell(page, number).locator(".cm-content").click()
+    page.keyboard.press("Control+A")
+    page.keyboard.insert_text(source)
+    page.keyboard.press("Shift+Enter")
+
+
+def test_a_node_is_looked_at_stopped_started_and_its_log_is_searched(lab, page):
+    panel = begin(page, lab, "looked")
+    node = panel.get_by_role("button", name="/greeter running")
+    node.click()
+    expect(panel).to_contain_text("/greet std_srvs/srv/Trigger")
+    expect(panel).to_contain_text("word = 'hello'")
+    log = panel.get_by_role("log")
+    expect(log).to_contain_text("INFO greeter greeted")
+    panel.get_by_label("Search the log").fill("nothing of the kind")
+    expect(log).not_to_contain_text("greeted")
+    panel.get_by_label("Search the log").fill("GREETED")
+    expect(log).to_contain_text("greeted")
+    panel.get_by_label("Log of which level").select_option("WARN and above")
+    expect(log).not_to_contain_text("greeted")
+    panel.get_by_role("button", name="Stop greeter.py").click()
+    expect(panel.get_by_role("button", name="/greeter stopped")).to_be_visible()
+    panel.get_by_role("button", name="Start greeter.py").press("Enter")  # as without a mouse
+    expect(node).to_be_visible()
+
+
+def test_while_a_cell_runs_the_panel_tells_which_node_has_died_and_how(lab, page):
+    look = "self.create_timer(0.05, lambda: 1 / (not os.path.exists('die')))\n        self.create_service"
+    answer = "import os\n" + SERVER.replace("self.create_service", look)
+    panel = begin(page, lab, "died", answer=answer)
+    run_cell(page, 2, "import pathlib\nwhile not pathlib.Path('end').exists(): pass")
+    page.locator('.jp-Notebook-ExecutionIndicator[data-status="busy"]').wait_for()
+    (lab[2] / "died/die").touch()
+    panel.get_by_role("button", name="/greeter dead").click()
+    expect(panel.locator(".ros-story")).to_contain_text("ZeroDivisionError")
+    expect(panel.locator(".ros-story")).to_contain_text("greeter.py, line")
+    expect(panel.get_by_role("log")).to_contain_text("ENDED greeter.py ended with exit status 1")
+    expect(page.locator('.jp-Notebook-ExecutionIndicator[data-status="busy"]')).to_be_visible()
+    (lab[2] / "died/end").touch()
+
+
+def test_ten_thousand_lines_a_second_leave_the_page_responsive_and_are_counted(lab, page):
+    panel = begin(page, lab, "flooded")
+    (lab[2] / "flooded/flood.py").write_text(FLOOD)
+    run_cell(page, 2, "ros.start('flood.py')")
+    expect(panel).to_contain_text("lines are not shown: they came faster than a page can show them")
+    assert page.evaluate(DRAWN) < 2000  # ms between two frames, on a busy machine
+    panel.get_by_label("Log of which node").select_option("/greeter")
+    expect(panel.get_by_role("log")).not_to_contain_text("line")
+    expect(panel.get_by_role("log")).to_contain_text("greeted")
+    panel.get_by_role("button", name="Stop flood.py").click()
+    expect(panel.get_by_role("button", name="/flood stopped")).to_be_visible()
+
+
+def test_a_kernel_that_is_killed_is_told_and_the_next_one_is_found(lab, page):
+    panel = begin(page, lab, "killed")
+    run_cell(page, 2, "import os, signal\nos.kill(os.getpid(), signal.SIGKILL)")
+    expect(panel).to_contain_text("The kernel has ended, and all of its nodes with it")
+    expect(panel.get_by_role("button", name="/greeter")).to_have_count(0)
+    page.get_by_role("dialog").get_by_role("button", name="Ok").click()
+    page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for()
+    run_cell(page, 0, "import course\nros = course.live()\nros.start('greeter.py')")
+    expect(panel.get_by_role("button", name="/greeter running")).to_be_visible()
+
+
+def test_the_panel_shows_the_notebook_that_one_looks_at(lab, page):
+    panel = begin(page, lab, "first")
+    write_greeter(lab[2] / "second", answer=SERVER.replace("'greeter'", "'second_greeter'"))
+    choose(page, "File", "Open from Path…")
+    page.get_by_role("dialog").locator("input").fill("second/second.ipynb")
+    page.get_by_role("dialog").get_by_role("button", name="Open").click()
+    page.get_by_role("tab", name="second.ipynb").wait_for()
+    expect(panel).to_contain_text("Run the notebook’s first cell")
+    page.locator('.jp-NotebookPanel:visible .jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for()
+    choose(page, "Run", "Run All Cells")
+    expect(panel.get_by_role("button", name="/second_greeter running")).to_be_visible()
+    expect(panel.get_by_role("button", name="/greeter running")).to_have_count(0)
+    page.get_by_role("tab", name="first.ipynb").click()
+    expect(panel.get_by_role("button", name="/greeter running")).to_be_visible()
+    expect(panel.get_by_role("button", name="/second_greeter running")).to_have_count(0)
+
+
+@pytest.mark.parametrize("theme", ["Light", "Dark"])
+def test_everybody_can_use_it(lab, page, theme):
+    panel = begin(page, lab, f"everybody-{theme.lower()}")
+    set_theme(page, theme)
+    panel.get_by_role("button", name="/greeter running").click()
+    expect(panel).to_contain_text("word = 'hello'")
+    expect(panel.get_by_role("log")).to_contain_text("greeted")
+    assert barriers(page, ".ros-Panel") == []
+    page.set_viewport_size({"width": 390, "height": 800})
+    page.wait_for_function(
+        "() => { const box = document.querySelector('.ros-Panel').getBoundingClientRect();"
+        " return box.width >= 200 && box.right <= 390; }"
+    )
+    assert panel.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
