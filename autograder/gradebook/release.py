@@ -21,6 +21,7 @@ from autograder.paths import repository
 from autograder.results import storage
 from autograder.submissions import exercises
 from course.environment import prepare
+from course.notebook.stubs import RELEASED
 
 log = logging.getLogger(__name__)
 
@@ -64,7 +65,8 @@ def hand_out(folder: Path, released: Iterable[Path]) -> None:
     for name, without in (("course", ["__pycache__"]), ("environment", DEVELOPERS)):
         shutil.copytree(root / name, folder / name, ignore=shutil.ignore_patterns(*without), dirs_exist_ok=True)
     for notebooks in released:
-        shutil.copytree(notebooks, folder / "notebooks" / notebooks.name, dirs_exist_ok=True)
+        for where in (notebooks.name, f"{RELEASED}/{notebooks.name}"):  # to work in, and to take a stub from again
+            shutil.copytree(notebooks, folder / "notebooks" / where, dirs_exist_ok=True)
     (folder / "notebooks").mkdir(exist_ok=True)
     (folder / "notebooks" / START_PAGE).write_text(start_page(), encoding="utf-8")
     shutil.copy(root / "LICENSE", folder)

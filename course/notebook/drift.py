@@ -40,6 +40,26 @@ def differences(folder: Path = Path()) -> dict[str, str]:
     return found
 
 
+EDITED = "edited since it was run: run its cell"
+NOT_WRITTEN = "not written yet: run its cell"
+
+
+def unlike(folder: Path, known: list[cells.Cell]) -> dict[str, str]:
+    """Of each exercise cell's file in `folder` why it is not what its cell says now, saved or not; '' if it is.
+
+    A file that was edited elsewhere counts as edited, too: it takes running its cell to have the two agree.
+    """
+    found = {}
+    for cell in known:
+        if name := written_by(cell):
+            try:
+                same = (folder / name).read_bytes() == cells.exercise_file([cell], name)
+                found[name] = "" if same else EDITED
+            except OSError:
+                found[name] = NOT_WRITTEN
+    return found
+
+
 def written_by(cell: cells.Cell) -> str:
     """The file that an exercise cell writes; '' for any other cell."""
     words = cell.source.lstrip("\n").partition("\n")[0].split()

@@ -82,9 +82,17 @@ def progress(folder: Path = Path()) -> Progress:
             known = cells.read(path)
         except (UnreadableNotebook, OSError):
             continue
-        found += [Part(path.stem, cell.name, _state(cell, known[:at]), _points(cell)) for at, cell in enumerate(known)
-                  if cell.mark.get("grade")]  # fmt: skip
+        found += parts(path.stem, known)
     return found
+
+
+def parts(section: str, known: list[Cell]) -> Progress:
+    """The parts of one section, by the cells of its notebook."""
+    return Progress(
+        Part(section, cell.name, _state(cell, known[:at]), _points(cell))
+        for at, cell in enumerate(known)
+        if cell.mark.get("grade")
+    )
 
 
 def in_order(sections: Iterable[str]) -> list[str]:

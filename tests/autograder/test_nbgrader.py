@@ -367,7 +367,7 @@ def test_what_students_get_can_be_set_up_and_holds_no_answer(course, tmp_path):
         "environment/requirements.lock",
         "environment/Dockerfile",
         "notebooks/index.ipynb",
-        *(f"notebooks/{name}/{name}.ipynb" for name in release.names()),
+        *(f"notebooks/{where}/{name}.ipynb" for name in release.names() for where in (name, f".released/{name}")),
     }
     assert all(files[f"environment/{name}"].stat().st_mode & 0o100 for name in ("install", "start"))
     kept = [

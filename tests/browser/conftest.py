@@ -45,6 +45,7 @@ def serving(base: Path, folder: Path, **variables: str) -> Iterator[tuple[str, s
         "HOME": str(home),
         "JUPYTER_CONFIG_DIR": str(home / "config"),
         "XDG_RUNTIME_DIR": str(home),
+        "COURSE_ARRANGE": "1",  # as environment/start does
         "COURSE_CACHE": str(Path.home() / ".cache" / "ros2-course"),
     }
     clean = {name: value for name, value in os.environ.items() if name != "ROS_DOMAIN_ID"}

@@ -43,15 +43,35 @@ def mark(name: str, **more: object) -> dict:
     return {"nbgrader": plain | {"grade_id": name} | more}
 
 
+FILE, CHECKS = 2, 3  # the numbers of these cells in the greeter's notebook
+HINTS = """Greet whoever asks.
+
+<details><summary>Hint 1: where to look</summary>
+
+Part 1 has a **server**.
+
+</details>
+
+<details><summary>Hint 2: the idea</summary>
+
+One callback is enough.
+
+</details>"""
+
+
 def write_greeter(folder: Path, answer: str = SERVER) -> Path:
-    """An exercise with one file and one check, in a folder of its own."""
-    folder.mkdir()
+    """An exercise with one file, two hints, one check and one question, in a folder of its own."""
+    folder.mkdir(parents=True)
     sources = [
         ("import course\n\nros = course.live()", {}),
         (f"%%exercise greeter.py\n{answer}", mark("greeter-file", solution=True)),
         (CHECK, mark("greets", grade=True, locked=True, points=2)),
     ]
+    question = mark("why", grade=True, solution=True, points=3) | {"deletable": False}
     cells = [nbformat.v4.new_code_cell(source, metadata=metadata) for source, metadata in sources]
+    cells.append(nbformat.v4.new_markdown_cell("YOUR ANSWER HERE", metadata=question))
+    cells.append(nbformat.v4.new_markdown_cell(HINTS))
+    cells.insert(1, cells.pop())
     path = folder / f"{folder.name}.ipynb"
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
     nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=kernel), path)

@@ -4,7 +4,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import WAIT
-from tests.browser.pages import SERVER, barriers, cell, choose, open_page, set_theme, show_panel, write_greeter
+from tests.browser.pages import CHECKS, SERVER, barriers, cell, choose, open_page, set_theme, show_panel, write_greeter
 
 expect.set_options(timeout=WAIT)
 
@@ -76,7 +76,7 @@ def test_while_a_cell_runs_the_panel_tells_which_node_has_died_and_how(lab, page
     look = "self.create_timer(0.05, lambda: 1 / (not os.path.exists('die')))\n        self.create_service"
     answer = "import os\n" + SERVER.replace("self.create_service", look)
     panel = begin(page, lab, "died", answer=answer)
-    run_cell(page, 2, "import pathlib\nwhile not pathlib.Path('end').exists(): pass")
+    run_cell(page, CHECKS, "import pathlib\nwhile not pathlib.Path('end').exists(): pass")
     page.locator('.jp-Notebook-ExecutionIndicator[data-status="busy"]').wait_for()
     (lab[2] / "died/die").touch()
     panel.get_by_role("button", name="/greeter dead").click()
@@ -90,7 +90,7 @@ def test_while_a_cell_runs_the_panel_tells_which_node_has_died_and_how(lab, page
 def test_ten_thousand_lines_a_second_leave_the_page_responsive_and_are_counted(lab, page):
     panel = begin(page, lab, "flooded")
     (lab[2] / "flooded/flood.py").write_text(FLOOD)
-    run_cell(page, 2, "ros.start('flood.py')")
+    run_cell(page, CHECKS, "ros.start('flood.py')")
     expect(panel).to_contain_text("lines are not shown: they came faster than a page can show them")
     assert page.evaluate(DRAWN) < 2000  # ms between two frames, on a busy machine
     panel.get_by_label("Log of which node").select_option("/greeter")
@@ -102,7 +102,7 @@ def test_ten_thousand_lines_a_second_leave_the_page_responsive_and_are_counted(l
 
 def test_a_kernel_that_is_killed_is_told_and_the_next_one_is_found(lab, page):
     panel = begin(page, lab, "killed")
-    run_cell(page, 2, "import os, signal\nos.kill(os.getpid(), signal.SIGKILL)")
+    run_cell(page, CHECKS, "import os, signal\nos.kill(os.getpid(), signal.SIGKILL)")
     expect(panel).to_contain_text("The kernel has ended, and all of its nodes with it")
     expect(panel.get_by_role("button", name="/greeter")).to_have_count(0)
     page.get_by_role("dialog").get_by_role("button", name="Ok").click()

@@ -5,7 +5,8 @@ import os
 
 import pytest
 
-from course.notebook.drift import difference_of, differences, remember
+from course.notebook import cells
+from course.notebook.drift import EDITED, NOT_WRITTEN, difference_of, differences, remember, unlike
 
 
 @pytest.fixture
@@ -63,3 +64,11 @@ def test_what_a_cell_of_this_kernel_wrote_is_no_difference_until_the_file_is_edi
     assert difference_of(folder / "server.py") == ""
     (folder / "server.py").write_text("print('four')\n")
     assert "is the newer of the two" in difference_of(folder / "server.py")
+
+
+def test_cells_that_are_not_saved_yet_are_compared_with_their_files(folder):
+    known = cells.read(folder / "section.ipynb")
+    assert unlike(folder, known) == {"server.py": "", "Ask.srv": ""}
+    (folder / "server.py").write_text("print('before')\n")
+    (folder / "Ask.srv").unlink()
+    assert unlike(folder, known) == {"server.py": EDITED, "Ask.srv": NOT_WRITTEN}

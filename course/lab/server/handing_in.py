@@ -5,14 +5,14 @@ import json
 from pathlib import Path
 from typing import Any
 
-from jupyter_server.base.handlers import APIHandler
 from tornado import web
 
 from course import hand_in
 from course.errors import HandInError
+from course.lab.server.files import Beside
 
 
-class HandingIn(APIHandler):
+class HandingIn(Beside):
     """POST {"path": the notebook's, "name": the student's, "agreed": the doubts that the student has seen}.
 
     Without "agreed", or when there are other doubts by now, the answer is {"ask": {...}}, what there is to say before
@@ -20,18 +20,14 @@ class HandingIn(APIHandler):
     {"done": {...}} or {"error": "..."}.
     """
 
-    auth_resource = "contents"
-
     @web.authenticated
     async def post(self) -> None:
         """Hand in the exercise beside a notebook, as saved."""
-        if not await self._may_write():
-            raise web.HTTPError(403)
-        body = self.get_json_body() or {}
-        path, name, agreed = body.get("path"), body.get("name"), body.get("agreed")
-        if not isinstance(path, str) or not isinstance(name, str | None) or not isinstance(agreed, dict | None):
-            raise web.HTTPError(400, "a hand-in names the notebook's path")
-        folder = self._folder(path)
+        body = await self.asked()
+        path, name, agreed = body["path"], body.get("name"), body.get("agreed")
+        if not isinstance(name, str | None) or not isinstance(agreed, dict | None):
+            raise web.HTTPError(400, "a name is a text, and what is agreed to are doubts by file")
+        folder = self.notebook(path).parent
         try:
             found = await asyncio.to_thread(hand_in.read, folder)
         except HandInError as error:
@@ -72,17 +68,3 @@ class HandingIn(APIHandler):
             self.write(json.dumps(message) + "\n")
             await self.flush()
         await ended  # raises what nobody has foreseen
-
-    async def _may_write(self) -> bool:
-        from jupyter_core.utils import ensure_async
-
-        user = self.current_user
-        return bool(await ensure_async(self.authorizer.is_authorized(self, user, "write", self.auth_resource)))
-
-    def _folder(self, path: str) -> Path:
-        """The folder of a notebook that the server serves; raises 404 for any other."""
-        root = Path(self.contents_manager.root_dir).resolve()
-        folder = (root / path.strip("/")).parent
-        if not folder.resolve().is_relative_to(root) or ".." in Path(path).parts:
-            raise web.HTTPError(404, f"there is no {path} here")
-        return folder

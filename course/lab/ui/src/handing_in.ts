@@ -1,11 +1,13 @@
 // The hand-in button: what `course hand-in` does, asked of the server (course/lab/server/handing_in.py).
 
 import { Dialog, Notification, showDialog, showErrorMessage } from '@jupyterlab/apputils';
-import { URLExt } from '@jupyterlab/coreutils';
+import { ICellModel } from '@jupyterlab/cells';
 import { NotebookPanel } from '@jupyterlab/notebook';
-import { Contents, ServerConnection } from '@jupyterlab/services';
+import { Contents } from '@jupyterlab/services';
 import { ToolbarButton, LabIcon } from '@jupyterlab/ui-components';
 import { Widget } from '@lumino/widgets';
+
+import { post } from './server';
 
 export interface Ask {
   name: string;
@@ -35,13 +37,17 @@ export const handInIcon = new LabIcon({
 export function hasExercise(panel: NotebookPanel): boolean {
   const cells = panel.context.model?.cells;
   for (let number = 0; cells && number < cells.length; number++) {
-    const cell = cells.get(number);
-    const mark = cell.getMetadata('nbgrader');
-    if (mark?.solution && cell.sharedModel.getSource().trimStart().startsWith('%%exercise ')) {
+    if (fileOf(cells.get(number))) {
       return true;
     }
   }
   return false;
+}
+
+/** The file that a cell of an exercise writes; '' for any other cell. */
+export function fileOf(cell: ICellModel): string {
+  const [magic, name] = cell.sharedModel.getSource().trimStart().split(/\s+/, 2);
+  return cell.getMetadata('nbgrader')?.solution && magic === '%%exercise' && name ? name : '';
 }
 
 /** The button, which is there only for notebooks with an exercise. */
@@ -100,18 +106,10 @@ export async function handIn(panel: NotebookPanel, contents: Contents.IManager):
 
 /** What the server answers at last: {ask} or {done}; the way there is shown as a notification. */
 async function deliver(body: object): Promise<{ ask?: Ask; done?: Done }> {
-  const settings = ServerConnection.makeSettings();
-  const response = await ServerConnection.makeRequest(
-    URLExt.join(settings.baseUrl, 'course/hand-in'),
-    { method: 'POST', body: JSON.stringify(body) },
-    settings
-  );
-  if (!response.ok || !response.body) {
-    throw await ServerConnection.ResponseError.create(response);
-  }
+  const response = await post('hand-in', body);
   let shown = '';
   let found: any = null;
-  const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
+  const reader = response.body!.pipeThrough(new TextDecoderStream()).getReader();
   try {
     for (let text = '', part = await reader.read(); !part.done || text; part = await reader.read()) {
       const lines = (text + (part.value ?? '')).split('\n');

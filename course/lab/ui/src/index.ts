@@ -1,15 +1,17 @@
 // The course's part of JupyterLab: each plugin does one thing.
 
 import { ILabShell, ILayoutRestorer, JupyterFrontEnd, JupyterFrontEndPlugin } from '@jupyterlab/application';
-import { ICommandPalette, IToolbarWidgetRegistry } from '@jupyterlab/apputils';
+import { IToolbarWidgetRegistry } from '@jupyterlab/apputils';
 import { INotebookTracker, NotebookPanel } from '@jupyterlab/notebook';
+import { checkIcon } from '@jupyterlab/ui-components';
 
 import { Current } from './current';
+import { ExercisePanel } from './exercise';
 import { handIn, handInButton, handInIcon, hasExercise } from './handing_in';
 import { Links } from './link';
 import { NodesPanel, nodesIcon } from './nodes';
+import { layout, ways } from './ways';
 
-export const CATEGORY = 'ROS course';
 const NARROW = 760; // px
 
 const handingIn: JupyterFrontEndPlugin<void> = {
@@ -17,13 +19,7 @@ const handingIn: JupyterFrontEndPlugin<void> = {
   description: 'The hand-in button in the toolbar of a notebook with an exercise.',
   autoStart: true,
   requires: [INotebookTracker, IToolbarWidgetRegistry],
-  optional: [ICommandPalette],
-  activate: (
-    app: JupyterFrontEnd,
-    tracker: INotebookTracker,
-    toolbars: IToolbarWidgetRegistry,
-    palette: ICommandPalette | null
-  ) => {
+  activate: (app: JupyterFrontEnd, tracker: INotebookTracker, toolbars: IToolbarWidgetRegistry) => {
     const contents = app.serviceManager.contents;
     toolbars.addFactory<NotebookPanel>('Notebook', 'hand-in', panel => handInButton(panel, contents));
     app.commands.addCommand('ros2-course:hand-in', {
@@ -33,7 +29,6 @@ const handingIn: JupyterFrontEndPlugin<void> = {
       isEnabled: () => tracker.currentWidget !== null && hasExercise(tracker.currentWidget),
       execute: () => (tracker.currentWidget ? handIn(tracker.currentWidget, contents) : undefined)
     });
-    palette?.addItem({ command: 'ros2-course:hand-in', category: CATEGORY });
   }
 };
 
@@ -42,11 +37,10 @@ const panels: JupyterFrontEndPlugin<void> = {
   description: 'The panels beside a notebook.',
   autoStart: true,
   requires: [INotebookTracker],
-  optional: [ICommandPalette, ILayoutRestorer, ILabShell],
+  optional: [ILayoutRestorer, ILabShell],
   activate: (
     app: JupyterFrontEnd,
     tracker: INotebookTracker,
-    palette: ICommandPalette | null,
     restorer: ILayoutRestorer | null,
     shell: ILabShell | null
   ) => {
@@ -55,7 +49,12 @@ const panels: JupyterFrontEndPlugin<void> = {
     const current = new Current(tracker, new Links(), makeRoom);
     window.addEventListener('resize', () => (current.isOpen ? makeRoom() : undefined));
     const nodes = new NodesPanel(current);
-    for (const [widget, command, icon] of [[nodes, 'ros2-course:nodes', nodesIcon]] as const) {
+    const exercise = new ExercisePanel(current, app.serviceManager.contents);
+    const all = [
+      [exercise, 'ros2-course:exercise', checkIcon],
+      [nodes, 'ros2-course:nodes', nodesIcon]
+    ] as const;
+    for (const [widget, command, icon] of all) {
       app.shell.add(widget, 'right', { rank: 200, type: 'ROS course' });
       restorer?.add(widget, widget.id);
       app.commands.addCommand(command, {
@@ -64,9 +63,8 @@ const panels: JupyterFrontEndPlugin<void> = {
         icon,
         execute: () => shell?.activateById(widget.id) ?? app.shell.activateById(widget.id)
       });
-      palette?.addItem({ command, category: CATEGORY });
     }
   }
 };
 
-export default [handingIn, panels];
+export default [handingIn, panels, ways, layout];

@@ -1,0 +1,61 @@
+"""What the exercise panel shows of a notebook as it is in the page, saved or not; it needs no kernel."""
+
+import asyncio
+import json
+from pathlib import Path
+from typing import Any
+
+from tornado import web
+
+from course.errors import CourseError, UnreadableNotebook
+from course.lab.server.files import Beside
+from course.notebook import cells, drift, stubs
+from course.notebook.progress import parts
+
+
+class Exercise(Beside):
+    """POST {"path": the notebook's, "cells": its cells, of the outputs the errors}: parts, files and a summary."""
+
+    @web.authenticated
+    async def post(self) -> None:
+        """Say how far the exercise is."""
+        body = await self.asked()
+        self.finish(await asyncio.to_thread(_state, self.notebook(body["path"]), body.get("cells")))
+
+
+class Reset(Beside):
+    """POST {"path": the notebook's, "cell": the cell's name, "file": and its file's, "text": what it says now}.
+
+    The answer is {"stub": what it said when it was handed out, "copy": where the text is kept}, or {"error": "..."}.
+    """
+
+    @web.authenticated
+    async def post(self) -> None:
+        """Keep a copy, and give the stub."""
+        body = await self.asked()
+        cell, file, text = (str(body.get(key) or "") for key in ("cell", "file", "text"))
+        if not cell or Path(file).name != file or Path(file).suffix not in drift.SUFFIXES:
+            raise web.HTTPError(400, "a cell, its file and its text are needed")
+        notebook = self.notebook(body["path"])
+        try:
+            stub = stubs.stub_of(notebook, cell)
+            copy = stubs.keep_copy(notebook.parent, file, text)
+        except CourseError as error:
+            self.finish({"error": f"Nothing was changed: {error}"})
+        except OSError as error:
+            self.finish({"error": f"Nothing was changed, because no copy could be kept: {error.strerror}"})
+        else:
+            self.finish({"stub": stub, "copy": copy.name})
+
+
+def _state(notebook: Path, raw: Any) -> dict[str, Any]:
+    try:
+        known = cells.parse(json.dumps({"cells": raw}))
+    except UnreadableNotebook as error:
+        raise web.HTTPError(400, str(error)) from None
+    found = parts(notebook.stem, known)
+    return {
+        "parts": [{"name": part.name, "state": part.state, "done": part.done, "points": part.points} for part in found],
+        "summary": found.summary if found else "",
+        "files": drift.unlike(notebook.parent, [cell for cell in known if cell.solution]),
+    }

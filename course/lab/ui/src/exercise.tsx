@@ -1,0 +1,286 @@
+// The exercise panel: checks, points, hints by grade, what was edited since its last run, reset, hand in.
+
+import { Dialog, showDialog, showErrorMessage } from '@jupyterlab/apputils';
+import { NotebookActions, NotebookPanel } from '@jupyterlab/notebook';
+import { Contents } from '@jupyterlab/services';
+import { checkIcon } from '@jupyterlab/ui-components';
+import * as React from 'react';
+
+import { Current } from './current';
+import { fileOf, handIn } from './handing_in';
+import { SidePanel, useCurrent } from './panel';
+import { post } from './server';
+
+interface Part {
+  name: string;
+  state: string;
+  done: boolean;
+  points: number;
+}
+
+interface State {
+  parts: Part[];
+  summary: string;
+  files: { [file: string]: string };
+}
+
+interface Hint {
+  title: string;
+  text: string;
+}
+
+interface File {
+  name: string;
+  cell: string; // nbgrader's name of its cell
+  hints: Hint[];
+}
+
+const HINT = /<details>\s*<summary>\s*(Hint[^<]*)<\/summary>([\s\S]*?)<\/details>/g;
+const SETTLE = 400; // ms after a change of the notebook
+
+export class ExercisePanel extends SidePanel {
+  constructor(
+    current: Current,
+    private _contents: Contents.IManager
+  ) {
+    super(current, 'ros2-course-exercise', 'Exercise', checkIcon);
+  }
+
+  protected draw(): JSX.Element {
+    return <Exercise current={this.current} contents={this._contents} />;
+  }
+}
+
+function Exercise({ current, contents }: { current: Current; contents: Contents.IManager }): JSX.Element {
+  useCurrent(current);
+  const panel = current.panel;
+  const [state, setState] = React.useState<State | null>(null);
+  const [failed, setFailed] = React.useState('');
+  React.useEffect(() => {
+    setState(null);
+    if (!panel) {
+      return;
+    }
+    let timer = 0;
+    let gone = false;
+    const look = async () => {
+      try {
+        const found = await (await post('exercise', { path: panel.context.path, cells: cellsOf(panel) })).json();
+        if (!gone) {
+          setState(found);
+          setFailed('');
+        }
+      } catch (error) {
+        if (!gone) {
+          setFailed((error as Error).message);
+        }
+      }
+    };
+    const later = () => {
+      window.clearTimeout(timer);
+      timer = window.setTimeout(() => void look(), SETTLE);
+    };
+    void panel.context.ready.then(() => {
+      if (!gone) {
+        panel.context.model.contentChanged.connect(later);
+        void look();
+      }
+    });
+    // A cell's file is written when it has run, which changes the state of the notebook's kernel.
+    panel.sessionContext.statusChanged.connect(later);
+    return () => {
+      gone = true;
+      window.clearTimeout(timer);
+      panel.context.model?.contentChanged.disconnect(later);
+      panel.sessionContext.statusChanged.disconnect(later);
+    };
+  }, [panel]);
+  const files = panel && state ? filesOf(panel).filter(file => file.name in state.files) : [];
+  if (!panel || failed || (state && !state.parts.length && !files.length)) {
+    return (
+      <>
+        <h2>Exercise</h2>
+        <div className="ros-Panel-message" role="status">
+          {failed || (panel ? 'This notebook has no exercise.' : 'Open a notebook: this panel shows its exercise.')}
+        </div>
+      </>
+    );
+  }
+  const checks = new Set(cellsOf(panel).filter(isCheck).map(nameOf));
+  return (
+    <>
+      <header className="ros-Panel-head">
+        <h2>Exercise</h2>
+        <button onClick={() => void handIn(panel, contents)}>Hand in</button>
+      </header>
+      <div className="ros-Panel-message" role="status">
+        {state?.summary}
+      </div>
+      {files.map(file => (
+        <FileItem key={`${panel.id} ${file.cell}`} file={file} note={state!.files[file.name]} panel={panel} />
+      ))}
+      <header className="ros-Panel-head">
+        <h3>Checks and questions</h3>
+        <button onClick={() => void runAll(panel, [...checks])} disabled={!checks.size}>
+          Run all checks
+        </button>
+      </header>
+      <ul className="ros-Parts" aria-label="Checks and questions">
+        {state?.parts.map(part => (
+          <li key={part.name} className={part.done ? 'ros-mod-done' : ''}>
+            <span className="ros-mark" aria-hidden="true">
+              {part.done ? '✓' : '○'}
+            </span>
+            <span className="ros-part">
+              <strong>{part.name}</strong>: {part.state}{' '}
+              <span className="ros-quiet">(up to {part.points} points)</span>
+            </span>
+            <button
+              onClick={() => void (checks.has(part.name) ? runAll(panel, [part.name]) : show(panel, part.name))}
+              aria-label={`${checks.has(part.name) ? 'Run the check' : 'Show the question'} ${part.name}`}
+            >
+              {checks.has(part.name) ? 'Run' : 'Show'}
+            </button>
+          </li>
+        ))}
+      </ul>
+    </>
+  );
+}
+
+function FileItem({ file, note, panel }: { file: File; note: string; panel: NotebookPanel }): JSX.Element {
+  const [opened, setOpened] = React.useState(0); // hints, so far
+  return (
+    <section className="ros-File" aria-label={file.name}>
+      <div className="ros-Panel-head">
+        <h3>
+          <code>{file.name}</code>
+        </h3>
+        <span className="ros-buttons">
+          <button onClick={() => void runAll(panel, [file.cell])} aria-label={`Run the cell of ${file.name}`}>
+            Run
+          </button>
+          <button onClick={() => void reset(panel, file)} aria-label={`Reset ${file.name}`}>
+            Reset
+          </button>
+        </span>
+      </div>
+      <div role="status" className={note ? 'ros-note' : ''}>
+        {note || 'as its cell says'}
+      </div>
+      {file.hints.map((hint, number) =>
+        number > opened ? (
+          <div key={hint.title} className="ros-quiet">
+            {hint.title.replace(/:.*/, '')}: after the one before
+          </div>
+        ) : (
+          <details key={hint.title} onToggle={() => setOpened(Math.max(opened, number + 1))}>
+            <summary>{hint.title}</summary>
+            <Markdown text={hint.text} panel={panel} />
+          </details>
+        )
+      )}
+    </section>
+  );
+}
+
+/** A text as the notebook would draw it. */
+function Markdown({ text, panel }: { text: string; panel: NotebookPanel }): JSX.Element {
+  const place = React.useRef<HTMLDivElement>(null);
+  React.useEffect(() => {
+    const { rendermime } = panel.content;
+    const renderer = rendermime.createRenderer('text/markdown');
+    void renderer.renderModel(rendermime.createModel({ data: { 'text/markdown': text } }));
+    place.current?.replaceChildren(renderer.node);
+    return () => renderer.dispose();
+  }, [text, panel]);
+  return <div ref={place} className="ros-hint" />;
+}
+
+/** Run the cells of these names, one after the other, whatever comes of each. */
+async function runAll(panel: NotebookPanel, names: string[]): Promise<void> {
+  const notebook = panel.content;
+  for (const cell of notebook.widgets.filter(widget => names.includes(nameOf(widget.model)))) {
+    await NotebookActions.runCells(notebook, [cell], panel.sessionContext);
+  }
+}
+
+async function show(panel: NotebookPanel, name: string): Promise<void> {
+  const number = panel.content.widgets.findIndex(widget => nameOf(widget.model) === name);
+  if (number >= 0) {
+    panel.content.activeCellIndex = number;
+    await panel.content.scrollToItem(number);
+    panel.content.activate();
+  }
+}
+
+/** Put the cell of a file back to what it was when it was handed out; what it says now is kept in a file. */
+async function reset(panel: NotebookPanel, file: File): Promise<void> {
+  const cell = panel.content.widgets.find(widget => nameOf(widget.model) === file.cell);
+  const sure = await showDialog({
+    title: `Reset ${file.name}?`,
+    body: 'Its cell becomes what it was when you were given it. What you have written is kept in a file beside it.',
+    buttons: [Dialog.cancelButton(), Dialog.warnButton({ label: 'Reset' })]
+  });
+  if (!cell || !sure.button.accept) {
+    return;
+  }
+  try {
+    const text = cell.model.sharedModel.getSource();
+    const body = { path: panel.context.path, cell: file.cell, file: file.name, text };
+    const answer = await (await post('exercise/reset', body)).json();
+    if (answer.error) {
+      throw new Error(answer.error);
+    }
+    cell.model.sharedModel.setSource(answer.stub);
+    await showDialog({
+      title: `${file.name} was reset`,
+      body: `What you had written is in ${answer.copy}. The file itself stays as it is until you run the cell.`,
+      buttons: [Dialog.okButton({ label: 'Close' })]
+    });
+  } catch (error) {
+    await showErrorMessage(`${file.name} was not reset`, (error as Error).message);
+  }
+}
+
+function cellsOf(panel: NotebookPanel): any[] {
+  const model = panel.context.model;
+  const found = [];
+  for (let number = 0; number < model.cells.length; number++) {
+    const cell: any = model.cells.get(number).toJSON();
+    const outputs = cell.outputs?.filter((output: any) => output.output_type === 'error') ?? [];
+    found.push({
+      cell_type: cell.cell_type,
+      source: cell.source,
+      metadata: { nbgrader: cell.metadata?.nbgrader ?? null },
+      execution_count: cell.execution_count ?? null,
+      outputs: outputs.map(({ output_type, ename, evalue }: any) => ({ output_type, ename, evalue }))
+    });
+  }
+  return found;
+}
+
+function filesOf(panel: NotebookPanel): File[] {
+  const files: File[] = [];
+  let hints: Hint[] = [];
+  for (const cell of panel.content.widgets) {
+    const name = fileOf(cell.model);
+    if (name) {
+      files.push({ name, cell: nameOf(cell.model), hints });
+      hints = [];
+    } else if (cell.model.type === 'markdown') {
+      const found = cell.model.sharedModel.getSource().matchAll(HINT);
+      hints.push(...[...found].map(match => ({ title: match[1].trim(), text: match[2].trim() })));
+    }
+  }
+  return files;
+}
+
+function nameOf(cell: any): string {
+  return (cell.getMetadata ? cell.getMetadata('nbgrader') : cell.metadata?.nbgrader)?.grade_id ?? '';
+}
+
+function isCheck(cell: any): boolean {
+  const mark = cell.metadata?.nbgrader;
+  return cell.cell_type === 'code' && mark?.grade && mark?.locked;
+}

@@ -1,0 +1,71 @@
+// The ways to the lab: commands, in the palette and the launcher, and the layout that one begins with.
+
+import { JupyterFrontEnd, JupyterFrontEndPlugin } from '@jupyterlab/application';
+import { ICommandPalette } from '@jupyterlab/apputils';
+import { PageConfig, PathExt } from '@jupyterlab/coreutils';
+import { ILauncher } from '@jupyterlab/launcher';
+import { INotebookTracker, NotebookPanel } from '@jupyterlab/notebook';
+import { IStateDB } from '@jupyterlab/statedb';
+import { terminalIcon } from '@jupyterlab/ui-components';
+
+const CATEGORY = 'ROS course';
+const TERMINAL = 'ros2-course:terminal';
+const START_PAGE = 'index.ipynb';
+const ARRANGED = 'ros2-course:arranged'; // in JupyterLab's state: this has been done
+
+export const ways: JupyterFrontEndPlugin<void> = {
+  id: 'ros2-course-lab:ways',
+  description: 'The course’s commands in the palette and the launcher.',
+  autoStart: true,
+  requires: [INotebookTracker],
+  optional: [ICommandPalette, ILauncher],
+  activate: (
+    app: JupyterFrontEnd,
+    tracker: INotebookTracker,
+    palette: ICommandPalette | null,
+    launcher: ILauncher | null
+  ) => {
+    app.commands.addCommand(TERMINAL, {
+      label: 'ROS terminal',
+      caption: 'A terminal in the folder of the notebook, which meets its nodes',
+      icon: terminalIcon,
+      execute: () => {
+        const path = tracker.currentWidget?.context.path;
+        return app.commands.execute('terminal:create-new', path ? { cwd: PathExt.dirname(path) } : {});
+      }
+    });
+    const commands = [TERMINAL, 'ros2-course:nodes', 'ros2-course:exercise', 'ros2-course:hand-in'];
+    commands.forEach((command, rank) => {
+      palette?.addItem({ command, category: CATEGORY, rank });
+      launcher?.add({ command, category: CATEGORY, rank });
+    });
+  }
+};
+
+export const layout: JupyterFrontEndPlugin<void> = {
+  id: 'ros2-course-lab:layout',
+  description: 'The start page with a terminal below it, the first time that environment/start opens JupyterLab.',
+  autoStart: true,
+  requires: [INotebookTracker, IStateDB],
+  activate: (app: JupyterFrontEnd, tracker: INotebookTracker, state: IStateDB) => {
+    if (PageConfig.getOption('rosCourseArrange') !== 'true') {
+      return;
+    }
+    let begun = false;
+    const arrange = async (panel: NotebookPanel | null) => {
+      if (begun || panel?.context.path !== START_PAGE) {
+        return;
+      }
+      begun = true;
+      await app.restored;
+      if ((await state.fetch(ARRANGED)) === undefined) {
+        await state.save(ARRANGED, true);
+        const terminal = await app.commands.execute('terminal:create-new');
+        app.shell.add(terminal, 'main', { mode: 'split-bottom', ref: panel.id });
+        app.shell.activateById(panel.id);
+      }
+    };
+    tracker.currentChanged.connect((_, panel) => void arrange(panel));
+    void arrange(tracker.currentWidget);
+  }
+};

@@ -1,0 +1,95 @@
+"""The exercise panel in JupyterLab: checks, hints by grade, what was edited since its last run, reset."""
+
+import shutil
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.conftest import WAIT
+from tests.browser.pages import FILE, SERVER, barriers, cell, choose, open_page, set_theme, show_panel, write_greeter
+
+expect.set_options(timeout=WAIT)
+STUB = "# say hello\n"
+
+
+def begin(page, lab, name):
+    """The exercise in a course's folder, with what was handed out beside it; no cell has run yet."""
+    course = lab[2] / name
+    released = write_greeter(course / ".released/greeter", answer=STUB)
+    (course / "greeter").mkdir()
+    shutil.copy(released, course / "greeter")
+    open_page(page, lab, f"{name}/greeter/greeter.ipynb")
+    return show_panel(page, "Exercise")
+
+
+def type_answer(page, text):
+    cell(page, FILE).locator(".cm-content").click()
+    page.keyboard.press("Control+A")
+    page.keyboard.insert_text(f"%%exercise greeter.py\n{text}")
+
+
+def test_a_student_is_told_step_by_step_how_far_the_exercise_is(lab, page):
+    panel = begin(page, lab, "steps")
+    checks = panel.get_by_role("list", name="Checks and questions")
+    expect(panel).to_contain_text("not written yet: run its cell")
+    expect(checks).to_contain_text("greets: not run (up to 2 points)")
+    expect(checks).to_contain_text("why: not answered (up to 3 points)")
+    expect(panel).to_contain_text("0 of 2 parts done")
+    type_answer(page, SERVER.replace("'hello'", "'goodbye'"))
+    choose(page, "Run", "Run All Cells")
+    expect(panel).to_contain_text("as its cell says")
+    expect(checks).to_contain_text("greets: not yet: it must say hello")
+    type_answer(page, SERVER)
+    expect(panel).to_contain_text("edited since it was run")
+    panel.get_by_role("button", name="Run the cell of greeter.py").click()
+    expect(panel).to_contain_text("as its cell says")
+    panel.get_by_role("button", name="Run all checks").click()
+    expect(checks).to_contain_text("✓greets: passed")
+    expect(panel).to_contain_text("1 of 2 parts done. Up to 2 of 5 points can be given for them")
+
+
+def test_hints_come_one_after_the_other_and_are_drawn_as_in_the_notebook(lab, page):
+    panel = begin(page, lab, "hints")
+    expect(panel).to_contain_text("Hint 2: after the one before")
+    expect(panel.get_by_text("One callback is enough.")).to_have_count(0)
+    panel.get_by_text("Hint 1: where to look").click()
+    expect(panel.locator(".ros-hint strong")).to_have_text("server")
+    panel.get_by_text("Hint 2: the idea").click()
+    expect(panel.get_by_text("One callback is enough.")).to_be_visible()
+
+
+def test_a_reset_brings_the_stub_back_and_keeps_what_was_written(lab, page):
+    panel = begin(page, lab, "reset")
+    folder = lab[2] / "reset/greeter"
+    type_answer(page, SERVER)
+    panel.get_by_role("button", name="Reset greeter.py").click()
+    page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
+    expect(cell(page, FILE)).to_contain_text("class Greeter")
+    for copy in ("greeter.before-reset-1.py", "greeter.before-reset-2.py"):
+        panel.get_by_role("button", name="Reset greeter.py").click()
+        page.get_by_role("dialog").get_by_role("button", name="Reset").click()
+        expect(page.get_by_role("dialog")).to_contain_text(copy)
+        page.get_by_role("dialog").get_by_role("button", name="Close").click()
+        expect(cell(page, FILE)).not_to_contain_text("class Greeter")
+    assert SERVER in (folder / "greeter.before-reset-1.py").read_text()
+    assert STUB in (folder / "greeter.before-reset-2.py").read_text()
+    shutil.rmtree(lab[2] / "reset/.released")
+    panel.get_by_role("button", name="Reset greeter.py").click()
+    page.get_by_role("dialog").get_by_role("button", name="Reset").click()
+    expect(page.get_by_role("dialog")).to_contain_text("there is no copy of greeter.ipynb as it was handed out")
+
+
+@pytest.mark.parametrize("theme", ["Light", "Dark"])
+def test_everybody_can_use_it(lab, page, theme):
+    panel = begin(page, lab, f"exercise-{theme.lower()}")
+    set_theme(page, theme)
+    type_answer(page, SERVER)
+    choose(page, "Run", "Run All Cells")
+    expect(panel).to_contain_text("1 of 2 parts done")
+    type_answer(page, STUB)
+    expect(panel).to_contain_text("edited since it was run")
+    panel.get_by_text("Hint 1: where to look").click()
+    expect(panel.locator(".ros-hint strong")).to_be_visible()
+    assert barriers(page, ".ros-Panel:not(.lm-mod-hidden)") == []
+    page.set_viewport_size({"width": 390, "height": 800})
+    assert panel.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
