@@ -1,0 +1,73 @@
+"""The lab's part of the Jupyter server asks who is there, and serves its folder alone."""
+
+import json
+import urllib.error
+import urllib.request
+
+import pytest
+import websocket
+
+from tests.browser.conftest import WAIT
+
+TIME = WAIT / 1e3  # s
+
+
+def request(lab, path, body=None, *, token=True):
+    """The status and the JSON of a request."""
+    address, secret, _ = lab
+    headers = {"Authorization": f"token {secret}"} if token else {}
+    data = None if body is None else json.dumps(body).encode()
+    try:
+        with urllib.request.urlopen(urllib.request.Request(address + path, data, headers), timeout=TIME) as answer:
+            return answer.status, json.loads(answer.read())
+    except urllib.error.HTTPError as error:
+        return error.code, {}
+
+
+def connect(lab, kernel, *, token=True):
+    address, secret, _ = lab
+    url = f"{address.replace('http', 'ws')}/course/lab/{kernel}"
+    header = [f"Authorization: token {secret}"] if token else []
+    return websocket.create_connection(url, timeout=TIME, header=header)
+
+
+@pytest.fixture
+def kernel(lab):
+    status, made = request(lab, "/api/kernels", {"name": "python3"})
+    assert status == 201
+    return made["id"]
+
+
+def test_a_page_waits_until_the_kernel_has_a_session(lab, kernel):
+    page = connect(lab, kernel)
+    assert json.loads(page.recv()) == {"link": "waiting"}
+    page.close()
+
+
+def test_a_stranger_has_no_way_to_a_kernel(lab, kernel):
+    with pytest.raises(websocket.WebSocketBadStatusException) as refused:
+        connect(lab, kernel, token=False)
+    assert refused.value.status_code == 403
+
+
+def test_a_kernel_that_is_not_there_is_not_found(lab):
+    with pytest.raises(websocket.WebSocketBadStatusException) as refused:
+        connect(lab, "0b0e6f5c-0000-0000-0000-000000000000")
+    assert refused.value.status_code == 404
+
+
+@pytest.mark.parametrize("path", ["/course/hand-in", "/course/exercise", "/course/exercise/reset"])
+def test_files_are_for_whoever_may_log_in_and_below_the_served_folder(lab, path):
+    _, _, served = lab
+    (served.parent / "outside").mkdir(exist_ok=True)
+    body = {"path": "../outside/x.ipynb", "cells": [], "cell": "x", "file": "x.py", "text": "x"}
+    assert request(lab, path, body, token=False)[0] == 403
+    assert request(lab, path, body)[0] == 404
+    assert request(lab, path, {"nonsense": 1})[0] == 400
+    assert list((served.parent / "outside").iterdir()) == []
+
+
+@pytest.mark.parametrize("file", ["../x.py", "x", "/tmp/x.py", "x.ipynb"])
+def test_a_copy_is_kept_of_exercise_files_alone(lab, file):
+    body = {"path": "calculator.ipynb", "cell": "x", "file": file, "text": "x"}
+    assert request(lab, "/course/exercise/reset", body)[0] == 400

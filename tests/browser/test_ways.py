@@ -1,0 +1,57 @@
+"""The ways to the lab: the palette, the launcher, and the layout of the first start."""
+
+import nbformat
+from playwright.sync_api import expect
+
+from course.waiting import wait_until
+from tests.browser.conftest import WAIT
+from tests.browser.pages import choose, open_page, write_greeter
+
+expect.set_options(timeout=WAIT)
+
+
+def test_the_start_page_has_a_terminal_below_it_and_stays_as_one_leaves_it(lab, page):
+    address, token, served = lab
+    kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
+    nbformat.write(nbformat.v4.new_notebook(metadata=kernel), served / "index.ipynb")
+    page.goto(f"{address}/lab/tree/index.ipynb?token={token}&reset")
+    terminal = page.locator(".jp-Terminal .xterm-screen")
+    terminal.wait_for()
+    notebook = page.locator(".jp-Notebook")
+    notebook.wait_for()
+    above, below = (place.bounding_box() for place in (notebook, terminal))
+    assert below["y"] >= above["y"] + above["height"] - 1
+    tab = page.locator(".lm-DockPanel-tabBar .lm-TabBar-tab").filter(has_text="Terminal")
+    tab.locator(".lm-TabBar-tabCloseIcon").click()
+    terminal.wait_for(state="detached")
+    # JupyterLab saves its layout a moment later.
+    saved = served.parent / "home/config/lab/workspaces"
+    assert wait_until(
+        lambda: any("arranged" in (text := path.read_text()) and "terminal:" not in text for path in saved.glob("*")),
+        WAIT / 1e3,
+    )
+    page.goto(f"{address}/lab/tree/index.ipynb?token={token}")
+    page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for()
+    expect(tab).to_have_count(0)
+    expect(terminal).to_have_count(0)
+
+
+def test_palette_and_launcher_lead_to_terminal_and_panels(lab, page):
+    _, _, served = lab
+    write_greeter(served / "ways")
+    open_page(page, lab, "ways/ways.ipynb")
+    choose(page, "View", "Activate Command Palette")
+    expect(page.locator(".lm-CommandPalette-input")).to_be_focused()
+    page.keyboard.type("ROS course")
+    commands = page.locator(".lm-CommandPalette-itemLabel")
+    expect(commands.filter(has_text="ROS terminal")).to_be_visible()
+    assert {"ROS terminal", "Nodes", "Exercise", "Hand in"} <= set(commands.all_inner_texts())
+    commands.filter(has_text="ROS terminal").click()
+    page.locator(".jp-Terminal .xterm-screen").wait_for()
+    page.locator(".jp-Terminal").click()
+    page.keyboard.type("pwd > where\n")
+    assert wait_until((served / "ways/where").exists, WAIT / 1e3)  # in the notebook's folder
+    choose(page, "File", "New Launcher")
+    for name in ("Nodes", "Exercise"):
+        page.locator(".jp-LauncherCard").filter(has_text=name).click()
+        expect(page.get_by_role("region", name=name, exact=True)).to_be_visible()
