@@ -135,10 +135,10 @@ def test_everybody_can_use_it(lab, page, theme):
     panel.get_by_role("button", name="/greeter running").click()
     expect(panel).to_contain_text("word = 'hello'")
     expect(panel.get_by_role("log")).to_contain_text("greeted")
-    assert barriers(page, ".ros-Panel") == []
+    assert barriers(page, "#ros2-course-nodes") == []
     page.set_viewport_size({"width": 390, "height": 800})
     page.wait_for_function(
-        "() => { const box = document.querySelector('.ros-Panel').getBoundingClientRect();"
+        "() => { const box = document.querySelector('#ros2-course-nodes').getBoundingClientRect();"
         " return box.width >= 200 && box.right <= 390; }"
     )
     assert panel.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
