@@ -90,22 +90,30 @@ def hand_in(folder: Path, name: str, *, yes: bool, check: bool) -> int:
             name,
             check=check,
             tell=lambda ran, of: status.update(f"Running the public checks ... {ran} of {of}"),
+            warn=lambda text: console.print(text, markup=False),
         )
     for each, outcome in done.checks.items():
         console.print(f"{each}: {outcome}", markup=False)
     console.print(f"[bold]{done.archive.name}[/bold]: {', '.join(done.files)}")
-    if done.summary:
+    if done.checks:
         console.print(done.summary)
     console.print(KEEP)
     return 0
 
 
 def deliver(
-    found: HandIn, folder: Path, name: str, *, check: bool, tell: Callable[[int, int], None] = lambda ran, of: None
+    found: HandIn,
+    folder: Path,
+    name: str,
+    *,
+    check: bool,
+    tell: Callable[[int, int], None] = lambda ran, of: None,
+    warn: Callable[[str], None] = lambda text: None,
 ) -> HandedIn:
     """Run the public checks, if `check`, and write the archive of what was `found` in `folder`; raises HandInError.
 
-    `tell` is given how many of the checks have run, and of how many, whenever it is one more.
+    `tell` is given how many of the checks have run, and of how many, whenever it is one more; `warn`
+    why they could not be run.
     """
     checks, unchecked = {}, ""
     if check:
@@ -116,6 +124,7 @@ def deliver(
                 checks = outcomes(found.cells, found.files, Path(empty), tell)
         except OSError as error:  # a full disk
             unchecked = f"The public checks could not be run: {error.strerror}"
+            warn(unchecked)
     return HandedIn(write(found, folder, name, checks), list(found.files), checks, unchecked)
 
 
