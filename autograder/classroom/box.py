@@ -21,6 +21,7 @@ from autograder.sandbox import networks, seccomp, view
 from course import environment
 
 EXCHANGE = "/srv/exchange"
+GRADING = "grading"  # nbgrader's course folder, in the home of each instructor
 CONFIGURATION = "/opt/classroom"  # of Jupyter, in place of what the environment says
 SERVER = f"{CONFIGURATION}/serve.py"
 TEMPORARY, SHARED_MEMORY = GIB, GIB // 4  # bytes of /tmp and of /dev/shm
@@ -70,6 +71,7 @@ def command(room: Classroom, member: Member, argv: list[str], to_read: Callable[
 def variables(member: Member) -> dict[str, str]:
     """The environment variables of a member's processes."""
     return {
+        "COURSE_EXCHANGE": COURSE_ID,
         "HOME": home(member),
         "JUPYTER_CONFIG_PATH": CONFIGURATION,
         "LANG": "C.UTF-8",
@@ -159,7 +161,7 @@ def _configuration(room: Classroom, member: Member) -> dict[str, str]:
 
 
 def _grading(member: Member) -> str:
-    return f"{home(member)}/grading"
+    return f"{home(member)}/{GRADING}"
 
 
 def _scratch(path: str, size: int) -> list[str]:

@@ -56,9 +56,7 @@ def release(room: Classroom) -> list[str]:
     there = {path.name for path in (room.exchange / COURSE_ID / "outbound").iterdir()}
     new = [name for name in names() if name not in there]
     if new:
-        run(room, instructor, ["autograder", "release", *new, "--course", "grading"])
-    for name in new:
-        run(room, instructor, ["nbgrader", "release_assignment", name])
+        run(room, instructor, ["python", "-m", "autograder.classroom.releasing", box.GRADING, *new])
     return new
 
 

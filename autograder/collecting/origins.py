@@ -11,7 +11,6 @@ import csv
 import re
 import unicodedata
 from collections import defaultdict
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
@@ -79,37 +78,28 @@ class Roster:
 def read_roster(path: Path) -> Roster:
     """The roster in a CSV file with a header: the column `student` names the folder, all others are further names.
 
-    A column pair `first_name`, `last_name` makes the two orders of the whole name; `role` is no name.  Raises
-    UsageError.
+    A column pair `first_name`, `last_name` makes the two orders of the whole name.  Raises UsageError.
     """
     roster = Roster()
-    for number, line in read_lines(path):
-        student = (line.get("student") or "").strip()
-        if not ID.fullmatch(student) or student.startswith("."):
-            raise UsageError(f"{path}, line {number}: {student!r} cannot be the name of a folder")
-        if student in roster.students:
-            raise UsageError(f"{path}, line {number}: {student!r} is there twice")
-        names = [
-            value for key, value in line.items() if key not in (None, "student", "role") and isinstance(value, str)
-        ]
-        first, last = line.get("first_name") or "", line.get("last_name") or ""
-        roster.add(student, [*names, f"{first} {last}", f"{last} {first}"] if first and last else names)
-    return roster
-
-
-def read_lines(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
-    """The lines of a roster by column, each with its number; raises UsageError when it cannot be read."""
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             reader = csv.DictReader(file)
             if "student" not in (reader.fieldnames or ()):
                 raise UsageError(f"{path} has no column 'student' in its first line")
             for line in reader:
-                yield reader.line_num, line
+                student = (line.get("student") or "").strip()
+                if not ID.fullmatch(student) or student.startswith("."):
+                    raise UsageError(f"{path}, line {reader.line_num}: {student!r} cannot be the name of a folder")
+                if student in roster.students:
+                    raise UsageError(f"{path}, line {reader.line_num}: {student!r} is there twice")
+                names = [value for key, value in line.items() if key and key != "student" and isinstance(value, str)]
+                first, last = line.get("first_name") or "", line.get("last_name") or ""
+                roster.add(student, [*names, f"{first} {last}", f"{last} {first}"] if first and last else names)
     except OSError as error:
         raise UsageError(f"{path} cannot be read: {error.strerror}") from None
     except (UnicodeDecodeError, csv.Error) as error:
         raise UsageError(f"{path} is not a CSV file in UTF-8: {error}") from None
+    return roster
 
 
 def folder_name(name: str) -> str:
