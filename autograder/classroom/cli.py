@@ -1,5 +1,6 @@
 """The command `environment/classroom`."""
 
+import contextlib
 import os
 import shutil
 import sys
@@ -122,7 +123,7 @@ def status(folder: Folder = DEFAULT) -> None:
     up_ = hub.running(room) is not None
     alive = sorted(name for name, server in spawner.servers(room).items() if server.alive)
     print(f"The hub {f'is at {room.url}' if up_ else 'does not run; `environment/classroom up` starts it'}.")
-    print(f"{len(room.students)} students, {len(room.instructors)} instructors; {len(alive)} servers run.")
+    print(f"Students: {len(room.students)}; instructors: {len(room.instructors)}; running servers: {len(alive)}.")
     for name in alive:
         print(f"  {name}")
     raise typer.Exit(0 if up_ else 1)
@@ -149,6 +150,8 @@ def down(
             spawner.forget(room, name, server)
         removed = accounts.remove(room)
         shutil.rmtree(room.run, ignore_errors=True)
+        with contextlib.suppress(OSError):  # another class is there
+            room.run.parent.rmdir()
         if delete_homes:
             shutil.rmtree(room.folder)
     print(f"The class is ended; removed: {_listed(removed)}.")

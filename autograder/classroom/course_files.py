@@ -57,6 +57,7 @@ def release(room: Classroom) -> list[str]:
     new = [name for name in names() if name not in there]
     if new:
         run(room, instructor, ["python", "-m", "autograder.classroom.releasing", box.GRADING, *new])
+        (room.grading / "gradebook.db").chmod(0o660)  # nbgrader makes it for one instructor alone
     return new
 
 

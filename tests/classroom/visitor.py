@@ -79,6 +79,11 @@ class Kernel:
     def __init__(self, visitor: Visitor, number: str):
         """Connect to the kernel of this number."""
         self.visitor, self.number = visitor, number
+        self.connect()
+
+    def connect(self) -> None:
+        """Connect, also anew."""
+        visitor, number = self.visitor, self.number
         cookies = {cookie.name: cookie.value for cookie in visitor.session.cookies if cookie.path != "/hub/"}
         url = f"{visitor.base}api/kernels/{number}/channels".replace("http", "ws", 1)
         xsrf = visitor.session.cookies.get("_xsrf", path=f"/user/{visitor.name}/")
