@@ -49,6 +49,11 @@ class Visitor:
         self.session.get(f"{self.base}lab").raise_for_status()  # which logs in at the server itself
         return self
 
+    def stop(self) -> None:
+        """End the server with all that runs in it."""
+        url = f"{self.hub}hub/api/users/{self.name}/server"
+        self.session.delete(url, headers=self._headers("/hub/"), timeout=SPAWNED).raise_for_status()
+
     @property
     def base(self) -> str:
         """Where the own server is."""
