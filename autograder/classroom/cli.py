@@ -159,6 +159,42 @@ def down(
         print(f"Homes, exchange and grades are in {room.folder}.")
 
 
+@app.command("capacity")
+def capacity_command(
+    students: Annotated[list[int] | None, typer.Option(min=1, help="How many; repeat the option for several.")] = None,
+    at_once: Annotated[float, typer.Option(min=0.01, max=1, help="The share of them that works at once.")] = 1.0,
+    minutes: Annotated[float, typer.Option(min=1, help="Minutes that one page takes them.")] = 30.0,
+    hours: Annotated[float, typer.Option(min=0.1, help="Hours in which one exercise shall be graded.")] = 1.0,
+    machine_memory: Annotated[float, typer.Option(min=1, help="GiB of one machine.")] = 64.0,
+    machine_cores: Annotated[int, typer.Option(min=1, help="Cores of one machine.")] = 16,
+) -> None:
+    """Reckon from measured figures what a class needs; default: for 60, 600 and 6,000 students."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from autograder.classroom import capacity
+
+    counts = students or [60, 600, 6000]
+    wishes = [capacity.Wishes(count, at_once, minutes, hours, machine_memory, machine_cores) for count in counts]
+    needs = [capacity.reckon(each) for each in wishes]
+    table = Table("students", *(f"{count:,}" for count in counts))
+    table.add_row("kernels at once", *(f"{each.kernels:,}" for each in needs))
+    table.add_row("memory for them", *(f"{each.memory:,.0f} GiB" for each in needs))
+    table.add_row("cores for them", *(f"{each.cores:,.1f}" for each in needs))
+    table.add_row(f"cores that grade an exercise in {hours:g} h", *(f"{each.graders:,.1f}" for each in needs))
+    table.add_row("memory for grading", *(f"{each.grading_memory:,.1f} GiB" for each in needs))
+    table.add_row("disk", *(f"{each.disk:,.0f} GiB" for each in needs))
+    table.add_row(f"machines of {machine_cores} cores and {machine_memory:g} GiB", *(f"{n.machines}" for n in needs))
+    console = Console(width=None if sys.stdout.isatty() else 120)
+    console.print(table)
+    console.print(
+        f"Reckoned with {capacity.SPARE} times what was measured. A page takes {minutes:g} min, in which each cell "
+        f"is run {capacity.PASSES} times. Measured:"
+    )
+    for name, group in capacity.figures().items():
+        console.print(f"  {name}: {group['origin']}", markup=False, highlight=False)
+
+
 def main() -> None:
     """Run the command line; a problem that the user can solve is one line and exit code 2, any other one and 3."""
     try:

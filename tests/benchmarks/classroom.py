@@ -42,6 +42,7 @@ class Worked:
     """What a student's work has taken."""
 
     seconds: dict[str, float]  # by step
+    visitor: Visitor
     memory: int  # bytes at the end, with the kernel and its nodes
     processor: float  # s
 
@@ -72,15 +73,13 @@ def work(room: Classroom, name: str, password: str, pause: float) -> Worked:
             print(f"{name}, {step}: {ran.text[-300:]}", file=sys.stderr)
         seconds[step] = ran.seconds
     tree = processes(spawner.servers(room)[name].pid)
-    return Worked(seconds, total(tree, proportional), sum(_processor(pid) for pid in tree))
+    return Worked(seconds, visitor, total(tree, proportional), sum(_processor(pid) for pid in tree))
 
 
-def leave(room: Classroom, name: str, password: str) -> None:
+def leave(room: Classroom, visitor: Visitor) -> None:
     """End the student's server; what was built is forgotten, so that all who come next build their own."""
-    visitor = Visitor(room.url, name)
-    visitor.log_in(password)
     visitor.stop()
-    shutil.rmtree(room.home(room.find(name)) / ".cache", ignore_errors=True)
+    shutil.rmtree(room.home(room.find(visitor.name)) / ".cache", ignore_errors=True)
 
 
 def class_of(room: Classroom, count: int, pause: float) -> list[Worked]:
@@ -89,7 +88,7 @@ def class_of(room: Classroom, count: int, pause: float) -> list[Worked]:
     names = [member.name for member in room.students[:count]]
     with ThreadPoolExecutor(count) as pool:
         done = list(pool.map(lambda name: work(room, name, password, pause), names))
-        list(pool.map(lambda name: leave(room, name, password), names))
+        list(pool.map(lambda each: leave(room, each.visitor), done))
     return done
 
 

@@ -52,7 +52,8 @@ class Visitor:
     def stop(self) -> None:
         """End the server with all that runs in it."""
         url = f"{self.hub}hub/api/users/{self.name}/server"
-        self.session.delete(url, headers=self._headers("/hub/"), timeout=SPAWNED).raise_for_status()
+        answer = self.session.delete(url, headers=self._headers("/hub/"), timeout=SPAWNED)
+        assert answer.ok, answer.text
 
     @property
     def base(self) -> str:
