@@ -133,12 +133,15 @@ def _configuration(room: Classroom, member: Member) -> dict[str, str]:
     servers = {f"nbgrader.server_extensions.{name.replace('-', '_')}": on for name, on in extensions.items()}
     servers.pop("nbgrader.server_extensions.create_assignment")  # which has none
     idle = room.limits
-    server = {
+    server: dict[str, dict[str, object]] = {
         "ServerApp": {"jpserver_extensions": servers, "shutdown_no_activity_timeout": idle.server_idle},
         "MappingKernelManager": {"cull_idle_timeout": idle.kernel_idle, "cull_interval": 60, "cull_connected": True},
         "TerminalManager": {"cull_inactive_timeout": idle.kernel_idle, "cull_interval": 60},
     }
-    page = {"disabledExtensions": {f"@jupyter/nbgrader:{name}": not on for name, on in extensions.items()}}
+    if member.instructor:  # whose Formgrader is a page in a page
+        server["ServerApp"]["tornado_settings"] = {"headers": {"Content-Security-Policy": "frame-ancestors 'self'"}}
+    disabled = {f"@jupyter/nbgrader:{name}": not on for name, on in extensions.items()}
+    page = {"disabledExtensions": disabled | {"@jupyterlab/apputils-extension:announcements": True}}  # of the internet
     nbgrader = [
         "c = get_config()",
         f"c.CourseDirectory.course_id = {COURSE_ID!r}",

@@ -89,6 +89,12 @@ def up(
 
 def _up(room: Classroom) -> None:
     course_files.make_folders(room)
+    with contextlib.suppress(UsageError):  # there is none yet
+        gone = set(Classroom.load(room.folder).members) - set(room.members)
+        left = spawner.servers(room)
+        for name in sorted(left.keys() & {member.name for member in gone}):
+            spawner.forget(room, name, left[name])
+            print(f"Ended the server of {name}, who is not in the class any more, or has another role.")
     room.save()
     if hub.install_proxy():
         print("Installed the hub's proxy.")

@@ -28,6 +28,10 @@ class MembersPAM(PAMAuthenticator):
         known = await super().authenticate(handler, data | {"username": self.prefix + name})
         return name if known else None
 
+    def system_user_exists(self, user: Any) -> bool:
+        """A member's Unix user was made before the hub was started; it is called otherwise than the member."""
+        return True
+
 
 def configure(c: Config, room: Classroom) -> None:
     """Configure JupyterHub for a classroom."""
@@ -45,12 +49,16 @@ def configure(c: Config, room: Classroom) -> None:
     c.ConfigurableHTTPProxy.command = [shutil.which("node") or "node", str(hub.proxy())]
     c.ConfigurableHTTPProxy.api_url = as_url(room.run / "proxy.sock")
     c.ConfigurableHTTPProxy.pid_file = str(hub.proxy_pid(room))
+    # All servers have one origin: a page that a student's own handlers make could act as whoever opens it.
+    c.Spawner.disable_user_config = True
     c.Spawner.start_timeout, c.Spawner.http_timeout = START, ANSWER
 
     names = {member.name for member in room.members}
     c.Authenticator.allowed_users = names
-    c.Authenticator.admin_users = {member.name for member in room.instructors}
-    c.Authenticator.delete_invalid_users = True
+    instructors = {member.name for member in room.instructors}
+    c.Authenticator.admin_users = instructors
+    c.Authenticator.allow_existing_users = False  # who has left the class stays outside
+    c.Authenticator.post_auth_hook = lambda _, handler, known: known | {"admin": known["name"] in instructors}
     if room.passwords == "pam":
         MembersPAM.prefix = room.prefix
         c.JupyterHub.authenticator_class = MembersPAM
@@ -59,8 +67,6 @@ def configure(c: Config, room: Classroom) -> None:
         c.JupyterHub.authenticator_class = "shared-password"
         c.SharedPasswordAuthenticator.user_password = known["students"]
         c.SharedPasswordAuthenticator.admin_password = known["instructors"]
-
-    instructors = {member.name for member in room.instructors}
 
     def where(spawner: BoxSpawner) -> None:
         member = room.find(spawner.user.name)

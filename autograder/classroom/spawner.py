@@ -138,8 +138,8 @@ def start(room: Classroom, member: Member, env: dict[str, str]) -> tuple[subproc
     log = open(room.state / "servers" / f"{member.name}.log", "ab")  # noqa: SIM115  # handed on, and closed below
     listening = _listen(room.socket(member))
     try:
-        # -P: a file in the home folder is no module of the server
-        command = box.command(room, member, [sys.executable, "-P", box.SERVER], contents)
+        # -P, -s: nothing in the home folder is a module of the server
+        command = box.command(room, member, [sys.executable, "-P", "-s", box.SERVER], contents)
         process = subprocess.Popen(
             group.command(command) if group else command,
             stdin=subprocess.DEVNULL,

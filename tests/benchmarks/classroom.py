@@ -1,6 +1,6 @@
 """A class at work on this machine: python classroom.py N [N...] [--pause SECONDS].  As root; see docs/classroom.md.
 
-It starts a classroom with the largest N of students.  For each N, so many students log in over HTTP, start servers and
+It starts a classroom with students enough.  For each N, so many students log in over HTTP, start servers and
 kernels at once, run the cells of the calculator with its solution through websockets, and hand in.  Printed are the
 memory and processor time of a student, and each cell's time beside its time when one student is alone, which is
 measured first.  `--pause` has students think between cells, for up to twice as long, each for a time of their own;
@@ -18,6 +18,7 @@ import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from statistics import median
 
@@ -32,6 +33,7 @@ from autograder.sandbox.process import processes, proportional, total  # noqa: E
 from tests.classroom.visitor import Visitor  # noqa: E402
 
 TWICE, SHORT = 2.0, 0.2  # a cell may take twice its time alone; what is shorter (s) is taken for as long
+ALONE = 3  # students who work alone, one after the other
 HAND_IN = "!course hand-in --yes --no-check"
 START = "log in, start the server"
 KERNEL = "start a kernel"
@@ -76,19 +78,12 @@ def work(room: Classroom, name: str, password: str, pause: float) -> Worked:
     return Worked(seconds, visitor, total(tree, proportional), sum(_processor(pid) for pid in tree))
 
 
-def leave(room: Classroom, visitor: Visitor) -> None:
-    """End the student's server; what was built is forgotten, so that all who come next build their own."""
-    visitor.stop()
-    shutil.rmtree(room.home(room.find(visitor.name)) / ".cache", ignore_errors=True)
-
-
-def class_of(room: Classroom, count: int, pause: float) -> list[Worked]:
-    """So many students at once."""
+def class_of(room: Classroom, names: list[str], pause: float) -> list[Worked]:
+    """These students at once, each for the first time: their interfaces are yet to be built."""
     password = hub.shared_passwords(room)["students"]
-    names = [member.name for member in room.students[:count]]
-    with ThreadPoolExecutor(count) as pool:
+    with ThreadPoolExecutor(len(names)) as pool:
         done = list(pool.map(lambda name: work(room, name, password, pause), names))
-        list(pool.map(lambda each: leave(room, each.visitor), done))
+        list(pool.map(lambda each: each.visitor.stop(), done))
     return done
 
 
@@ -126,7 +121,7 @@ def main() -> None:
     folder = Path(tempfile.mkdtemp(prefix="classroom-"))
     folder.chmod(0o711)
     roster = folder / "roster.csv"
-    names = [f"s{number:04}" for number in range(max(options.students))]
+    names = [f"s{number:04}" for number in range(1 + ALONE + sum(options.students))]
     roster.write_text("\n".join(["student,role", *(f"{name},student" for name in names), "teacher,instructor", ""]))
     common = ["--folder", str(folder / "class")]
     command = [ROOT / "environment" / "classroom"]
@@ -142,11 +137,12 @@ def main() -> None:
         room = Classroom.load(folder / "class")
         home = sum(path.stat().st_size for path in room.home(room.students[0]).rglob("*") if path.is_file())
         print(f"a new home: {home / 2**20:.1f} MiB")
-        class_of(room, 1, 0.0)  # the first one finds nothing in the caches
-        alone = [worked for _ in range(3) for worked in class_of(room, 1, 0.0)]
+        fresh = iter(names)
+        class_of(room, [next(fresh)], 0.0)  # the first one finds nothing in the machine's caches
+        alone = [worked for _ in range(ALONE) for worked in class_of(room, [next(fresh)], 0.0)]
         largest = 0
         for count in options.students:
-            if show(count, alone, class_of(room, count, options.pause)):
+            if show(count, alone, class_of(room, [*islice(fresh, count)], options.pause)):
                 largest = max(largest, count)
         print(f"\nThe largest of these at which each cell is within twice its time alone: {largest or 'none'}")
     finally:
