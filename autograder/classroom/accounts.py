@@ -67,6 +67,13 @@ def own(folder: Path, uid: int, gid: int) -> None:
             os.lchown(os.path.join(at, name), uid, gid)
 
 
+def without_password(room: Classroom, new: list[Member]) -> list[Member]:
+    """The members who have none yet: the `new` ones, and whoever the file of passwords does not name."""
+    path = room.state / PASSWORDS
+    named = {line.partition(",")[0] for line in path.read_text().splitlines()} if path.exists() else set()
+    return [member for member in room.members if member in new or member.name not in named]
+
+
 def set_passwords(room: Classroom, members: list[Member]) -> Path:
     """Give each of `members` a new password, and add it to the file that is returned, for root to hand out."""
     path = room.state / PASSWORDS

@@ -108,8 +108,8 @@ def _up(room: Classroom) -> None:
     course_files.hand_out_notebooks(room)
     hub.stop(room)
     if room.passwords == "pam":
-        if new:
-            print(f"Passwords of the new users: {accounts.set_passwords(room, new)}")
+        if without := accounts.without_password(room, new):
+            print(f"Gave passwords to {len(without)} members; they are in {accounts.set_passwords(room, without)}.")
     else:
         known = hub.shared_passwords(room)
         print("FOR TRYING ONLY: whoever knows this password can come in as any student.")

@@ -86,9 +86,7 @@ class Started(NamedTuple):
 class Sandbox:
     """Starts the handed-in files as confined programs; closing it ends them all."""
 
-    def __init__(
-        self, box: str, files: Mapping[str, bytes], interfaces: Path | None = None, core: int | None = None
-    ):
+    def __init__(self, box: str, files: Mapping[str, bytes], interfaces: Path | None = None, core: int | None = None):
         """`files` are laid into each program's home folder; `interfaces` is an install prefix to import from.
 
         All programs run on the `core` of the processor, if one is given and they cannot have a control group.

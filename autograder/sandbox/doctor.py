@@ -144,7 +144,12 @@ def _group() -> Layer:
     """The control group for the programs of a grading together."""
     group = cgroup.make()
     if group is None:
-        return Layer("control group", False, "none to be had: each program has limits, and all of a grading share a core", required=False)
+        return Layer(
+            "control group",
+            False,
+            "none to be had: each program has limits, and all of a grading share a core",
+            required=False,
+        )
     group.close()
     seen = f"{cgroup.MEMORY >> 30} GiB and {cgroup.TASKS} processes for all programs of a grading together"
     return Layer("control group", True, seen, required=False)

@@ -52,11 +52,7 @@ def options(
     `interfaces` is the install prefix of an exercise's own interface package.  `to_read` makes a descriptor, which
     bubblewrap inherits, of a file's content.
     """
-    view = [
-        *_stored_system(uid, to_read),
-        *_stored("home", HOME),
-        *installed(folders(paths.private()), interfaces),
-    ]
+    view = [*_stored_system(uid, to_read), *_stored("home", HOME), *installed(folders(paths.private()), interfaces)]
     view += ["--perms", "0755", "--dir", "/opt", "--ro-bind", str(environment.DISCOVERY_PROFILE), PROFILE]
     if interfaces:
         view += ["--ro-bind", str(interfaces), INTERFACES]

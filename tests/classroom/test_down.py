@@ -3,6 +3,7 @@
 These tests have a class of their own, because they end it.
 """
 
+import csv
 import grp
 import os
 import pwd
@@ -18,18 +19,45 @@ from tests.classroom.visitor import Visitor
 PREFIX = "gone-"
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def ended(able, tmp_path_factory):
-    """A class that was up, what it had of the machine then, and how to end it."""
+    """A class that these tests end, and the arguments of its commands."""
     folder = tmp_path_factory.mktemp("ended")
     folder.parent.chmod(folder.parent.stat().st_mode | 0o011)
     folder.chmod(0o711)
     (folder / "roster.csv").write_text(ROSTER)
     common = ["--folder", str(folder / "class")]
-    arguments = [*common, "--roster", str(folder / "roster.csv"), "--passwords", "dummy"]
-    done = classroom("up", *arguments, "--port", str(free_port()), "--prefix", PREFIX)
-    yield done, Classroom.load(folder / "class"), common
-    classroom("down", *common, "--delete-homes")
+    arguments = [*common, "--roster", str(folder / "roster.csv"), "--port", str(free_port()), "--prefix", PREFIX]
+    done = classroom("up", *arguments, "--passwords", "dummy")
+    try:
+        assert done.returncode == 0, done.stderr
+        yield Classroom.load(folder / "class"), arguments, common
+    finally:
+        classroom("down", *common, "--delete-homes")
+
+
+def come_in(room: Classroom, name: str, password: str) -> Visitor:
+    visitor = Visitor(room.url, name)
+    assert visitor.log_in(password)
+    return visitor.start()
+
+
+def test_who_leaves_the_class_is_out_and_pam_knows_each_ones_own_password(ended):
+    room, arguments, _ = ended
+    known = hub.shared_passwords(room)
+    come_in(room, "bob", known["students"])
+    (room.folder.parent / "roster.csv").write_text(ROSTER.replace("bob,student\n", ""))
+    again = classroom("up", *arguments, "--passwords", "pam")
+    assert again.returncode == 0, again.stderr
+    assert "Ended the server of bob" in again.stdout and not spawner.servers(room)
+    with open(room.state / accounts.PASSWORDS, newline="") as file:
+        own = {line["student"]: line["password"] for line in csv.DictReader(file)}
+    assert own.keys() == {"ada", "teacher"}
+    assert not Visitor(room.url, "bob").log_in(known["students"])
+    assert not Visitor(room.url, "ada").log_in(own["teacher"])
+    for name, password in own.items():
+        sleeper = "import subprocess; subprocess.Popen(['setsid', '-f', 'sleep', '1000'])"
+        assert come_in(room, name, password).kernel().run(sleeper).error == ""
 
 
 def traces(room: Classroom, uids: set[int], networks: set[str]) -> list[str]:
@@ -54,15 +82,7 @@ def traces(room: Classroom, uids: set[int], networks: set[str]) -> list[str]:
 
 
 def test_down_leaves_nothing(ended):
-    done, room, common = ended
-    assert done.returncode == 0, done.stderr
-    known = hub.shared_passwords(room)
-    for name in ("bob", "teacher"):
-        visitor = Visitor(room.url, name)
-        assert visitor.log_in(known["instructors" if name == "teacher" else "students"])
-        visitor.start()
-        sleeper = "import subprocess; subprocess.Popen(['setsid', '-f', 'sleep', '1000'])"
-        assert visitor.kernel().run(sleeper).error == ""
+    room, _, common = ended
     uids = {accounts.ids(room, member)[0] for member in room.members}
     networks = {
         os.readlink(f"/proc/{child}/ns/net")
@@ -79,7 +99,7 @@ def test_down_leaves_nothing(ended):
     down = classroom("down", *common)
     assert down.returncode == 0, down.stderr
     assert traces(room, uids, networks) == []
-    kept = room.home(room.find("bob"))
+    kept = room.home(room.find("ada"))
     assert (kept / "notebooks" / "index.ipynb").exists() and kept.stat().st_uid in uids
 
 
