@@ -10,6 +10,7 @@ import json
 import os
 import platform
 import re
+import subprocess
 import sys
 import tempfile
 import zipfile
@@ -30,6 +31,7 @@ from course.notebook.drift import differences, written_by
 
 RECEIPT = "receipt.json"
 FORMAT = 1  # of the receipt
+EXCHANGE = "COURSE_EXCHANGE"  # set where a class works on one server: nbgrader's name for the course
 PACKAGES = ("ros2-course", "ros-jazzy-rclpy", "nbgrader")
 
 
@@ -59,7 +61,10 @@ class HandedIn:
         return f"{passed} of {len(self.checks)} public checks passed." if self.checks else self.unchecked
 
 
-KEEP = "Keep it: it is your receipt. You can hand in again; the newest counts."
+def kept() -> str:
+    """What the student is told about an archive that was written."""
+    sent = "It is in the exchange of your class. " if os.environ.get(EXCHANGE) else ""
+    return f"{sent}Keep it: it is your receipt. You can hand in again; the newest counts."
 
 
 def student() -> str:
@@ -97,7 +102,7 @@ def hand_in(folder: Path, name: str, *, yes: bool, check: bool) -> int:
     console.print(f"[bold]{done.archive.name}[/bold]: {', '.join(done.files)}")
     if done.checks:
         console.print(done.summary)
-    console.print(KEEP)
+    console.print(kept())
     return 0
 
 
@@ -161,7 +166,10 @@ def read(folder: Path) -> HandIn:
 
 
 def write(found: HandIn, folder: Path, name: str, checks: dict[str, str], now: datetime | None = None) -> Path:
-    """Write the archive `NAME-ASSIGNMENT-UTC TIME.zip` into `folder`, whole or not at all; raises HandInError."""
+    """Write the archive `NAME-ASSIGNMENT-UTC TIME.zip` into `folder`, whole or not at all; raises HandInError.
+
+    Where the class has an exchange, what was found is submitted there, too.
+    """
     now = now or datetime.now(UTC)
     name = re.sub(r"[^\w.]+", "_", name).strip("._") or "student"
     stem = f"{name}-{found.assignment}-{now:%Y%m%dT%H%M%SZ}"
@@ -170,10 +178,30 @@ def write(found: HandIn, folder: Path, name: str, checks: dict[str, str], now: d
         for number in range(1, 100):
             path = folder / f"{stem}{f'-{number}' if number > 1 else ''}.zip"
             with contextlib.suppress(FileExistsError):
-                return _written(path, content)
+                _written(path, content)
+                submit(found, path)
+                return path
     except OSError as error:
         raise HandInError(f"{path.name} could not be written: {error.strerror}; nothing was handed in") from None
     raise HandInError(f"there are 99 archives {stem}*.zip already")
+
+
+def submit(found: HandIn, archive: Path) -> None:
+    """Hand in what was found to nbgrader's exchange, if $COURSE_EXCHANGE names the course there; raises HandInError."""
+    course_id = os.environ.get(EXCHANGE)
+    if not course_id:
+        return
+    with tempfile.TemporaryDirectory(prefix="hand-in-") as place:
+        folder = Path(place, found.assignment)  # whatever the student's folder is called
+        folder.mkdir()
+        for each, content in found.files.items():
+            (folder / each).write_bytes(content)
+        command = [sys.executable, "-m", "nbgrader", "submit", found.assignment, "--course", course_id]
+        done = subprocess.run([*command, f"--Exchange.assignment_dir={place}"], capture_output=True, text=True)
+    if done.returncode:
+        said = [line for line in done.stderr.splitlines() if "ERROR" in line or "CRITICAL" in line]
+        why = said[0].partition("] ")[2] if said else f"exit status {done.returncode}"
+        raise HandInError(f"{archive.name} is written, but the exchange of your class did not take it: {why}")
 
 
 def receipt(found: HandIn, name: str, checks: dict[str, str], now: datetime) -> dict[str, Any]:

@@ -26,7 +26,7 @@ from course.notebook.stubs import RELEASED
 log = logging.getLogger(__name__)
 
 START_PAGE = "index.ipynb"
-DEVELOPERS = ["check", "test", "lock", "site", "lab-build"]  # of environment/: not for students
+DEVELOPERS = ["check", "classroom", "lab-build", "lock", "proxy", "site", "test"]  # of environment/: not for students
 PROJECT = ("[build-system]", "[project", "[tool.setuptools")  # of pyproject.toml: what students install
 
 

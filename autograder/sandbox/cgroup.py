@@ -1,4 +1,5 @@
-"""A control group for all programs of one grading together, where this machine gives one (cgroups(7), v1 and v2).
+"""A control group for programs that belong together, where this machine gives one (cgroups(7), v1 and v2): those of
+one grading, or all that a student of a classroom runs.
 
 The limits of a process (`box.LIMITS`) leave room: programs of one grading may each take what one may, and the kernel's
 own memory, of sockets and empty files, counts for no process.  In a group of their own all of it counts, and a program
@@ -20,11 +21,8 @@ ROOT = Path("/sys/fs/cgroup")
 NAME = "ros2-autograder-"
 MEMORY = 2 << 30  # bytes of all programs of a grading together, with what the kernel keeps for them
 TASKS = 400  # processes and threads, the same
-LIMITS = {  # what is written to which file, of v1 and of v2
-    "memory": {"memory.limit_in_bytes": str(MEMORY), "memory.max": str(MEMORY)},
-    "pids": {"pids.max": str(TASKS)},
-    "cpu": {},
-}
+CONTROLLERS = ("memory", "pids", "cpu")
+PERIOD = 100_000  # us in which a group gets its share of the processor
 ENTER = 'for group in $GROUPS_; do echo 0 > "$group/cgroup.procs" || exit 125; done; unset GROUPS_; exec "$@"'
 STALE = 3600.0  # s after which an empty group was left behind by a grading that was killed
 EMPTY = 5.0  # s until the processes of a group that were killed are gone
@@ -60,17 +58,30 @@ class Group:
                 folder.rmdir()
 
 
-def make() -> Group | None:
-    """A new group below this process's own, with limits; None where this machine gives none."""
-    name = NAME + secrets.token_hex(8)
+def make(memory: int = MEMORY, tasks: int = TASKS, cores: float | None = None, name: str = "") -> Group | None:
+    """A new group below this process's own, with limits; None where this machine gives none.
+
+    All its processes together get at most `memory` bytes, `tasks` processes and threads, and the time of `cores`
+    processors.  A group that has a `name` already, and is left from before, is taken again.
+    """
+    limits = {  # what is written to which file, of v1 and of v2
+        "memory": {"memory.limit_in_bytes": str(memory), "memory.max": str(memory)},
+        "pids": {"pids.max": str(tasks)},
+        "cpu": {},
+    }
+    if cores:
+        quota = round(cores * PERIOD)
+        limits["cpu"] = {"cpu.cfs_quota_us": str(quota), "cpu.max": f"{quota} {PERIOD}"}
+    again = bool(name)
+    name = name or NAME + secrets.token_hex(8)
     made: list[Path] = []
     try:
         for parent, controllers in _parents():
             _remove_stale(parent)
-            (parent / name).mkdir()
+            (parent / name).mkdir(exist_ok=again)
             made.append(parent / name)
             for controller in controllers:
-                for file, value in LIMITS[controller].items():
+                for file, value in limits[controller].items():
                     if (parent / name / file).exists():
                         (parent / name / file).write_text(value)
     except OSError:
@@ -84,12 +95,12 @@ def _parents() -> list[tuple[Path, list[str]]]:
     found: list[tuple[Path, list[str]]] = []
     for line in Path("/proc/self/cgroup").read_text().splitlines():
         number, names, path = line.split(":", 2)
-        controllers = [name for name in names.split(",") if name in LIMITS]
+        controllers = [name for name in names.split(",") if name in CONTROLLERS]
         if number == "0":
             parent = _giving(ROOT, path)
             if parent:
                 given = (parent / "cgroup.subtree_control").read_text().split()
-                found.append((parent, [name for name in given if name in LIMITS]))
+                found.append((parent, [name for name in given if name in CONTROLLERS]))
         elif controllers:
             found.append((ROOT / names / path.lstrip("/"), controllers))
     limited = {name for _, controllers in found for name in controllers}

@@ -16,6 +16,8 @@ from functools import partial
 from typing import TypeVar
 
 CLONE_NEWNET = 0x40000000
+# For `ip -batch`: the loopback device of a new network, ready for ROS 2 discovery, which needs multicast.
+SET_UP = "link set lo up multicast on\nroute add 224.0.0.0/4 dev lo\n"
 _libc = ctypes.CDLL(None, use_errno=True)
 
 Result = TypeVar("Result")
@@ -80,12 +82,7 @@ class Threads:
 
 def _set_up() -> None:
     """Prepare the loopback device of this thread's network for ROS 2 discovery, which needs multicast."""
-    subprocess.run(
-        ["ip", "-batch", "-"],
-        check=True,
-        text=True,
-        input="link set lo up multicast on\nroute add 224.0.0.0/4 dev lo\n",
-    )
+    subprocess.run(["ip", "-batch", "-"], check=True, text=True, input=SET_UP)
 
 
 def _here() -> int:

@@ -52,7 +52,7 @@ def options(
     `interfaces` is the install prefix of an exercise's own interface package.  `to_read` makes a descriptor, which
     bubblewrap inherits, of a file's content.
     """
-    view = [*_system(uid, to_read), *_stored("home", HOME), *_installed(_folders(paths.private()), interfaces)]
+    view = [*_stored_system(uid, to_read), *_stored("home", HOME), *installed(folders(paths.private()), interfaces)]
     view += ["--perms", "0755", "--dir", "/opt", "--ro-bind", str(environment.DISCOVERY_PROFILE), PROFILE]
     if interfaces:
         view += ["--ro-bind", str(interfaces), INTERFACES]
@@ -69,14 +69,25 @@ def of_judge(interfaces: Path, to_read: Callable[[bytes], str]) -> list[str]:
     """
     private = [folder for folder in (paths.checkout(), HIDDEN) if folder]
     needed = {PACKAGE: True, HIDDEN: False, COURSE: True}
-    folders = dict(sorted((_folders(private) | needed).items(), key=lambda item: len(item[0].parts)))
-    view = [*_system(0, to_read), *_stored("home", JUDGE_HOME), *_installed(folders, None)]
+    shown = outer_first(folders(private) | needed)
+    view = [*_stored_system(0, to_read), *_stored("home", JUDGE_HOME), *installed(shown)]
     view += ["--perms", "0755", "--dir", "/opt", "--ro-bind", str(interfaces), INTERFACES]
     return [*view, "--remount-ro", "/"]
 
 
-def _system(uid: int, to_read: Callable[[bytes], str]) -> list[str]:
-    view: list[str] = []
+def _stored_system(uid: int, to_read: Callable[[bytes], str]) -> list[str]:
+    files = {path: text.format(uid=uid) for path, text in SYSTEM_FILES.items()}
+    return system(files, to_read, _stored("shm", "/dev/shm"), _stored("tmp", "/tmp"))
+
+
+def system(
+    files: Mapping[str, str], to_read: Callable[[bytes], str], shared_memory: list[str], temporary: list[str]
+) -> list[str]:
+    """The system, read-only, with these `files` of /etc, and a /proc and a /dev of one's own.
+
+    `shared_memory` and `temporary` are the options that mount /dev/shm and /tmp.
+    """
+    view = ["--perms", "0755", "--dir", "/etc"]  # whatever the umask
     for name in SYSTEM:
         link = Path("/", name).is_symlink()
         view += (
@@ -84,18 +95,17 @@ def _system(uid: int, to_read: Callable[[bytes], str]) -> list[str]:
         )
     for path in CONFIGURATION:
         view += ["--ro-bind-try", path, path]
-    for path, text in SYSTEM_FILES.items():
-        view += ["--perms", "0444", "--ro-bind-data", to_read(text.format(uid=uid).encode()), path]
+    for path, text in files.items():
+        view += ["--perms", "0444", "--ro-bind-data", to_read(text.encode()), path]
     view += ["--proc", "/proc", "--dev", "/dev"]
-    view += [*_stored("shm", "/dev/shm"), "--remount-ro", "/dev"]
-    return [*view, *_stored("tmp", "/tmp")]
+    return [*view, *shared_memory, "--remount-ro", "/dev", *temporary]
 
 
 def expected() -> list[str]:
     """What a program may see: these files, folders and all in them, and the way to each from the root folder."""
     links = [f"/{name}" for name in SYSTEM]
     mounted = ["/proc", "/dev", "/tmp", HOME, PROFILE, *CONFIGURATION, *SYSTEM_FILES]
-    return [*links, *mounted, *(str(folder) for folder, visible in _folders(paths.private()).items() if visible)]
+    return [*links, *mounted, *(str(folder) for folder, visible in folders(paths.private()).items() if visible)]
 
 
 def _stored(name: str, path: str) -> list[str]:
@@ -103,8 +113,8 @@ def _stored(name: str, path: str) -> list[str]:
     return ["--perms", "0755", "--dir", str(Path(path).parent), "--bind", f"{STORE}/{name}", path]
 
 
-def _installed(folders: Mapping[Path, bool], interfaces: Path | None) -> list[str]:
-    """These `folders` (see `_folders`), and the one of `interfaces` although it may lie in a hidden one."""
+def installed(folders: Mapping[Path, bool], interfaces: Path | None = None) -> list[str]:
+    """These `folders` (see `folders`), and the one of `interfaces` although it may lie in a hidden one."""
     view: list[str] = []
     decided: dict[Path, bool] = {}
     for folder, visible in folders.items():
@@ -123,16 +133,21 @@ def _installed(folders: Mapping[Path, bool], interfaces: Path | None) -> list[st
     return view + [word for folder in hidden for word in ("--remount-ro", str(folder))]
 
 
-def _folders(private: list[Path]) -> dict[Path, bool]:
+def folders(private: list[Path]) -> dict[Path, bool]:
     """The folders that Python and ROS 2 are installed in (True), and what is `private` in them and is hidden (False).
 
     Outer ones come before inner ones, which overrule them.
     """
     prefixes = [Path("/usr"), Path(sys.prefix), Path(sys.base_prefix), *ros_prefixes()]
     shown = [place for prefix in prefixes for place in (prefix, prefix.resolve())]  # links are named and followed
-    folders = dict.fromkeys(shown, True)
+    found = dict.fromkeys(shown, True)
     for secret in private:
         for folder in shown:
             if secret.is_relative_to(folder.resolve()):
-                folders[folder / secret.relative_to(folder.resolve())] = False
+                found[folder / secret.relative_to(folder.resolve())] = False
+    return outer_first(found)
+
+
+def outer_first(folders: Mapping[Path, bool]) -> dict[Path, bool]:
+    """The same, as `installed` needs them: an inner one overrules the one around it."""
     return dict(sorted(folders.items(), key=lambda item: len(item[0].parts)))

@@ -1,0 +1,177 @@
+"""The Unix users of a classroom: one for each member, made by root, written down, and removed again.
+
+Their shell is nologin: a member comes in by the hub, into a box, and in no other way.
+"""
+
+import contextlib
+import grp
+import json
+import os
+import pwd
+import secrets
+import signal
+import subprocess
+from pathlib import Path
+
+from autograder.classroom.plan import Classroom
+from autograder.classroom.roster import Member
+from autograder.errors import AutograderError, UsageError
+from autograder.results import storage
+from course.waiting import wait_until
+
+ACCOUNTS, PASSWORDS = "accounts.json", "passwords.csv"
+ENDED = 20.0  # s until processes that were killed are gone
+
+
+def missing(room: Classroom) -> list[Member]:
+    """The members who have no Unix user yet; raises UsageError when a name is somebody else's."""
+    known = _known(room)
+    found = []
+    for member in room.members:
+        name = room.user(member)
+        if _exists(name) and name not in known:
+            raise UsageError(
+                f"the Unix user {name} exists, and this classroom did not make it: remove it, or give another --prefix"
+            )
+        if not _exists(name):
+            found.append(member)
+    return found
+
+
+def make(room: Classroom) -> list[Member]:
+    """Make the group, and the users that are missing, with home folders; the new ones are returned."""
+    new = missing(room)
+    staff = room.staff
+    if not _group(staff):
+        _note(room, staff)
+        _run("groupadd", staff)
+    for member in new:
+        _make_user(room, member)
+    for member in room.members:
+        home = room.home(member)
+        user = pwd.getpwnam(room.user(member))
+        if not home.exists():
+            home.mkdir(storage.PRIVATE_FOLDER)
+        if home.stat().st_uid != user.pw_uid:
+            own(home, user.pw_uid, user.pw_gid)
+        if (user.pw_name in grp.getgrnam(staff).gr_mem) != member.instructor:
+            _run("usermod", "--groups", staff if member.instructor else "", user.pw_name)
+    return new
+
+
+def own(folder: Path, uid: int, gid: int) -> None:
+    """Give a folder and all that is in it to a user; links are not followed."""
+    os.lchown(folder, uid, gid)
+    for at, folders, files in os.walk(folder):
+        for name in [*folders, *files]:
+            os.lchown(os.path.join(at, name), uid, gid)
+
+
+def without_password(room: Classroom, new: list[Member]) -> list[Member]:
+    """The members who have none yet: the `new` ones, and whoever the file of passwords does not name."""
+    path = room.state / PASSWORDS
+    named = {line.partition(",")[0] for line in path.read_text().splitlines()} if path.exists() else set()
+    return [member for member in room.members if member in new or member.name not in named]
+
+
+def set_passwords(room: Classroom, members: list[Member]) -> Path:
+    """Give each of `members` a new password, and add it to the file that is returned, for root to hand out."""
+    path = room.state / PASSWORDS
+    lines = path.read_text().splitlines() if path.exists() else ["student,password"]
+    given = {member.name: secrets.token_urlsafe(9) for member in members}
+    lines = [line for line in lines if line.partition(",")[0] not in given]
+    lines += [f"{name},{password}" for name, password in given.items()]
+    storage.replace(path, ("\n".join(lines) + "\n").encode(), storage.PRIVATE)
+    entries = "".join(f"{room.user(member)}:{given[member.name]}\n" for member in members)
+    _run("chpasswd", text=entries)
+    return path
+
+
+def ids(room: Classroom, member: Member) -> tuple[int, int]:
+    """The numbers of a member's user and group."""
+    user = pwd.getpwnam(room.user(member))
+    return user.pw_uid, user.pw_gid
+
+
+def staff_id(room: Classroom) -> int:
+    """The number of the instructors' group."""
+    return grp.getgrnam(room.staff).gr_gid
+
+
+def remove(room: Classroom) -> list[str]:
+    """End all processes of the users that were made, and remove these users and the group; their names."""
+    known = _known(room)
+    uids = {pwd.getpwnam(name).pw_uid for name in known if _exists(name)}
+    if not wait_until(lambda: not _end(uids), ENDED, alert=False):
+        raise AutograderError("processes of the students' users cannot be ended; run `down` again")
+    removed = []
+    for name in sorted(known, key=_exists, reverse=True):  # users before the group
+        if _exists(name):
+            _run("userdel", name)
+            removed.append(name)
+        elif _group(name):
+            _run("groupdel", name)
+            removed.append(name)
+    (room.state / ACCOUNTS).unlink(missing_ok=True)
+    return removed
+
+
+def _make_user(room: Classroom, member: Member) -> None:
+    name, home = room.user(member), room.home(member)
+    _note(room, name)
+    command = ["useradd", "--no-create-home", "--home-dir", str(home), "--user-group", "--no-log-init"]
+    command += ["--shell", "/usr/sbin/nologin", "--comment", f"{member.name} of {room.folder}"]
+    with contextlib.suppress(OSError):
+        number = home.stat().st_uid  # a home folder that was kept belongs to its user again
+        if number and not _taken(number):
+            command += ["--uid", str(number)]
+    _run(*command, name)
+
+
+def _end(uids: set[int]) -> bool:
+    """Kill what these users run; whether there was anything."""
+    found = False
+    for process in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            if process.stat().st_uid in uids:
+                found = True
+                os.kill(int(process.name), signal.SIGKILL)
+    return found
+
+
+def _known(room: Classroom) -> list[str]:
+    path = room.state / ACCOUNTS
+    return list(json.loads(path.read_text())) if path.exists() else []
+
+
+def _note(room: Classroom, name: str) -> None:
+    """Write down what is about to be made, before it is: so `down` finds it, whatever happens."""
+    names = json.dumps([*dict.fromkeys([*_known(room), name])])
+    storage.replace(room.state / ACCOUNTS, names.encode(), storage.PRIVATE)
+
+
+def _exists(name: str) -> bool:
+    with contextlib.suppress(KeyError):
+        return bool(pwd.getpwnam(name))
+    return False
+
+
+def _group(name: str) -> bool:
+    with contextlib.suppress(KeyError):
+        return bool(grp.getgrnam(name))
+    return False
+
+
+def _taken(number: int) -> bool:
+    with contextlib.suppress(KeyError):
+        return bool(pwd.getpwuid(number))
+    with contextlib.suppress(KeyError):
+        return bool(grp.getgrgid(number))
+    return False
+
+
+def _run(*command: str, text: str | None = None) -> None:
+    done = subprocess.run(command, input=text, text=True, capture_output=True)
+    if done.returncode:
+        said = (done.stderr.strip().splitlines() or [f"exit status {done.returncode}"])[-1]
+        raise AutograderError(f"{command[0]}: {said}")

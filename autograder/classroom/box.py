@@ -1,0 +1,199 @@
+"""The box of a member: all that their server, kernels, nodes and terminals see of this machine.
+
+Each box has a network of its own, in which there is nobody else, a /tmp and a /dev/shm, processes of its own, and the
+system read-only.  It is reached by Unix sockets alone.  A student sees their home folder, nbgrader's exchange, the
+environment of the course and the package `course`; of the grader, the solutions and the other members nothing.  An
+instructor sees the whole checkout, and the folder in which the class is graded.
+"""
+
+import json
+import os
+import shlex
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from autograder.classroom import accounts, serve
+from autograder.classroom.plan import COURSE_ID, GIB, Classroom
+from autograder.classroom.roster import Member
+from autograder.paths import COURSE, private, repository
+from autograder.sandbox import networks, seccomp, view
+from course import environment
+
+EXCHANGE = "/srv/exchange"
+GRADING = "grading"  # nbgrader's course folder, in the home of each instructor
+CONFIGURATION = "/opt/classroom"  # of Jupyter, in place of what the environment says
+SERVER = f"{CONFIGURATION}/serve.py"
+TEMPORARY, SHARED_MEMORY = GIB, GIB // 4  # bytes of /tmp and of /dev/shm
+FILE = 2 * GIB  # bytes of one file
+# A network and processes of its own, which all end with the process that is started first.
+ALONE = ["unshare", "--net", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc", "--"]
+STAFFS = {"assignment-list": True, "course-list": True, "create-assignment": True, "formgrader": True}
+STUDENTS = {"assignment-list": True, "course-list": False, "create-assignment": False, "formgrader": False}
+
+
+def home(member: Member) -> str:
+    """The home folder, as the member sees it."""
+    return f"/home/{member.name}"
+
+
+def notebooks(member: Member) -> str:
+    """Where a member's notebooks are, and assignments come to."""
+    return f"{home(member)}/notebooks"
+
+
+def command(room: Classroom, member: Member, argv: list[str], to_read: Callable[[bytes], str]) -> list[str]:
+    """The command line, for root, that runs `argv` in a member's box.
+
+    `to_read` makes a descriptor, which the command inherits, of a file's content.
+    """
+    uid, gid = accounts.ids(room, member)
+    limits = room.limits_of(member)
+    bwrap = ["bwrap", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try", "--hostname", "classroom"]
+    bwrap += ["--die-with-parent", "--cap-drop", "ALL"]
+    bwrap += [word for name in ("SETUID", "SETGID", "SETPCAP") for word in ("--cap-add", f"CAP_{name}")]
+    become = ["setpriv", f"--reuid={uid}", f"--regid={gid}", "--inh-caps=-all"]
+    # An instructor grades, which takes namespaces: they are made by who still may become root in them.
+    if member.instructor:
+        become += ["--init-groups"]
+    else:
+        bwrap += ["--unshare-pid"]
+        if seccomp.available():
+            bwrap += ["--seccomp", to_read(seccomp.program())]
+        become += ["--clear-groups", "--bounding-set=-all", "--no-new-privs"]
+    bwrap += _view(room, member, to_read)
+    limited = ["prlimit", f"--nproc={limits.tasks}", f"--fsize={FILE}", "--core=0", "--"]
+    inner = [*bwrap, "--", *become, "--", "env", f"--chdir={home(member)}", *limited, *argv]
+    script = f"ip -batch - <<'END'\n{networks.SET_UP}END\nexec {shlex.join(inner)}"
+    return [*ALONE, "sh", "-ec", script]
+
+
+def variables(member: Member) -> dict[str, str]:
+    """The environment variables of a member's processes."""
+    return {
+        "COURSE_EXCHANGE": COURSE_ID,
+        "HOME": home(member),
+        "JUPYTER_CONFIG_PATH": CONFIGURATION,
+        "LANG": "C.UTF-8",
+        "LOGNAME": member.name,
+        "PATH": f"{sys.prefix}/bin:/usr/local/bin:/usr/bin:/bin:/usr/sbin:/sbin",
+        "SHELL": "/bin/bash",
+        "USER": member.name,
+    }
+
+
+def umask(member: Member) -> int:
+    """What others may not do with a member's new files: instructors share theirs."""
+    return 0o007 if member.instructor else 0o077
+
+
+def _view(room: Classroom, member: Member, to_read: Callable[[bytes], str]) -> list[str]:
+    environment.prepare()
+    known = room.members if member.instructor else (member,)
+    shared_memory, temporary = _scratch("/dev/shm", SHARED_MEMORY), _scratch("/tmp", TEMPORARY)
+    options = view.system(_system_files(room, known), to_read, shared_memory, temporary)
+    if member.instructor:
+        options += ["--perms", "0755", "--dir", view.STORE]
+        options += ["--bind", "/proc", "/proc"]  # a namespace in it may have a /proc only when it sees a whole one
+        shown = {repository(): True}
+        hidden: list[Path] = []
+    else:
+        shown = {COURSE: True, repository() / "environment": True}
+        hidden = private()
+    options += view.installed(view.outer_first(view.folders(hidden) | shown))
+    options += ["--perms", "0755", "--dir", "/home", "--bind", str(room.home(member)), home(member)]
+    options += ["--perms", "0755", "--dir", "/srv", "--bind", str(room.exchange), EXCHANGE]
+    options += _folders_to(room.hub_socket.parent)
+    options += ["--ro-bind", str(room.hub_socket.parent), str(room.hub_socket.parent)]
+    if member.instructor:
+        options += ["--bind", str(room.grading), _grading(member)]
+    options += ["--perms", "0755", "--dir", "/opt", "--perms", "0755", "--dir", CONFIGURATION]
+    options += ["--ro-bind", str(Path(serve.__file__)), SERVER]
+    for name, text in _configuration(room, member).items():
+        options += _folders_to(Path(CONFIGURATION, name).parent)
+        options += ["--perms", "0444", "--ro-bind-data", to_read(text.encode()), f"{CONFIGURATION}/{name}"]
+    return [*options, "--remount-ro", "/"]
+
+
+def _system_files(room: Classroom, known: tuple[Member, ...]) -> Mapping[str, str]:
+    """A member is called by their own name; nbgrader looks there for who has handed something in."""
+    staff = ",".join(member.name for member in room.instructors)
+    people = {member.name: accounts.ids(room, member) for member in known}
+    users = "".join(f"{name}:x:{uid}:{gid}::/home/{name}:/bin/bash\n" for name, (uid, gid) in people.items())
+    groups = "".join(f"{name}:x:{gid}:\n" for name, (_, gid) in people.items())
+    return view.SYSTEM_FILES | {
+        "/etc/passwd": f"root:x:0:0::/:/bin/false\n{users}",
+        "/etc/group": f"root:x:0:\n{groups}staff:x:{accounts.staff_id(room)}:{staff}\n",
+    }
+
+
+def _configuration(room: Classroom, member: Member) -> dict[str, str]:
+    """Jupyter's and nbgrader's configuration files, by their path in CONFIGURATION."""
+    extensions = STAFFS if member.instructor else STUDENTS
+    servers = {f"nbgrader.server_extensions.{name.replace('-', '_')}": on for name, on in extensions.items()}
+    servers.pop("nbgrader.server_extensions.create_assignment")  # which has none
+    idle = room.limits
+    server: dict[str, dict[str, object]] = {
+        "ServerApp": {"jpserver_extensions": servers, "shutdown_no_activity_timeout": idle.server_idle},
+        "MappingKernelManager": {"cull_idle_timeout": idle.kernel_idle, "cull_interval": 60, "cull_connected": True},
+        "TerminalManager": {"cull_inactive_timeout": idle.kernel_idle, "cull_interval": 60},
+    }
+    if member.instructor:  # whose Formgrader is a page in a page
+        server["ServerApp"]["tornado_settings"] = {"headers": {"Content-Security-Policy": "frame-ancestors 'self'"}}
+    disabled = {f"@jupyter/nbgrader:{name}": not on for name, on in extensions.items()}
+    page = {"disabledExtensions": disabled | {"@jupyterlab/apputils-extension:announcements": True}}  # of the internet
+    nbgrader = [
+        "c = get_config()",
+        f"c.CourseDirectory.course_id = {COURSE_ID!r}",
+        f"c.Exchange.root = {EXCHANGE!r}",
+        f"c.Exchange.assignment_dir = {notebooks(member)!r}",
+        "c.CourseDirectory.groupshared = True",
+        "c.CourseDirectory.ignore = ['.ipynb_checkpoints', '*.pyc', '__pycache__', 'feedback', '*.zip', '.*']",
+    ]
+    if member.instructor:
+        nbgrader += [
+            "from autograder.gradebook.exchange import OwnersCollect",
+            "c.ExchangeFactory.collect = OwnersCollect",
+            f"c.CourseDirectory.root = {_grading(member)!r}",
+        ]
+    return {
+        "jupyter_server_config.json": json.dumps(server),
+        "labconfig/page_config.json": json.dumps(page),
+        "nbgrader_config.py": "\n".join([*nbgrader, ""]),
+    }
+
+
+def _grading(member: Member) -> str:
+    return f"{home(member)}/{GRADING}"
+
+
+def _scratch(path: str, size: int) -> list[str]:
+    return ["--perms", "1777", "--size", str(size), "--tmpfs", path]
+
+
+def _folders_to(folder: Path) -> list[str]:
+    """bubblewrap would make them readable to root alone."""
+    return [
+        word for each in [*reversed(folder.parents[:-1]), folder] for word in ("--perms", "0755", "--dir", str(each))
+    ]
+
+
+class Contents:
+    """Files in memory that a box is made of; to be closed when it runs."""
+
+    def __init__(self) -> None:
+        self.descriptors: list[int] = []
+
+    def __call__(self, content: bytes) -> str:
+        """A descriptor to read `content` from."""
+        descriptor = os.memfd_create("file")
+        os.write(descriptor, content)
+        os.lseek(descriptor, 0, os.SEEK_SET)
+        self.descriptors.append(descriptor)
+        return str(descriptor)
+
+    def close(self) -> None:
+        """Close them here; who inherited them keeps them."""
+        for descriptor in self.descriptors:
+            os.close(descriptor)
+        self.descriptors.clear()

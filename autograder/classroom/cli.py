@@ -1,0 +1,269 @@
+"""The command `environment/classroom`."""
+
+import contextlib
+import os
+import shutil
+import sys
+from pathlib import Path
+from typing import Annotated, NoReturn, cast
+
+import typer
+
+from autograder.classroom import accounts, course_files, hub, roster, spawner
+from autograder.classroom.plan import GIB, Classroom, Limits
+from autograder.errors import AutograderError, UsageError
+
+DEFAULT = Path("/srv/ros2-classroom")
+PASSWORDS = ("pam", "dummy")
+USAGE, FAILED = 2, 3  # exit codes
+# typer carries a click of its own, and gives click's UsageError no name.
+UsageProblem = cast(type[typer.BadParameter], typer.BadParameter.__base__)
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help="A class on this machine: JupyterHub, with each student alone in a box.",
+)
+Folder = Annotated[Path, typer.Option(help="Where the classroom's files are.")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Say what would be done, and do nothing.")]
+
+
+@app.command()
+def up(
+    roster_file: Annotated[
+        Path, typer.Option("--roster", help="A CSV file with the columns `student` and, for instructors, `role`.")
+    ],
+    instructor: Annotated[
+        list[str] | None, typer.Option(help="The name of an instructor; repeat the option for several.")
+    ] = None,
+    folder: Folder = DEFAULT,
+    certificate: Annotated[Path | None, typer.Option(help="The certificate for HTTPS, a PEM file.")] = None,
+    key: Annotated[Path | None, typer.Option(help="The certificate's key, a PEM file.")] = None,
+    port: Annotated[int, typer.Option(min=1, max=65535, help="Where browsers find it.")] = 8000,
+    ip: Annotated[
+        str | None,
+        typer.Option(help="The address to listen on; default: all with a certificate, and 127.0.0.1 without."),
+    ] = None,
+    passwords: Annotated[
+        str, typer.Option(help="pam: of the Unix users, who are given one each; dummy: one for all, for trying.")
+    ] = "pam",
+    prefix: Annotated[str, typer.Option(help="What the names of the Unix users begin with.")] = "ros-",
+    memory: Annotated[float, typer.Option(min=0.5, help="GiB that a student may take.")] = 3.0,
+    tasks: Annotated[int, typer.Option(min=100, help="Processes and threads that a student may have.")] = 1000,
+    cores: Annotated[float, typer.Option(min=0.1, help="Processors that a student may keep busy.")] = 2.0,
+    idle: Annotated[
+        int,
+        typer.Option(min=1, help="Minutes until an idle kernel is ended, with its nodes; a server after twice that."),
+    ] = 60,
+    dry_run: DryRun = False,
+) -> None:
+    """Start the class, or start it again with another roster or other settings; nobody's server is ended."""
+    _root()
+    if passwords not in PASSWORDS:
+        raise UsageError(f"--passwords {passwords}: it is pam or dummy")
+    if wrong := roster.wrong(prefix):
+        raise UsageError(f"--prefix: {wrong}")
+    room = Classroom(
+        folder.resolve(),
+        tuple(roster.read(roster_file, instructor or [])),
+        ip if ip is not None else ("" if certificate else "127.0.0.1"),
+        port,
+        *_certificate(certificate, key),
+        passwords,
+        prefix,
+        Limits(round(memory * GIB), tasks, cores, 60 * idle, 120 * idle),
+    )
+    if missing := hub.missing_tools():
+        raise UsageError("; ".join(missing))
+    before = _before(room)
+    new = accounts.missing(room)
+    if not before and not hub.port_is_free(room):
+        raise UsageError(f"port {room.port} is in use: end what listens there, or give another --port")
+    if dry_run:
+        _tell_plan(room, new)
+        return
+    with hub.alone(room):
+        _up(room)
+
+
+def _up(room: Classroom) -> None:
+    course_files.make_folders(room)
+    with contextlib.suppress(UsageError):  # there is none yet
+        gone = set(Classroom.load(room.folder).members) - set(room.members)
+        left = spawner.servers(room)
+        for name in sorted(left.keys() & {member.name for member in gone}):
+            spawner.forget(room, name, left[name])
+            print(f"Ended the server of {name}, who is not in the class any more, or has another role.")
+    room.save()
+    if hub.install_proxy():
+        print("Installed the hub's proxy.")
+    new = accounts.make(room)
+    if new:
+        print(f"Made {len(new)} Unix users: {_listed([room.user(member) for member in new])}.")
+    course_files.make_shared(room)
+    released = course_files.release(room)
+    if released:
+        print(f"Released {', '.join(released)}.")
+    course_files.hand_out_notebooks(room)
+    hub.stop(room)
+    if room.passwords == "pam":
+        if without := accounts.without_password(room, new):
+            print(f"Gave passwords to {len(without)} members; they are in {accounts.set_passwords(room, without)}.")
+    else:
+        known = hub.shared_passwords(room)
+        print("FOR TRYING ONLY: whoever knows this password can come in as any student.")
+        print(f"Password of all students: {known['students']}")
+        print(f"Password of the instructors: {known['instructors']}")
+    hub.start(room)
+    if not room.certificate:
+        print("Without a certificate: passwords and pages go over the network as they are.")
+    print(f"The class is at {room.url}")
+
+
+@app.command()
+def status(folder: Folder = DEFAULT) -> None:
+    """Show whether the hub runs, and whose servers; exit code 1 when it does not."""
+    _root()
+    room = Classroom.load(folder.resolve())
+    up_ = hub.running(room) is not None
+    alive = sorted(name for name, server in spawner.servers(room).items() if server.alive)
+    print(f"The hub {f'is at {room.url}' if up_ else 'does not run; `environment/classroom up` starts it'}.")
+    print(f"Students: {len(room.students)}; instructors: {len(room.instructors)}; running servers: {len(alive)}.")
+    for name in alive:
+        print(f"  {name}")
+    raise typer.Exit(0 if up_ else 1)
+
+
+@app.command()
+def down(
+    folder: Folder = DEFAULT,
+    delete_homes: Annotated[
+        bool, typer.Option("--delete-homes", help="Remove all files of the class, also what was handed in and graded.")
+    ] = False,
+    dry_run: DryRun = False,
+) -> None:
+    """End the class: all servers, the hub, and the Unix users that were made. Files are kept, unless told otherwise."""
+    _root()
+    room = Classroom.load(folder.resolve())
+    if dry_run:
+        print(f"Would end the hub and {len(spawner.servers(room))} servers, and remove their Unix users.")
+        print(f"Would {'remove' if delete_homes else 'keep'} {room.folder}.")
+        return
+    with hub.alone(room):
+        hub.stop(room)
+        for name, server in spawner.servers(room).items():
+            spawner.forget(room, name, server)
+        removed = accounts.remove(room)
+        shutil.rmtree(room.run, ignore_errors=True)
+        with contextlib.suppress(OSError):  # another class is there
+            room.run.parent.rmdir()
+        if delete_homes:
+            shutil.rmtree(room.folder)
+    print(f"The class is ended; removed: {_listed(removed)}.")
+    if not delete_homes:
+        print(f"Homes, exchange and grades are in {room.folder}.")
+
+
+@app.command("capacity")
+def capacity_command(
+    students: Annotated[list[int] | None, typer.Option(min=1, help="How many; repeat the option for several.")] = None,
+    at_once: Annotated[float, typer.Option(min=0.01, max=1, help="The share of them that works at once.")] = 1.0,
+    minutes: Annotated[float, typer.Option(min=1, help="Minutes that one page takes them.")] = 30.0,
+    hours: Annotated[float, typer.Option(min=0.1, help="Hours in which one exercise shall be graded.")] = 1.0,
+    machine_memory: Annotated[float, typer.Option(min=1, help="GiB of one machine.")] = 64.0,
+    machine_cores: Annotated[int, typer.Option(min=1, help="Cores of one machine.")] = 16,
+) -> None:
+    """Reckon from measured figures what a class needs; default: for 60, 600 and 6,000 students."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from autograder.classroom import capacity
+
+    counts = students or [60, 600, 6000]
+    wishes = [capacity.Wishes(count, at_once, minutes, hours, machine_memory, machine_cores) for count in counts]
+    needs = [capacity.reckon(each) for each in wishes]
+    table = Table("students", *(f"{count:,}" for count in counts))
+    table.add_row("kernels at once", *(f"{each.kernels:,}" for each in needs))
+    table.add_row("memory for them", *(f"{each.memory:,.0f} GiB" for each in needs))
+    table.add_row("cores for them", *(f"{each.cores:,.1f}" for each in needs))
+    table.add_row(f"cores that grade an exercise in {hours:g} h", *(f"{each.graders:,.1f}" for each in needs))
+    table.add_row("memory for grading", *(f"{each.grading_memory:,.1f} GiB" for each in needs))
+    table.add_row("disk", *(f"{each.disk:,.0f} GiB" for each in needs))
+    table.add_row(f"machines of {machine_cores} cores and {machine_memory:g} GiB", *(f"{n.machines}" for n in needs))
+    console = Console(width=None if sys.stdout.isatty() else 120)
+    console.print(table)
+    console.print(
+        f"Reckoned with {capacity.SPARE} times what was measured. A page takes {minutes:g} min, in which each cell "
+        f"is run {capacity.PASSES} times. Measured:"
+    )
+    for name, group in capacity.figures().items():
+        console.print(f"  {name}: {group['origin']}", markup=False, highlight=False)
+
+
+def main() -> None:
+    """Run the command line; a problem that the user can solve is one line and exit code 2, any other one and 3."""
+    try:
+        code = app(standalone_mode=False)
+    except UsageProblem as error:
+        _fail(error.format_message())
+    except UsageError as error:
+        _fail(str(error))
+    except AutograderError as error:
+        _fail(str(error), FAILED)
+    except OSError as error:
+        _fail(f"{error.filename or 'writing'}: {error.strerror}", FAILED)
+    raise SystemExit(code)
+
+
+def _fail(message: str, code: int = USAGE) -> NoReturn:
+    print(f"classroom: {message}", file=sys.stderr)
+    raise SystemExit(code)
+
+
+def _root() -> None:
+    if os.geteuid() != 0:
+        raise UsageError("it makes users and namespaces: run it as root, for example with sudo")
+
+
+def _certificate(certificate: Path | None, key: Path | None) -> tuple[str, str]:
+    if (certificate is None) != (key is None):
+        raise UsageError("give --certificate and --key, or neither")
+    for path in (certificate, key):
+        if path and not path.is_file():
+            raise UsageError(f"there is no file {path}")
+    return (str(certificate.resolve()), str(key.resolve())) if certificate and key else ("", "")
+
+
+def _before(room: Classroom) -> Classroom | None:
+    """The classroom that the hub in this folder serves now, if it runs on the same port."""
+    try:
+        before = Classroom.load(room.folder)
+    except UsageError:
+        return None
+    if before.prefix != room.prefix:
+        raise UsageError(f"this classroom's prefix is {before.prefix}: `down` first, to change it")
+    return before if before.port == room.port and hub.running(before) else None
+
+
+def _tell_plan(room: Classroom, new: list[roster.Member]) -> None:
+    limits = room.limits
+    users = _listed([room.user(member) for member in new])
+    print(f"Would make {len(new)} Unix users{f': {users}' if new else ''}.")
+    print(f"Would keep the class in {room.folder}: homes, exchange, grading, state.")
+    print(f"Would install the hub's proxy with npm: {'no, it is there' if hub.proxy().exists() else 'yes'}.")
+    print("Would release the notebooks that are not in the exchange, and copy them into each new home.")
+    print(
+        f"Would give each student {limits.memory / GIB:g} GiB, {limits.tasks} processes and threads, "
+        f"{limits.cores:g} processors, and end idle kernels after {limits.kernel_idle // 60} min."
+    )
+    print(f"Would start JupyterHub at {room.url}, with {'passwords of ' + room.passwords}.")
+
+
+def _listed(names: list[str], most: int = 8) -> str:
+    more = len(names) - most
+    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
+
+
+if __name__ == "__main__":
+    main()

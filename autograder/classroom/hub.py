@@ -1,0 +1,175 @@
+"""JupyterHub and its proxy as processes of this machine: installed, started, looked for and ended."""
+
+import contextlib
+import fcntl
+import json
+import os
+import secrets
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from autograder.classroom import spawner
+from autograder.classroom.plan import Classroom
+from autograder.errors import AutograderError, UsageError
+from autograder.paths import repository
+from autograder.results import storage
+from course import registry
+from course.waiting import wait_until
+
+LOG, RECORD, SHARED, LOCK = "hub.log", "hub.json", "shared_passwords.json", "lock"
+UP = 120.0  # s until the hub answers
+END = 15.0  # s until the hub has ended by itself
+OLDEST_NODE = 20  # that the proxy runs with
+
+
+def proxy() -> Path:
+    """The program of the proxy, once it is installed."""
+    return _proxy_folder() / "node_modules" / "configurable-http-proxy" / "bin" / "configurable-http-proxy"
+
+
+def proxy_pid(room: Classroom) -> Path:
+    """The file in which the hub writes the number of the proxy's process."""
+    return room.state / "proxy.pid"
+
+
+def missing_tools() -> list[str]:
+    """What must be installed before a classroom can be started, a line each."""
+    packages = {"bwrap": "bubblewrap", "unshare": "util-linux", "ip": "iproute2", "useradd": "passwd", "npm": "npm"}
+    found = [f"{tool} is not installed (package {each})" for tool, each in packages.items() if not shutil.which(tool)]
+    node = shutil.which("node")
+    if not node:
+        return [*found, f"node is not installed (package nodejs, {OLDEST_NODE} or newer)"]
+    version = subprocess.run([node, "--version"], capture_output=True, text=True).stdout.strip()
+    if int(version.lstrip("v").partition(".")[0] or 0) < OLDEST_NODE:
+        found.append(f"node {version} is too old: the hub's proxy needs {OLDEST_NODE} or newer")
+    return found
+
+
+def install_proxy() -> bool:
+    """Install the pinned proxy with npm, in `.venv`, unless it is there; whether it was done.  Raises UsageError."""
+    wanted = repository() / "environment" / "proxy"
+    lock = (wanted / "package-lock.json").read_bytes()
+    folder = _proxy_folder()
+    stamp = folder / "package-lock.json"
+    if proxy().exists() and stamp.exists() and stamp.read_bytes() == lock:
+        return False
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in ("package.json", "package-lock.json"):
+        shutil.copy(wanted / name, folder)
+    command = ["npm", "ci", "--no-audit", "--no-fund", "--ignore-scripts"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    if done.returncode or not proxy().exists():
+        stamp.unlink()
+        said = [line for line in done.stderr.splitlines() if "error" in line] or [f"exit status {done.returncode}"]
+        raise UsageError(f"npm could not install the hub's proxy: {said[-1].strip()}")
+    return True
+
+
+def shared_passwords(room: Classroom) -> dict[str, str]:
+    """The two passwords for trying, of the students and of the instructors; made when there are none."""
+    path = room.state / SHARED
+    if not path.exists():
+        made = {"students": secrets.token_urlsafe(9), "instructors": secrets.token_urlsafe(24)}
+        storage.replace(path, json.dumps(made).encode(), storage.PRIVATE)
+    return dict(json.loads(path.read_text()))
+
+
+def port_is_free(room: Classroom) -> bool:
+    """Whether somebody could listen on the classroom's port."""
+    with socket.socket() as trying:
+        trying.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            trying.bind((room.ip, room.port))
+        except OSError:
+            return False
+    return True
+
+
+@dataclass(frozen=True)
+class Process:
+    """The hub's process."""
+
+    pid: int
+    born: int
+
+    @property
+    def alive(self) -> bool:
+        """Whether it runs."""
+        return spawner.Running(self.pid, self.born).alive
+
+
+def running(room: Classroom) -> Process | None:
+    """The hub, if it runs."""
+    with contextlib.suppress(OSError, ValueError, TypeError):
+        process = Process(**json.loads((room.state / RECORD).read_text()))
+        return process if process.alive else None
+    return None
+
+
+def start(room: Classroom) -> None:
+    """Start the hub, which starts the proxy, and wait until it answers; raises AutograderError."""
+    room.hub_socket.unlink(missing_ok=True)
+    (room.run / "proxy.sock").unlink(missing_ok=True)
+    path = room.state / LOG
+    with open(path, "ab") as log:
+        begin = log.tell()
+        process = subprocess.Popen(
+            [sys.executable, "-m", "jupyterhub", "-f", str(Path(__file__).with_name("hub_config.py"))],
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+            cwd=room.state,
+            env={spawner.VARIABLE: str(room.folder), "PATH": os.environ.get("PATH", os.defpath), "LANG": "C.UTF-8"},
+        )
+    made = Process(process.pid, registry.birth(process.pid))
+    storage.replace(room.state / RECORD, json.dumps(asdict(made)).encode(), storage.PRIVATE)
+    if not wait_until(lambda: _ready(path, begin), UP, unless=lambda: process.poll() is not None, alert=False):
+        stop(room)
+        lines = [line for line in path.read_bytes()[begin:].decode(errors="replace").splitlines() if line.strip()]
+        raise AutograderError(f"JupyterHub did not start, see {path}: {lines[-1] if lines else 'it said nothing'}")
+
+
+def stop(room: Classroom) -> None:
+    """End the hub and the proxy; the servers go on."""
+    process = running(room)
+    if process:
+        os.kill(process.pid, signal.SIGTERM)
+        if not wait_until(lambda: not process.alive, END, alert=False):
+            os.kill(process.pid, signal.SIGKILL)
+            wait_until(lambda: not process.alive, END, alert=False)
+    with contextlib.suppress(OSError, ValueError):
+        pid = int(proxy_pid(room).read_text())
+        if str(proxy()).encode() in Path(f"/proc/{pid}/cmdline").read_bytes():
+            os.kill(pid, signal.SIGKILL)
+            wait_until(lambda: not Path(f"/proc/{pid}/exe").exists(), END, alert=False)
+    proxy_pid(room).unlink(missing_ok=True)
+    (room.state / RECORD).unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def alone(room: Classroom) -> Iterator[None]:
+    """Nobody else changes the classroom meanwhile; raises UsageError when somebody does."""
+    room.state.mkdir(storage.PRIVATE_FOLDER, parents=True, exist_ok=True)
+    with open(room.state / LOCK, "w") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise UsageError(f"another `environment/classroom` is at work in {room.folder}; wait for it") from None
+        yield
+
+
+def _ready(log: Path, begin: int) -> bool:
+    with open(log, "rb") as file:
+        file.seek(begin)
+        return b"JupyterHub is now running" in file.read()
+
+
+def _proxy_folder() -> Path:
+    return Path(sys.prefix) / "share" / "classroom-proxy"

@@ -1,0 +1,81 @@
+"""JupyterHub's configuration for a classroom, whose folder the environment names; `hub` starts JupyterHub with it."""
+
+import json
+import os
+import shutil
+from pathlib import Path
+from typing import Any
+
+from jupyterhub.auth import PAMAuthenticator
+from traitlets.config import Config
+
+from autograder.classroom import box, hub
+from autograder.classroom.plan import Classroom, as_url
+from autograder.classroom.spawner import VARIABLE, BoxSpawner
+from course.environment import prepare
+
+START, ANSWER = 60, 120  # s until a server's process is started, and until it answers
+
+
+class MembersPAM(PAMAuthenticator):
+    """Passwords of the Unix users, whose names have a prefix; nobody types it."""
+
+    prefix = ""
+
+    async def authenticate(self, handler: Any, data: dict[str, str]) -> str | None:
+        """The member's name when the password is right."""
+        name = data["username"]
+        known = await super().authenticate(handler, data | {"username": self.prefix + name})
+        return name if known else None
+
+    def system_user_exists(self, user: Any) -> bool:
+        """A member's Unix user was made before the hub was started; it is called otherwise than the member."""
+        return True
+
+
+def configure(c: Config, room: Classroom) -> None:
+    """Configure JupyterHub for a classroom."""
+    prepare()
+    state = room.state
+    c.JupyterHub.bind_url = f"{'https' if room.certificate else 'http'}://{room.ip}:{room.port}"
+    if room.certificate:
+        c.JupyterHub.ssl_cert, c.JupyterHub.ssl_key = room.certificate, room.key
+    c.JupyterHub.hub_bind_url = c.JupyterHub.hub_connect_url = as_url(room.hub_socket)
+    c.JupyterHub.hub_socket_mode = 0o666  # the folder that it is in is seen by members alone
+    c.JupyterHub.db_url = f"sqlite:///{state / 'jupyterhub.sqlite'}"
+    c.JupyterHub.cookie_secret_file = str(state / "cookie_secret")
+    c.JupyterHub.cleanup_servers = False  # they outlive the hub, which finds them again
+    c.JupyterHub.spawner_class = BoxSpawner
+    c.ConfigurableHTTPProxy.command = [shutil.which("node") or "node", str(hub.proxy())]
+    c.ConfigurableHTTPProxy.api_url = as_url(room.run / "proxy.sock")
+    c.ConfigurableHTTPProxy.pid_file = str(hub.proxy_pid(room))
+    # All servers have one origin: a page that a student's own handlers make could act as whoever opens it.
+    c.Spawner.disable_user_config = True
+    c.Spawner.start_timeout, c.Spawner.http_timeout = START, ANSWER
+
+    names = {member.name for member in room.members}
+    c.Authenticator.allowed_users = names
+    instructors = {member.name for member in room.instructors}
+    c.Authenticator.admin_users = instructors
+    c.Authenticator.allow_existing_users = False  # who has left the class stays outside
+    c.Authenticator.post_auth_hook = lambda _, handler, known: known | {"admin": known["name"] in instructors}
+    if room.passwords == "pam":
+        MembersPAM.prefix = room.prefix
+        c.JupyterHub.authenticator_class = MembersPAM
+    else:
+        known = json.loads((state / hub.SHARED).read_text())
+        c.JupyterHub.authenticator_class = "shared-password"
+        c.SharedPasswordAuthenticator.user_password = known["students"]
+        c.SharedPasswordAuthenticator.admin_password = known["instructors"]
+
+    def where(spawner: BoxSpawner) -> None:
+        member = room.find(spawner.user.name)
+        own = member.name in instructors
+        spawner.notebook_dir = box.home(member) if own else box.notebooks(member)
+        spawner.default_url = f"/lab/tree/{'notebooks/' if own else ''}index.ipynb"
+
+    c.Spawner.pre_spawn_hook = where
+
+
+if VARIABLE in os.environ and "get_config" in globals():
+    configure(get_config(), Classroom.load(Path(os.environ[VARIABLE])))  # type: ignore[name-defined]  # noqa: F821

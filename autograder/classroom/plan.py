@@ -1,0 +1,144 @@
+"""What a classroom is: who is in it, where its files are, and its settings; kept as JSON for the hub and for `down`."""
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any, Self
+from urllib.parse import quote
+
+from autograder.classroom.roster import Member
+from autograder.errors import UsageError
+from autograder.results import storage
+
+COURSE_ID = "ros2"  # nbgrader's name for the course, as in `autograder.gradebook.config`
+SETTINGS = "classroom.json"
+RUN = Path("/run/ros2-classroom")  # sockets: a path in here is short enough for one, and gone after a restart
+GIB = 1 << 30
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What the server of a student may take with all its kernels and nodes; an instructor's has four times as much."""
+
+    memory: int = 3 * GIB  # bytes
+    tasks: int = 1000  # processes and threads
+    cores: float = 2.0  # processors' time
+    kernel_idle: int = 3600  # s until a kernel that does nothing is ended, with its nodes
+    server_idle: int = 7200  # s until a server without kernels and terminals is ended
+
+
+@dataclass(frozen=True)
+class Classroom:
+    """A class on this machine."""
+
+    folder: Path
+    members: tuple[Member, ...]
+    ip: str = "127.0.0.1"  # where the hub listens; '' on every address of the machine
+    port: int = 8000
+    certificate: str = ""
+    key: str = ""
+    passwords: str = "pam"
+    prefix: str = "ros-"  # of the Unix users
+    limits: Limits = Limits()
+
+    @property
+    def students(self) -> list[Member]:
+        """Those who are no instructors."""
+        return [member for member in self.members if not member.instructor]
+
+    @property
+    def instructors(self) -> list[Member]:
+        """The instructors, of whom there is one at least."""
+        return [member for member in self.members if member.instructor]
+
+    @property
+    def state(self) -> Path:
+        """What only root may read: settings, the hub's database, logs, passwords, and what was made."""
+        return self.folder / "state"
+
+    @property
+    def homes(self) -> Path:
+        """The home folders."""
+        return self.folder / "homes"
+
+    @property
+    def exchange(self) -> Path:
+        """nbgrader's exchange."""
+        return self.folder / "exchange"
+
+    @property
+    def grading(self) -> Path:
+        """nbgrader's course folder, for instructors alone."""
+        return self.folder / "grading"
+
+    @property
+    def released(self) -> Path:
+        """What students get, which is copied into each home folder."""
+        return self.folder / "released"
+
+    @property
+    def run(self) -> Path:
+        """The folder of the sockets."""
+        return RUN / hashlib.sha256(str(self.folder).encode()).hexdigest()[:8]
+
+    @property
+    def hub_socket(self) -> Path:
+        """Where the hub listens to the proxy and to the students' servers, which see the folder that it is in."""
+        return self.run / "hub" / "hub.sock"
+
+    @property
+    def url(self) -> str:
+        """Where a browser on this machine finds it."""
+        return f"{'https' if self.certificate else 'http'}://{self.ip or 'localhost'}:{self.port}/"
+
+    def home(self, member: Member) -> Path:
+        """The home folder of a member, as this machine sees it."""
+        return self.homes / member.name
+
+    def socket(self, member: Member) -> Path:
+        """Where a member's server listens."""
+        return self.run / "servers" / f"{member.name}.sock"
+
+    def user(self, member: Member) -> str:
+        """A member's Unix user."""
+        return self.prefix + member.name
+
+    @property
+    def staff(self) -> str:
+        """The Unix group of the instructors."""
+        return f"{self.prefix}staff"
+
+    def find(self, name: str) -> Member:
+        """The member of that name; raises KeyError."""
+        return {member.name: member for member in self.members}[name]
+
+    def save(self) -> None:
+        """Write the settings down; raises OSError."""
+        fields = asdict(self) | {"folder": str(self.folder)}
+        storage.replace(self.state / SETTINGS, json.dumps(fields, indent=1).encode(), storage.PRIVATE)
+
+    @classmethod
+    def load(cls, folder: Path) -> Self:
+        """What `save` wrote; raises UsageError when there is nothing."""
+        try:
+            fields: dict[str, Any] = json.loads((folder / "state" / SETTINGS).read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            raise UsageError(f"there is no classroom in {folder}; `environment/classroom up` makes one") from None
+        except (OSError, ValueError) as error:
+            raise UsageError(f"{folder / 'state' / SETTINGS} cannot be read: {error}") from None
+        members = tuple(Member(**member) for member in fields.pop("members"))
+        limits = Limits(**fields.pop("limits"))
+        return cls(**fields | {"folder": Path(fields["folder"]), "members": members, "limits": limits})
+
+    def limits_of(self, member: Member) -> Limits:
+        """What a member's server may take."""
+        own = self.limits
+        if not member.instructor:
+            return own
+        return replace(own, memory=4 * own.memory, tasks=4 * own.tasks, cores=4 * own.cores)
+
+
+def as_url(socket: Path) -> str:
+    """The URL of a server that listens on a Unix socket, as JupyterHub and its proxy write it."""
+    return f"http+unix://{quote(str(socket), safe='')}"

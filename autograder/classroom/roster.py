@@ -1,0 +1,69 @@
+"""Who is in the class: the roster, a CSV file with the columns `student` and, for instructors, `role`."""
+
+import csv
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from autograder.errors import UsageError
+
+INSTRUCTOR = "instructor"
+ROLES = ("", "student", INSTRUCTOR)
+LONGEST = 24  # letters of a name: with the prefix it must fit into the 32 of a Unix user
+NAME = re.compile(r"[a-z][a-z0-9_-]*")
+
+
+@dataclass(frozen=True)
+class Member:
+    """Somebody in the class."""
+
+    name: str
+    instructor: bool = False
+
+
+def read(path: Path, instructors: list[str]) -> list[Member]:
+    """The members that a roster names, and `instructors`, who need not be in it; raises UsageError."""
+    members = {}
+    for number, line in _lines(path):
+        name, role = (line.get("student") or "").strip(), (line.get("role") or "").strip().lower()
+        why = wrong(name)
+        if why:
+            raise UsageError(f"{path}, line {number}: {why}")
+        if name in members:
+            raise UsageError(f"{path}, line {number}: {name!r} is there twice")
+        if role not in ROLES:
+            raise UsageError(f"{path}, line {number}: the role {role!r} is neither 'student' nor 'instructor'")
+        members[name] = Member(name, role == INSTRUCTOR)
+    for name in instructors:
+        if why := wrong(name):
+            raise UsageError(f"--instructor: {why}")
+        members[name] = Member(name, True)
+    if not members:
+        raise UsageError(f"{path} names nobody")
+    if not any(member.instructor for member in members.values()):
+        raise UsageError(f"there is no instructor: give one with --instructor, or a column 'role' in {path}")
+    return list(members.values())
+
+
+def wrong(name: str) -> str:
+    """Why a name cannot be that of a Unix user; '' when it can."""
+    if not NAME.fullmatch(name):
+        return f"{name!r} is no Unix name: write a lower-case letter first, then letters, digits, - and _"
+    if len(name) > LONGEST:
+        return f"{name!r} is longer than {LONGEST} letters"
+    return ""
+
+
+def _lines(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            reader = csv.DictReader(file)
+            if "student" not in (reader.fieldnames or ()):
+                raise UsageError(f"{path} has no column 'student' in its first line")
+            for line in reader:
+                yield reader.line_num, line
+    except OSError as error:
+        raise UsageError(f"{path} cannot be read: {error.strerror}") from None
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise UsageError(f"{path} is not a CSV file in UTF-8: {error}") from None

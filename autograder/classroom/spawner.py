@@ -1,0 +1,197 @@
+"""Starts the servers of a classroom for JupyterHub, each in the box of its member, and ends them.
+
+A server outlives the hub: the hub that is started next finds it again, and `down` does without a hub.  What was started
+is written down in `Classroom.state`/servers.
+"""
+
+import asyncio
+import contextlib
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Self
+
+from jupyterhub.spawner import Spawner
+
+from autograder.classroom import box, serve
+from autograder.classroom.plan import Classroom, as_url
+from autograder.classroom.roster import Member
+from autograder.results import storage
+from autograder.sandbox import cgroup
+from course import registry
+from course.waiting import wait_until
+
+VARIABLE = "CLASSROOM"  # the environment variable that tells the hub its classroom's folder
+PORT = 8888  # which a server is told, and does not use
+GONE = 10.0  # s until a server that was killed is gone
+RETRY = 0.05  # s
+
+
+@dataclass(frozen=True)
+class Running:
+    """A server that was started."""
+
+    pid: int
+    born: int  # what tells it from a later process of the same number, see `registry.birth`
+    groups: tuple[str, ...] = ()  # the folders of its control group
+
+    @classmethod
+    def from_fields(cls, fields: dict[str, Any]) -> Self:
+        """What `asdict` made, as it comes back from JSON."""
+        return cls(fields["pid"], fields["born"], tuple(fields["groups"]))
+
+    @property
+    def alive(self) -> bool:
+        """Whether its process is there."""
+        return self.pid > 0 and _state(self.pid) != "Z" and registry.birth(self.pid) == self.born
+
+    def end(self) -> None:
+        """End it with all that runs in its box."""
+        if self.alive:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(self.pid, signal.SIGKILL)
+            wait_until(lambda: not self.alive, GONE, alert=False)
+        cgroup.Group([Path(folder) for folder in self.groups]).close()
+
+
+class BoxSpawner(Spawner):
+    """One member's server."""
+
+    def __init__(self, **kwargs: Any):
+        super().__init__(**kwargs)
+        self._running = Running(0, 0)
+        self._process: subprocess.Popen[bytes] | None = None
+
+    @property
+    def room(self) -> Classroom:
+        """The classroom, with its settings of now."""
+        return Classroom.load(Path(os.environ[VARIABLE]))
+
+    async def start(self) -> str:
+        """Start the server; the URL to reach it."""
+        room = self.room
+        member = room.find(self.user.name)
+        self.port = PORT
+        self._process, self._running = start(room, member, self.get_env())
+        self._tell_url(room, member)
+        return as_url(room.socket(member))
+
+    async def poll(self) -> int | None:
+        """None while it runs, otherwise its exit status, or 0 when that is not known."""
+        status = self._process.poll() if self._process else None
+        if self._running.alive and status is None:
+            return None
+        if self._running.pid:
+            forget(self.room, self.user.name, self._running)
+            self._running = Running(0, 0)
+        return status or 0
+
+    async def stop(self, now: bool = False) -> None:
+        """End it, with its kernels, terminals and nodes."""
+        running = self._running
+        with contextlib.suppress(ProcessLookupError):
+            if running.alive:
+                os.kill(running.pid, signal.SIGKILL)
+        end = asyncio.get_running_loop().time() + GONE
+        while await self.poll() is None and asyncio.get_running_loop().time() < end:
+            await asyncio.sleep(RETRY)
+
+    async def get_url(self) -> str:
+        """Where it is, also for a hub that was started after it."""
+        return str(self.server.url)
+
+    def get_state(self) -> dict[str, Any]:
+        """What a hub that is started later needs to know."""
+        return super().get_state() | {"running": asdict(self._running)}
+
+    def load_state(self, state: dict[str, Any]) -> None:
+        """Take up what `get_state` gave."""
+        super().load_state(state)
+        if "running" in state:
+            self._running = Running.from_fields(state["running"])
+        if self.server:
+            with contextlib.suppress(KeyError):  # no longer a member
+                self._tell_url(self.room, self.room.find(self.user.name))
+
+    def clear_state(self) -> None:
+        """Nothing runs."""
+        super().clear_state()
+        self._running, self._process = Running(0, 0), None
+
+    def _tell_url(self, room: Classroom, member: Member) -> None:
+        """The hub's database has no place for the path of a socket."""
+        self.server.bind_url = as_url(room.socket(member))
+
+
+def start(room: Classroom, member: Member, env: dict[str, str]) -> tuple[subprocess.Popen[bytes], Running]:
+    """Start a member's server with JupyterHub's environment variables, after ending one that is left of theirs."""
+    if left := servers(room).get(member.name):
+        forget(room, member.name, left)
+    limits = room.limits_of(member)
+    group = cgroup.make(limits.memory, limits.tasks, limits.cores, f"ros2-classroom-{room.run.name}-{member.name}")
+    contents = box.Contents()
+    log = open(room.state / "servers" / f"{member.name}.log", "ab")  # noqa: SIM115  # handed on, and closed below
+    listening = _listen(room.socket(member))
+    try:
+        # -P, -s: nothing in the home folder is a module of the server
+        command = box.command(room, member, [sys.executable, "-P", "-s", box.SERVER], contents)
+        process = subprocess.Popen(
+            group.command(command) if group else command,
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+            pass_fds=(*contents.descriptors, listening.fileno()),
+            env=env | box.variables(member) | {serve.SOCKET: str(listening.fileno())},
+            umask=box.umask(member),
+            cwd="/",
+        )
+    finally:
+        contents.close()
+        listening.close()
+        log.close()
+    groups = tuple(map(str, group.folders)) if group else ()
+    running = Running(process.pid, registry.birth(process.pid), groups)
+    storage.replace(_record(room, member.name), json.dumps(asdict(running)).encode(), storage.PRIVATE)
+    return process, running
+
+
+def forget(room: Classroom, name: str, running: Running) -> None:
+    """End a server and remove what it leaves, unless that belongs to a later one already."""
+    if servers(room).get(name) != running:
+        return
+    running.end()
+    (room.run / "servers" / f"{name}.sock").unlink(missing_ok=True)
+    _record(room, name).unlink(missing_ok=True)
+
+
+def servers(room: Classroom) -> dict[str, Running]:
+    """The servers that were started and not forgotten, by member; some may have ended."""
+    found = {}
+    for path in (room.state / "servers").glob("*.json"):
+        found[path.stem] = Running.from_fields(json.loads(path.read_text()))
+    return found
+
+
+def _listen(path: Path) -> socket.socket:
+    path.unlink(missing_ok=True)
+    listening = socket.socket(socket.AF_UNIX)
+    listening.bind(str(path))
+    listening.listen(128)
+    return listening
+
+
+def _record(room: Classroom, name: str) -> Path:
+    return room.state / "servers" / f"{name}.json"
+
+
+def _state(pid: int) -> str:
+    """The letter of proc(5) for what a process does, Z for a zombie; '' when there is none."""
+    with contextlib.suppress(OSError):
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    return ""

@@ -1,0 +1,89 @@
+"""Collecting from nbgrader's exchange what anybody of the class may have put there."""
+
+import os
+import pwd
+import re
+import secrets
+import stat
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+from nbgrader.exchange.default.collect import ExchangeCollect
+
+from autograder.results import storage
+
+MOST_FILES, MOST_BYTES = 200, 100 << 20  # of one submission
+TIMESTAMP, SECRETS = "timestamp.txt", "submission_secret.txt"
+SECRET = re.compile(r"[\w-]{16,200}")
+SLOW = timedelta(minutes=10)  # that a hand-in may take, before its time is doubted
+NO_TIME = datetime(1970, 1, 1)  # as nbgrader has times: UTC, without saying so
+
+
+class OwnersCollect(ExchangeCollect):
+    """A submission is that of the user who owns its folder, whatever the folder's name says; links are left out.
+
+    nbgrader's own takes any folder called as a student for this student's submission, and copies what a link leads to,
+    for example a solution that only the instructor may read.
+    """
+
+    def _path_to_record(self, path: str) -> dict[str, Any]:
+        number = os.lstat(path).st_uid
+        try:
+            owner = pwd.getpwuid(number).pw_name
+        except KeyError:
+            owner = f"user-{number}"
+        try:
+            record: dict[str, Any] = super()._path_to_record(path)
+        except ValueError:  # what should be a time is none: the oldest
+            record = {"filename": os.path.basename(path), "timestamp": NO_TIME, "username": ""}
+        if owner != record["username"]:
+            self.log.warning("%s was put there by %s, and is taken for theirs", path, owner)
+        return record | {"username": owner}
+
+    def do_copy(self, src: str, dest: str, log: object = None) -> None:
+        """Copy the regular files; what is too large, and what cannot be read, is left out and told."""
+        Path(dest).mkdir(parents=True)
+        files, room = MOST_FILES, MOST_BYTES
+        for folder, _, names, descriptor in os.fwalk(src, follow_symlinks=False):
+            for name in sorted(names):
+                copy = Path(dest, os.path.relpath(folder, src), name)
+                try:
+                    room -= _copy(name, descriptor, copy, room if files else 0)
+                    files -= 1
+                except OSError as error:
+                    self.log.warning("%s was left out: %s", os.path.join(folder, name), error.strerror or error)
+        self._complete(src, Path(dest))
+
+    def _complete(self, src: str, copy: Path) -> None:
+        """Make the two files good that nbgrader stops at, for the whole class, when a student has left them out."""
+        claimed = self._path_to_record(src)["timestamp"]
+        if (_text(copy / TIMESTAMP) or "").partition(".")[0] != f"{claimed:%Y-%m-%d %H:%M:%S}":
+            storage.replace(copy / TIMESTAMP, f"{claimed:%Y-%m-%d %H:%M:%S.%f} UTC".encode())
+        if not SECRET.fullmatch(_text(copy / SECRETS) or ""):
+            storage.replace(copy / SECRETS, secrets.token_hex(64).encode())
+        changed = datetime.fromtimestamp(os.lstat(src).st_ctime, UTC).replace(tzinfo=None)
+        if changed - claimed > SLOW:
+            self.log.warning("%s says %s, and was last changed at %s", src, claimed, changed.replace(microsecond=0))
+
+
+def _text(path: Path) -> str | None:
+    """What is in a small file of ASCII; None when it is something else."""
+    try:
+        return path.read_bytes()[:1000].decode("ascii").strip()
+    except (OSError, UnicodeDecodeError):
+        return None
+
+
+def _copy(name: str, folder: int, copy: Path, room: int) -> int:
+    """Copy a regular file of at most `room` bytes from an open folder, and nothing else; its size.  Raises OSError."""
+    flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+    with open(os.open(name, flags, dir_fd=folder), "rb") as source:
+        known = os.fstat(source.fileno())
+        if not stat.S_ISREG(known.st_mode):
+            raise OSError("it is no file")
+        if known.st_size > room:
+            raise OSError("the submission is too large")
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        copy.write_bytes(source.read(known.st_size))
+    return known.st_size

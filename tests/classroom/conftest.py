@@ -1,0 +1,105 @@
+"""A class on this machine: two students and an instructor, for all tests of this folder together."""
+
+import os
+import secrets
+import shutil
+import socket
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from autograder.classroom import hub
+from autograder.classroom.plan import Classroom
+from tests.classroom.visitor import Visitor
+
+COMMAND = Path(__file__).parents[2] / "environment" / "classroom"
+ROSTER = "student,role\nada,\nbob,student\nteacher,instructor\n"
+
+
+def classroom(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([COMMAND, *arguments], capture_output=True, text=True, timeout=600)
+
+
+def free_port() -> int:
+    with socket.socket() as trying:
+        trying.bind(("127.0.0.1", 0))
+        return int(trying.getsockname()[1])
+
+
+@pytest.fixture(scope="session")
+def able():
+    if os.geteuid() != 0:
+        pytest.skip("a classroom makes users and namespaces, which takes root")
+    missing = hub.missing_tools()
+    if missing:
+        pytest.skip(missing[0])
+
+
+@pytest.fixture(scope="session")
+def up(able, tmp_path_factory):
+    """The arguments of `up`, with which the class was started."""
+    folder = tmp_path_factory.mktemp("classroom")
+    for around in folder.parents:  # pytest's are closed to the users of the class, whose homes are in them
+        if around.stat().st_mode & 0o005 != 0o005 and around.is_relative_to("/tmp"):
+            around.chmod(around.stat().st_mode | 0o011)
+    roster = folder / "roster.csv"
+    roster.write_text(ROSTER)
+    arguments = ["up", "--roster", str(roster), "--folder", str(folder / "class"), "--passwords", "dummy"]
+    arguments += ["--port", str(free_port()), "--prefix", f"t{secrets.token_hex(2)}-"]
+    done = classroom(*arguments)
+    try:
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert "FOR TRYING ONLY" in done.stdout
+        yield arguments
+    finally:
+        if (folder / "class").exists():
+            classroom("down", "--folder", str(folder / "class"), "--delete-homes")
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+@pytest.fixture(scope="session")
+def room(up) -> Classroom:
+    return Classroom.load(Path(up[up.index("--folder") + 1]))
+
+
+@pytest.fixture(scope="session")
+def come_in(room):
+    """Log in as somebody, with a running server."""
+
+    def visit(name: str) -> Visitor:
+        known = hub.shared_passwords(room)
+        visitor = Visitor(room.url, name)
+        assert visitor.log_in(known["instructors" if room.find(name).instructor else "students"])
+        return visitor.start()
+
+    return visit
+
+
+@pytest.fixture(scope="session")
+def ada(come_in):
+    return come_in("ada")
+
+
+@pytest.fixture(scope="session")
+def bob(come_in):
+    return come_in("bob")
+
+
+@pytest.fixture(scope="session")
+def teacher(come_in):
+    return come_in("teacher")
+
+
+@pytest.fixture
+def kernel():
+    """A new kernel of somebody, ended after the test."""
+    kernels = []
+
+    def start(visitor: Visitor, folder: str = ""):
+        kernels.append(visitor.kernel(folder))
+        return kernels[-1]
+
+    yield start
+    for each in kernels:
+        each.close()

@@ -1,0 +1,116 @@
+"""What is wrong with a command is said in one line, and nothing is made."""
+
+import os
+import pwd
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from autograder.classroom import roster
+from autograder.errors import UsageError
+from tests.classroom.conftest import COMMAND, ROSTER, classroom, free_port
+
+WRONG = {
+    "two equal names": ("student\nada\nada\n", "line 3: 'ada' is there twice"),
+    "no Unix name": ("student\nAda Lovelace\n", "line 2: 'Ada Lovelace' is no Unix name"),
+    "an attack": ("student\n../../root\n", "is no Unix name"),
+    "too long": (f"student\n{'a' * 25}\n", "longer than 24 letters"),
+    "an empty line": ("student,role\nada,\n,\n", "line 3: '' is no Unix name"),
+    "no column": ("name\nada\n", "no column 'student'"),
+    "an unknown role": ("student,role\nada,boss\n", "the role 'boss' is neither"),
+    "nobody": ("student\n", "names nobody"),
+    "no instructor": ("student\nada\n", "there is no instructor"),
+}
+
+
+@pytest.mark.parametrize(("text", "said"), WRONG.values(), ids=WRONG)
+def test_a_wrong_roster(tmp_path, text, said):
+    path = tmp_path / "roster.csv"
+    path.write_text(text)
+    with pytest.raises(UsageError, match=".") as problem:
+        roster.read(path, [])
+    assert said in str(problem.value) and "\n" not in str(problem.value)
+
+
+def test_a_roster_may_leave_the_instructor_to_the_command(tmp_path):
+    path = tmp_path / "roster.csv"
+    path.write_text("student\nada\n")
+    assert roster.read(path, ["teacher"]) == [roster.Member("ada"), roster.Member("teacher", True)]
+
+
+@pytest.fixture
+def arguments(able, tmp_path):
+    path = tmp_path / "roster.csv"
+    path.write_text(ROSTER)
+    common = ["up", "--roster", str(path), "--folder", str(tmp_path / "class"), "--port", str(free_port())]
+    return [*common, "--passwords", "dummy", "--prefix", "never-"]
+
+
+def test_a_dry_run_says_what_it_would_do_and_does_nothing(arguments, tmp_path):
+    done = classroom(*arguments, "--dry-run")
+    assert done.returncode == 0, done.stderr
+    assert "Would make 3 Unix users: never-ada, never-bob, never-teacher." in done.stdout
+    assert all(line.startswith("Would ") for line in done.stdout.splitlines())
+    assert not (tmp_path / "class").exists()
+    assert not [user for user in pwd.getpwall() if user.pw_name.startswith("never-")]
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (["--certificate", "/nowhere.pem", "--key", "/nowhere.key"], "there is no file /nowhere.pem"),
+        (["--certificate", "/nowhere.pem"], "give --certificate and --key, or neither"),
+        (["--passwords", "none"], "it is pam or dummy"),
+        (["--roster", "/nowhere.csv"], "/nowhere.csv cannot be read"),
+    ],
+)
+def test_a_wrong_option(arguments, tmp_path, more, said):
+    done = classroom(*arguments, *more)
+    assert done.returncode == 2 and said in done.stderr
+    assert len(done.stderr.splitlines()) == 1 and not (tmp_path / "class").exists()
+
+
+def test_a_port_that_is_in_use(arguments, tmp_path):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        done = classroom(*arguments, "--port", str(port))
+    assert done.returncode == 2 and f"port {port} is in use" in done.stderr
+    assert not (tmp_path / "class").exists()
+
+
+def test_without_npm(arguments, tmp_path):
+    programs = tmp_path / "bin"
+    programs.mkdir()
+    for folder in ("/usr/sbin", "/usr/bin"):
+        for program in Path(folder).iterdir():
+            link = programs / program.name
+            if program.name not in ("npm", "node") and not link.exists():
+                link.symlink_to(program)
+    run = [COMMAND, *arguments]
+    done = subprocess.run(run, capture_output=True, text=True, env=os.environ | {"PATH": str(programs)}, timeout=60)
+    assert done.returncode == 2 and "npm is not installed" in done.stderr and "node is not installed" in done.stderr
+
+
+def test_a_user_of_somebody_else_is_not_taken(arguments):
+    done = classroom(*arguments, "--prefix", "d", "--instructor", "aemon")  # daemon, which every system has
+    assert done.returncode == 2
+    assert "the Unix user daemon exists, and this classroom did not make it" in done.stderr
+
+
+def test_without_root(able):
+    command = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", sys.executable, "-m"]
+    done = subprocess.run([*command, "autograder.classroom.cli", "status"], capture_output=True, text=True, timeout=60)
+    if "Permission denied" in done.stderr:
+        pytest.skip("the checkout can be read by root alone")
+    assert done.returncode == 2 and "run it as root" in done.stderr
+
+
+def test_status_and_down_where_there_is_no_classroom(able, tmp_path):
+    for command in ("status", "down"):
+        done = classroom(command, "--folder", str(tmp_path))
+        assert done.returncode == 2 and f"there is no classroom in {tmp_path}" in done.stderr

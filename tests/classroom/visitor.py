@@ -1,0 +1,129 @@
+"""Somebody in a browser, without the browser: logs in at the hub, starts a server, opens notebooks, runs cells."""
+
+import json
+import time
+import uuid
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+import requests
+import websocket
+
+SPAWNED = 180.0  # s until a server answers
+RUN = 180.0  # s until a cell has run
+
+
+@dataclass
+class Ran:
+    """What a cell has done."""
+
+    text: str = ""  # printed, shown and raised, in that order of coming
+    error: str = ""  # the name of what was raised
+    seconds: float = 0.0
+
+
+@dataclass
+class Visitor:
+    """A person of the class."""
+
+    hub: str  # its URL, with / at its end
+    name: str
+    session: requests.Session = field(default_factory=requests.Session)
+
+    def log_in(self, password: str) -> bool:
+        """Log in as a browser does; whether the hub has accepted it."""
+        self.session.get(f"{self.hub}hub/login").raise_for_status()
+        data = {"username": self.name, "password": password, "_xsrf": self.session.cookies.get("_xsrf", path="/hub/")}
+        answer = self.session.post(f"{self.hub}hub/login", params={"next": "/hub/home"}, data=data)
+        return answer.url.endswith("/hub/home")
+
+    def start(self) -> Self:
+        """Start the server, and wait until it answers."""
+        url = f"{self.hub}hub/api/users/{self.name}/server"
+        answer = self.session.post(url, headers=self._headers("/hub/"))
+        assert answer.status_code in (201, 202, 400), answer.text  # 400: it runs already
+
+        events = self.session.get(f"{url}/progress", headers=self._headers("/hub/"), stream=True, timeout=SPAWNED)
+        said = [json.loads(line.removeprefix(b"data:")) for line in events.iter_lines() if line.startswith(b"data:")]
+        assert said and said[-1].get("ready"), f"{self.name}'s server did not start: {said[-1:]}"
+        self.session.get(f"{self.base}lab").raise_for_status()  # which logs in at the server itself
+        return self
+
+    def stop(self) -> None:
+        """End the server with all that runs in it."""
+        url = f"{self.hub}hub/api/users/{self.name}/server"
+        answer = self.session.delete(url, headers=self._headers("/hub/"), timeout=SPAWNED)
+        assert answer.ok, answer.text
+
+    @property
+    def base(self) -> str:
+        """Where the own server is."""
+        return f"{self.hub}user/{self.name}/"
+
+    def call(self, method: str, path: str, **options: Any) -> requests.Response:
+        """Ask the own server; any of its answers is returned."""
+        prefix = f"/user/{self.name}/"
+        return self.session.request(method, self.base + path, headers=self._headers(prefix), **options)
+
+    def cells(self, notebook: str) -> list[str]:
+        """The code cells of a notebook."""
+        content = self.call("GET", f"api/contents/{notebook}").json()["content"]
+        return [cell["source"] for cell in content["cells"] if cell["cell_type"] == "code"]
+
+    def kernel(self, folder: str = "") -> "Kernel":
+        """A new kernel in a folder."""
+        model = self.call("POST", "api/kernels", json={"name": "python3", "path": folder}).json()
+        return Kernel(self, model["id"])
+
+    def _headers(self, path: str) -> dict[str, str]:
+        return {"X-XSRFToken": self.session.cookies.get("_xsrf", path=path) or "", "Referer": self.hub}
+
+
+class Kernel:
+    """A kernel, through a websocket."""
+
+    def __init__(self, visitor: Visitor, number: str):
+        """Connect to the kernel of this number."""
+        self.visitor, self.number = visitor, number
+        self.connect()
+
+    def connect(self) -> None:
+        """Connect, also anew."""
+        visitor, number = self.visitor, self.number
+        cookies = {cookie.name: cookie.value for cookie in visitor.session.cookies if cookie.path != "/hub/"}
+        url = f"{visitor.base}api/kernels/{number}/channels".replace("http", "ws", 1)
+        xsrf = visitor.session.cookies.get("_xsrf", path=f"/user/{visitor.name}/")
+        self._socket = websocket.create_connection(
+            f"{url}?_xsrf={xsrf}",
+            timeout=RUN,
+            cookie="; ".join(f"{name}={value}" for name, value in cookies.items()),
+            origin=visitor.hub.rstrip("/"),
+        )
+
+    def run(self, code: str) -> Ran:
+        """Run a cell, and wait until the kernel is idle again."""
+        number, ran, begin = uuid.uuid4().hex, Ran(), time.monotonic()
+        header = {"msg_id": number, "msg_type": "execute_request", "username": "", "session": "", "version": "5.3"}
+        content = {"code": code, "silent": False, "store_history": True, "allow_stdin": False}
+        message = {"header": header, "parent_header": {}, "metadata": {}, "content": content, "channel": "shell"}
+        self._socket.send(json.dumps(message))
+        while True:
+            answer = json.loads(self._socket.recv())
+            if answer["parent_header"].get("msg_id") != number:
+                continue
+            said = answer["content"]
+            if answer["msg_type"] == "stream":
+                ran.text += said["text"]
+            elif answer["msg_type"] in ("execute_result", "display_data"):
+                ran.text += said["data"].get("text/plain", "")
+            elif answer["msg_type"] == "error":
+                ran.error = said["ename"]
+                ran.text += f"{said['ename']}: {said['evalue']}"
+            elif answer["msg_type"] == "status" and said["execution_state"] == "idle":
+                ran.seconds = time.monotonic() - begin
+                return ran
+
+    def close(self) -> None:
+        """End it."""
+        self._socket.close()
+        self.visitor.call("DELETE", f"api/kernels/{self.number}")
