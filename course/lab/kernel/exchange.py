@@ -1,0 +1,118 @@
+"""What passes in one call, goal, message or change of a parameter that a reader has sent: each event with its time."""
+
+import itertools
+import threading
+import time
+from collections import deque
+from typing import Any
+
+from course.errors import LiveError
+from course.ros2 import messages
+
+KEPT = 20  # exchanges
+FIRST, LAST = 20, 180  # events of an exchange that are kept
+LONGEST = 2000  # characters of a message that are shown
+LENGTH = 100  # elements of an array that are shown
+
+_numbers = itertools.count(1)
+
+
+class Exchange:
+    """What passes between the session, as a client, and the server, action server or subscriptions of `name`."""
+
+    def __init__(self, kind: str, name: str, type_name: str):
+        """`kind` is service, action, topic or parameter."""
+        self.number = next(_numbers)
+        self.kind, self.name, self.type_name = kind, name, type_name
+        self._first: list[list[Any]] = []
+        self._last: deque[list[Any]] = deque(maxlen=LAST)
+        self._count = 0
+        self._began: float | None = None  # s
+        self._over = False
+        self._failed = ""
+        self._note = ""
+        self._goal: Any = None
+        self._lock = threading.Lock()
+
+    def add(self, event: str, message: Any = None) -> None:
+        """An event has been seen, now; `message` is what came with it, or a text."""
+        now = time.monotonic()
+        if message is None or isinstance(message, str):
+            text = message or ""
+        else:
+            text = messages.to_yaml(message, messages.Limits(LENGTH)).strip()
+        with self._lock:
+            if self._began is None:
+                self._began = now
+            row = [round((now - self._began) * 1e3, 2), event, text[:LONGEST]]  # ms
+            self._count += 1
+            (self._first if len(self._first) < FIRST else self._last).append(row)
+
+    def end(self, failed: str = "") -> None:
+        """Nothing more will come; `failed` says why, when that is no answer."""
+        with self._lock:
+            self._over, self._failed, self._note = True, failed, ""
+
+    def note(self, text: str) -> None:
+        """Something for the reader to know while the exchange goes on."""
+        with self._lock:
+            self._note = text
+
+    def may_be_canceled(self, goal: Any) -> None:
+        """`goal` has `cancel`."""
+        self._goal = goal
+
+    def cancel(self) -> None:
+        """Ask the server to cancel the goal; raises LiveError when there is none, and CourseError before its answer."""
+        if self._goal is None or self.over:
+            raise LiveError("there is no goal to cancel: it has ended")
+        self._goal.cancel()
+
+    @property
+    def over(self) -> bool:
+        """Whether nothing more will come."""
+        with self._lock:
+            return self._over
+
+    def summary(self) -> dict[str, Any]:
+        """What a list of exchanges shows of it."""
+        with self._lock:
+            state = "failed" if self._failed else "over" if self._over else "running"
+            return {"number": self.number, "kind": self.kind, "name": self.name, "state": state}
+
+    def state(self) -> dict[str, Any]:
+        """All of it, as the page shows it; the events are [ms since the first, event, text]."""
+        summary = self.summary()
+        with self._lock:
+            return {
+                **summary,
+                "type": self.type_name,
+                "events": [*self._first, *self._last],
+                "left_out": self._count - len(self._first) - len(self._last),  # between the first and the last
+                "first": len(self._first),
+                "failed": self._failed,
+                "note": self._note,
+                "cancellable": self._goal is not None and not self._over,
+            }
+
+
+_kept: deque[Exchange] = deque(maxlen=KEPT)
+
+
+def keep(exchange: Exchange) -> Exchange:
+    """Have an exchange in the list; the oldest one may leave it."""
+    _kept.append(exchange)
+    return exchange
+
+
+def summaries() -> list[dict[str, Any]]:
+    """The exchanges that are kept, the newest first."""
+    return [each.summary() for each in reversed(list(_kept))]
+
+
+def find(number: int) -> Exchange:
+    """The exchange with this number; raises LiveError when it is not kept any more."""
+    for each in list(_kept):
+        if each.number == number:
+            return each
+    raise LiveError("this kernel does not know it any more: send it again")
