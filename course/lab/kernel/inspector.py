@@ -9,9 +9,8 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 
 from course.errors import LiveError
 from course.lab.kernel import exchange, forms, programs, sending
-from course.lab.kernel.nodes import OF_NO_INTEREST, session
+from course.lab.kernel.nodes import of_interest, session
 from course.lab.kernel.panels import Changes, Panels, Topic
-from course.ros2.graph import OF_EVERY_NODE, is_hidden
 from course.session.live import current
 
 ANSWER = 5.0  # s
@@ -58,12 +57,7 @@ def offers() -> dict[str, list[list[str]]]:
 
 
 def _of_interest(found: list[tuple[str, list[str]]]) -> list[list[str]]:
-    return sorted(
-        [name, kind]
-        for name, types in found
-        for kind in types
-        if name not in OF_NO_INTEREST and not is_hidden(name) and not kind.startswith(OF_EVERY_NODE)
-    )
+    return sorted([name, kind] for name, types in found for kind in types if of_interest(name, kind))
 
 
 def form(kind: str, name: str, type_name: str) -> list[dict[str, Any]]:

@@ -23,9 +23,9 @@ def start() -> None:
 
 def _panels() -> Panels:
     """Every panel's methods and topics.  A new panel is added here."""
-    from course.lab.kernel import inspector, log, nodes
+    from course.lab.kernel import graph, inspector, log, nodes
 
     panels = Panels()
-    for panel in (inspector, log, nodes):
+    for panel in (graph, inspector, log, nodes):
         panel.add(panels)
     return panels
