@@ -185,6 +185,7 @@ def test_a_goal_shows_its_feedback_and_result_and_its_program_does_the_same(kern
     state = follow(page, "succeeded", **FIBONACCI, given={"order": "4"})
     names = [event for _, event, _ in state["events"] if event != "feedback"]
     assert names == ["goal", "accepted", "succeeded"]
+    assert state["events"][0] == [0.0, "goal", "order: 4"]
     assert "- 3" in state["events"][-1][2]
     told = page.ask("inspector.look", **FIBONACCI, given={"order": "4"})["result"]
     (kernel.folder / "client.py").write_text(told["python"])
@@ -229,6 +230,24 @@ def test_a_parameter_is_set_or_refused_with_the_reason_and_its_program_and_line_
     assert "1.0" in kernel.run("!ros2 param get /servers speed")
     wrong = page.ask("inspector.look", **SPEED, given={"speed": "fast"})["result"]["wrong"]
     assert wrong == {"speed": "write a number: float64 takes no 'fast'"}
+
+
+def test_calls_of_cells_are_kept_with_their_times_while_a_page_follows_them(kernel, page):
+    call = "from example_interfaces.srv import AddTwoInts\nros.call('/add_two_ints', AddTwoInts, a=A, b=40)"
+    following = page.subscribe("inspector.exchanges")
+    before = {each["number"] for each in page.event()["data"]}
+    kernel.run(call.replace("A, b", "3, b"))
+    while (newest := page.event()["data"][0])["number"] in before or newest["state"] == "running":
+        pass
+    assert (newest["kind"], newest["name"], newest["state"]) == ("service", "/add_two_ints", "over")
+    assert page.ask("unsubscribe", id=following)["result"] is None
+    page.events.clear()
+    page.subscribe("inspector.exchange", number=newest["number"])
+    sent, answered = page.event()["data"]["events"]
+    assert sent == [0.0, "request", "a: 3\nb: 40"]
+    assert answered[0] > 0.0 and answered[1:] == ["response", "sum: 43"]
+    kernel.run("from course.session.calls import listeners\nros.until(lambda: not listeners, 30)")
+    assert kernel.run("print(listeners)") == "[]"  # a call costs nothing more again
 
 
 def test_a_server_that_never_answers_is_told_after_the_time_limit_and_holds_up_nothing(kernel, page):

@@ -1,13 +1,21 @@
-"""What passes in one call, goal, message or change of a parameter that a reader has sent: each event with its time."""
+"""What passes in one call, goal, message or change of a parameter: each event with its time.
+
+A reader sends them with the inspector; the calls that cells make are kept, too, while their diagrams can be seen.
+"""
 
 import itertools
 import threading
 import time
 from collections import deque
+from collections.abc import Callable
 from typing import Any
 
+from rclpy.serialization import deserialize_message, serialize_message
+
 from course.errors import LiveError
+from course.lab.kernel.panels import Changes
 from course.ros2 import messages
+from course.session.calls import listeners
 
 KEPT = 20  # exchanges
 FIRST, LAST = 20, 180  # events of an exchange that are kept
@@ -37,14 +45,12 @@ class Exchange:
     def add(self, event: str, message: Any = None) -> None:
         """An event has been seen, now; `message` is what came with it, or a text."""
         now = time.monotonic()
-        if message is None or isinstance(message, str):
-            text = message or ""
-        else:
-            text = messages.to_yaml(message, messages.Limits(LENGTH)).strip()
+        # The sender may change its message later, and must not wait until it is written as text.
+        kept = message or "" if message is None or isinstance(message, str) else _Serialized(message)
         with self._lock:
             if self._began is None:
                 self._began = now
-            row = [round((now - self._began) * 1e3, 2), event, text[:LONGEST]]  # ms
+            row = [round((now - self._began) * 1e3, 2), event, kept]  # ms
             self._count += 1
             (self._first if len(self._first) < FIRST else self._last).append(row)
 
@@ -84,6 +90,8 @@ class Exchange:
         """All of it, as the page shows it; the events are [ms since the first, event, text]."""
         summary = self.summary()
         with self._lock:
+            for row in (*self._first, *self._last):
+                row[2] = str(row[2])[:LONGEST]
             return {
                 **summary,
                 "type": self.type_name,
@@ -94,6 +102,17 @@ class Exchange:
                 "note": self._note,
                 "cancellable": self._goal is not None and not self._over,
             }
+
+
+class _Serialized:
+    """A message as it is now, which becomes YAML when somebody looks at it."""
+
+    def __init__(self, message: Any):
+        self._bytes, self._type = serialize_message(message), type(message)
+
+    def __str__(self) -> str:
+        message = deserialize_message(self._bytes, self._type)
+        return messages.to_yaml(message, messages.Limits(LENGTH)).strip()
 
 
 _kept: deque[Exchange] = deque(maxlen=KEPT)
@@ -116,3 +135,38 @@ def find(number: int) -> Exchange:
         if each.number == number:
             return each
     raise LiveError("this kernel does not know it any more: send it again")
+
+
+class Summaries(Changes):
+    """A feed of what `summaries` says; while a page follows it, the calls that cells make are kept, too."""
+
+    def __init__(self) -> None:
+        super().__init__(summaries)
+        _followed.add(self)
+        if _listen not in listeners:
+            listeners.append(_listen)
+
+    def close(self) -> None:
+        """The page has left."""
+        _followed.discard(self)
+        if not _followed and _listen in listeners:
+            listeners.remove(_listen)
+
+
+_followed: set[Summaries] = set()
+
+
+def _listen(service: str, srv_type: type[Any], request: Any) -> Callable[[Any, str], None]:
+    """Keep a call that a cell makes; those of panels come in other threads."""
+    if threading.current_thread() is not threading.main_thread():
+        return lambda response, failed: None
+    package = srv_type.__module__.partition(".")[0]
+    exchange = keep(Exchange("service", service, f"{package}/srv/{srv_type.__name__}"))
+    exchange.add("request", request)
+
+    def tell(response: Any, failed: str) -> None:
+        if response is not None:
+            exchange.add("response", response)
+        exchange.end(failed)
+
+    return tell

@@ -39,7 +39,7 @@ def add(panels: Panels) -> None:
     panels.topics |= {
         "inspector": Topic(lambda: Changes(offers), 0.5),
         "inspector.exchange": Topic(lambda number: Changes(exchange.find(number).state), 0.1),
-        "inspector.exchanges": Topic(lambda: Changes(exchange.summaries), 0.25),
+        "inspector.exchanges": Topic(exchange.Summaries, 0.25),
     }
 
 
@@ -105,7 +105,7 @@ def _about(descriptor: ParameterDescriptor) -> str:
 
 
 def look(kind: str, name: str, type_name: str, given: dict[str, Any]) -> dict[str, Any]:
-    """What is wrong in a form, by field, and the program and the command that do what it says (without what is wrong).
+    """What is wrong in a form, by field, or else the program and the command that do what it says.
 
     Of a parameter, `given` has its name and value, and `type_name` is its type.
     """
@@ -113,8 +113,10 @@ def look(kind: str, name: str, type_name: str, given: dict[str, Any]) -> dict[st
         return _look_at_parameter(name, type_name, given)
     interface = forms.interface(kind, type_name)
     filled = forms.fill(interface.message, given)
+    if filled.wrong:
+        return {"wrong": filled.wrong, "python": "", "ros2": ""}
     return {
-        "wrong": filled.wrong,
+        "wrong": {},
         "python": programs.python(interface, name, filled.values),
         "ros2": programs.command(interface, name, filled.values),
     }

@@ -20,6 +20,7 @@ from course.session.live import Session
 from course.waiting import wait_until
 
 MATCH = 2.0  # s until a new publisher knows the topic's subscriptions
+RECEIVED = 10.0  # s; Fast DDS asks every 3 s for a receipt that has got lost
 LOOK = 0.25  # s between two looks whether an action server is still there
 GONE = 2.0  # s that it may be out of sight
 CANCEL = 3.0  # s until the reader is told why a server may not answer a cancel
@@ -67,8 +68,10 @@ def publish(live: Session, interface: Interface, name: str, message: Any) -> Exc
         publisher.publish(message)
         if not (count := publisher.get_subscription_count()):
             exchange.end(f"nobody received it: no node subscribes to {name} with the type {interface.name}")
-        elif publisher.wait_for_all_acked(Duration(seconds=MATCH)):
+        elif publisher.wait_for_all_acked(Duration(seconds=RECEIVED)):
             exchange.add("received", f"by {count} subscription{'s' * (count > 1)}")
+        else:
+            exchange.end(f"not every subscription has confirmed it within {RECEIVED:g} s")
 
     return _begun(exchange, work)
 
@@ -76,8 +79,9 @@ def publish(live: Session, interface: Interface, name: str, message: Any) -> Exc
 class Goal(GoalRecorder):
     """A goal whose events go to an exchange."""
 
-    def __init__(self, client: ActionClient, exchange: Exchange):
+    def __init__(self, client: ActionClient, exchange: Exchange, goal: Any):
         super().__init__(client)
+        self._goal = goal
         self._exchange = exchange
         self.answered = threading.Event()
         self.ended = threading.Event()
@@ -88,7 +92,7 @@ class Goal(GoalRecorder):
         event = str(values["event"])
         if event == "cancel":
             self.cancel_unanswered.set()
-        self._exchange.add(event, values.get("message"))
+        self._exchange.add(event, self._goal if event == "goal" else values.get("message"))
         if event in ("accepted", "rejected"):
             self.answered.set()
         if event in self.END or event == "unknown":
@@ -118,7 +122,7 @@ def send_goal(live: Session, interface: Interface, name: str, goal: Any, timeout
         _hold(("action", name), lambda: live.ok and destroy(client))
         if not wait_until(client.server_is_ready, timeout):
             raise CourseError(f"no action server for {name} within {timeout:g} s: has its node been started?")
-        sent = Goal(client, exchange)
+        sent = Goal(client, exchange, goal)
         exchange.may_be_canceled(sent)
         sent.send(goal)
         if not sent.answered.wait(timeout):

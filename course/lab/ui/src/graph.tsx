@@ -66,11 +66,11 @@ function GraphView({ current }: { current: Current }): JSX.Element {
     <div className="ros-Graph">
       <header className="ros-Panel-head">
         <h2>Graph</h2>
-        <label>
-          <input type="checkbox" checked={everything} onChange={event => setEverything(event.target.checked)} /> what
-          every node has, too
-        </label>
       </header>
+      <label className="ros-Graph-everything">
+        <input type="checkbox" checked={everything} onChange={event => setEverything(event.target.checked)} />
+        Show what every node has, too
+      </label>
       <div className="ros-Panel-message" role="status">
         {failed || message || (graph && nodes.length === 0 ? empty : '')}
       </div>
@@ -275,7 +275,7 @@ function Flows({ link }: { link: Link }): JSX.Element {
     <section className="ros-Flows" aria-label="One call or goal">
       <h3>One call or goal</h3>
       {failed && <p>{failed}</p>}
-      {!one && <p className="ros-quiet">Nothing has passed yet: send something with the inspector.</p>}
+      {!one && <p className="ros-quiet">Nothing has passed yet: send something with the Inspector, or call a service in a cell.</p>}
       {one && (
         <>
           <select

@@ -190,6 +190,7 @@ function Sending({ link, kind, name, type }: About): JSX.Element {
     }
   };
   const count = Object.keys(looked.wrong).length;
+  const waiting = count > 0 ? '(when nothing in the form is wrong)' : '…';
   return (
     <>
       {type && <p className="ros-quiet ros-type">{type.replace(/\//g, '/\u200b')}</p>}
@@ -241,19 +242,19 @@ function Sending({ link, kind, name, type }: About): JSX.Element {
       </form>
       {exchange !== null && <ExchangeView link={link} number={exchange} />}
       <h3>The same in a terminal</h3>
-      <Code text={looked.ros2} what="The line" wrap />
+      <Code text={looked.ros2} what="The line" waiting={waiting} wrap />
       <h3>The same in Python</h3>
-      <Code text={looked.python} what="The program" />
+      <Code text={looked.python} what="The program" waiting={waiting} />
     </>
   );
 }
 
-function Code({ text, what, wrap }: { text: string; what: string; wrap?: boolean }): JSX.Element {
+function Code({ text, what, waiting, wrap }: { text: string; what: string; waiting: string; wrap?: boolean }): JSX.Element {
   const [copied, setCopied] = React.useState('');
   return (
     <div className="ros-Code">
       <pre tabIndex={0} role="group" aria-label={what} className={wrap ? 'ros-mod-wrap' : ''}>
-        {text}
+        {text || waiting}
       </pre>
       <button
         disabled={!text}
