@@ -60,6 +60,7 @@ def test_a_service_is_called_and_a_goal_canceled_while_a_cell_runs_and_the_graph
     expect(listed).not_to_contain_text("get_parameters")
     expect(graph.get_by_role("img", name="Nodes: 1. Topics, services and actions: 4.")).to_be_visible()
     expect(graph.get_by_label("Which call or goal")).to_contain_text("action /fibonacci")
+    expect(show_panel(page, "Inspector").get_by_label("order int32")).to_have_value("1000")  # as it was left
     expect(page.locator('.jp-Notebook-ExecutionIndicator[data-status="busy"]')).to_be_visible()
     (lab[2] / "inspected/end").touch()
 

@@ -4,6 +4,7 @@ A reader sends them with the inspector; the calls that cells make are kept, too,
 """
 
 import itertools
+import os
 import threading
 import time
 from collections import deque
@@ -30,7 +31,7 @@ class Exchange:
 
     def __init__(self, kind: str, name: str, type_name: str):
         """`kind` is service, action, topic or parameter."""
-        self.number = next(_numbers)
+        self.number = f"{os.getpid()}.{next(_numbers)}"  # of this kernel, and none that was restarted
         self.kind, self.name, self.type_name = kind, name, type_name
         self._first: list[list[Any]] = []
         self._last: deque[list[Any]] = deque(maxlen=LAST)
@@ -129,7 +130,7 @@ def summaries() -> list[dict[str, Any]]:
     return [each.summary() for each in reversed(list(_kept))]
 
 
-def find(number: int) -> Exchange:
+def find(number: str) -> Exchange:
     """The exchange with this number; raises LiveError when it is not kept any more."""
     for each in list(_kept):
         if each.number == number:

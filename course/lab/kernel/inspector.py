@@ -142,7 +142,7 @@ def _parameter_value(kind: str, text: Any) -> Any:
     return forms.scalar(element, text) if element == kind else forms.scalars(element, str(text))
 
 
-def send(kind: str, name: str, type_name: str, given: dict[str, Any], timeout: float = ANSWER) -> int:
+def send(kind: str, name: str, type_name: str, given: dict[str, Any], timeout: float = ANSWER) -> str:
     """Send what a form says; the number of the exchange.  Raises LiveError when something in it is wrong.
 
     `timeout` (s) is how long to wait for a server and its answer.

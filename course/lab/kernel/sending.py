@@ -62,7 +62,7 @@ def publish(live: Session, interface: Interface, name: str, message: Any) -> Exc
 
     def work() -> None:
         publisher = live.node.create_publisher(interface.message, name, 10)
-        _hold(("topic", name), lambda: live.ok and live.node.destroy_publisher(publisher))
+        _hold(("topic", name), lambda: live.node.destroy_publisher(publisher) if live.ok else None)
         wait_until(lambda: publisher.get_subscription_count() >= max(1, live.node.count_subscribers(name)), MATCH)
         exchange.add("message", message)
         publisher.publish(message)
@@ -119,7 +119,7 @@ def send_goal(live: Session, interface: Interface, name: str, goal: Any, timeout
 
     def work() -> None:
         client = ActionClient(live.node, interface.loaded, name)
-        _hold(("action", name), lambda: live.ok and destroy(client))
+        _hold(("action", name), lambda: destroy(client) if live.ok else None)
         if not wait_until(client.server_is_ready, timeout):
             raise CourseError(f"no action server for {name} within {timeout:g} s: has its node been started?")
         sent = Goal(client, exchange, goal)

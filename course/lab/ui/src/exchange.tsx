@@ -6,7 +6,7 @@ import { Link } from './link';
 import { useTopic } from './panel';
 
 export interface Exchange {
-  number: number;
+  number: string; // the kernel's process, a point, and which one
   kind: 'service' | 'action' | 'topic' | 'parameter';
   name: string;
   type: string;
@@ -30,7 +30,7 @@ const ENDS: { [kind in Exchange['kind']]: [string, string] } = {
 };
 const SHOWN = 24; // arrows at most
 
-export function ExchangeView({ link, number }: { link: Link; number: number }): JSX.Element {
+export function ExchangeView({ link, number }: { link: Link; number: string }): JSX.Element {
   const [exchange, setExchange] = React.useState<Exchange | null>(null);
   const [failed, setFailed] = React.useState('');
   useTopic(

@@ -258,7 +258,7 @@ function List({ graph, selected, choose }: Chosen): JSX.Element {
 }
 
 interface Summary {
-  number: number;
+  number: string; // the kernel's process, a point, and which one
   kind: string;
   name: string;
   state: string;
@@ -267,7 +267,7 @@ interface Summary {
 /** The flow diagram of one of the last calls and goals. */
 function Flows({ link }: { link: Link }): JSX.Element {
   const [all, setAll] = React.useState<Summary[]>([]);
-  const [number, setNumber] = React.useState<number | null>(null);
+  const [number, setNumber] = React.useState<string | null>(null);
   const [failed, setFailed] = React.useState('');
   useTopic(link, 'inspector.exchanges', {}, setAll, () => setAll([]), setFailed);
   const one = all.find(each => each.number === number) ?? all[0];
@@ -281,11 +281,11 @@ function Flows({ link }: { link: Link }): JSX.Element {
           <select
             aria-label="Which call or goal"
             value={one.number}
-            onChange={event => setNumber(Number(event.target.value))}
+            onChange={event => setNumber(event.target.value)}
           >
             {all.map(each => (
               <option key={each.number} value={each.number}>
-                {`${each.number}: ${each.kind} ${each.name}${each.state === 'over' ? '' : `, ${each.state}`}`}
+                {`${each.number.split('.')[1]}: ${each.kind} ${each.name}${each.state === 'over' ? '' : `, ${each.state}`}`}
               </option>
             ))}
           </select>

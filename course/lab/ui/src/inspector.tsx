@@ -40,15 +40,29 @@ export class InspectorPanel extends SidePanel {
   }
 
   protected draw(): JSX.Element {
-    return <Inspector current={this.current} />;
+    return <Inspector current={this.current} memory={this._memory} />;
   }
+
+  private _memory: Memory = new Map(); // a hidden panel is not drawn, and must not forget what was written
 }
 
-function Inspector({ current }: { current: Current }): JSX.Element {
+type Memory = Map<string, any>;
+
+/** A state that outlasts the component. */
+function useKept<T>(memory: Memory, key: string, initial: T): [T, (value: T) => void] {
+  const [value, setValue] = React.useState<T>(memory.has(key) ? memory.get(key) : initial);
+  const keep = (value: T) => {
+    memory.set(key, value);
+    setValue(value);
+  };
+  return [value, keep];
+}
+
+function Inspector({ current, memory }: { current: Current; memory: Memory }): JSX.Element {
   const { link } = useCurrent(current);
   const [offers, setOffers] = React.useState<Offers | null>(null);
-  const [kind, setKind] = React.useState<Kind>('service');
-  const [chosen, setChosen] = React.useState<{ [kind in Kind]?: string }>({});
+  const [kind, setKind] = useKept<Kind>(memory, 'kind', 'service');
+  const [chosen, setChosen] = useKept<{ [kind in Kind]?: string }>(memory, 'chosen', {});
   const [failed, setFailed] = React.useState('');
   useTopic(
     link,
@@ -99,7 +113,9 @@ function Inspector({ current }: { current: Current }): JSX.Element {
               </select>
             </label>
           )}
-          {name && <Sending key={`${kind} ${name} ${type}`} link={link!} kind={kind} name={name} type={type} />}
+          {name && (
+            <Sending key={`${kind} ${name} ${type}`} memory={memory} link={link!} kind={kind} name={name} type={type} />
+          )}
         </div>
       )}
     </>
@@ -107,6 +123,7 @@ function Inspector({ current }: { current: Current }): JSX.Element {
 }
 
 interface About {
+  memory: Memory;
   link: Link;
   kind: Kind;
   name: string;
@@ -119,14 +136,15 @@ interface Looked {
   ros2: string;
 }
 
-function Sending({ link, kind, name, type }: About): JSX.Element {
+function Sending({ memory, link, kind, name, type }: About): JSX.Element {
   const [fields, setFields] = React.useState<Field[] | null>(null);
-  const [given, setGiven] = React.useState<Given>({});
-  const [parameter, setParameter] = React.useState('');
-  const [timeout, setTimeout] = React.useState('5');
+  const key = `${kind} ${name} ${type}`;
+  const [given, setGiven] = useKept<Given>(memory, `${key} given`, {});
+  const [parameter, setParameter] = useKept(memory, `${key} parameter`, '');
+  const [timeout, setTimeout] = useKept(memory, 'timeout', '5');
   const [looked, setLooked] = React.useState<Looked>({ wrong: {}, python: '', ros2: '' });
   const [failed, setFailed] = React.useState('');
-  const [exchange, setExchange] = React.useState<number | null>(null);
+  const [exchange, setExchange] = useKept<string | null>(memory, `${key} exchange`, null);
   const [reading, setReading] = React.useState(0);
 
   React.useEffect(() => {
@@ -136,7 +154,8 @@ function Sending({ link, kind, name, type }: About): JSX.Element {
       (found: Field[]) => {
         if (wanted) {
           setFields(found);
-          setGiven(initial(found));
+          // What a parameter is now may be another value than what was written here.
+          setGiven(kind === 'parameter' ? initial(found) : { ...initial(found), ...memory.get(`${key} given`) });
         }
       },
       error => wanted && setFailed(error.message)
