@@ -135,7 +135,7 @@ def find(number: str) -> Exchange:
     for each in list(_kept):
         if each.number == number:
             return each
-    raise LiveError("this kernel does not know it any more: send it again")
+    raise LiveError("nothing is known of it any more, as after a restart of the kernel: send it again")
 
 
 class Summaries(Changes):

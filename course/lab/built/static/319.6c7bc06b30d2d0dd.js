@@ -125,6 +125,7 @@
   align-self: stretch;
 }
 
+.ros-Events pre,
 .ros-Code .ros-mod-wrap {
   overflow-wrap: anywhere;
   white-space: pre-wrap;
