@@ -9,7 +9,7 @@ from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.task import Future
 
-from course.errors import CallTimeout, NodeFailed
+from course.errors import CallTimeout, LiveError, NodeFailed
 from course.ros2.graph import OF_EVERY_NODE
 from course.session.source import blocked
 from course.session.uses import is_of
@@ -19,6 +19,9 @@ from course.waiting import wait_until
 LOOK = 0.05  # s between two looks whether the node that is to answer has died
 LISTED = 8  # services that a message names
 GRACE = 1.0  # s that a server may take to be found, before the story of a dead node is told instead
+# Told of each call when it is sent: its service, type and request.  What they return is told the response, or None and
+# why there is none.  The lab's flow diagrams listen here while they can be seen.
+listeners: list[Callable[[str, type[Any], Any], Callable[[Any, str], None]]] = []
 
 
 class Calls:
@@ -49,13 +52,24 @@ class Calls:
         client = self._client(service, srv_type)
         deadline = time.monotonic() + timeout
         self._ready(client, timeout)
-        future = client.call_async(request)
+        told = [listen(client.service_name, srv_type, request) for listen in listeners]
+        try:
+            response = self._answer(client, client.call_async(request), deadline, timeout)
+        except LiveError as error:
+            for tell in told:
+                tell(None, str(error))
+            raise
+        for tell in told:
+            tell(response, "")
+        return response
+
+    def _answer(self, client: Client, future: Future, deadline: float, timeout: float) -> Any:
         if self._done(future, deadline, lambda: self._look_at(client.service_name)):
             return future.result()
         client.remove_pending_request(future)
         self._look_at(client.service_name)
         why = self._blocked(client.service_name) or "is its server busy or blocked?"
-        raise CallTimeout(f"{service} did not answer within {timeout:g} s: {why}")
+        raise CallTimeout(f"{client.service_name} did not answer within {timeout:g} s: {why}")
 
     def _blocked(self, service: str) -> str:
         """What in the text of a node's callback may keep it from answering at `service`."""

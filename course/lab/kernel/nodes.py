@@ -93,7 +93,7 @@ class Details:
                 live.node.create_client(ListParameters, f"{self._name}/list_parameters"),
                 live.node.create_client(GetParameters, f"{self._name}/get_parameters"),
             ]
-        found = {**self._endpoints(live), **self._parameters()}
+        found = {**endpoints(live, self._name), **self._parameters()}
         if found == self._last:
             return None
         self._last = found
@@ -104,19 +104,6 @@ class Details:
         if self._session is not None and self._session.ok:
             for client in self._clients:
                 self._session.node.destroy_client(client)
-
-    def _endpoints(self, live: Session) -> dict[str, list[list[str]]]:
-        """Names with their types, by what the node does with them."""
-        node, (name, namespace) = live.node, parts(self._name)
-        asked: dict[str, Callable[[], Iterable[tuple[str, list[str]]]]] = {
-            "publishes": lambda: node.get_publisher_names_and_types_by_node(name, namespace),
-            "subscribes to": lambda: node.get_subscriber_names_and_types_by_node(name, namespace),
-            "serves": lambda: node.get_service_names_and_types_by_node(name, namespace),
-            "calls": lambda: node.get_client_names_and_types_by_node(name, namespace),
-            "offers the actions": lambda: get_action_server_names_and_types_by_node(node, name, namespace),
-            "sends goals to": lambda: get_action_client_names_and_types_by_node(node, name, namespace),
-        }
-        return {what: _of_interest(ask) for what, ask in asked.items()}
 
     def _parameters(self) -> dict[str, Any]:
         """{"parameters": names with values}, and {"silent": True} when the node does not answer."""
@@ -130,16 +117,31 @@ class Details:
         return {"parameters": [list(each) for each in zip(names, values, strict=False)], "silent": False}
 
 
-def _of_interest(ask: Callable[[], Iterable[tuple[str, list[str]]]]) -> list[list[str]]:
+def endpoints(live: Session, full_name: str, *, everything: bool = False) -> dict[str, list[list[str]]]:
+    """Names with their types, by what a node does with them; with `everything` also what every node has."""
+    node, (name, namespace) = live.node, parts(full_name)
+    asked: dict[str, Callable[[], Iterable[tuple[str, list[str]]]]] = {
+        "publishes": lambda: node.get_publisher_names_and_types_by_node(name, namespace),
+        "subscribes to": lambda: node.get_subscriber_names_and_types_by_node(name, namespace),
+        "serves": lambda: node.get_service_names_and_types_by_node(name, namespace),
+        "calls": lambda: node.get_client_names_and_types_by_node(name, namespace),
+        "offers the actions": lambda: get_action_server_names_and_types_by_node(node, name, namespace),
+        "sends goals to": lambda: get_action_client_names_and_types_by_node(node, name, namespace),
+    }
+    return {what: _listed(ask, everything=everything) for what, ask in asked.items()}
+
+
+def _listed(ask: Callable[[], Iterable[tuple[str, list[str]]]], *, everything: bool) -> list[list[str]]:
     try:
         found = list(ask())
     except (NodeNameNonExistentError, RCLError):  # it has left the graph
         return []
-    return sorted(
-        [name, ", ".join(types)]
-        for name, types in found
-        if name not in OF_NO_INTEREST and not is_hidden(name) and not types[0].startswith(OF_EVERY_NODE)
-    )
+    return sorted([name, ", ".join(types)] for name, types in found if everything or of_interest(name, types[0]))
+
+
+def of_interest(name: str, kind: str) -> bool:
+    """Whether a topic, service or action is neither hidden nor one that every node has; `kind` is its type."""
+    return name not in OF_NO_INTEREST and not is_hidden(name) and not kind.startswith(OF_EVERY_NODE)
 
 
 def _answer(client: Client, request: object) -> Any:

@@ -7,7 +7,9 @@ import { checkIcon } from '@jupyterlab/ui-components';
 
 import { Current } from './current';
 import { ExercisePanel } from './exercise';
+import { GraphPanel, graphIcon } from './graph';
 import { handIn, handInButton, handInIcon, hasExercise } from './handing_in';
+import { InspectorPanel, inspectorIcon } from './inspector';
 import { Links } from './link';
 import { NodesPanel, nodesIcon } from './nodes';
 import { layout, ways } from './ways';
@@ -50,9 +52,13 @@ const panels: JupyterFrontEndPlugin<void> = {
     window.addEventListener('resize', () => (current.isOpen ? makeRoom() : undefined));
     const nodes = new NodesPanel(current);
     const exercise = new ExercisePanel(current, app.serviceManager.contents);
+    const inspector = new InspectorPanel(current);
+    const graph = new GraphPanel(current);
     const all = [
       [exercise, 'ros2-course:exercise', checkIcon],
-      [nodes, 'ros2-course:nodes', nodesIcon]
+      [nodes, 'ros2-course:nodes', nodesIcon],
+      [inspector, 'ros2-course:inspector', inspectorIcon],
+      [graph, 'ros2-course:graph', graphIcon]
     ] as const;
     for (const [widget, command, icon] of all) {
       app.shell.add(widget, 'right', { rank: 200, type: 'ROS course' });

@@ -1,0 +1,165 @@
+"""The inspector: a form to call a service, send a goal, publish a message or set a parameter, and what came of it."""
+
+from typing import Any
+
+from rcl_interfaces.msg import ParameterDescriptor, ParameterType
+from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
+from rclpy.action import get_action_names_and_types
+from rclpy.parameter import Parameter, parameter_value_to_python
+
+from course.errors import LiveError
+from course.lab.kernel import exchange, forms, programs, sending
+from course.lab.kernel.nodes import of_interest, session
+from course.lab.kernel.panels import Changes, Panels, Topic
+from course.session.live import current
+
+ANSWER = 5.0  # s
+LONGEST = 600.0  # s that a reader may choose to wait
+PARAMETER_TYPES = {
+    ParameterType.PARAMETER_BOOL: "bool",
+    ParameterType.PARAMETER_INTEGER: "int64",
+    ParameterType.PARAMETER_DOUBLE: "float64",
+    ParameterType.PARAMETER_STRING: "string",
+    ParameterType.PARAMETER_BOOL_ARRAY: "bool[]",
+    ParameterType.PARAMETER_INTEGER_ARRAY: "int64[]",
+    ParameterType.PARAMETER_DOUBLE_ARRAY: "float64[]",
+    ParameterType.PARAMETER_STRING_ARRAY: "string[]",
+}
+PARAMETER = "parameter"
+
+
+def add(panels: Panels) -> None:
+    """Offer the panel's methods and topics."""
+    panels.methods |= {
+        "inspector.form": form,
+        "inspector.look": look,
+        "inspector.send": send,
+        "inspector.cancel": lambda number: exchange.find(number).cancel(),
+    }
+    panels.topics |= {
+        "inspector": Topic(lambda: Changes(offers), 0.5),
+        "inspector.exchange": Topic(lambda number: Changes(exchange.find(number).state), 0.1),
+        "inspector.exchanges": Topic(exchange.Summaries, 0.25),
+    }
+
+
+def offers() -> dict[str, list[list[str]]]:
+    """What can be sent to: names with their types, by kind; of parameters the nodes.  Empty without a session."""
+    if (live := current()) is None:
+        return {kind: [] for kind in (*forms.LOADERS, PARAMETER)}
+    services = [each for each in live.node.get_service_names_and_types() if live.node.count_services(each[0])]
+    return {
+        "service": _of_interest(services),
+        "action": _of_interest(get_action_names_and_types(live.node)),
+        "topic": _of_interest(live.node.get_topic_names_and_types()),
+        PARAMETER: [[name, ""] for name in sorted({row.name for row in live.rows() if row.alive})],
+    }
+
+
+def _of_interest(found: list[tuple[str, list[str]]]) -> list[list[str]]:
+    return sorted([name, kind] for name, types in found for kind in types if of_interest(name, kind))
+
+
+def form(kind: str, name: str, type_name: str) -> list[dict[str, Any]]:
+    """The fields of a form, see `forms.fields_of`; of a node its parameters with their current values.
+
+    Raises LiveError when the type cannot be imported, or the node does not answer.
+    """
+    if kind == PARAMETER:
+        return _parameters(name)
+    return forms.fields_of(forms.interface(kind, type_name).message)
+
+
+def _parameters(node: str) -> list[dict[str, Any]]:
+    live = session()
+    listed = live.call(f"{node}/list_parameters", ListParameters, timeout=ANSWER)
+    names = sorted(listed.result.names)
+    values = live.call(f"{node}/get_parameters", GetParameters, timeout=ANSWER, names=names).values
+    described = live.call(f"{node}/describe_parameters", DescribeParameters, timeout=ANSWER, names=names).descriptors
+    found = []
+    for name, value, descriptor in zip(names, values, described, strict=False):
+        kind = PARAMETER_TYPES.get(value.type)
+        plain = parameter_value_to_python(value)
+        shown = ", ".join(map(str, plain)) if kind and kind.endswith("[]") else str(plain)
+        field: dict[str, Any] = {"name": name, "type": kind or "unset", "about": _about(descriptor)}
+        field["fixed"] = descriptor.read_only or kind is None
+        if kind == "bool":
+            field |= {"kind": "truth", "default": plain}
+        else:
+            field |= {"kind": "list" if kind and kind.endswith("[]") else "scalar", "default": shown, "choices": {}}
+        found.append(field)
+    return found
+
+
+def _about(descriptor: ParameterDescriptor) -> str:
+    """What a descriptor says of its parameter, in a line."""
+    said = [descriptor.description.rstrip(".")] if descriptor.description else []
+    for each in (*descriptor.floating_point_range, *descriptor.integer_range):
+        step = f", in steps of {each.step}" if each.step else ""
+        said.append(f"{each.from_value} to {each.to_value}{step}")
+    if descriptor.additional_constraints:
+        said.append(descriptor.additional_constraints)
+    if descriptor.read_only:
+        said.append("read-only")
+    return "; ".join(said)
+
+
+def look(kind: str, name: str, type_name: str, given: dict[str, Any]) -> dict[str, Any]:
+    """What is wrong in a form, by field, or else the program and the command that do what it says.
+
+    Of a parameter, `given` has its name and value, and `type_name` is its type.
+    """
+    if kind == PARAMETER:
+        return _look_at_parameter(name, type_name, given)
+    interface = forms.interface(kind, type_name)
+    filled = forms.fill(interface.message, given)
+    if filled.wrong:
+        return {"wrong": filled.wrong, "python": "", "ros2": ""}
+    return {
+        "wrong": {},
+        "python": programs.python(interface, name, filled.values),
+        "ros2": programs.command(interface, name, filled.values),
+    }
+
+
+def _look_at_parameter(node: str, kind: str, given: dict[str, Any]) -> dict[str, Any]:
+    ((parameter, text),) = given.items()
+    try:
+        value = _parameter_value(kind, text)
+    except ValueError as error:
+        return {"wrong": {parameter: str(error)}, "python": "", "ros2": ""}
+    return {
+        "wrong": {},
+        "python": programs.python_of_parameter(node, parameter, value),
+        "ros2": programs.command_of_parameter(node, parameter, value),
+    }
+
+
+def _parameter_value(kind: str, text: Any) -> Any:
+    if kind not in PARAMETER_TYPES.values():
+        raise ValueError("it has no value yet, and so no type: its node must declare it with a default")
+    element = kind.removesuffix("[]")
+    return forms.scalar(element, text) if element == kind else forms.scalars(element, str(text))
+
+
+def send(kind: str, name: str, type_name: str, given: dict[str, Any], timeout: float = ANSWER) -> str:
+    """Send what a form says; the number of the exchange.  Raises LiveError when something in it is wrong.
+
+    `timeout` (s) is how long to wait for a server and its answer.
+    """
+    live, timeout = session(), min(max(float(timeout), 0.1), LONGEST)
+    if kind == PARAMETER:
+        ((parameter, text),) = given.items()
+        try:
+            value = _parameter_value(type_name, text)
+        except ValueError as error:
+            raise LiveError(f"{parameter}: {error}") from None
+        number = next(number for number, known in PARAMETER_TYPES.items() if known == type_name)
+        made = Parameter(parameter, Parameter.Type(number), value)
+        return sending.set_parameter(live, name, made, timeout).number
+    interface = forms.interface(kind, type_name)
+    message = forms.message_of(interface.message, forms.fill(interface.message, given))
+    if kind == "topic":
+        return sending.publish(live, interface, name, message).number
+    begin = sending.call if kind == "service" else sending.send_goal
+    return begin(live, interface, name, message, timeout).number

@@ -1,0 +1,170 @@
+"""Calls, goals, messages and parameters that a reader sends: each in a thread of its own, with a time limit."""
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from action_msgs.srv import CancelGoal
+from rcl_interfaces.srv import SetParameters
+from rclpy.action import ActionClient
+from rclpy.duration import Duration
+from rclpy.parameter import Parameter
+from rclpy.task import Future
+
+from course.errors import CourseError
+from course.lab.kernel.exchange import Exchange, keep
+from course.lab.kernel.forms import Interface
+from course.rclpy_internals import destroy
+from course.recorders import GoalRecorder
+from course.session.live import Session
+from course.waiting import wait_until
+
+MATCH = 2.0  # s until a new publisher knows the topic's subscriptions
+RECEIVED = 10.0  # s; Fast DDS asks every 3 s for a receipt that has got lost
+LOOK = 0.25  # s between two looks whether an action server is still there
+GONE = 2.0  # s that it may be out of sight
+CANCEL = 3.0  # s until the reader is told why a server may not answer a cancel
+
+_held: dict[tuple[str, str], Callable[[], object]] = {}  # what destroys the last client or publisher of each name
+
+
+def call(live: Session, interface: Interface, name: str, request: Any, timeout: float) -> Exchange:
+    """Call a service; `timeout` in s."""
+    exchange = keep(Exchange("service", name, interface.name))
+
+    def work() -> None:
+        live.wait_for_service(name, interface.loaded, timeout)
+        exchange.add("request", request)
+        exchange.add("response", live.call(name, interface.loaded, request, timeout=timeout))
+
+    return _begun(exchange, work)
+
+
+def set_parameter(live: Session, node: str, parameter: Parameter, timeout: float) -> Exchange:
+    """Set a parameter of a node; `timeout` in s."""
+    exchange = keep(Exchange("parameter", node, "rcl_interfaces/srv/SetParameters"))
+
+    def work() -> None:
+        service = f"{node}/set_parameters"
+        request = SetParameters.Request(parameters=[parameter.to_parameter_msg()])
+        live.wait_for_service(service, SetParameters, timeout)
+        exchange.add("request", f"{parameter.name}: {parameter.value}")
+        (result,) = live.call(service, SetParameters, request, timeout=timeout).results
+        reason = result.reason or "it gives no reason"
+        exchange.add("accepted" if result.successful else "rejected", "" if result.successful else reason)
+
+    return _begun(exchange, work)
+
+
+def publish(live: Session, interface: Interface, name: str, message: Any) -> Exchange:
+    """Publish a message once, when the publisher knows the subscriptions that are there."""
+    exchange = keep(Exchange("topic", name, interface.name))
+
+    def work() -> None:
+        publisher = live.node.create_publisher(interface.message, name, 10)
+        _hold(("topic", name), lambda: live.node.destroy_publisher(publisher) if live.ok else None)
+        wait_until(lambda: publisher.get_subscription_count() >= max(1, live.node.count_subscribers(name)), MATCH)
+        exchange.add("message", message)
+        publisher.publish(message)
+        if not (count := publisher.get_subscription_count()):
+            exchange.end(f"nobody received it: no node subscribes to {name} with the type {interface.name}")
+        elif publisher.wait_for_all_acked(Duration(seconds=RECEIVED)):
+            exchange.add("received", f"by {count} subscription{'s' * (count > 1)}")
+        else:
+            exchange.end(f"not every subscription has confirmed it within {RECEIVED:g} s")
+
+    return _begun(exchange, work)
+
+
+class Goal(GoalRecorder):
+    """A goal whose events go to an exchange."""
+
+    def __init__(self, client: ActionClient, exchange: Exchange, goal: Any):
+        super().__init__(client)
+        self._goal = goal
+        self._exchange = exchange
+        self.answered = threading.Event()
+        self.ended = threading.Event()
+        self.cancel_unanswered = threading.Event()
+
+    def add(self, **values: object) -> None:
+        """Pass an event on; nothing is kept here."""
+        event = str(values["event"])
+        if event == "cancel":
+            self.cancel_unanswered.set()
+        self._exchange.add(event, self._goal if event == "goal" else values.get("message"))
+        if event in ("accepted", "rejected"):
+            self.answered.set()
+        if event in self.END or event == "unknown":
+            self.ended.set()
+
+    def _on_cancel(self, future: Future) -> None:
+        answer = future.result()
+        self.cancel_unanswered.clear()
+        if answer is None or answer.return_code == CancelGoal.Response.ERROR_GOAL_TERMINATED:
+            return
+        taken = bool(answer.goals_canceling)
+        self._exchange.add("cancel accepted" if taken else "cancel refused")
+        self._exchange.note(
+            ""
+            if taken
+            else "The server refused the cancel: give its ActionServer a `cancel_callback` that returns "
+            "CancelResponse.ACCEPT."
+        )
+
+
+def send_goal(live: Session, interface: Interface, name: str, goal: Any, timeout: float) -> Exchange:
+    """Send a goal to an action server, which must answer it within `timeout` s; it may work on it for any time."""
+    exchange = keep(Exchange("action", name, interface.name))
+
+    def work() -> None:
+        client = ActionClient(live.node, interface.loaded, name)
+        _hold(("action", name), lambda: destroy(client) if live.ok else None)
+        if not wait_until(client.server_is_ready, timeout):
+            raise CourseError(f"no action server for {name} within {timeout:g} s: has its node been started?")
+        sent = Goal(client, exchange, goal)
+        exchange.may_be_canceled(sent)
+        sent.send(goal)
+        if not sent.answered.wait(timeout):
+            raise CourseError(f"{name} did not answer the goal within {timeout:g} s: is its server busy or blocked?")
+        while not sent.ended.wait(LOOK):
+            if not live.ok:
+                raise CourseError("the session has ended before the goal")
+            if not wait_until(lambda: client.server_is_ready() or sent.ended.is_set() or not live.ok, GONE):
+                story = live.watch.reason(f"{name}/_action/send_goal", again=True)
+                raise CourseError(f"the action server of {name} has gone: no result will come.\n{story or ''}".strip())
+            if sent.cancel_unanswered.is_set() and not wait_until(
+                lambda: not sent.cancel_unanswered.is_set() or sent.ended.is_set(), CANCEL
+            ):
+                exchange.note(
+                    "The server has not answered the cancel yet. While its execute callback waits in a "
+                    "SingleThreadedExecutor nothing else is heard: use a MultiThreadedExecutor, or await in it."
+                )
+                sent.cancel_unanswered.clear()
+
+    return _begun(exchange, work)
+
+
+def _begun(exchange: Exchange, work: Callable[[], None]) -> Exchange:
+    """Do the work of an exchange in a thread; what it raises is told in the exchange."""
+
+    def run() -> None:
+        failed = ""
+        try:
+            work()
+        except CourseError as error:
+            failed = str(error)
+        except Exception as error:  # of rclpy, when the session is closed meanwhile
+            failed = f"{type(error).__name__}: {error}"
+        if failed or not exchange.over:
+            exchange.end(failed)
+
+    threading.Thread(target=run, name="inspector", daemon=True).start()
+    return exchange
+
+
+def _hold(key: tuple[str, str], leave: Callable[[], object]) -> None:
+    """Keep a client or publisher until the next one of its name is made: late feedback, and messages on their way."""
+    if key in _held:
+        _held.pop(key)()
+    _held[key] = leave

@@ -1,0 +1,157 @@
+// What passed in one call, goal, message or change of a parameter: the chapter's flow diagram, and the same as a list.
+
+import * as React from 'react';
+
+import { Link } from './link';
+import { useTopic } from './panel';
+
+export interface Exchange {
+  number: string; // the kernel's process, a point, and which one
+  kind: 'service' | 'action' | 'topic' | 'parameter';
+  name: string;
+  type: string;
+  state: 'running' | 'over' | 'failed';
+  events: [number, string, string][]; // ms since the first, what, and the message as YAML
+  first: number; // events before those that are left out
+  left_out: number;
+  failed: string;
+  note: string;
+  cancellable: boolean;
+}
+
+const OUT = new Set(['request', 'goal', 'cancel', 'message']); // from the client
+const GOOD = new Set(['response', 'accepted', 'succeeded', 'received', 'cancel accepted']);
+const BAD = new Set(['rejected', 'aborted', 'cancel refused', 'unknown']);
+const ENDS: { [kind in Exchange['kind']]: [string, string] } = {
+  service: ['client', 'server'],
+  action: ['client', 'action server'],
+  topic: ['publisher', 'subscriptions'],
+  parameter: ['client', 'node']
+};
+const SHOWN = 24; // arrows at most
+
+export function ExchangeView({ link, number }: { link: Link; number: string }): JSX.Element {
+  const [exchange, setExchange] = React.useState<Exchange | null>(null);
+  const [failed, setFailed] = React.useState('');
+  useTopic(
+    link,
+    'inspector.exchange',
+    { number },
+    setExchange,
+    () => {
+      setExchange(null);
+      setFailed('');
+    },
+    setFailed
+  );
+  const cancel = async () => {
+    try {
+      await link.request('inspector.cancel', { number });
+    } catch (error) {
+      setFailed((error as Error).message);
+    }
+  };
+  const events = exchange?.events ?? [];
+  return (
+    <section className="ros-Exchange" aria-label="What passed">
+      <div className="ros-Panel-head">
+        <h3>What passed{exchange ? `: ${exchange.name}` : ''}</h3>
+        {exchange?.cancellable && <button onClick={() => void cancel()}>Cancel the goal</button>}
+      </div>
+      <div role="status">
+        {exchange?.state === 'running' && <p>Waiting for {ENDS[exchange.kind][1]} …</p>}
+        {exchange?.note && <p>{exchange.note}</p>}
+        {(failed || exchange?.failed) && <pre className="ros-story">{failed || exchange?.failed}</pre>}
+        {exchange?.state === 'over' && <p className="ros-hidden">{events[events.length - 1]?.[1]}</p>}
+      </div>
+      {exchange && events.length > 0 && <Flow exchange={exchange} />}
+      {exchange && events.length > 0 && (
+        <details open={events.length < 8}>
+          <summary>The messages</summary>
+          <ol className="ros-Events">
+            {events.map(([time, event, text], index) => (
+              <React.Fragment key={index}>
+                {exchange.left_out > 0 && index === exchange.first && (
+                  <li className="ros-quiet">{exchange.left_out} events are not shown</li>
+                )}
+                <li>
+                  <span className="ros-quiet">{milliseconds(time)}</span> <strong>{event}</strong>
+                  {text && <pre tabIndex={0}>{text}</pre>}
+                </li>
+              </React.Fragment>
+            ))}
+          </ol>
+        </details>
+      )}
+    </section>
+  );
+}
+
+function milliseconds(time: number): string {
+  return `${time < 100 ? time.toFixed(1) : time.toFixed(0)} ms`;
+}
+
+/** The arrows to draw: all of them, or those of the beginning and the end, and how many are left out between. */
+function arrows(exchange: Exchange): { shown: Exchange['events']; gap: number; left: number } {
+  const { events } = exchange;
+  if (events.length <= SHOWN && exchange.left_out === 0) {
+    return { shown: events, gap: -1, left: 0 };
+  }
+  const head = events.slice(0, SHOWN / 2);
+  const tail = events.slice(-SHOWN / 2);
+  return { shown: [...head, ...tail], gap: head.length, left: events.length - SHOWN + exchange.left_out };
+}
+
+const ROW = 28; // px
+const TOP = 40;
+const WIDTH = 320;
+const LEFT = 86;
+const RIGHT = 270;
+
+function Flow({ exchange }: { exchange: Exchange }): JSX.Element {
+  const { shown, gap, left } = arrows(exchange);
+  const rows = shown.length + (gap >= 0 ? 1 : 0);
+  const height = TOP + (rows + 0.5) * ROW;
+  const y = (index: number) => TOP + (index + (gap >= 0 && index >= gap ? 1 : 0) + 0.6) * ROW;
+  const [client, server] = ENDS[exchange.kind];
+  const title = `${client} and ${server} of ${exchange.name}: ${shown.map(([, event]) => event).join(', ')}`;
+  return (
+    <svg className="ros-Flow" viewBox={`0 0 ${WIDTH} ${height}`} role="img" aria-label={title}>
+      {[
+        [LEFT, client],
+        [RIGHT, server]
+      ].map(([x, name]) => (
+        <g key={name}>
+          <rect className="ros-Flow-end" x={(x as number) - 44} y={4} width={88} height={24} rx={4} />
+          <text x={x} y={20} textAnchor="middle">
+            {name}
+          </text>
+          <line className="ros-Flow-life" x1={x} x2={x} y1={28} y2={height - 4} />
+        </g>
+      ))}
+      {shown.map(([time, event], index) => {
+        const out = OUT.has(event);
+        const [from, to] = out ? [LEFT, RIGHT] : [RIGHT, LEFT];
+        const tip = out ? to - 7 : to + 7;
+        const kind = GOOD.has(event) ? 'good' : BAD.has(event) ? 'bad' : event.startsWith('cancel') ? 'warn' : 'plain';
+        return (
+          <g key={index} className={`ros-Flow-arrow ros-mod-${kind}`}>
+            <text className="ros-Flow-time" x={LEFT - 8} y={y(index) + 4} textAnchor="end">
+              {milliseconds(time)}
+            </text>
+            <text x={(LEFT + RIGHT) / 2} y={y(index) - 4} textAnchor="middle">
+              {event}
+            </text>
+            <line x1={from} x2={tip} y1={y(index)} y2={y(index)} strokeDasharray={event === 'feedback' ? '5 4' : ''} />
+            <path d={`M${to} ${y(index)} L${tip} ${y(index) - 4} L${tip} ${y(index) + 4} Z`} />
+          </g>
+        );
+      })}
+      {gap >= 0 && (
+        <text x={(LEFT + RIGHT) / 2} y={y(gap) - ROW + 4} textAnchor="middle">
+          ⋮ {left} more ⋮
+        </text>
+      )}
+    </svg>
+  );
+}

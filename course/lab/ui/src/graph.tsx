@@ -1,0 +1,297 @@
+// The graph: nodes, topics, services and actions as a picture and as a list, and the flow of one call or goal.
+
+import { graphlib, layout } from '@dagrejs/dagre';
+import { LabIcon } from '@jupyterlab/ui-components';
+import * as React from 'react';
+
+import { Current } from './current';
+import { ExchangeView } from './exchange';
+import { Link } from './link';
+import { instead, SidePanel, useCurrent, useTopic } from './panel';
+
+export const graphIcon = new LabIcon({
+  name: 'ros2-course:graph',
+  svgstr:
+    '<svg xmlns="http://www.w3.org/2000/svg" width="16" viewBox="0 0 24 24"><g class="jp-icon3" fill="#616161">' +
+    '<path d="M2 9h7v6H2zm13-6h7v6h-7zm0 12h7v6h-7z"/><path d="M9 11h3V5h3v2h-1v10h1v2h-3v-6H9z"/></g></svg>'
+});
+
+type Kind = 'topic' | 'service' | 'action';
+type Role = 'publishes' | 'subscribes to' | 'calls' | 'serves' | 'sends goals to' | 'offers the actions';
+
+interface Graph {
+  nodes: string[] | null; // null: the session has ended
+  things: [Kind, string, string][];
+  edges: [string, Role, Kind, string][];
+}
+
+// In these roles, what passes goes from the node to the topic, service or action.
+const OUT = new Set<Role>(['publishes', 'calls', 'sends goals to']);
+const CHARACTER = 7.3; // px at most
+const NARROW = 520; // px
+const LONGEST = 26; // characters of a name in the picture
+
+export class GraphPanel extends SidePanel {
+  constructor(current: Current) {
+    super(current, 'ros2-course-graph', 'Graph', graphIcon);
+  }
+
+  protected draw(): JSX.Element {
+    return <GraphView current={this.current} />;
+  }
+}
+
+function GraphView({ current }: { current: Current }): JSX.Element {
+  const { link } = useCurrent(current);
+  const [graph, setGraph] = React.useState<Graph | null>(null);
+  const [everything, setEverything] = React.useState(false);
+  const [failed, setFailed] = React.useState('');
+  const [selected, setSelected] = React.useState('');
+  useTopic(
+    link,
+    'graph',
+    { everything },
+    setGraph,
+    () => {
+      setGraph(null);
+      setFailed('');
+    },
+    setFailed
+  );
+  const message = instead(current, link);
+  const nodes = (message === null && graph?.nodes) || [];
+  const empty = graph?.nodes === null ? 'The session has ended: run the first cell again.' : 'No node runs.';
+  const choose = (id: string) => setSelected(id === selected ? '' : id);
+  return (
+    <div className="ros-Graph">
+      <header className="ros-Panel-head">
+        <h2>Graph</h2>
+      </header>
+      <label className="ros-Graph-everything">
+        <input type="checkbox" checked={everything} onChange={event => setEverything(event.target.checked)} />
+        Show what every node has, too
+      </label>
+      <div className="ros-Panel-message" role="status">
+        {failed || message || (graph && nodes.length === 0 ? empty : '')}
+      </div>
+      {nodes.length > 0 && (
+        <>
+          <Picture graph={graph!} selected={selected} choose={choose} />
+          <List graph={graph!} selected={selected} choose={choose} />
+        </>
+      )}
+      {message === null && <Flows link={link!} />}
+    </div>
+  );
+}
+
+interface Chosen {
+  graph: Graph;
+  selected: string;
+  choose: (id: string) => void;
+}
+
+interface Box {
+  id: string;
+  kind: Kind | 'node';
+  name: string;
+  x: number;
+  y: number;
+  width: number;
+}
+
+interface Drawn {
+  boxes: Box[];
+  edges: { id: string; from: string; to: string; path: string }[];
+  width: number;
+  height: number;
+}
+
+const HEIGHT = 26; // px of a box
+
+function short(name: string): string {
+  return name.length > LONGEST ? `…${name.slice(1 - LONGEST)}` : name;
+}
+
+function drawn(graph: Graph, down: boolean): Drawn {
+  const laid = new graphlib.Graph();
+  laid.setGraph({ rankdir: down ? 'TB' : 'LR', nodesep: 14, ranksep: 34, marginx: 6, marginy: 6 });
+  laid.setDefaultEdgeLabel(() => ({}));
+  const kinds = new Map<string, [Kind | 'node', string]>();
+  graph.nodes!.forEach(name => kinds.set(`node ${name}`, ['node', name]));
+  graph.things.forEach(([kind, name]) => kinds.set(`${kind} ${name}`, [kind, name]));
+  kinds.forEach(([, name], id) =>
+    laid.setNode(id, { width: CHARACTER * short(name).length + 26, height: HEIGHT })
+  );
+  for (const [node, role, kind, name] of graph.edges) {
+    const ends = [`node ${node}`, `${kind} ${name}`];
+    const [from, to] = OUT.has(role) ? ends : ends.reverse();
+    laid.setEdge(from, to, {});
+  }
+  layout(laid);
+  const boxes = [...kinds].map(([id, [kind, name]]) => {
+    const { x, y, width } = laid.node(id) as unknown as Box;
+    return { id, kind, name, x, y, width };
+  });
+  const edges = laid.edges().map(({ v, w }) => {
+    const points = (laid.edge(v, w) as unknown as { points: { x: number; y: number }[] }).points;
+    const path = points.map(({ x, y }, index) => `${index ? 'L' : 'M'}${x.toFixed(1)} ${y.toFixed(1)}`).join(' ');
+    return { id: `${v}→${w}`, from: v, to: w, path };
+  });
+  const { width, height } = laid.graph() as { width: number; height: number };
+  return { boxes, edges, width: Math.max(width, 60), height: Math.max(height, 40) };
+}
+
+function Picture({ graph, selected, choose }: Chosen): JSX.Element {
+  const frame = React.useRef<HTMLDivElement>(null);
+  const [down, setDown] = React.useState(true);
+  const [fit, setFit] = React.useState(true);
+  React.useEffect(() => {
+    const observer = new ResizeObserver(() => setDown((frame.current?.clientWidth ?? 0) < NARROW));
+    observer.observe(frame.current!);
+    return () => observer.disconnect();
+  }, []);
+  const { boxes, edges, width, height } = React.useMemo(() => drawn(graph, down), [graph, down]);
+  const near = new Set(edges.flatMap(({ from, to }) => (from === selected || to === selected ? [from, to] : [])));
+  const apart = boxes.some(box => box.id === selected);
+  const faint = (on: boolean) => (apart && !on ? ' ros-mod-faint' : '');
+  return (
+    <>
+      <div className="ros-Graph-frame" ref={frame} tabIndex={0} role="group" aria-label="The picture, which scrolls">
+        <svg
+          viewBox={`0 0 ${width} ${height}`}
+          style={fit ? { maxWidth: width } : { minWidth: width, maxWidth: width }}
+          role="img"
+          aria-label={`Nodes: ${graph.nodes!.length}. Topics, services and actions: ${graph.things.length}. The list below says the same.`}
+        >
+          <defs>
+            <marker id="ros-arrow" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="8" markerHeight="8" orient="auto">
+              <path className="ros-Graph-tip" d="M0 0L8 4L0 8z" />
+            </marker>
+          </defs>
+          {edges.map(edge => (
+            <path
+              key={edge.id}
+              className={`ros-Graph-edge${faint(edge.from === selected || edge.to === selected)}`}
+              d={edge.path}
+              markerEnd="url(#ros-arrow)"
+            />
+          ))}
+          {boxes.map(box => (
+            <g
+              key={box.id}
+              className={`ros-Graph-box ros-mod-${box.kind}${faint(box.id === selected || near.has(box.id))}`}
+              style={{ transform: `translate(${box.x}px, ${box.y}px)` }}
+              onClick={() => choose(box.id)}
+            >
+              <title>{`${box.kind} ${box.name}`}</title>
+              <Shape kind={box.kind} width={box.width} />
+              <text textAnchor="middle" y={4}>
+                {short(box.name)}
+              </text>
+            </g>
+          ))}
+        </svg>
+      </div>
+      <div className="ros-Graph-key">
+        {(['node', 'topic', 'service', 'action'] as const).map(kind => (
+          <span key={kind}>
+            <svg width="30" height="18" viewBox="-19 -15 38 30" aria-hidden="true">
+              <g className={`ros-Graph-box ros-mod-${kind}`}>
+                <Shape kind={kind} width={34} />
+              </g>
+            </svg>{' '}
+            {kind}
+          </span>
+        ))}
+        <button onClick={() => setFit(!fit)}>{fit ? 'Full size' : 'Fit to the width'}</button>
+      </div>
+    </>
+  );
+}
+
+/** Kinds differ by their shapes, and not by colour alone. */
+function Shape({ kind, width }: { kind: Box['kind']; width: number }): JSX.Element {
+  const [x, y] = [width / 2, HEIGHT / 2];
+  if (kind === 'node') {
+    return <rect x={-x} y={-y} width={width} height={HEIGHT} rx={y} />;
+  }
+  if (kind === 'topic') {
+    return <rect x={-x} y={-y} width={width} height={HEIGHT} />;
+  }
+  const cut = kind === 'service' ? 8 : -8;
+  return kind === 'service' ? (
+    <path d={`M${-x + cut} ${-y}H${x - cut}L${x} 0L${x - cut} ${y}H${-x + cut}L${-x} 0Z`} />
+  ) : (
+    <path d={`M${-x} ${-y}H${x + cut}L${x} 0L${x + cut} ${y}H${-x}L${-x - cut} 0Z`} />
+  );
+}
+
+/** What the picture says, node by node. */
+function List({ graph, selected, choose }: Chosen): JSX.Element {
+  const roles = new Map<string, Map<Role, string[]>>();
+  for (const [node, role, , name] of graph.edges) {
+    const of = roles.get(node) ?? new Map<Role, string[]>();
+    roles.set(node, of.set(role, [...(of.get(role) ?? []), name]));
+  }
+  return (
+    <ul className="ros-Graph-list" aria-label="The graph as a list">
+      {graph.nodes!.map(node => (
+        <li key={node}>
+          <button
+            className="ros-Node-name"
+            aria-pressed={selected === `node ${node}`}
+            onClick={() => choose(`node ${node}`)}
+          >
+            <span className="ros-name">{node}</span>
+          </button>
+          {[...(roles.get(node) ?? [])].map(([role, names]) => (
+            <div key={role}>
+              {role} <code>{names.join(', ')}</code>
+            </div>
+          ))}
+          {!roles.has(node) && <div className="ros-quiet">offers and uses nothing of its own</div>}
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+interface Summary {
+  number: string; // the kernel's process, a point, and which one
+  kind: string;
+  name: string;
+  state: string;
+}
+
+/** The flow diagram of one of the last calls and goals. */
+function Flows({ link }: { link: Link }): JSX.Element {
+  const [all, setAll] = React.useState<Summary[]>([]);
+  const [number, setNumber] = React.useState<string | null>(null);
+  const [failed, setFailed] = React.useState('');
+  useTopic(link, 'inspector.exchanges', {}, setAll, () => setAll([]), setFailed);
+  const one = all.find(each => each.number === number) ?? all[0];
+  return (
+    <section className="ros-Flows" aria-label="One call or goal">
+      <h3>One call or goal</h3>
+      {failed && <p>{failed}</p>}
+      {!one && <p className="ros-quiet">Nothing has passed yet: send something with the Inspector, or call a service in a cell.</p>}
+      {one && (
+        <>
+          <select
+            aria-label="Which call or goal"
+            value={one.number}
+            onChange={event => setNumber(event.target.value)}
+          >
+            {all.map(each => (
+              <option key={each.number} value={each.number}>
+                {`${each.number.split('.')[1]}: ${each.kind} ${each.name}${each.state === 'over' ? '' : `, ${each.state}`}`}
+              </option>
+            ))}
+          </select>
+          <ExchangeView key={one.number} link={link} number={one.number} />
+        </>
+      )}
+    </section>
+  );
+}

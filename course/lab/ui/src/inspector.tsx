@@ -1,0 +1,290 @@
+// The inspector: a form made from a type to call, send a goal, publish or set a parameter; what came of it; its program.
+
+import { Clipboard } from '@jupyterlab/apputils';
+import { LabIcon } from '@jupyterlab/ui-components';
+import * as React from 'react';
+
+import { Current } from './current';
+import { ExchangeView } from './exchange';
+import { Field, FormFields, Given, initial } from './form';
+import { Link } from './link';
+import { instead, SidePanel, useCurrent, useTopic } from './panel';
+
+export const inspectorIcon = new LabIcon({
+  name: 'ros2-course:inspector',
+  svgstr:
+    '<svg xmlns="http://www.w3.org/2000/svg" width="16" viewBox="0 0 24 24"><g class="jp-icon3" fill="#616161">' +
+    '<path d="M3 4h12v2H3zm0 5h8v2H3zm0 5h8v2H3zm0 5h12v2H3z"/><path d="M14 8l8 4.500-8 4.500z"/></g></svg>'
+});
+
+type Offers = { [kind in Kind]: [string, string][] };
+type Kind = 'service' | 'action' | 'topic' | 'parameter';
+
+const KINDS: { [kind in Kind]: { what: string; of: string; send: string } } = {
+  service: { what: 'Call a service', of: 'Service', send: 'Call' },
+  action: { what: 'Send a goal', of: 'Action', send: 'Send the goal' },
+  topic: { what: 'Publish a message', of: 'Topic', send: 'Publish' },
+  parameter: { what: 'Set a parameter', of: 'Node', send: 'Set' }
+};
+const NOTHING: { [kind in Kind]: string } = {
+  service: 'No node offers a service.',
+  action: 'No node offers an action.',
+  topic: 'There is no topic.',
+  parameter: 'No node runs.'
+};
+const PAUSE = 250; // ms without a key until the form is read
+
+export class InspectorPanel extends SidePanel {
+  constructor(current: Current) {
+    super(current, 'ros2-course-inspector', 'Inspector', inspectorIcon);
+  }
+
+  protected draw(): JSX.Element {
+    return <Inspector current={this.current} memory={this._memory} />;
+  }
+
+  private _memory: Memory = new Map(); // a hidden panel is not drawn, and must not forget what was written
+}
+
+type Memory = Map<string, any>;
+
+/** A state that outlasts the component. */
+function useKept<T>(memory: Memory, key: string, initial: T): [T, (value: T) => void] {
+  const [value, setValue] = React.useState<T>(memory.has(key) ? memory.get(key) : initial);
+  const keep = (value: T) => {
+    memory.set(key, value);
+    setValue(value);
+  };
+  return [value, keep];
+}
+
+function Inspector({ current, memory }: { current: Current; memory: Memory }): JSX.Element {
+  const { link } = useCurrent(current);
+  const [offers, setOffers] = React.useState<Offers | null>(null);
+  const [kind, setKind] = useKept<Kind>(memory, 'kind', 'service');
+  const [chosen, setChosen] = useKept<{ [kind in Kind]?: string }>(memory, 'chosen', {});
+  const [failed, setFailed] = React.useState('');
+  useTopic(
+    link,
+    'inspector',
+    {},
+    setOffers,
+    () => {
+      setOffers(null);
+      setFailed('');
+    },
+    setFailed
+  );
+  const message = instead(current, link);
+  const found = message === null && offers ? offers[kind] : [];
+  const [name, type] = found.find(each => each.join(' ') === chosen[kind]) ?? found[0] ?? ['', ''];
+  return (
+    <>
+      <header className="ros-Panel-head">
+        <h2>Inspector</h2>
+      </header>
+      <div className="ros-Panel-message" role="status">
+        {failed || message || (offers && found.length === 0 ? NOTHING[kind] : '')}
+      </div>
+      {message === null && (
+        <div className="ros-Form">
+          <label>
+            Do what
+            <select value={kind} onChange={event => setKind(event.target.value as Kind)}>
+              {(Object.keys(KINDS) as Kind[]).map(each => (
+                <option key={each} value={each}>
+                  {KINDS[each].what}
+                </option>
+              ))}
+            </select>
+          </label>
+          {found.length > 0 && (
+            <label>
+              {KINDS[kind].of}
+              <select
+                value={`${name} ${type}`}
+                onChange={event => setChosen({ ...chosen, [kind]: event.target.value })}
+              >
+                {found.map(each => (
+                  <option key={each.join(' ')} value={each.join(' ')}>
+                    {each[0]}
+                  </option>
+                ))}
+              </select>
+            </label>
+          )}
+          {name && (
+            <Sending key={`${kind} ${name} ${type}`} memory={memory} link={link!} kind={kind} name={name} type={type} />
+          )}
+        </div>
+      )}
+    </>
+  );
+}
+
+interface About {
+  memory: Memory;
+  link: Link;
+  kind: Kind;
+  name: string;
+  type: string;
+}
+
+interface Looked {
+  wrong: { [path: string]: string };
+  python: string;
+  ros2: string;
+}
+
+function Sending({ memory, link, kind, name, type }: About): JSX.Element {
+  const [fields, setFields] = React.useState<Field[] | null>(null);
+  const key = `${kind} ${name} ${type}`;
+  const [given, setGiven] = useKept<Given>(memory, `${key} given`, {});
+  const [parameter, setParameter] = useKept(memory, `${key} parameter`, '');
+  const [timeout, setTimeout] = useKept(memory, 'timeout', '5');
+  const [looked, setLooked] = React.useState<Looked>({ wrong: {}, python: '', ros2: '' });
+  const [failed, setFailed] = React.useState('');
+  const [exchange, setExchange] = useKept<string | null>(memory, `${key} exchange`, null);
+  const [reading, setReading] = React.useState(0);
+
+  React.useEffect(() => {
+    let wanted = true;
+    setFailed('');
+    link.request('inspector.form', { kind, name, type_name: type }).then(
+      (found: Field[]) => {
+        if (wanted) {
+          setFields(found);
+          // What a parameter is now may be another value than what was written here.
+          setGiven(kind === 'parameter' ? initial(found) : { ...initial(found), ...memory.get(`${key} given`) });
+        }
+      },
+      error => wanted && setFailed(error.message)
+    );
+    return () => {
+      wanted = false;
+    };
+  }, [link, kind, name, type, reading]);
+
+  const settable = kind === 'parameter' ? (fields ?? []).filter(field => !field.fixed) : [];
+  const one = settable.find(field => field.name === parameter) ?? settable[0];
+  const shown = kind === 'parameter' ? (one ? [one] : []) : (fields ?? []);
+  const asked = React.useMemo(
+    () => ({
+      kind,
+      name,
+      type_name: kind === 'parameter' ? one?.type : type,
+      given: kind === 'parameter' ? (one ? { [one.name]: given[one.name] } : {}) : given
+    }),
+    [kind, name, type, one, given]
+  );
+  const complete = fields !== null && (kind !== 'parameter' || one !== undefined);
+
+  React.useEffect(() => {
+    let wanted = complete;
+    const timer = window.setTimeout(() => {
+      if (wanted) {
+        link.request('inspector.look', asked).then(
+          found => wanted && setLooked(found),
+          error => wanted && setFailed(error.message)
+        );
+      }
+    }, PAUSE);
+    return () => {
+      wanted = false;
+      window.clearTimeout(timer);
+    };
+  }, [link, asked, complete]);
+
+  const send = async (event: React.FormEvent) => {
+    event.preventDefault();
+    setFailed('');
+    try {
+      const found: Looked = await link.request('inspector.look', asked);
+      setLooked(found);
+      if (Object.keys(found.wrong).length === 0) {
+        setExchange(await link.request('inspector.send', { ...asked, timeout: Number(timeout) || 5 }));
+      }
+    } catch (error) {
+      setFailed((error as Error).message);
+    }
+  };
+  const count = Object.keys(looked.wrong).length;
+  const waiting = count > 0 ? '(when nothing in the form is wrong)' : '…';
+  return (
+    <>
+      {type && <p className="ros-quiet ros-type">{type.replace(/\//g, '/\u200b')}</p>}
+      <form onSubmit={event => void send(event)} noValidate>
+        {kind === 'parameter' && one && (
+          <label>
+            Parameter
+            <select value={one.name} onChange={event => setParameter(event.target.value)}>
+              {settable.map(field => (
+                <option key={field.name}>{field.name}</option>
+              ))}
+            </select>
+          </label>
+        )}
+        {fields && shown.length === 0 && (
+          <p className="ros-quiet">
+            {kind === 'parameter' ? 'It has no parameter that can be set.' : 'It has no fields to fill in.'}
+          </p>
+        )}
+        <FormFields fields={shown} given={given} path="" wrong={looked.wrong} change={setGiven} />
+        <div className="ros-Form-send">
+          <button type="submit" className="ros-mod-main" disabled={!complete}>
+            {KINDS[kind].send}
+          </button>
+          {kind === 'parameter' && (
+            <button type="button" onClick={() => setReading(reading + 1)}>
+              Read again
+            </button>
+          )}
+          {kind !== 'topic' && (
+            <label className="ros-Form-limit">
+              Wait at most
+              <input
+                inputMode="decimal"
+                value={timeout}
+                size={3}
+                onChange={event => setTimeout(event.target.value)}
+              />{' '}
+              s
+            </label>
+          )}
+        </div>
+        <div role="status">
+          {count > 0 && (
+            <p className="ros-wrong">{count === 1 ? 'One field needs' : `${count} fields need`} another look.</p>
+          )}
+          {failed && <pre className="ros-story">{failed}</pre>}
+        </div>
+      </form>
+      {exchange !== null && <ExchangeView link={link} number={exchange} />}
+      <h3>The same in a terminal</h3>
+      <Code text={looked.ros2} what="The line" waiting={waiting} wrap />
+      <h3>The same in Python</h3>
+      <Code text={looked.python} what="The program" waiting={waiting} />
+    </>
+  );
+}
+
+function Code({ text, what, waiting, wrap }: { text: string; what: string; waiting: string; wrap?: boolean }): JSX.Element {
+  const [copied, setCopied] = React.useState('');
+  return (
+    <div className="ros-Code">
+      <pre tabIndex={0} role="group" aria-label={what} className={wrap ? 'ros-mod-wrap' : ''}>
+        {text || waiting}
+      </pre>
+      <button
+        disabled={!text}
+        onClick={() => {
+          Clipboard.copyToSystem(text);
+          setCopied(text);
+        }}
+        aria-label={`Copy ${what.toLowerCase()}`}
+      >
+        {copied === text && text ? 'Copied' : 'Copy'}
+      </button>
+    </div>
+  );
+}

@@ -1,0 +1,264 @@
+"""The inspector, from the kernel's side: forms made from types, calls, goals, messages, parameters; their programs."""
+
+from pathlib import Path
+
+import pytest
+
+from course.errors import LiveError
+from course.lab.kernel import forms, programs
+from course.lab.protocol import socket_path
+from tests.kernels import Kernel
+from tests.lab.client import Client
+
+SERVERS = """import time
+import rclpy
+from example_interfaces.action import Fibonacci
+from example_interfaces.srv import AddTwoInts
+from geometry_msgs.msg import Twist
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+
+class Servers(Node):
+    def __init__(self):
+        super().__init__('servers')
+        limits = FloatingPointRange(from_value=0.1, to_value=2.0)
+        self.declare_parameter('speed', 1.0, ParameterDescriptor(description='m/s', floating_point_range=[limits]))
+        self.create_service(AddTwoInts, 'add_two_ints', self.add)
+        self.create_service(Trigger, 'stuck', self.stuck)
+        self.other = self.create_client(AddTwoInts, 'add_two_ints')
+        self.create_subscription(Twist, 'cmd_vel', lambda message: self.get_logger().info(f'got {message}'), 10)
+        self.action = ActionServer(self, Fibonacci, 'fibonacci', self.execute,
+                                   cancel_callback=lambda _: CancelResponse.ACCEPT)
+
+    def add(self, request, response):
+        response.sum = request.a + request.b
+        return response
+
+    def stuck(self, request, response):
+        self.other.call(AddTwoInts.Request())  # of the same group: it never answers
+        return response
+
+    def execute(self, goal_handle):
+        steps = [0, 1]
+        for _ in range(goal_handle.request.order - 1):
+            if goal_handle.is_cancel_requested:
+                goal_handle.canceled()
+                return Fibonacci.Result(sequence=steps)
+            steps.append(steps[-1] + steps[-2])
+            goal_handle.publish_feedback(Fibonacci.Feedback(sequence=steps))
+            time.sleep(0.05)
+        goal_handle.succeed()
+        return Fibonacci.Result(sequence=steps)
+
+
+rclpy.init()
+executor = MultiThreadedExecutor(num_threads=3)
+executor.add_node(Servers())
+executor.spin()
+"""
+ADD = {"kind": "service", "name": "/add_two_ints", "type_name": "example_interfaces/srv/AddTwoInts"}
+FIBONACCI = {"kind": "action", "name": "/fibonacci", "type_name": "example_interfaces/action/Fibonacci"}
+TWIST = {"kind": "topic", "name": "/cmd_vel", "type_name": "geometry_msgs/msg/Twist"}
+SPEED = {"kind": "parameter", "name": "/servers", "type_name": "float64"}
+
+
+@pytest.fixture(scope="module")
+def kernel(tmp_path_factory):
+    kernel = Kernel(tmp_path_factory.mktemp("inspector"))
+    (kernel.folder / "servers.py").write_text(SERVERS)
+    kernel.run("import course\nros = course.live()\nros.start('servers.py')")
+    yield kernel
+    kernel.stop()
+
+
+@pytest.fixture
+def page(kernel):
+    client = Client(socket_path(Path(kernel.manager.connection_file).stem.removeprefix("kernel-")))
+    yield client
+    client.close()
+
+
+def follow(page: Client, until: str, **sent: object) -> dict:
+    """Send something, and what is said of it when `until` is among its events, or it is over."""
+    number = page.ask("inspector.send", **sent)["result"]
+    subscription = page.subscribe("inspector.exchange", number=number)
+    while True:
+        event = page.event()
+        assert event["id"] == subscription
+        state = event["data"]
+        if until in [name for _, name, _ in state["events"]] or state["state"] != "running":
+            return state
+
+
+def ended(page: Client) -> dict:
+    while (state := page.event()["data"])["state"] == "running":
+        pass
+    return state
+
+
+def filled(name: str, given: dict) -> forms.Filled:
+    return forms.fill(forms.interface("topic", name).message, given)
+
+
+def test_a_form_has_the_fields_of_the_type_with_their_defaults_and_constants():
+    fields = forms.fields_of(forms.interface("topic", "geometry_msgs/msg/PoseStamped").message)
+    assert [field["name"] for field in fields] == ["header", "pose"]
+    orientation = fields[1]["fields"][1]
+    assert orientation["type"] == "geometry_msgs/Quaternion"
+    assert [field["default"] for field in orientation["fields"]] == ["0.0", "0.0", "0.0", "1.0"]
+    level = forms.fields_of(forms.interface("topic", "diagnostic_msgs/msg/DiagnosticStatus").message)[0]
+    assert level["choices"] == {"OK": "0", "WARN": "1", "ERROR": "2", "STALE": "3"}
+    kind = forms.fields_of(forms.interface("topic", "rcl_interfaces/msg/ParameterValue").message)[0]
+    assert kind["choices"] == {}  # they belong to another message
+    with pytest.raises(LiveError, match="build its package"):
+        forms.interface("service", "no_such_interfaces/srv/Nothing")
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "field", "told"),
+    [
+        ("std_msgs/msg/UInt8", {"data": "300"}, "data", "0 to 255"),
+        ("std_msgs/msg/Int64", {"data": "1.5"}, "data", "a whole number"),
+        ("geometry_msgs/msg/Twist", {"linear": {"x": "0,5"}}, "linear.x", "a point, not a comma"),
+        ("std_msgs/msg/Float32", {"data": "1e39"}, "data", "float32"),
+        ("geometry_msgs/msg/PoseWithCovariance", {"covariance": "1, 2"}, "covariance", "exactly 36"),
+        ("sensor_msgs/msg/LaserScan", {"ranges": "1, inf, x"}, "ranges", "value 3"),
+        ("diagnostic_msgs/msg/DiagnosticArray", {"status": [{"level": "x"}]}, "status.0.level", "a whole number"),
+        ("sensor_msgs/msg/JointState", {"name": "a, {b"}, "name", "in quotes"),
+    ],
+)
+def test_wrong_input_is_told_beside_its_field(name, given, field, told):
+    assert told in filled(name, given).wrong[field]
+
+
+def test_what_is_written_arrives_to_the_last_digit():
+    message = forms.interface("topic", "std_msgs/msg/Int64").message
+    assert forms.message_of(message, forms.fill(message, {"data": "-9223372036854775807"})).data == -(2**63) + 1
+    message = forms.interface("topic", "sensor_msgs/msg/JointState").message
+    made = forms.message_of(message, forms.fill(message, {"name": '"a, b", 12', "position": "[1, -inf]"}))
+    assert (made.name, list(made.position)) == (["a, b", "12"], [1.0, float("-inf")])
+    message = forms.interface("topic", "diagnostic_msgs/msg/DiagnosticArray").message
+    made = forms.message_of(message, forms.fill(message, {"status": [{"level": "2", "name": "it's"}]}))
+    assert (made.status[0].level, made.status[0].name) == (b"\x02", "it's")
+
+
+def test_a_program_of_nested_messages_makes_the_same_message():
+    interface = forms.interface("topic", "diagnostic_msgs/msg/DiagnosticArray")
+    given = {"header": {"frame_id": "map"}, "status": [{"level": "2", "name": 'a "b"', "values": [{"key": "k" * 60}]}]}
+    filled = forms.fill(interface.message, given)
+    text = programs.python(interface, "/diagnostics", filled.values)
+    imports = "\n".join(line for line in text.splitlines() if line.startswith("from") and ".msg import" in line)
+    made = text.partition("message = ")[2].partition("\n        self.publisher.publish")[0]
+    scope: dict = {}
+    exec(f"{imports}\nmade = {made}", scope)
+    assert scope["made"] == forms.message_of(interface.message, filled)
+
+
+def test_what_can_be_sent_to_is_offered_without_what_every_node_has(page):
+    page.subscribe("inspector")
+    offered = page.event()["data"]
+    assert [ADD["name"], ADD["type_name"]] in offered["service"]
+    assert offered["action"] == [[FIBONACCI["name"], FIBONACCI["type_name"]]]
+    assert offered["topic"] == [[TWIST["name"], TWIST["type_name"]]]
+    assert offered["parameter"] == [["/servers", ""]]
+    assert [name for name, _ in offered["service"] if name.startswith("/servers/")] == []
+
+
+def test_a_service_is_called_and_its_program_and_line_do_the_same(kernel, page):
+    state = follow(page, "response", **ADD, given={"a": "2", "b": "40"})
+    assert [event for _, event, _ in state["events"]] == ["request", "response"]
+    assert state["events"][0][0] == 0.0 < state["events"][1][0]
+    assert state["events"][1][2] == "sum: 42"
+    told = page.ask("inspector.look", **ADD, given={"a": "2", "b": "40"})["result"]
+    (kernel.folder / "client.py").write_text(told["python"])
+    assert "sum=42" in kernel.run("!python client.py")
+    assert "sum=42" in kernel.run("!" + told["ros2"])
+    wrong = page.ask("inspector.send", **ADD, given={"a": "two"})["error"]
+    assert wrong == "a: write a whole number: int64 takes no 'two'"
+
+
+def test_a_goal_shows_its_feedback_and_result_and_its_program_does_the_same(kernel, page):
+    state = follow(page, "succeeded", **FIBONACCI, given={"order": "4"})
+    names = [event for _, event, _ in state["events"] if event != "feedback"]
+    assert names == ["goal", "accepted", "succeeded"]
+    assert state["events"][0] == [0.0, "goal", "order: 4"]
+    assert "- 3" in state["events"][-1][2]
+    told = page.ask("inspector.look", **FIBONACCI, given={"order": "4"})["result"]
+    (kernel.folder / "client.py").write_text(told["python"])
+    for printed in (kernel.run("!python client.py"), kernel.run("!" + told["ros2"])):
+        assert "Feedback" in printed and "3" in printed.partition("Result")[2]
+
+
+def test_a_goal_is_canceled_and_each_step_of_that_is_told(kernel, page):
+    state = follow(page, "feedback", **FIBONACCI, given={"order": "40"})
+    assert state["cancellable"]
+    assert page.ask("inspector.cancel", number=state["number"])["result"] is None
+    names = [event for _, event, _ in ended(page)["events"] if event != "feedback"]
+    assert names == ["goal", "accepted", "cancel", "cancel accepted", "canceled"]
+    assert "it has ended" in page.ask("inspector.cancel", number=state["number"])["error"]
+
+
+def test_a_message_is_published_and_its_program_and_line_do_the_same(kernel, page):
+    given = {"linear": {"x": "0.25"}}
+    assert follow(page, "received", **TWIST, given=given)["events"][-1][2] == "by 1 subscription"
+    told = page.ask("inspector.look", **TWIST, given=given)["result"]
+    (kernel.folder / "client.py").write_text(told["python"])
+    kernel.run("!python client.py")
+    kernel.run("!" + told["ros2"])
+    assert "3" in kernel.run("ros.until(lambda: str(ros.logs('servers')).count('x=0.25') == 3, 30)\n"
+                             "print(str(ros.logs('servers')).count('x=0.25'))")  # fmt: skip
+    alone = follow(page, "over", **TWIST | {"name": "/nowhere"}, given=given)
+    assert "no node subscribes to /nowhere" in alone["failed"]
+
+
+def test_a_parameter_is_set_or_refused_with_the_reason_and_its_program_and_line_do_the_same(kernel, page):
+    fields = page.ask("inspector.form", kind="parameter", name="/servers", type_name="")["result"]
+    speed = next(field for field in fields if field["name"] == "speed")
+    assert (speed["default"], speed["type"], speed["about"]) == ("1.0", "float64", "m/s; 0.1 to 2.0")
+    assert follow(page, "accepted", **SPEED, given={"speed": "0.5"})["failed"] == ""
+    refused = follow(page, "rejected", **SPEED, given={"speed": "5"})["events"][-1]
+    assert "range" in refused[2]
+    told = page.ask("inspector.look", **SPEED, given={"speed": "0.75"})["result"]
+    (kernel.folder / "client.py").write_text(told["python"])
+    assert "successful=True" in kernel.run("!python client.py")
+    assert "0.75" in kernel.run("!ros2 param get /servers speed")
+    assert "successful" in kernel.run("!" + page.ask("inspector.look", **SPEED, given={"speed": "1"})["result"]["ros2"])
+    assert "1.0" in kernel.run("!ros2 param get /servers speed")
+    wrong = page.ask("inspector.look", **SPEED, given={"speed": "fast"})["result"]["wrong"]
+    assert wrong == {"speed": "write a number: float64 takes no 'fast'"}
+
+
+def test_calls_of_cells_are_kept_with_their_times_while_a_page_follows_them(kernel, page):
+    call = "from example_interfaces.srv import AddTwoInts\nros.call('/add_two_ints', AddTwoInts, a=A, b=40)"
+    following = page.subscribe("inspector.exchanges")
+    before = {each["number"] for each in page.event()["data"]}
+    kernel.run(call.replace("A, b", "3, b"))
+    while (newest := page.event()["data"][0])["number"] in before or newest["state"] == "running":
+        pass
+    assert (newest["kind"], newest["name"], newest["state"]) == ("service", "/add_two_ints", "over")
+    assert page.ask("unsubscribe", id=following)["result"] is None
+    page.events.clear()
+    page.subscribe("inspector.exchange", number=newest["number"])
+    sent, answered = page.event()["data"]["events"]
+    assert sent == [0.0, "request", "a: 3\nb: 40"]
+    assert answered[0] > 0.0 and answered[1:] == ["response", "sum: 43"]
+    kernel.run("from course.session.calls import listeners\nros.until(lambda: not listeners, 30)")
+    assert kernel.run("print(listeners)") == "[]"  # a call costs nothing more again
+
+
+def test_a_server_that_never_answers_is_told_after_the_time_limit_and_holds_up_nothing(kernel, page):
+    stuck = {"kind": "service", "name": "/stuck", "type_name": "std_srvs/srv/Trigger"}
+    state = follow(page, "response", **stuck, given={}, timeout=0.5)
+    assert [event for _, event, _ in state["events"]] == ["request"]
+    assert "/stuck did not answer within 0.5 s" in state["failed"]
+    kernel.run("ros.restart('servers.py')")
+    nobody = follow(page, "over", **ADD | {"name": "/nobody"}, given={}, timeout=0.2)
+    assert "no server for /nobody within 0.2 s" in nobody["failed"]
+    gone = follow(page, "accepted", **FIBONACCI, given={"order": "40"})
+    assert gone["state"] == "running"
+    kernel.run("ros.stop()")
+    assert "the action server of /fibonacci has gone" in ended(page)["failed"]
