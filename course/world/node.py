@@ -8,6 +8,7 @@ same way on a busy machine as on an idle one.
 import math
 import threading
 import time
+import weakref
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,9 @@ COMMAND_TIMEOUT = 0.5  # s of the world's time without a command, after which th
 CLOCK_REPEAT = 0.05  # s; subscribers to /clock are best effort, so a tick that nobody answers is published again
 FIND_SERVICES = 1.0  # s to wait for the driver's parameter services
 SETTLE = 0.01  # s without a command that end a tick, for a driver without parameter services
+
+
+_latest: list["weakref.ReferenceType[World]"] = []  # the one that was made last
 
 
 class World(Node):
@@ -93,6 +97,7 @@ class World(Node):
         else:
             self._controls = Controls(self)
             self.create_timer(1.0 / rate, self._on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        _latest[:] = [weakref.ref(self)]
         self.get_logger().info(f"World started in room '{self.simulation.room.name}'")
 
     def reset(self, room: str | Path | Room | None = None, seed: int | None = None) -> None:
@@ -292,6 +297,11 @@ class World(Node):
         while not condition() and (left := end - time.monotonic()) > 0.0 and self.context.ok():
             self._own_executor.spin_once(timeout_sec=min(left, CLOCK_REPEAT))
         return condition()
+
+
+def latest() -> World | None:
+    """The world that was made last in this process, if somebody still has it."""
+    return _latest[0]() if _latest else None
 
 
 def main(args: list[str] | None = None) -> int:

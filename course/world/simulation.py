@@ -12,7 +12,7 @@ from course.world.laser import Laser
 from course.world.rooms import Room, find
 
 MAX_STEP = 0.01  # s, the longest move between two looks for a collision: 5 mm at the robot's full speed
-OBSTACLE = 0.2  # m, radius of what is dropped
+OBSTACLE = 0.15  # m, radius of what is dropped: less than the robot's, which so fits nowhere inside
 AWAY = 0.02  # m, how far the robot must back off an obstacle before touching it again counts as a new collision
 
 

@@ -23,9 +23,9 @@ def start() -> None:
 
 def _panels() -> Panels:
     """Every panel's methods and topics.  A new panel is added here."""
-    from course.lab.kernel import log, nodes
+    from course.lab.kernel import knobs, log, nodes, robot
 
     panels = Panels()
-    for panel in (log, nodes):
+    for panel in (log, nodes, robot, knobs):
         panel.add(panels)
     return panels
