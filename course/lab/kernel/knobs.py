@@ -48,7 +48,7 @@ class KnobsFeed:
         self._last: Any = None
 
     def read(self) -> dict[str, Any] | None:
-        """{"nodes": each with its name and its parameters, None when it does not answer}, when something has changed."""
+        """{"nodes": each with its name and its parameters, None when it does not answer}, when anything is new."""
         eyes = open_eyes(self)
         if eyes is not self._eyes:
             self._follow(eyes)

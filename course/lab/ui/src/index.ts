@@ -10,6 +10,7 @@ import { ExercisePanel } from './exercise';
 import { handIn, handInButton, handInIcon, hasExercise } from './handing_in';
 import { Links } from './link';
 import { NodesPanel, nodesIcon } from './nodes';
+import { addRobot } from './robot_command';
 import { layout, ways } from './ways';
 
 const NARROW = 760; // px
@@ -64,6 +65,7 @@ const panels: JupyterFrontEndPlugin<void> = {
         execute: () => shell?.activateById(widget.id) ?? app.shell.activateById(widget.id)
       });
     }
+    addRobot(app, current, tracker, restorer);
   }
 };
 

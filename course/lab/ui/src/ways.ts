@@ -34,7 +34,7 @@ export const ways: JupyterFrontEndPlugin<void> = {
         return app.commands.execute('terminal:create-new', path ? { cwd: PathExt.dirname(path) } : {});
       }
     });
-    const commands = [TERMINAL, 'ros2-course:nodes', 'ros2-course:exercise', 'ros2-course:hand-in'];
+    const commands = [TERMINAL, 'ros2-course:robot', 'ros2-course:nodes', 'ros2-course:exercise', 'ros2-course:hand-in'];
     commands.forEach((command, rank) => {
       palette?.addItem({ command, category: CATEGORY, rank });
       launcher?.add({ command, category: CATEGORY, rank });

@@ -1,0 +1,456 @@
+"use strict";(self.rspackChunkros2_course_lab=self.rspackChunkros2_course_lab||[]).push([[700],{646(o,r,e){var t=e(601),a=e.n(t),n=e(314),s=e.n(n),i=e(994),l=s()(a());l.i(i.A),l.push([o.id,`/* The course's part of JupyterLab, in the colours of its theme. */
+
+.ros-HandIn-body {
+  max-width: 60ch;
+}
+
+.ros-HandIn-doubts {
+  border-left: 4px solid var(--jp-warn-color1);
+  padding-left: 12px;
+}
+
+.ros-HandIn-name {
+  display: flex;
+  flex-direction: column;
+  gap: 4px;
+}
+
+.ros-Panel {
+  background: var(--jp-layout-color1);
+  color: var(--jp-ui-font-color0);
+  display: flex;
+  flex-direction: column;
+  font-size: var(--jp-ui-font-size1);
+  line-height: 1.4;
+  min-width: 240px;
+  overflow: auto;
+  padding: 8px 12px;
+}
+
+.ros-Panel h2,
+.ros-Panel h3 {
+  font-size: var(--jp-ui-font-size2);
+  font-weight: 600;
+  margin: 0;
+}
+
+.ros-Panel h3 {
+  font-size: var(--jp-ui-font-size1);
+}
+
+.ros-Panel-head {
+  align-items: baseline;
+  display: flex;
+  gap: 8px;
+  justify-content: space-between;
+}
+
+.ros-Panel-message {
+  margin: 4px 0;
+}
+
+.ros-quiet {
+  color: var(--jp-ui-font-color1);
+  opacity: 0.85;
+}
+
+.ros-Panel button:not(.ros-Node-name),
+.ros-Panel select,
+.ros-Panel input {
+  background: var(--jp-layout-color2);
+  border: 1px solid var(--jp-border-color0);
+  border-radius: 3px;
+  color: var(--jp-ui-font-color0);
+  font: inherit;
+  min-height: 24px;
+  padding: 1px 8px;
+}
+
+.ros-Panel button:not(:disabled) {
+  cursor: pointer;
+}
+
+.ros-Panel button:disabled {
+  opacity: 0.5;
+}
+
+.ros-Panel :is(button, select, input, summary, [tabindex]):focus-visible {
+  outline: 2px solid var(--jp-brand-color1);
+  outline-offset: 1px;
+}
+
+.ros-Nodes {
+  flex: 1 1 auto;
+  list-style: none;
+  margin: 0;
+  min-height: 120px;
+  overflow: auto;
+  padding: 0;
+}
+
+.ros-Node {
+  border-bottom: 1px solid var(--jp-border-color2);
+  padding: 4px 0;
+}
+
+.ros-Node-row {
+  align-items: center;
+  display: flex;
+  flex-wrap: wrap;
+  gap: 4px 8px;
+  justify-content: space-between;
+}
+
+.ros-Node-name {
+  align-items: baseline;
+  background: none;
+  border: 0;
+  color: inherit;
+  display: flex;
+  flex: 1 1 130px;
+  font: inherit;
+  gap: 6px;
+  min-height: 24px;
+  min-width: 0;
+  padding: 0;
+  text-align: left;
+}
+
+.ros-Node-name .ros-name {
+  font-family: var(--jp-code-font-family);
+  overflow-wrap: anywhere;
+}
+
+.ros-state {
+  font-size: var(--jp-ui-font-size0);
+}
+
+.ros-buttons {
+  display: flex;
+  gap: 4px;
+}
+
+.ros-mod-running .ros-mark {
+  color: var(--ros-good);
+}
+
+.ros-mod-dead .ros-mark,
+.ros-mod-trouble .ros-mark {
+  color: var(--ros-bad);
+}
+
+.ros-Node-details {
+  padding: 4px 0 8px 18px;
+}
+
+.ros-Node-details p,
+.ros-Node-details dl {
+  margin: 0 0 4px;
+}
+
+.ros-Node-details dt {
+  font-weight: 600;
+}
+
+.ros-Node-details dd {
+  margin: 0 0 0 12px;
+  overflow-wrap: anywhere;
+}
+
+.ros-story {
+  background: var(--jp-layout-color2);
+  border-left: 4px solid var(--ros-bad);
+  font-family: var(--jp-code-font-family);
+  font-size: var(--jp-code-font-size);
+  margin: 4px 0;
+  overflow-wrap: anywhere;
+  padding: 4px 8px;
+  white-space: pre-wrap;
+}
+
+.ros-Log {
+  display: flex;
+  flex: 1 1 50%;
+  flex-direction: column;
+  margin-top: 8px;
+  min-height: 180px;
+}
+
+.ros-Log-head {
+  align-items: center;
+  display: flex;
+  flex-wrap: wrap;
+  gap: 4px 8px;
+}
+
+.ros-Log-head select {
+  max-width: 100%;
+}
+
+.ros-Log-head input {
+  flex: 1 1 80px;
+  min-width: 60px;
+}
+
+.ros-Log-lost {
+  font-weight: 600;
+}
+
+.ros-Log-lines {
+  border: 1px solid var(--jp-border-color2);
+  flex: 1 1 auto;
+  font-family: var(--jp-code-font-family);
+  font-size: var(--jp-code-font-size);
+  margin-top: 4px;
+  min-height: 80px;
+  overflow: auto;
+  overflow-wrap: anywhere;
+  white-space: pre-wrap;
+}
+
+.ros-Log-line {
+  padding: 0 4px;
+}
+
+.ros-Log-line .ros-level,
+.ros-Log-line .ros-source {
+  font-weight: 600;
+}
+
+.ros-mod-WARN .ros-level {
+  color: var(--ros-warn);
+}
+
+:is(.ros-mod-ERROR, .ros-mod-FATAL, .ros-mod-ENDED) .ros-level {
+  color: var(--ros-bad);
+}
+
+/* At least 4.5:1 on the theme's own background (WCAG AA). */
+body {
+  --ros-good: #1b7837;
+  --ros-warn: #8a5300;
+  --ros-bad: #b3261e;
+}
+
+body[data-jp-theme-light='false'] {
+  --ros-good: #6fd08c;
+  --ros-warn: #f0b45a;
+  --ros-bad: #ff9a90;
+}
+
+.ros-Parts {
+  list-style: none;
+  margin: 0;
+  padding: 0;
+}
+
+.ros-Parts li {
+  align-items: baseline;
+  border-bottom: 1px solid var(--jp-border-color2);
+  display: flex;
+  gap: 6px;
+  padding: 4px 0;
+}
+
+.ros-part {
+  flex: 1 1 auto;
+  min-width: 0;
+  overflow-wrap: anywhere;
+}
+
+.ros-mod-done .ros-mark {
+  color: var(--ros-good);
+  font-weight: 700;
+}
+
+.ros-File {
+  border-bottom: 1px solid var(--jp-border-color2);
+  margin-bottom: 8px;
+  padding-bottom: 8px;
+}
+
+.ros-File h3 {
+  overflow-wrap: anywhere;
+}
+
+.ros-note {
+  color: var(--ros-warn);
+  font-weight: 600;
+}
+
+.ros-hint {
+  overflow: auto;
+  padding: 0 4px;
+}
+`,""]),e.d(r,{},{A:l})},994(o,r,e){var t=e(601),a=e.n(t),n=e(314),s=(e.n(n))()(a());s.push([o.id,`/* The robot view. */
+
+.ros-Robot-stage {
+  border: 1px solid var(--jp-border-color1);
+  aspect-ratio: 4 / 3;
+  flex: none;
+  margin: 4px 0;
+  max-height: 70vh;
+  overflow: hidden;
+  position: relative;
+}
+
+.ros-Robot-canvas {
+  display: block;
+  height: 100%;
+  left: 0;
+  position: absolute;
+  top: 0;
+  touch-action: none;
+  width: 100%;
+}
+
+.ros-Robot-canvas:focus-visible {
+  outline: 3px solid var(--jp-brand-color1);
+  outline-offset: -3px;
+}
+
+.ros-Robot-canvas.ros-mod-dropping {
+  cursor: crosshair;
+}
+
+.ros-Robot-facts {
+  display: flex;
+  flex-wrap: wrap;
+  gap: 2px 16px;
+  margin: 0 0 6px;
+}
+
+.ros-Robot-facts div {
+  align-items: center;
+  display: flex;
+  gap: 5px;
+}
+
+.ros-Robot-facts dt {
+  font-weight: 600;
+}
+
+.ros-Robot-facts dd {
+  font-variant-numeric: tabular-nums;
+  margin: 0;
+  min-width: 4.5em;
+}
+
+.ros-Robot-swatch {
+  border-radius: 2px;
+  height: 10px;
+  width: 10px;
+}
+
+.ros-Robot-controls {
+  align-items: center;
+  border: 0;
+  display: flex;
+  flex-wrap: wrap;
+  gap: 4px 8px;
+  margin: 0 0 6px;
+  padding: 0;
+}
+
+.ros-Robot-controls label {
+  align-items: center;
+  display: flex;
+  gap: 4px;
+  max-width: 100%;
+}
+
+.ros-Robot-controls select {
+  min-width: 0;
+}
+
+.ros-Panel .ros-Robot-controls button[aria-pressed='true'] {
+  border-color: var(--ros-robot-ink);
+  background: var(--ros-robot-ink);
+  color: var(--ros-robot-ground);
+}
+
+.ros-Robot-said {
+  min-height: 1.4em;
+}
+
+.ros-Robot-knobs {
+  border-top: 1px solid var(--jp-border-color2);
+  padding: 4px 0;
+}
+
+.ros-Robot-knobs summary {
+  cursor: pointer;
+  min-height: 24px;
+}
+
+.ros-Robot-knob {
+  align-items: center;
+  display: flex;
+  flex-wrap: wrap;
+  gap: 2px 8px;
+  min-height: 28px;
+}
+
+.ros-Robot-knob label {
+  flex: 1 1 140px;
+  font-family: var(--jp-code-font-family);
+  overflow-wrap: anywhere;
+}
+
+.ros-Panel .ros-Robot-knob input {
+  flex: 3 1 100px;
+  min-width: 0;
+}
+
+.ros-Panel .ros-Robot-knob input[type='range'] {
+  padding: 0;
+}
+
+.ros-Panel .ros-Robot-knob input[type='checkbox'] {
+  flex: none;
+  height: 24px;
+  width: 24px;
+}
+
+.ros-Robot-knob output {
+  flex: 0 0 3.5em;
+  font-variant-numeric: tabular-nums;
+  text-align: right;
+}
+
+.ros-Robot-keys dl {
+  display: grid;
+  gap: 2px 12px;
+  grid-template-columns: max-content 1fr;
+  margin: 4px 0;
+}
+
+.ros-Robot-keys dd {
+  margin: 0;
+}
+
+/* The colours of course/figures/palette.py, where they have at least 3:1 on the ground (WCAG AA for graphics). */
+body {
+  --ros-robot-ground: #ffffff;
+  --ros-robot-ink: #222222;
+  --ros-robot-line: #e8e8e8;
+  --ros-robot-front: #00835f;
+  --ros-robot-left: #0072b2;
+  --ros-robot-right: #a86f00;
+  --ros-robot-beam: #d55e00;
+  --ros-robot-hit: #b3261e;
+  --ros-robot-trail: #8a8a8a;
+}
+
+body[data-jp-theme-light='false'] {
+  --ros-robot-ground: #161616;
+  --ros-robot-ink: #ececec;
+  --ros-robot-line: #2c2c2c;
+  --ros-robot-front: #2fc79a;
+  --ros-robot-left: #56b4e9;
+  --ros-robot-right: #e69f00;
+  --ros-robot-beam: #ff8b4a;
+  --ros-robot-hit: #ff9a90;
+  --ros-robot-trail: #8a8a8a;
+}
+`,""]),e.d(r,{},{A:s})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",t=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),t&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),t&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,t,a,n){"string"==typeof o&&(o=[[null,o,void 0]]);var s={};if(t)for(var i=0;i<this.length;i++){var l=this[i][0];null!=l&&(s[l]=!0)}for(var p=0;p<o.length;p++){var d=[].concat(o[p]);t&&s[d[0]]||(void 0!==n&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=n),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),a&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=a):d[4]="".concat(a)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,t=0;t<r.length;t++)if(r[t].identifier===o){e=t;break}return e}function t(o,t){for(var a={},n=[],s=0;s<o.length;s++){var i=o[s],l=t.base?i[0]+t.base:i[0],p=a[l]||0,d="".concat(l," ").concat(p);a[l]=p+1;var c=e(d),f={css:i[1],media:i[2],sourceMap:i[3],supports:i[4],layer:i[5]};if(-1!==c)r[c].references++,r[c].updater(f);else{var u=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(f,t);t.byIndex=s,r.splice(s,0,{identifier:d,updater:u,references:1})}n.push(d)}return n}o.exports=function(o,a){var n=t(o=o||[],a=a||{});return function(o){o=o||[];for(var s=0;s<n.length;s++){var i=e(n[s]);r[i].references--}for(var l=t(o,a),p=0;p<n.length;p++){var d=e(n[p]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}n=l}}},659(o){var r={};o.exports=function(o,e){var t=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!t)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");t.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var t,a,n;t="",e.supports&&(t+="@supports (".concat(e.supports,") {")),e.media&&(t+="@media ".concat(e.media," {")),(a=void 0!==e.layer)&&(t+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),t+=e.css,a&&(t+="}"),e.media&&(t+="}"),e.supports&&(t+="}"),(n=e.sourceMap)&&"u">typeof btoa&&(t+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(n))))," */")),o.styleTagTransform(t,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},959(o,r,e){var t=e(72),a=e.n(t),n=e(825),s=e.n(n),i=e(659),l=e.n(i),p=e(56),d=e.n(p),c=e(540),f=e.n(c),u=e(113),b=e.n(u),m=e(646),x={};x.styleTagTransform=b(),x.setAttributes=d(),x.insert=l().bind(null,"head"),x.domAPI=s(),x.insertStyleElement=f(),a()(m.A,x),m.A&&m.A.locals&&m.A.locals}}]);
