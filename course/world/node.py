@@ -8,6 +8,7 @@ same way on a busy machine as on an idle one.
 import math
 import threading
 import time
+import weakref
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -19,12 +20,13 @@ from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
 from course.waiting import wait_until
+from course.world.controls import LATCHED, Controls
+from course.world.geometry import Pose
 from course.world.laser import Laser
 from course.world.lockstep import Barrier, Drive
 from course.world.rooms import Room
@@ -34,7 +36,9 @@ COMMAND_TIMEOUT = 0.5  # s of the world's time without a command, after which th
 CLOCK_REPEAT = 0.05  # s; subscribers to /clock are best effort, so a tick that nobody answers is published again
 FIND_SERVICES = 1.0  # s to wait for the driver's parameter services
 SETTLE = 0.01  # s without a command that end a tick, for a driver without parameter services
-LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+_latest: list["weakref.ReferenceType[World]"] = []  # the one that was made last
 
 
 class World(Node):
@@ -45,9 +49,11 @@ class World(Node):
     kept for subscribers that come later); in fast mode also `/clock`, so that nodes started with
     `use_sim_time:=true` live in its time.
 
-    Parameters, read once: `room` (a name in course.world.ROOMS or the path of a .json file), `seed` of the laser's
-    noise, `noise` (m), `beams` (over one turn), `angle_min` (rad), `rate` (scans a second), `fast`.
-    The arguments `room` and `laser` win over the parameters.  `simulation` holds the robot's pose, path and collisions.
+    Parameters: `room` (a name in course.world.ROOMS or the path of a .json file), `noise` (m), `beams` (over one turn)
+    and `angle_min` (rad) of the laser; read once are `seed` of its noise, `rate` (scans a second) and `fast`.
+    The arguments `room` and `laser` win over the parameters.  In real time the world can be controlled while it runs
+    (course.world.controls); in fast mode only `cmd_vel` changes what happens, so that a drive repeats itself.
+    `simulation` holds the robot's pose, path and collisions.
     Raises ValueError when there is no such room, or the robot touches an obstacle at its start.
     """
 
@@ -77,6 +83,7 @@ class World(Node):
         self._now = 0  # ns of simulated time
         self._received = 0
         self._own_executor: SingleThreadedExecutor | None = None
+        self._controls: Controls | None = None
         self._barrier = Barrier(self, "cmd_vel", self._wait, self._wake)
         self.reset()
 
@@ -88,7 +95,9 @@ class World(Node):
         if self.fast:
             self._clock_pub = self.create_publisher(ClockMessage, "/clock", 10)
         else:
+            self._controls = Controls(self)
             self.create_timer(1.0 / rate, self._on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        _latest[:] = [weakref.ref(self)]
         self.get_logger().info(f"World started in room '{self.simulation.room.name}'")
 
     def reset(self, room: str | Path | Room | None = None, seed: int | None = None) -> None:
@@ -101,6 +110,34 @@ class World(Node):
             self._seed = self._seed if seed is None else seed
             self.simulation = Simulation(self._room, self._laser, self._robot, self._seed)
             self._command, self._command_age = (0.0, 0.0), 0.0
+        if self._controls:
+            self._controls.show_walls()
+
+    def place(self, pose: Pose) -> None:
+        """Put the robot at `pose` (x m, y m, heading rad); raises ValueError where it cannot stand."""
+        with self._lock:
+            self.simulation.place(pose)
+
+    def drop(self, x: float, y: float) -> None:
+        """Put a round obstacle at x, y (m), until the next `reset`; raises ValueError where the robot stands."""
+        with self._lock:
+            self.simulation.drop(x, y)
+        if self._controls:
+            self._controls.show_walls()
+
+    @property
+    def laser(self) -> Laser:
+        """The robot's scanner; a new one is used from the next scan on."""
+        return self._laser
+
+    @laser.setter
+    def laser(self, laser: Laser) -> None:
+        with self._lock:
+            self._laser = self.simulation.laser = laser
+
+    def check_room(self, room: str | Path | Room) -> None:
+        """Raise what `reset` raises for this room, and change nothing."""
+        Simulation(room, self._laser, self._robot)
 
     def _on_command(self, message: Twist) -> None:
         with self._lock:
@@ -110,16 +147,17 @@ class World(Node):
 
     def _on_timer(self) -> None:
         with self._lock:
-            self._move()
+            if self._controls and not self._controls.paused:
+                self._move(self._controls.speed)
             self._show(self.get_clock().now().to_msg())
 
-    def _move(self) -> None:
-        """Drive for one period by the last command."""
+    def _move(self, speed: float = 1.0) -> None:
+        """Drive for one period by the last command; with another `speed`, the world's time passes so much faster."""
         period = self._period / 1e9
         if self._command_age >= COMMAND_TIMEOUT - 1e-9:
             self._command = (0.0, 0.0)
         self._command_age += period
-        collision = self.simulation.step(*self._command, period)
+        collision = self.simulation.step(*self._command, speed * period)
         if collision:
             self.get_logger().warning(f"Collision: {collision}")
             self._collision_pub.publish(String(data=str(collision)))
@@ -259,6 +297,11 @@ class World(Node):
         while not condition() and (left := end - time.monotonic()) > 0.0 and self.context.ok():
             self._own_executor.spin_once(timeout_sec=min(left, CLOCK_REPEAT))
         return condition()
+
+
+def latest() -> World | None:
+    """The world that was made last in this process, if somebody still has it."""
+    return _latest[0]() if _latest else None
 
 
 def main(args: list[str] | None = None) -> int:

@@ -1,17 +1,18 @@
 """A robot with a laser in a room, moved step by step: the physics of the world, without ROS and without a clock."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from course.world.geometry import Floats, Pose, RayCaster, clearance
+from course.world.geometry import Floats, Pose, RayCaster, circle, clearance
 from course.world.laser import Laser
 from course.world.rooms import Room, find
 
 MAX_STEP = 0.01  # s, the longest move between two looks for a collision: 5 mm at the robot's full speed
+OBSTACLE = 0.15  # m, radius of what is dropped: less than the robot's, which so fits nowhere inside
 AWAY = 0.02  # m, how far the robot must back off an obstacle before touching it again counts as a new collision
 
 
@@ -41,6 +42,15 @@ def advance(pose: Pose, linear: float, angular: float, duration: float) -> Pose:
     chord = linear * duration * float(np.sinc(turn / (2.0 * math.pi)))
     middle = heading + turn / 2.0
     return x + chord * math.cos(middle), y + chord * math.sin(middle), math.remainder(heading + turn, 2.0 * math.pi)
+
+
+def in_the_way(point: tuple[float, float], radius: float, segments: Floats) -> str:
+    """Why a round robot of `radius` (m) cannot stand at `point` (m) between `segments`; "" when it can."""
+    if len(segments):
+        points = segments.reshape(-1, 2)
+        if np.any(point < points.min(axis=0)) or np.any(point > points.max(axis=0)):
+            return "it is outside the room"
+    return "it would touch an obstacle" if clearance(point, segments) <= radius else ""
 
 
 @dataclass(frozen=True)
@@ -91,6 +101,31 @@ class Simulation:
 
     def _clearance(self, pose: Pose) -> float:
         return clearance(pose[:2], self.room.segments)
+
+    def place(self, pose: Pose) -> None:
+        """Put the robot at `pose` (x m, y m, heading rad), at rest; its history goes on.
+
+        Raises ValueError where it would touch an obstacle or stand outside the room, and for what is no finite number.
+        """
+        x, y, heading = pose
+        if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(heading)):
+            raise ValueError("a pose is three finite numbers: x (m), y (m) and heading (rad)")
+        if obstacle := in_the_way((x, y), self.robot.radius, self.room.segments):
+            raise ValueError(f"the robot cannot stand at x={x:.2f} m, y={y:.2f} m: {obstacle}")
+        self.pose, self.velocity, self.touching = (x, y, math.remainder(heading, 2.0 * math.pi)), (0.0, 0.0), False
+        self._path.append((self.time, *self.pose))
+
+    def drop(self, x: float, y: float, radius: float = OBSTACLE) -> None:
+        """Put a round obstacle of `radius` (m) at x, y (m); a new Simulation is without it.
+
+        Raises ValueError where the robot stands, and for what is no finite number.
+        """
+        if not (math.isfinite(x) and math.isfinite(y)):
+            raise ValueError("a point is two finite numbers: x (m) and y (m)")
+        if math.dist((x, y), self.pose[:2]) <= radius + self.robot.radius:
+            raise ValueError(f"no obstacle fits at x={x:.2f} m, y={y:.2f} m: the robot stands there")
+        self.room = replace(self.room, segments=np.concatenate([self.room.segments, circle(x, y, radius)]))
+        self._caster = RayCaster(self.room.segments)
 
     def scan(self) -> NDArray[np.float32]:
         """What the laser measures at the current pose (m, shape (beams,)); each call draws fresh noise."""

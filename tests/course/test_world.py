@@ -138,6 +138,26 @@ def test_path_and_ground_covered_tell_where_it_was():
     assert simulation.distance == 0.0 and simulation.path.shape == (1, 4)
 
 
+def test_the_robot_is_placed_where_it_can_stand_and_an_obstacle_lasts_until_a_reset():
+    simulation = Simulation("hall", QUIET)
+    simulation.place((4.0, 3.0, math.pi))
+    assert simulation.pose == pytest.approx((4.0, 3.0, math.pi)) and simulation.velocity == (0.0, 0.0)
+    assert simulation.scan()[0] == pytest.approx(4.0)
+    simulation.drop(3.0, 3.0)
+    assert simulation.scan()[0] == pytest.approx(0.85, abs=0.01)
+    for pose, why in (
+        ((3.3, 3.0, 0.0), "touch an obstacle"),
+        ((9.0, 3.0, 0.0), "outside the room"),
+        ((math.nan, 3.0, 0.0), "finite"),
+    ):
+        with pytest.raises(ValueError, match=why):
+            simulation.place(pose)
+    with pytest.raises(ValueError, match="the robot stands there"):
+        simulation.drop(4.3, 3.0)
+    assert simulation.pose == pytest.approx((4.0, 3.0, math.pi))
+    assert len(ROOMS["hall"].segments) == 4, "the room itself was changed"
+
+
 # Rooms
 
 
@@ -204,12 +224,16 @@ def context():
     rclpy.shutdown(context=context)
 
 
-def world(context, room="pillars", **parameters):
+def parameter(name, value):
     from rclpy.parameter import Parameter
 
+    return Parameter(name, value=value)
+
+
+def world(context, room="pillars", **parameters):
     from course.world.node import World
 
-    overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+    overrides = [parameter(name, value) for name, value in parameters.items()]
     return World(room, context=context, parameter_overrides=overrides)
 
 
@@ -345,3 +369,94 @@ def test_at_real_time_it_reports_scans_odometry_and_one_collision(context):
     assert got["odom"][-1].child_frame_id == "base_link" and got["odom"][-1].pose.pose.position.x > 1.7
     assert len(got["collision"]) == 1 and "x=1.8" in got["collision"][0].data
     assert len(node.simulation.collisions) == 1
+
+
+def test_at_real_time_ros_controls_it(context):
+    from geometry_msgs.msg import Point, PointStamped, PoseWithCovarianceStamped, Twist, Vector3
+    from rcl_interfaces.srv import SetParametersAtomically
+    from rclpy.node import Node
+    from sensor_msgs.msg import LaserScan
+    from std_srvs.srv import Empty
+    from visualization_msgs.msg import Marker
+
+    from course.waiting import wait_until
+    from course.world.controls import LATCHED
+
+    node, user = world(context, "hall", rate=50.0), Node("user", context=context)
+    walls, scans = [], []
+    user.create_subscription(Marker, "walls", walls.append, LATCHED)
+    user.create_subscription(LaserScan, "scan", scans.append, 10)
+    place = user.create_publisher(PoseWithCovarianceStamped, "initialpose", 10)
+    drop = user.create_publisher(PointStamped, "clicked_point", 10)
+    drive = user.create_publisher(Twist, "cmd_vel", 10)
+    client = user.create_client(SetParametersAtomically, "world/set_parameters_atomically")
+    reset = user.create_client(Empty, "world/reset")
+
+    def put(x, y):
+        message = PoseWithCovarianceStamped()
+        message.pose.pose.position.x, message.pose.pose.position.y = x, y
+        message.pose.pose.orientation.w = 1.0
+        place.publish(message)
+
+    def call(client, request):
+        future = client.call_async(request)
+        assert wait_until(future.done, 30.0)
+        return future.result()
+
+    def set_all(**values):
+        wanted = [parameter(name, value).to_parameter_msg() for name, value in values.items()]
+        return call(client, SetParametersAtomically.Request(parameters=wanted)).result
+
+    with spinning(node, context), spinning(user, context):
+        for end in (place, drop, drive):
+            assert wait_until(end.get_subscription_count, 30.0)
+        assert wait_until(lambda: client.service_is_ready() and reset.service_is_ready() and walls, 30.0)
+        assert (walls[0].ns, len(walls[0].points)) == ("hall", 8)
+
+        put(4.0, 3.0)
+        assert wait_until(lambda: node.simulation.pose == (4.0, 3.0, 0.0), 30.0)
+        drop.publish(PointStamped(point=Point(x=4.1, y=3.0)))  # the robot stands there
+        drop.publish(PointStamped(point=Point(x=6.0, y=3.0)))
+        assert wait_until(lambda: len(walls[-1].points) > 8, 30.0)
+        assert len(walls[-1].points) == 8 + 2 * 16 and scans[-1].ranges[180] == pytest.approx(4.0, abs=0.1)
+
+        assert set_all(paused=True, beams=720, angle_min=-math.pi).successful
+        seen = len(scans)
+        drive.publish(Twist(linear=Vector3(x=0.5)))
+        assert wait_until(lambda: len(scans) > seen + 3, 30.0), "a paused world still shows what the robot sees"
+        assert len(scans[-1].ranges) == 720 and scans[-1].angle_min == pytest.approx(-math.pi)
+
+        for values, reason in (
+            ({"room": "nowhere"}, "there is no room 'nowhere'"),
+            ({"beams": 0}, "beams must be from 1"),
+            ({"noise": -1.0}, "noise"),
+            ({"speed": 9.0}, "range"),
+            ({"room": "office", "beams": 0}, "beams"),
+        ):
+            refused = set_all(**values)
+            assert not refused.successful and reason in refused.reason
+        assert node.simulation.room.name == "hall" and node.simulation.pose == (4.0, 3.0, 0.0)
+
+        assert call(reset, Empty.Request()) is not None
+        assert node.simulation.pose == ROOMS["hall"].start and len(node.simulation.room.segments) == 4
+        assert set_all(room="office").successful
+        assert wait_until(lambda: walls[-1].ns == "office", 30.0) and node.simulation.pose == ROOMS["office"].start
+
+
+def test_time_passes_as_fast_as_its_speed_says_and_not_in_a_pause(context):
+    node = world(context, "hall")
+    for controls, passed in (({}, 0.1), ({"speed": 2.5}, 0.25), ({"paused": True}, 0.0)):
+        node.set_parameters_atomically([parameter(name, value) for name, value in controls.items()])
+        before = node.simulation.time
+        node._on_timer()
+        assert node.simulation.time - before == pytest.approx(passed)
+    node.destroy_node()
+
+
+def test_nothing_can_change_a_drive_in_lockstep(context):
+    node = world(context, fast=True)
+    assert not [name for name, _ in node.get_service_names_and_types() if name == "/world/reset"]
+    topics = {name for name, _ in node.get_topic_names_and_types()}
+    assert not topics & {"/walls", "/initialpose", "/clicked_point"}
+    assert not node.has_parameter("paused")
+    node.destroy_node()

@@ -108,9 +108,9 @@ class Details:
     def _parameters(self) -> dict[str, Any]:
         """{"parameters": names with values}, and {"silent": True} when the node does not answer."""
         listing, getting = self._clients
-        listed = _answer(listing, ListParameters.Request())
+        listed = answer(listing, ListParameters.Request())
         names = sorted(listed.result.names) if listed else []
-        got = _answer(getting, GetParameters.Request(names=names)) if listed else None
+        got = answer(getting, GetParameters.Request(names=names)) if listed else None
         if got is None:
             return {"parameters": [], "silent": True}
         values = [repr(parameter_value_to_python(value)) for value in got.values]
@@ -144,7 +144,7 @@ def of_interest(name: str, kind: str) -> bool:
     return name not in OF_NO_INTEREST and not is_hidden(name) and not kind.startswith(OF_EVERY_NODE)
 
 
-def _answer(client: Client, request: object) -> Any:
+def answer(client: Client, request: object) -> Any:
     """The response, None when none has come in time; the session's own thread receives it."""
     if not client.service_is_ready():
         return None

@@ -12,6 +12,7 @@ import { handIn, handInButton, handInIcon, hasExercise } from './handing_in';
 import { InspectorPanel, inspectorIcon } from './inspector';
 import { Links } from './link';
 import { NodesPanel, nodesIcon } from './nodes';
+import { addRobot } from './robot_command';
 import { layout, ways } from './ways';
 
 const NARROW = 760; // px
@@ -70,6 +71,7 @@ const panels: JupyterFrontEndPlugin<void> = {
         execute: () => shell?.activateById(widget.id) ?? app.shell.activateById(widget.id)
       });
     }
+    addRobot(app, current, tracker, restorer);
   }
 };
 

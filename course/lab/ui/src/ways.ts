@@ -34,7 +34,7 @@ export const ways: JupyterFrontEndPlugin<void> = {
         return app.commands.execute('terminal:create-new', path ? { cwd: PathExt.dirname(path) } : {});
       }
     });
-    const panels = ['nodes', 'inspector', 'graph', 'exercise'].map(name => `ros2-course:${name}`);
+    const panels = ['robot', 'nodes', 'inspector', 'graph', 'exercise'].map(name => `ros2-course:${name}`);
     const commands = [TERMINAL, ...panels, 'ros2-course:hand-in'];
     commands.forEach((command, rank) => {
       palette?.addItem({ command, category: CATEGORY, rank });

@@ -1,4 +1,4 @@
-"use strict";(self.rspackChunkros2_course_lab=self.rspackChunkros2_course_lab||[]).push([[319],{770(o,r,e){var a=e(601),t=e.n(a),n=e(314),s=(e.n(n))()(t());s.push([o.id,`/* The inspector and the graph. */
+"use strict";(self.rspackChunkros2_course_lab=self.rspackChunkros2_course_lab||[]).push([[319],{770(o,r,e){var a=e(601),t=e.n(a),s=e(314),n=(e.n(s))()(t());n.push([o.id,`/* The inspector and the graph. */
 
 .ros-Form,
 .ros-Form form,
@@ -304,7 +304,7 @@
   flex-direction: column;
   gap: 6px;
 }
-`,""]),e.d(r,{},{A:s})},646(o,r,e){var a=e(601),t=e.n(a),n=e(314),s=(e.n(n))()(t());s.push([o.id,`/* The course's part of JupyterLab, in the colours of its theme. */
+`,""]),e.d(r,{},{A:n})},646(o,r,e){var a=e(601),t=e.n(a),s=e(314),n=e.n(s),i=e(994),l=n()(t());l.i(i.A),l.push([o.id,`/* The course's part of JupyterLab, in the colours of its theme. */
 
 .ros-HandIn-body {
   max-width: 60ch;
@@ -588,4 +588,175 @@ body[data-jp-theme-light='false'] {
   overflow: auto;
   padding: 0 4px;
 }
-`,""]),e.d(r,{},{A:s})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",a=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),a&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),a&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,a,t,n){"string"==typeof o&&(o=[[null,o,void 0]]);var s={};if(a)for(var i=0;i<this.length;i++){var l=this[i][0];null!=l&&(s[l]=!0)}for(var p=0;p<o.length;p++){var d=[].concat(o[p]);a&&s[d[0]]||(void 0!==n&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=n),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),t&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=t):d[4]="".concat(t)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,a=0;a<r.length;a++)if(r[a].identifier===o){e=a;break}return e}function a(o,a){for(var t={},n=[],s=0;s<o.length;s++){var i=o[s],l=a.base?i[0]+a.base:i[0],p=t[l]||0,d="".concat(l," ").concat(p);t[l]=p+1;var c=e(d),f={css:i[1],media:i[2],sourceMap:i[3],supports:i[4],layer:i[5]};if(-1!==c)r[c].references++,r[c].updater(f);else{var m=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(f,a);a.byIndex=s,r.splice(s,0,{identifier:d,updater:m,references:1})}n.push(d)}return n}o.exports=function(o,t){var n=a(o=o||[],t=t||{});return function(o){o=o||[];for(var s=0;s<n.length;s++){var i=e(n[s]);r[i].references--}for(var l=a(o,t),p=0;p<n.length;p++){var d=e(n[p]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}n=l}}},659(o){var r={};o.exports=function(o,e){var a=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!a)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");a.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var a,t,n;a="",e.supports&&(a+="@supports (".concat(e.supports,") {")),e.media&&(a+="@media ".concat(e.media," {")),(t=void 0!==e.layer)&&(a+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),a+=e.css,t&&(a+="}"),e.media&&(a+="}"),e.supports&&(a+="}"),(n=e.sourceMap)&&"u">typeof btoa&&(a+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(n))))," */")),o.styleTagTransform(a,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var a=e(72),t=e.n(a),n=e(825),s=e.n(n),i=e(659),l=e.n(i),p=e(56),d=e.n(p),c=e(540),f=e.n(c),m=e(113),x=e.n(m),u=e(646),h={};h.styleTagTransform=x(),h.setAttributes=d(),h.insert=l().bind(null,"head"),h.domAPI=s(),h.insertStyleElement=f(),t()(u.A,h),u.A&&u.A.locals&&u.A.locals;var g=e(770),v={};v.styleTagTransform=x(),v.setAttributes=d(),v.insert=l().bind(null,"head"),v.domAPI=s(),v.insertStyleElement=f(),t()(g.A,v),g.A&&g.A.locals&&g.A.locals}}]);
+`,""]),e.d(r,{},{A:l})},994(o,r,e){var a=e(601),t=e.n(a),s=e(314),n=(e.n(s))()(t());n.push([o.id,`/* The robot view. */
+
+.ros-Robot-stage {
+  border: 1px solid var(--jp-border-color1);
+  aspect-ratio: 4 / 3;
+  flex: none;
+  margin: 4px 0;
+  max-height: 70vh;
+  overflow: hidden;
+  position: relative;
+}
+
+.ros-Robot-canvas {
+  display: block;
+  height: 100%;
+  left: 0;
+  position: absolute;
+  top: 0;
+  touch-action: none;
+  width: 100%;
+}
+
+.ros-Robot-canvas:focus-visible {
+  outline: 3px solid var(--jp-brand-color1);
+  outline-offset: -3px;
+}
+
+.ros-Robot-canvas.ros-mod-dropping {
+  cursor: crosshair;
+}
+
+.ros-Robot-facts {
+  display: flex;
+  flex-wrap: wrap;
+  gap: 2px 16px;
+  margin: 0 0 6px;
+}
+
+.ros-Robot-facts div {
+  align-items: center;
+  display: flex;
+  gap: 5px;
+}
+
+.ros-Robot-facts dt {
+  font-weight: 600;
+}
+
+.ros-Robot-facts dd {
+  font-variant-numeric: tabular-nums;
+  margin: 0;
+  min-width: 4.5em;
+}
+
+.ros-Robot-swatch {
+  border-radius: 2px;
+  height: 10px;
+  width: 10px;
+}
+
+.ros-Robot-controls {
+  align-items: center;
+  border: 0;
+  display: flex;
+  flex-wrap: wrap;
+  gap: 4px 8px;
+  margin: 0 0 6px;
+  padding: 0;
+}
+
+.ros-Robot-controls label {
+  align-items: center;
+  display: flex;
+  gap: 4px;
+  max-width: 100%;
+}
+
+.ros-Robot-controls select {
+  min-width: 0;
+}
+
+.ros-Panel .ros-Robot-controls button[aria-pressed='true'] {
+  border-color: var(--ros-robot-ink);
+  background: var(--ros-robot-ink);
+  color: var(--ros-robot-ground);
+}
+
+.ros-Robot-said {
+  min-height: 1.4em;
+}
+
+.ros-Robot-knobs {
+  border-top: 1px solid var(--jp-border-color2);
+  padding: 4px 0;
+}
+
+.ros-Robot-knobs summary {
+  cursor: pointer;
+  min-height: 24px;
+}
+
+.ros-Robot-knob {
+  align-items: center;
+  display: flex;
+  flex-wrap: wrap;
+  gap: 2px 8px;
+  min-height: 28px;
+}
+
+.ros-Robot-knob label {
+  flex: 1 1 140px;
+  font-family: var(--jp-code-font-family);
+  overflow-wrap: anywhere;
+}
+
+.ros-Panel .ros-Robot-knob input {
+  flex: 3 1 100px;
+  min-width: 0;
+}
+
+.ros-Panel .ros-Robot-knob input[type='range'] {
+  padding: 0;
+}
+
+.ros-Panel .ros-Robot-knob input[type='checkbox'] {
+  flex: none;
+  height: 24px;
+  width: 24px;
+}
+
+.ros-Robot-knob output {
+  flex: 0 0 3.5em;
+  font-variant-numeric: tabular-nums;
+  text-align: right;
+}
+
+.ros-Robot-keys dl {
+  display: grid;
+  gap: 2px 12px;
+  grid-template-columns: max-content 1fr;
+  margin: 4px 0;
+}
+
+.ros-Robot-keys dd {
+  margin: 0;
+}
+
+/* The colours of course/figures/palette.py, where they have at least 3:1 on the ground (WCAG AA for graphics). */
+body {
+  --ros-robot-ground: #ffffff;
+  --ros-robot-ink: #222222;
+  --ros-robot-line: #e8e8e8;
+  --ros-robot-front: #00835f;
+  --ros-robot-left: #0072b2;
+  --ros-robot-right: #a86f00;
+  --ros-robot-beam: #d55e00;
+  --ros-robot-hit: #b3261e;
+  --ros-robot-trail: #8a8a8a;
+}
+
+body[data-jp-theme-light='false'] {
+  --ros-robot-ground: #161616;
+  --ros-robot-ink: #ececec;
+  --ros-robot-line: #2c2c2c;
+  --ros-robot-front: #2fc79a;
+  --ros-robot-left: #56b4e9;
+  --ros-robot-right: #e69f00;
+  --ros-robot-beam: #ff8b4a;
+  --ros-robot-hit: #ff9a90;
+  --ros-robot-trail: #8a8a8a;
+}
+`,""]),e.d(r,{},{A:n})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",a=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),a&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),a&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,a,t,s){"string"==typeof o&&(o=[[null,o,void 0]]);var n={};if(a)for(var i=0;i<this.length;i++){var l=this[i][0];null!=l&&(n[l]=!0)}for(var p=0;p<o.length;p++){var d=[].concat(o[p]);a&&n[d[0]]||(void 0!==s&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=s),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),t&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=t):d[4]="".concat(t)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,a=0;a<r.length;a++)if(r[a].identifier===o){e=a;break}return e}function a(o,a){for(var t={},s=[],n=0;n<o.length;n++){var i=o[n],l=a.base?i[0]+a.base:i[0],p=t[l]||0,d="".concat(l," ").concat(p);t[l]=p+1;var c=e(d),f={css:i[1],media:i[2],sourceMap:i[3],supports:i[4],layer:i[5]};if(-1!==c)r[c].references++,r[c].updater(f);else{var x=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(f,a);a.byIndex=n,r.splice(n,0,{identifier:d,updater:x,references:1})}s.push(d)}return s}o.exports=function(o,t){var s=a(o=o||[],t=t||{});return function(o){o=o||[];for(var n=0;n<s.length;n++){var i=e(s[n]);r[i].references--}for(var l=a(o,t),p=0;p<s.length;p++){var d=e(s[p]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}s=l}}},659(o){var r={};o.exports=function(o,e){var a=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!a)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");a.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var a,t,s;a="",e.supports&&(a+="@supports (".concat(e.supports,") {")),e.media&&(a+="@media ".concat(e.media," {")),(t=void 0!==e.layer)&&(a+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),a+=e.css,t&&(a+="}"),e.media&&(a+="}"),e.supports&&(a+="}"),(s=e.sourceMap)&&"u">typeof btoa&&(a+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(s))))," */")),o.styleTagTransform(a,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var a=e(72),t=e.n(a),s=e(825),n=e.n(s),i=e(659),l=e.n(i),p=e(56),d=e.n(p),c=e(540),f=e.n(c),x=e(113),m=e.n(x),u=e(646),h={};h.styleTagTransform=m(),h.setAttributes=d(),h.insert=l().bind(null,"head"),h.domAPI=n(),h.insertStyleElement=f(),t()(u.A,h),u.A&&u.A.locals&&u.A.locals;var b=e(770),g={};g.styleTagTransform=m(),g.setAttributes=d(),g.insert=l().bind(null,"head"),g.domAPI=n(),g.insertStyleElement=f(),t()(b.A,g),b.A&&b.A.locals&&b.A.locals}}]);

@@ -1,0 +1,247 @@
+"""What is heard of the robot: its scan, odometry, commands and collisions, and the walls around it.
+
+It listens only to topics on which some node publishes, so that a session without a robot looks as it does without the
+view; the session's own hidden node does not count.
+"""
+
+import math
+import re
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from rclpy.client import Client
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
+from rclpy.subscription import Subscription
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import String
+from visualization_msgs.msg import Marker
+
+from course.errors import LiveError
+from course.lab.kernel.nodes import session
+from course.robot.sectors import from_scan
+from course.ros2.graph import is_hidden
+from course.session.live import Session
+from course.world.controls import LATCHED
+from course.world.node import latest
+
+NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+LOOK = 0.5  # s between two looks who publishes
+SHOWN = 720  # beams of a scan at most: of a finer scanner the page gets every second, third, ...
+HITS = 20  # collisions that are kept
+TOPICS: dict[str, tuple[type, QoSProfile]] = {
+    "/scan": (LaserScan, NEWEST),
+    "/odom": (Odometry, NEWEST),
+    "/cmd_vel": (Twist, NEWEST),
+    "/collision": (String, LATCHED),
+    "/walls": (Marker, LATCHED),
+}
+NOTHING, NO_MEASUREMENT = -1, -2  # for a range: nothing in reach, and no value that one may use
+PLACE = re.compile(r"x=(-?[\d.]+) m, y=(-?[\d.]+) m")  # in the text of a collision
+Source = tuple[str, tuple[int, ...]]  # a node's full name, and its publisher: a node that was started anew has a new
+
+
+class Eyes:
+    """A session's ears for the robot; messages are kept as they came, and are read no faster than a page asks."""
+
+    def __init__(self, live: Session):
+        self.live = live
+        self.publishers: dict[str, tuple[Source, ...]] = dict.fromkeys(TOPICS, ())
+        self.count = dict.fromkeys(TOPICS, 0)
+        self.hits: deque[str] = deque(maxlen=HITS)
+        self._last: dict[str, bytes] = {}
+        self._at: bytes = b""  # the odometry when the last scan came
+        self._subscriptions: dict[str, Subscription] = {}
+        self._publishers: dict[str, Publisher] = {}
+        self._clients: dict[tuple[str, str], Client] = {}
+        self._looked = -math.inf
+        self._lock = threading.Lock()
+
+    def look(self) -> None:
+        """See who publishes, twice a second at most, and listen to those."""
+        with self._lock:
+            if time.monotonic() - self._looked < LOOK:
+                return
+            self._looked = time.monotonic()
+            node = self.live.node
+            for topic, (kind, qos) in TOPICS.items():
+                found = {
+                    (f"{each.node_namespace.rstrip('/')}/{each.node_name}", tuple(each.endpoint_gid))
+                    for each in node.get_publishers_info_by_topic(topic)
+                }
+                self.publishers[topic] = tuple(sorted(each for each in found if not is_hidden(each[0])))
+                if self.publishers[topic] and topic not in self._subscriptions:
+                    self._subscriptions[topic] = node.create_subscription(kind, topic, self._hear(topic), qos, raw=True)
+                elif not self.publishers[topic] and topic in self._subscriptions:
+                    node.destroy_subscription(self._subscriptions.pop(topic))
+
+    def close(self) -> None:
+        """Hear no more."""
+        with self._lock:
+            for subscription in self._subscriptions.values():
+                if self.live.ok:
+                    self.live.node.destroy_subscription(subscription)
+            for publisher in self._publishers.values():
+                if self.live.ok:
+                    self.live.node.destroy_publisher(publisher)
+            for client in self._clients.values():
+                if self.live.ok:
+                    self.live.node.destroy_client(client)
+            self._subscriptions.clear()
+            self._publishers.clear()
+            self._clients.clear()
+
+    def publisher(self, topic: str, kind: type) -> Publisher:
+        """The session's own publisher on a topic, made at the first call."""
+        with self._lock:
+            if topic not in self._publishers:
+                self._publishers[topic] = self.live.node.create_publisher(kind, topic, 10)
+            return self._publishers[topic]
+
+    def client(self, kind: type, node: str, service: str) -> Client:
+        """The session's own client of a node's service, made at the first call."""
+        with self._lock:
+            if (node, service) not in self._clients:
+                self._clients[node, service] = self.live.node.create_client(kind, f"{node}/{service}")
+            return self._clients[node, service]
+
+    def forget(self, node: str) -> None:
+        """Destroy the clients of a node that has ended: they could miss the next one of its name."""
+        with self._lock:
+            for key in [key for key in self._clients if key[0] == node]:
+                self.live.node.destroy_client(self._clients.pop(key))
+
+    def nodes(self, topic: str) -> list[str]:
+        """The nodes that publish on a topic."""
+        return list(dict.fromkeys(name for name, _ in self.publishers[topic]))
+
+    def _hear(self, topic: str) -> Callable[[bytes], None]:
+        def hear(message: bytes) -> None:
+            self._last[topic] = message
+            self.count[topic] += 1
+            if topic == "/scan":
+                self._at = self._last.get("/odom", b"")
+            elif topic == "/collision":
+                self.hits.append(deserialize_message(message, String).data)
+
+        return hear
+
+    # What the page is told
+
+    def scan(self) -> dict[str, Any] | None:
+        """The last scan as a page draws it: ranges (cm), where it was seen from, the nearest of each sector (m)."""
+        if "/scan" not in self._last:
+            return None
+        scan = deserialize_message(self._last["/scan"], LaserScan)
+        step = max(1, math.ceil(len(scan.ranges) / SHOWN))
+        return {
+            "first": _finite(scan.angle_min, 4),
+            "step": _finite(scan.angle_increment * step, 6),
+            "beams": len(scan.ranges),
+            "reach": _finite(scan.range_max, 2),
+            "ranges": [_centimetres(value, scan.range_min, scan.range_max) for value in scan.ranges[::step]],
+            "from": _pose(self._at),
+            "sectors": {name: _finite(value, 2) for name, value in from_scan(scan).items()},
+        }
+
+    def robot(self) -> dict[str, Any] | None:
+        """Where the robot says that it is, [x m, y m, heading rad], and how it moves, [m/s, rad/s]."""
+        if "/odom" not in self._last:
+            return None
+        twist = deserialize_message(self._last["/odom"], Odometry).twist.twist
+        return {"pose": _pose(self._last["/odom"]), "moves": [_finite(twist.linear.x, 3), _finite(twist.angular.z, 3)]}
+
+    def command(self) -> list[float | None] | None:
+        """The last command, [m/s, rad/s]."""
+        if "/cmd_vel" not in self._last:
+            return None
+        command = deserialize_message(self._last["/cmd_vel"], Twist)
+        return [_finite(command.linear.x, 3), _finite(command.angular.z, 3)]
+
+    def collisions(self) -> dict[str, Any]:
+        """How many there were, the last one's text, and the places [x m, y m] of those that tell it."""
+        found = (PLACE.search(text) for text in self.hits)
+        places = [[float(match[1]), float(match[2])] for match in found if match]
+        return {"count": self.count["/collision"], "last": self.hits[-1] if self.hits else "", "places": places}
+
+    def walls(self) -> tuple[object, str, list[float]]:
+        """Something that changes with the walls, the name of the room, and x, y (m) of the ends of each wall in turn.
+
+        A world in fast mode, of this kernel, publishes none: its room is taken from it.
+        """
+        world = latest()
+        if world is not None and world.fast and world.context is self.live.context and "/world" in self.nodes("/scan"):
+            room = world.simulation.room
+            return room, room.name, [round(float(value), 2) for value in room.segments.reshape(-1)]
+        if "/walls" not in self._last:
+            return None, "", []
+        message = self._last["/walls"]
+        marker = deserialize_message(message, Marker)
+        return message, marker.ns, [round(value, 2) for point in marker.points for value in (point.x, point.y)]
+
+
+def _pose(odometry: bytes) -> list[float | None] | None:
+    if not odometry:
+        return None
+    pose = deserialize_message(odometry, Odometry).pose.pose
+    turn = pose.orientation
+    heading = math.atan2(2.0 * (turn.w * turn.z + turn.x * turn.y), 1.0 - 2.0 * (turn.y**2 + turn.z**2))
+    return [_finite(pose.position.x, 3), _finite(pose.position.y, 3), _finite(heading, 4)]
+
+
+def _finite(value: float, digits: int) -> float | None:
+    """The value as JSON can say it; None for infinity and what is not a number."""
+    return round(float(value), digits) if math.isfinite(value) else None
+
+
+def _centimetres(value: float, least: float, most: float) -> int:
+    """A range as REP 117 has it: too close reads 0."""
+    if value == math.inf:
+        return NOTHING
+    if value == -math.inf:
+        return 0
+    return round(100.0 * value) if least <= value <= most else NO_MEASUREMENT  # never true for NaN
+
+
+_eyes: list[Eyes] = []
+_users: list[object] = []
+_sharing = threading.Lock()
+
+
+def open_eyes(user: object) -> Eyes:
+    """The eyes of the current session, which all users share; raises LiveError when the session has ended."""
+    with _sharing:
+        live = session()
+        if user not in _users:
+            _users.append(user)
+        if not _eyes or _eyes[0].live is not live:
+            for old in _eyes:
+                old.close()
+            _eyes[:] = [Eyes(live)]
+        return _eyes[0]
+
+
+def eyes_in_use() -> Eyes:
+    """The eyes of the pages that are there; raises LiveError when the session has ended, or no page looks."""
+    live = session()
+    with _sharing:
+        if not _eyes or _eyes[0].live is not live:
+            raise LiveError("nobody looks at the robot: open the robot view again")
+        return _eyes[0]
+
+
+def close_eyes(user: object) -> None:
+    """This user looks no more; after the last one they hear nothing."""
+    with _sharing:
+        if user in _users:
+            _users.remove(user)
+        if not _users:
+            for eyes in _eyes:
+                eyes.close()
+            _eyes.clear()

@@ -1,0 +1,171 @@
+"""The robot view's knobs: the parameters of the nodes that see for the robot and drive it, as they change."""
+
+import copy
+import math
+from typing import Any
+
+from rcl_interfaces.msg import ParameterDescriptor, ParameterEvent, ParameterType, ParameterValue
+from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParametersAtomically
+from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.qos import qos_profile_parameter_events
+from rclpy.subscription import Subscription
+
+from course.errors import LiveError
+from course.lab.kernel.eyes import Eyes, Source, close_eyes, eyes_in_use, open_eyes
+from course.lab.kernel.nodes import answer
+from course.lab.kernel.panels import Panels, Topic
+from course.waiting import wait_until
+
+FOUND = 1.0  # s that a node's services may take to be found
+KINDS = {
+    ParameterType.PARAMETER_BOOL: "bool",
+    ParameterType.PARAMETER_INTEGER: "integer",
+    ParameterType.PARAMETER_DOUBLE: "double",
+    ParameterType.PARAMETER_STRING: "string",
+}
+OF_EVERY_NODE = ("use_sim_time", "start_type_description_service")
+SERVICES = {
+    ListParameters: "list_parameters",
+    DescribeParameters: "describe_parameters",
+    GetParameters: "get_parameters",
+    SetParametersAtomically: "set_parameters_atomically",
+}
+
+
+def add(panels: Panels) -> None:
+    """Offer the knobs."""
+    panels.methods |= {"robot.set": set_parameters}
+    panels.topics |= {"robot.knobs": Topic(KnobsFeed, 0.1)}
+
+
+class KnobsFeed:
+    """A feed of parameters, which follows whoever sets them."""
+
+    def __init__(self) -> None:
+        self._eyes: Eyes | None = None
+        self._events: Subscription | None = None
+        self._known: dict[Source, dict[str, Any]] = {}
+        self._last: Any = None
+
+    def read(self) -> dict[str, Any] | None:
+        """{"nodes": each with its name and its parameters, None when it does not answer}, when anything is new."""
+        eyes = open_eyes(self)
+        if eyes is not self._eyes:
+            self._follow(eyes)
+        eyes.look()
+        wanted = dict.fromkeys([*eyes.publishers["/scan"], *eyes.publishers["/cmd_vel"]])
+        nodes = {name: publisher for publisher in wanted for name in publisher[:1]}
+        for publisher in set(self._known) - set(nodes.values()):
+            del self._known[publisher]
+            eyes.forget(publisher[0])
+        for name, publisher in nodes.items():
+            if publisher not in self._known and (found := _read(eyes, name)) is not None:
+                self._known[publisher] = found
+        told = [
+            {"name": name, "parameters": list(self._known[publisher].values()) if publisher in self._known else None}
+            for name, publisher in nodes.items()
+        ]
+        if told == self._last:
+            return None
+        self._last = copy.deepcopy(told)
+        return {"nodes": told}
+
+    def close(self) -> None:
+        """Follow nobody."""
+        if self._eyes is not None and self._events is not None and self._eyes.live.ok:
+            self._eyes.live.node.destroy_subscription(self._events)
+        close_eyes(self)
+
+    def _follow(self, eyes: Eyes) -> None:
+        self._eyes, self._last = eyes, None
+        self._known.clear()
+        self._events = eyes.live.node.create_subscription(
+            ParameterEvent, "/parameter_events", self._hear, qos_profile_parameter_events
+        )
+
+    def _hear(self, event: ParameterEvent) -> None:
+        for (name, _), parameters in list(self._known.items()):
+            if name == event.node:
+                for changed in [*event.new_parameters, *event.changed_parameters]:
+                    if changed.name in parameters:
+                        parameters[changed.name]["value"] = _said(changed.value)
+                    else:
+                        self._known.pop((name, _), None)  # declared since: read them again
+
+
+def set_parameters(node: str, values: dict[str, Any]) -> None:
+    """Set parameters of a node, all or none; raises LiveError with the node's reason when it refuses."""
+    eyes = eyes_in_use()
+    names = list(values)
+    got = _ask(eyes, node, GetParameters, names=names)
+    if got is None:
+        raise LiveError(f"{node} does not answer: it is busy, blocked, or has ended.")
+    parameters = [
+        Parameter(name, value=_as(value, old)).to_parameter_msg()
+        for (name, value), old in zip(values.items(), got.values, strict=True)
+    ]
+    done = _ask(eyes, node, SetParametersAtomically, parameters=parameters)
+    if done is None:
+        raise LiveError(f"{node} does not answer: it is busy, blocked, or has ended.")
+    if not done.result.successful:
+        raise LiveError(f"{node} refuses: {done.result.reason or 'it gives no reason'}")
+
+
+def _as(value: Any, old: ParameterValue) -> Any:
+    """A value from a page, of the type that the parameter has: a page's numbers are all alike."""
+    match KINDS.get(old.type):
+        case "double":
+            return float(value)
+        case "integer":
+            return int(value)
+        case "bool":
+            return bool(value)
+    return value
+
+
+def _read(eyes: Eyes, node: str) -> dict[str, Any] | None:
+    """The parameters of a node that have one number, truth value or text; None when it does not answer."""
+    listed = _ask(eyes, node, ListParameters)
+    if listed is None:
+        return None
+    names = sorted(set(listed.result.names) - set(OF_EVERY_NODE))
+    described = _ask(eyes, node, DescribeParameters, names=names)
+    got = _ask(eyes, node, GetParameters, names=names)
+    if described is None or got is None:
+        return None
+    return {
+        each.name: _shown(each, value)
+        for each, value in zip(described.descriptors, got.values, strict=False)
+        if value.type in KINDS
+    }
+
+
+def _shown(descriptor: ParameterDescriptor, value: ParameterValue) -> dict[str, Any]:
+    limits = [*descriptor.floating_point_range, *descriptor.integer_range][:1]
+    return {
+        "name": descriptor.name,
+        "kind": KINDS[value.type],
+        "value": _said(value),
+        "from": _finite(limits[0].from_value) if limits else None,
+        "to": _finite(limits[0].to_value) if limits else None,
+        "step": (limits[0].step or None) if limits else None,
+        "fixed": descriptor.read_only,
+        "about": descriptor.description,
+    }
+
+
+def _said(value: ParameterValue) -> Any:
+    """The value as JSON can say it."""
+    found = parameter_value_to_python(value)
+    return _finite(found) if isinstance(found, float) else found
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _ask(eyes: Eyes, node: str, kind: Any, **fields: Any) -> Any:
+    """What a node's parameter service answers; None when it does not."""
+    client = eyes.client(kind, node, SERVICES[kind])
+    wait_until(client.service_is_ready, FOUND, alert=False)
+    return answer(client, kind.Request(**fields))

@@ -1,0 +1,135 @@
+"""The robot view: what it is fed from, and what it can do to a world that runs in real time."""
+
+import math
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
+from std_srvs.srv import Empty
+
+from course.errors import LiveError
+from course.lab.kernel.eyes import Eyes, close_eyes, eyes_in_use, open_eyes
+from course.lab.kernel.nodes import session
+from course.lab.kernel.panels import Panels, Topic
+from course.waiting import wait_until
+from course.world.geometry import Floats
+from course.world.node import World
+from course.world.rooms import ROOMS
+from course.world.simulation import OBSTACLE, Robot, in_the_way
+
+FOUND = 5.0  # s that the world may take to be found
+PERIOD = 0.05  # s between two pictures at least
+
+
+def add(panels: Panels) -> None:
+    """Offer the view's methods and topic."""
+    panels.methods |= {
+        "robot.rooms": rooms,
+        "robot.start": start,
+        "robot.reset": reset,
+        "robot.place": place,
+        "robot.drop": drop,
+    }
+    panels.topics |= {"robot": Topic(RobotFeed, PERIOD)}
+
+
+class RobotFeed:
+    """A feed of what is new of the robot."""
+
+    def __init__(self) -> None:
+        self._eyes: Eyes | None = None
+        self._sent: dict[str, Any] = {}
+        self._walls: object = self
+
+    def read(self) -> dict[str, Any] | None:
+        """Those of `scan`, `robot`, `command`, `collisions`, `room` and `nodes` that are different from before."""
+        eyes = open_eyes(self)
+        if eyes is not self._eyes:
+            self._eyes, self._sent, self._walls = eyes, {}, self
+        eyes.look()
+        news: dict[str, Any] = {}
+        for name, topic, tell in (
+            ("scan", "/scan", eyes.scan),
+            ("robot", "/odom", eyes.robot),
+            ("command", "/cmd_vel", eyes.command),
+            ("collisions", "/collision", eyes.collisions),
+        ):
+            if self._sent.get(name, 0) != eyes.count[topic]:
+                self._sent[name] = eyes.count[topic]
+                news[name] = tell()
+        walls, name, lines = eyes.walls()
+        if walls is not self._walls:
+            self._walls = walls
+            news["room"] = {"name": name, "walls": lines}
+        nodes = {"sees": eyes.nodes("/scan"), "drives": eyes.nodes("/cmd_vel")}
+        if nodes != self._sent.get("nodes"):
+            self._sent["nodes"] = news["nodes"] = nodes
+        return news or None
+
+    def close(self) -> None:
+        """Hear no more of the robot."""
+        close_eyes(self)
+
+
+def rooms() -> dict[str, str]:
+    """The rooms that there are, with a description of each."""
+    return {name: room.description for name, room in ROOMS.items()}
+
+
+def start(room: str) -> None:
+    """Start the node `world` in this room, in real time, as `ros.start(World, ...)` does."""
+    session().start(World, parameters={"room": room})
+
+
+def reset() -> None:
+    """Put the robot back at its start, and take the obstacles away; raises LiveError."""
+    session().call(f"{_world(eyes_in_use())}/reset", Empty)
+
+
+def place(x: float, y: float, heading: float) -> None:
+    """Put the robot at x, y (m) with this heading (rad); raises LiveError where it cannot stand."""
+    eyes = eyes_in_use()
+    if obstacle := in_the_way((x, y), Robot().radius, _segments(eyes)):
+        raise LiveError(f"The robot cannot stand there: {obstacle}.")
+    message = PoseWithCovarianceStamped()
+    message.header.frame_id = "odom"
+    message.pose.pose.position.x, message.pose.pose.position.y = float(x), float(y)
+    message.pose.pose.orientation.z = math.sin(heading / 2.0)
+    message.pose.pose.orientation.w = math.cos(heading / 2.0)
+    _tell(eyes, "initialpose", message)
+
+
+def drop(x: float, y: float) -> None:
+    """Drop an obstacle at x, y (m); raises LiveError where the robot stands."""
+    eyes = eyes_in_use()
+    pose = (eyes.robot() or {}).get("pose")
+    if pose and math.dist((x, y), pose[:2]) <= OBSTACLE + Robot().radius:
+        raise LiveError("No obstacle fits there: the robot stands there.")
+    message = PointStamped()
+    message.header.frame_id = "odom"
+    message.point.x, message.point.y = float(x), float(y)
+    _tell(eyes, "clicked_point", message)
+
+
+def _segments(eyes: Eyes) -> Floats:
+    return np.array(eyes.walls()[2], dtype=float).reshape(-1, 2, 2)
+
+
+def _tell(eyes: Eyes, topic: str, message: Any) -> None:
+    """Publish a message that the world, which must be there, takes as an order."""
+    _world(eyes)
+    publisher = eyes.publisher(topic, type(message))
+    if not wait_until(publisher.get_subscription_count, FOUND, alert=False):
+        raise LiveError(f"No node listens to /{topic}: is the world still running?")
+    publisher.publish(message)
+
+
+def _world(eyes: Eyes) -> str:
+    """The full name of a node that sees for the robot and can be controlled; raises LiveError."""
+    served = {name for name, _ in eyes.live.node.get_service_names_and_types()}
+    for name in eyes.nodes("/scan"):
+        if f"{name}/reset" in served:
+            return name
+    if eyes.nodes("/scan"):
+        raise LiveError("This world cannot be changed: it runs in fast mode, or is not the course's.")
+    raise LiveError("There is no world: start one first.")

@@ -1,0 +1,347 @@
+// The robot view: the room, the robot and what it sees, and the controls of a world that runs in real time.
+
+import { LabIcon } from '@jupyterlab/ui-components';
+import { Message } from '@lumino/messaging';
+import * as React from 'react';
+
+import { Current } from './current';
+import { Link } from './link';
+import { instead, SidePanel, useCurrent, useTopic } from './panel';
+import { Knobs, KnobNode, valueOf } from './robot_knobs';
+import { Stage } from './robot_stage';
+import { doing, RobotState } from './robot_state';
+
+export const robotIcon = new LabIcon({
+  name: 'ros2-course:robot',
+  svgstr:
+    '<svg xmlns="http://www.w3.org/2000/svg" width="16" viewBox="0 0 24 24"><g class="jp-icon3" fill="#616161">' +
+    '<path d="M12 4a8 8 0 1 0 0 16 8 8 0 0 0 0-16zm0 2a6 6 0 1 1 0 12 6 6 0 0 1 0-12z"/>' +
+    '<path d="M17.5 12 9 8.2v7.6z"/></g></svg>'
+});
+
+const SPEEDS = [0.25, 0.5, 1, 2, 4];
+const SCANNERS: [string, number, number][] = [
+  ['360 beams, the first ahead', 360, 0],
+  ['360 beams, the first behind', 360, -Math.PI],
+  ['720 beams, the first behind', 720, -Math.PI],
+  ['90 beams, the first ahead', 90, 0],
+  ['24 beams, the first behind', 24, -Math.PI]
+];
+const FACTS = 250; // ms between two changes of the numbers, which nobody reads faster
+// Of the world's parameters, those that have controls of their own, and those that it reads once.
+const CONTROLLED = ['paused', 'speed', 'room', 'beams', 'angle_min', 'fast', 'rate', 'seed'];
+const SIDES = ['front', 'left', 'right'];
+
+export class RobotPanel extends SidePanel {
+  constructor(current: Current) {
+    super(current, 'ros2-course-robot', 'Robot', robotIcon);
+    this.title.label = 'Robot';
+    this.title.closable = true;
+  }
+
+  protected draw(): JSX.Element {
+    return <Robot current={this.current} />;
+  }
+
+  protected onCloseRequest(message: Message): void {
+    super.onCloseRequest(message);
+    this.dispose();
+  }
+}
+
+function Robot({ current }: { current: Current }): JSX.Element {
+  const { link } = useCurrent(current);
+  const state = React.useRef(new RobotState()).current;
+  const [knobs, setKnobs] = React.useState<KnobNode[]>([]);
+  const [rooms, setRooms] = React.useState<{ [name: string]: string }>({});
+  const [said, setSaid] = React.useState('');
+  const [failed, setFailed] = React.useState('');
+  const [dropping, setDropping] = React.useState(false);
+  useFacts(state);
+  useTopic(link, 'robot', {}, data => state.take(data), () => begin(), setFailed);
+  useTopic(link, 'robot.knobs', {}, data => setKnobs(data.nodes), () => setKnobs([]), setFailed);
+  const up = link?.state === 'up';
+  React.useEffect(() => {
+    if (up) {
+      link!.request('robot.rooms').then(setRooms, () => setRooms({}));
+    }
+  }, [link, up]);
+  const begin = () => {
+    Object.assign(state, new RobotState());
+    setFailed('');
+    setSaid('');
+  };
+  /** Ask the kernel for something, and say how it went. */
+  const ask = async (method: string, params: object, done: string) => {
+    try {
+      await link!.request(method, params);
+      setSaid(done);
+    } catch (error) {
+      setSaid((error as Error).message);
+    }
+  };
+  const message = instead(current, link);
+  React.useEffect(() => {
+    if (message !== null) {
+      begin();
+    }
+  }, [message]);
+  const world = knobs.find(node => valueOf(node, 'paused') !== undefined) ?? null;
+  const sees = state.nodes?.sees ?? [];
+  const drives = state.nodes?.drives ?? [];
+  const paused = world !== null && valueOf(world, 'paused') === true;
+  const speed = world === null ? 1 : Number(valueOf(world, 'speed'));
+  const set = (values: object, done: string) => ask('robot.set', { node: world!.name, values }, done);
+  const pause = () => void (world && set({ paused: !paused }, paused ? 'The world goes on.' : 'Paused.'));
+  const reset = () => void ask('robot.reset', {}, 'The robot is back at its start, and the obstacles are gone.');
+  const drop = (x: number, y: number) => {
+    setDropping(false);
+    void ask('robot.drop', { x, y }, 'An obstacle was dropped.');
+  };
+  const place = (x: number, y: number, heading: number) =>
+    ask('robot.place', { x, y, heading }, `The robot was put at x = ${x.toFixed(2)} m, y = ${y.toFixed(2)} m.`);
+  const faster = (by: number) => {
+    const next = SPEEDS.filter(each => (by > 0 ? each > speed : each < speed));
+    if (world && next.length) {
+      const chosen = by > 0 ? next[0] : next[next.length - 1];
+      void set({ speed: chosen }, `Speed: ${chosen} ×`);
+    }
+  };
+  return (
+    <>
+      <header className="ros-Panel-head">
+        <h2>Robot</h2>
+        {message === null && (
+          <span className="ros-quiet">
+            {state.room.name && `room: ${state.room.name}`}
+            {drives.length > 0 && `${state.room.name ? ', ' : ''}driven by ${drives.join(' and ')}`}
+          </span>
+        )}
+      </header>
+      <div className="ros-Panel-message" role="status">
+        {failed || message}
+      </div>
+      {message === null && !failed && state.nodes && (
+        <>
+          {sees.length === 0 && <NoRobot rooms={rooms} link={link!} drives={drives} />}
+          {(sees.length > 0 || state.scan) && (
+            <>
+              <Stage
+                state={state}
+                controlled={world !== null}
+                dropping={dropping}
+                pause={pause}
+                reset={reset}
+                place={place}
+                drop={drop}
+                faster={faster}
+                cancel={() => setDropping(false)}
+              />
+              <Facts state={state} paused={paused} />
+            </>
+          )}
+          {sees.length > 0 && world && (
+            <Controls world={world} rooms={rooms} room={state.room.name} speed={speed} set={set}>
+              <button aria-pressed={paused} onClick={pause}>
+                Pause
+              </button>
+              <button onClick={reset}>Reset</button>
+              <button aria-pressed={dropping} onClick={() => setDropping(!dropping)}>
+                Drop an obstacle
+              </button>
+            </Controls>
+          )}
+          {sees.length > 0 && !world && (
+            <p className="ros-quiet">
+              {sees.join(' and ')} cannot be paused or changed from here: a world in fast mode runs as its cell says, and
+              a robot of your own as you have written it.
+            </p>
+          )}
+          <div className="ros-Robot-said" role="status">
+            {dropping ? 'Choose the place of the obstacle in the room; Esc drops none.' : said}
+          </div>
+          {[...knobs.filter(node => node !== world), ...(world ? [world] : [])].map(node => (
+            <Knobs key={node.name} node={node} link={link!} without={node === world ? CONTROLLED : []} />
+          ))}
+        </>
+      )}
+    </>
+  );
+}
+
+/** What to do when there is nothing to see. */
+function NoRobot({
+  rooms,
+  link,
+  drives
+}: {
+  rooms: { [name: string]: string };
+  link: Link;
+  drives: string[];
+}): JSX.Element {
+  const [room, setRoom] = React.useState('hall');
+  const [doing, setDoing] = React.useState(false);
+  const [failed, setFailed] = React.useState('');
+  const start = async () => {
+    setDoing(true);
+    setFailed('');
+    try {
+      await link.request('robot.start', { room });
+    } catch (error) {
+      setFailed((error as Error).message);
+    }
+    setDoing(false);
+  };
+  return (
+    <>
+      <p className="ros-Panel-message">
+        No robot can be seen: no node publishes <code>/scan</code>. Run a cell that starts a world, or start one here: the
+        node <code>/world</code>, in real time{drives.length ? ', for what drives now' : ''}.
+      </p>
+      <div className="ros-Robot-controls">
+        <label>
+          Room
+          <select value={room} onChange={event => setRoom(event.target.value)}>
+            {Object.entries(rooms).map(([name, about]) => (
+              <option key={name} value={name}>
+                {name}: {about}
+              </option>
+            ))}
+          </select>
+        </label>
+        <button disabled={doing} onClick={() => void start()}>
+          Start a world
+        </button>
+      </div>
+      <div role="status">{failed}</div>
+    </>
+  );
+}
+
+function Controls({
+  world,
+  rooms,
+  room,
+  speed,
+  set,
+  children
+}: React.PropsWithChildren<{
+  world: KnobNode;
+  rooms: { [name: string]: string };
+  room: string;
+  speed: number;
+  set: (values: object, done: string) => Promise<void>;
+}>): JSX.Element {
+  const [beams, first] = [Number(valueOf(world, 'beams')), Number(valueOf(world, 'angle_min'))];
+  const scanner = SCANNERS.findIndex(each => each[1] === beams && Math.abs(each[2] - first) < 1e-3);
+  const speeds = SPEEDS.includes(speed) ? SPEEDS : [...SPEEDS, speed].sort((one, other) => one - other);
+  return (
+    <div className="ros-Robot-controls" role="group" aria-label="The world">
+      {children}
+      <label>
+        Speed
+        <select
+          value={speed}
+          onChange={event => void set({ speed: Number(event.target.value) }, `Speed: ${event.target.value} ×`)}
+        >
+          {speeds.map(each => (
+            <option key={each} value={each}>
+              {Number(each.toPrecision(3))} ×
+            </option>
+          ))}
+        </select>
+      </label>
+      <label>
+        Room
+        <select value={room} onChange={event => void set({ room: event.target.value }, `Room: ${event.target.value}`)}>
+          {!(room in rooms) && <option value={room}>{room}</option>}
+          {Object.keys(rooms).map(name => (
+            <option key={name} value={name}>
+              {name}
+            </option>
+          ))}
+        </select>
+      </label>
+      <label>
+        Scanner
+        <select
+          value={scanner}
+          onChange={event => {
+            const [name, beams, first] = SCANNERS[Number(event.target.value)];
+            void set({ beams, angle_min: first }, `Scanner: ${name}`);
+          }}
+        >
+          {scanner < 0 && (
+            <option value={-1}>
+              {beams} beams, the first at {Math.round((first * 180) / Math.PI)}°
+            </option>
+          )}
+          {SCANNERS.map(([name], number) => (
+            <option key={name} value={number}>
+              {name}
+            </option>
+          ))}
+        </select>
+      </label>
+    </div>
+  );
+}
+
+/** The numbers, for those who read them. */
+function Facts({ state, paused }: { state: RobotState; paused: boolean }): JSX.Element {
+  const sectors = state.scan?.sectors;
+  const stale = state.scan !== null && !state.fresh(performance.now());
+  return (
+    <dl className="ros-Robot-facts" aria-label="What the robot sees and does">
+      {SIDES.map(side => (
+        <div key={side}>
+          <span className="ros-Robot-swatch" style={{ background: `var(--ros-robot-${side})` }} aria-hidden="true" />
+          <dt>{side}</dt>
+          <dd>{sectors ? (sectors[side] === null ? 'free' : `${sectors[side]!.toFixed(2)} m`) : '–'}</dd>
+        </div>
+      ))}
+      <div>
+        <dt>command</dt>
+        <dd>
+          {state.command && `${said(state.command[0])} m/s, ${said(state.command[1])} rad/s: `}
+          {doing(state.command)}
+        </dd>
+      </div>
+      {state.moves && (
+        <div>
+          <dt>robot</dt>
+          <dd>{paused ? 'paused' : `${said(state.moves[0])} m/s, ${said(state.moves[1])} rad/s`}</dd>
+        </div>
+      )}
+      <div>
+        <dt>collisions</dt>
+        <dd>{state.collisions.count || 'none'}</dd>
+      </div>
+      {stale && (
+        <div>
+          <dt>no scan</dt>
+          <dd>for {Math.round((performance.now() - state.scanAt) / 1000)} s</dd>
+        </div>
+      )}
+    </dl>
+  );
+}
+
+function said(value: number | null): string {
+  return value === null ? 'no number' : value.toFixed(2);
+}
+
+/** Draw the numbers again now and then, when there is something new or the last scan gets old. */
+function useFacts(state: RobotState): void {
+  const [, redraw] = React.useReducer((count: number) => count + 1, 0);
+  React.useEffect(() => {
+    let seen = -1;
+    const timer = window.setInterval(() => {
+      if (state.version !== seen || (state.scan && !state.fresh(performance.now()))) {
+        seen = state.version;
+        redraw();
+      }
+    }, FACTS);
+    return () => window.clearInterval(timer);
+  }, [state]);
+}

@@ -1,0 +1,121 @@
+// What the page knows of the robot: the newest of everything, and a picture of it for each moment.
+
+export type Pose = [number, number, number]; // x (m), y (m), heading (rad)
+
+export interface Scan {
+  first: number; // rad, of the first beam
+  step: number; // rad
+  beams: number; // of the scanner, of which `ranges` may have a part
+  reach: number | null; // m
+  ranges: number[]; // cm; -1 is nothing in reach, -2 no measurement
+  from: Pose | null;
+  sectors: { [name: string]: number | null }; // m; null is free
+}
+
+const TRAIL = 600; // places
+const JUMP = 0.7; // m between two poses: the robot was put there, it has not driven
+const STALE = 1500; // ms without a scan
+
+export class RobotState {
+  collisions: { count: number; last: string; places: [number, number][] } = { count: 0, last: '', places: [] };
+  command: [number | null, number | null] | null = null;
+  moves: [number | null, number | null] | null = null;
+  nodes: { sees: string[]; drives: string[] } | null = null;
+  pose: Pose | null = null;
+  room: { name: string; walls: number[] } = { name: '', walls: [] };
+  scan: Scan | null = null;
+  scanAt = 0; // ms, on the page's clock
+  trail: [number, number][] = [];
+  version = 0; // another one whenever something has come
+
+  /** Take in what is new. */
+  take(data: any): void {
+    const now = performance.now();
+    this.version++;
+    if (data.room) {
+      if (data.room.name !== this.room.name) {
+        this.trail = [];
+      }
+      this.room = data.room;
+    }
+    if (data.robot) {
+      this.moves = data.robot.moves;
+      this._arrive(data.robot.pose, now);
+    }
+    if (data.scan) {
+      this.scan = data.scan;
+      this.scanAt = now;
+    }
+    this.command = data.command ?? this.command;
+    this.collisions = data.collisions ?? this.collisions;
+    this.nodes = data.nodes ?? this.nodes;
+  }
+
+  /** Whether scans come. */
+  fresh(now: number): boolean {
+    return this.scan !== null && now - this.scanAt < STALE;
+  }
+
+  /** Where to draw the robot: on its way between the last two places that are known. */
+  shown(now: number): Pose | null {
+    if (!this.pose || !this._before) {
+      return this.pose;
+    }
+    const share = Math.min(1, (now - this._since) / this._gap);
+    const [from, to] = [this._before, this.pose];
+    return [
+      from[0] + share * (to[0] - from[0]),
+      from[1] + share * (to[1] - from[1]),
+      from[2] + share * wrap(to[2] - from[2])
+    ];
+  }
+
+  /** Whether the picture of this moment is another one than that of the last change. */
+  moving(now: number): boolean {
+    return this._before !== null && now - this._since <= this._gap + 50;
+  }
+
+  private _arrive(pose: Pose | null, now: number): void {
+    if (!pose || pose.includes(null as any)) {
+      return;
+    }
+    const jumped = !this.pose || Math.hypot(pose[0] - this.pose[0], pose[1] - this.pose[1]) > JUMP;
+    this._before = jumped ? null : this.shown(now);
+    this._gap = Math.min(400, Math.max(30, now - this._since));
+    this._since = now;
+    this.pose = pose;
+    const last = this.trail[this.trail.length - 1];
+    if (jumped) {
+      this.trail = [];
+    }
+    if (!last || jumped || Math.hypot(pose[0] - last[0], pose[1] - last[1]) > 0.02) {
+      this.trail.push([pose[0], pose[1]]);
+      this.trail.splice(0, this.trail.length - TRAIL);
+    }
+  }
+
+  private _before: Pose | null = null;
+  private _gap = 100; // ms between the last two places
+  private _since = 0;
+}
+
+export function wrap(angle: number): number {
+  return angle - 2 * Math.PI * Math.round(angle / (2 * Math.PI));
+}
+
+/** What the robot does about a command, in words. */
+export function doing(speeds: [number | null, number | null] | null): string {
+  if (!speeds) {
+    return 'no command yet';
+  }
+  const [linear, angular] = speeds;
+  if (linear === null || angular === null) {
+    return 'not a number: the robot stands';
+  }
+  const turn = angular > 0.02 ? 'left' : angular < -0.02 ? 'right' : '';
+  if (Math.abs(linear) < 0.005) {
+    return turn ? `turning ${turn}` : 'standing';
+  }
+  const way = linear > 0 ? 'forward' : 'backward';
+  return turn ? `${way}, to the ${turn}` : way;
+}

@@ -1,0 +1,122 @@
+"""What a running world lets be changed, by ROS alone: pause, speed, room and scanner, the robot's place, obstacles.
+
+Only a world in real time has them.  In fast mode, where a drive must repeat itself, nobody can change anything.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import TYPE_CHECKING
+
+from geometry_msgs.msg import Point, PointStamped, PoseWithCovarianceStamped
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_srvs.srv import Empty
+from visualization_msgs.msg import Marker
+
+if TYPE_CHECKING:
+    from course.world.laser import Laser
+    from course.world.node import World
+
+LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+SPEEDS = (0.1, 4.0)
+MOST_BEAMS = 3600
+
+
+class Controls:
+    """The controls of a world that runs in real time.
+
+    Parameters, which may be set while it runs: `paused`, `speed` (1 is real time), `room` (the robot starts there
+    anew), and `beams`, `angle_min` (rad) and `noise` (m) of the scanner.  Service `~/reset` (std_srvs/Empty): the robot
+    at its start, without the dropped obstacles.  Topics, which RViz's tools publish: `initialpose`
+    (geometry_msgs/PoseWithCovarianceStamped) puts the robot somewhere else, `clicked_point`
+    (geometry_msgs/PointStamped) drops an obstacle; what is impossible is refused with a warning.  `walls`
+    (visualization_msgs/Marker, a list of lines, kept for subscribers that come later) tells the walls and obstacles.
+    """
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        limits = [FloatingPointRange(from_value=SPEEDS[0], to_value=SPEEDS[1])]
+        self.paused: bool = world.declare_parameter("paused", False).value
+        self.speed: float = world.declare_parameter(
+            "speed", 1.0, ParameterDescriptor(floating_point_range=limits, description="1 is real time")
+        ).value
+        laser = world.laser
+        for name, value in (
+            ("room", world.simulation.room.name),
+            ("beams", laser.beams),
+            ("angle_min", laser.angle_min),
+            ("noise", laser.noise),
+        ):
+            if not world.has_parameter(name):
+                world.declare_parameter(name, value)
+        world.add_on_set_parameters_callback(self._check)
+        world.add_post_set_parameters_callback(self._change)
+        world.create_service(Empty, "~/reset", self._reset)
+        world.create_subscription(PoseWithCovarianceStamped, "initialpose", self._place, 10)
+        world.create_subscription(PointStamped, "clicked_point", self._drop, 10)
+        self._walls = world.create_publisher(Marker, "walls", LATCHED)
+        self.show_walls()
+
+    def show_walls(self) -> None:
+        """Publish the walls and obstacles as they are now."""
+        room = self._world.simulation.room
+        marker = Marker(ns=room.name, type=Marker.LINE_LIST, action=Marker.ADD)
+        marker.header.frame_id = "odom"
+        marker.scale.x, marker.color.a, marker.pose.orientation.w = 0.03, 1.0, 1.0
+        marker.points = [Point(x=float(x), y=float(y)) for x, y in room.segments.reshape(-1, 2)]
+        self._walls.publish(marker)
+
+    def _check(self, parameters: list[Parameter]) -> SetParametersResult:
+        wanted = {parameter.name: parameter.value for parameter in parameters}
+        try:
+            self._scanner(wanted)
+            if "room" in wanted:
+                self._world.check_room(wanted["room"])
+        except (ValueError, OSError) as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _change(self, parameters: list[Parameter]) -> None:
+        wanted = {parameter.name: parameter.value for parameter in parameters}
+        self.paused = wanted.get("paused", self.paused)
+        self.speed = wanted.get("speed", self.speed)
+        if (laser := self._scanner(wanted)) != self._world.laser:
+            self._world.laser = laser
+        if "room" in wanted:
+            self._world.reset(wanted["room"])
+
+    def _scanner(self, wanted: dict[str, object]) -> Laser:
+        """The scanner with these changes; raises ValueError for one that there cannot be."""
+        changes = {name: wanted[name] for name in ("beams", "angle_min", "noise") if name in wanted}
+        laser = dataclasses.replace(self._world.laser, **changes)  # type: ignore[arg-type]
+        if not 1 <= laser.beams <= MOST_BEAMS:
+            raise ValueError(f"beams must be from 1 to {MOST_BEAMS}, not {laser.beams}")
+        if not math.isfinite(laser.angle_min):
+            raise ValueError("angle_min must be a finite angle (rad)")
+        if not 0.0 <= laser.noise < math.inf:
+            raise ValueError("noise must be a distance (m), 0 or more")
+        if "beams" in changes:
+            turn = math.copysign(2.0 * math.pi, laser.angle_increment)
+            laser = dataclasses.replace(laser, angle_increment=turn / laser.beams)
+        return laser
+
+    def _reset(self, _: Empty.Request, response: Empty.Response) -> Empty.Response:
+        self._world.reset()
+        return response
+
+    def _place(self, message: PoseWithCovarianceStamped) -> None:
+        position, turn = message.pose.pose.position, message.pose.pose.orientation
+        heading = 2.0 * math.atan2(turn.z, turn.w)
+        try:
+            self._world.place((position.x, position.y, heading))
+        except ValueError as error:
+            self._world.get_logger().warning(str(error))
+
+    def _drop(self, message: PointStamped) -> None:
+        try:
+            self._world.drop(message.point.x, message.point.y)
+        except ValueError as error:
+            self._world.get_logger().warning(str(error))

@@ -1,0 +1,68 @@
+"""The robot view while a robot drives: pictures a second, what it adds to the kernel's load, what it sends.
+
+Run it with `python tests/benchmarks/robot_view.py`.
+"""
+
+import os
+import statistics
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+SPAN = 10.0  # s of each measurement
+ROUNDS = 3
+TICK = os.sysconf("SC_CLK_TCK")
+
+
+def busy(process: int) -> float:
+    """The processor time (s) that all threads of a process have taken."""
+    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / TICK
+
+
+def frames(page) -> int:
+    return int(page.locator(".ros-Robot-canvas").get_attribute("data-frames") or 0)
+
+
+def test_robot_view(lab, page):
+    from tests.browser.test_robot import DRIVER, begin, open_view, run_cell, start_world
+
+    received = []
+    page.on(
+        "websocket",
+        lambda socket: (
+            socket.on("framereceived", lambda frame: received.append(len(frame)))
+            if "course/lab" in socket.url
+            else None
+        ),
+    )
+    view = begin(page, lab, "measured")
+    start_world(view, "pillars")
+    run_cell(page, 1, f"{DRIVER}\nimport os, pathlib\n_ = pathlib.Path('process').write_text(str(os.getpid()))")
+    view.get_by_label("obstacle_threshold").wait_for()
+    process = int((lab[2] / "measured/process").read_text())
+    loads: dict[str, list[float]] = {"open": [], "closed": []}
+    for _ in range(ROUNDS):
+        page.wait_for_timeout(2000)
+        began, took, drawn = time.monotonic(), busy(process), frames(page)
+        received.clear()
+        page.wait_for_timeout(1000 * SPAN)
+        span = time.monotonic() - began
+        loads["open"].append((busy(process) - took) / span)
+        print(f"\n{(frames(page) - drawn) / span:.0f} pictures a second, {sum(received) / span / 1000:.1f} kB a second")
+        page.get_by_role("tab", name="Robot", exact=True).locator(".lm-TabBar-tabCloseIcon").click()
+        page.wait_for_timeout(2000)
+        began, took = time.monotonic(), busy(process)
+        page.wait_for_timeout(1000 * SPAN)
+        loads["closed"].append((busy(process) - took) / (time.monotonic() - began))
+        open_view(page, "measured")
+    shares = {name: 100.0 * statistics.median(values) for name, values in loads.items()}
+    print(f"kernel with the view: {shares['open']:.1f} % of a core; with the world and its driver alone: "
+          f"{shares['closed']:.1f} %; the view takes {shares['open'] - shares['closed']:.1f} %")  # fmt: skip
+
+
+if __name__ == "__main__":
+    sys.path.insert(0, str(Path(__file__).parents[2]))
+    sys.exit(pytest.main(["-q", "-s", "-p", "tests.browser.conftest", "--timeout=0", __file__]))

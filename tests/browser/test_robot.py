@@ -1,0 +1,136 @@
+"""The robot view in JupyterLab: a world is started, driven, changed by hand and by keys; a cell's drive; the themes."""
+
+import re
+
+import pytest
+from playwright.sync_api import Locator, Page, expect
+
+from tests.browser.conftest import WAIT
+from tests.browser.pages import barriers, cell, open_page, set_theme, write_greeter
+
+expect.set_options(timeout=WAIT)
+
+DRIVER = """from course.nodes.ai_robot_controller import AIRobotController
+ros.start(AIRobotController)"""
+BUSY = "import pathlib\nwhile not pathlib.Path('end').exists(): pass"
+PUT = r"The robot was put at x = (\d\.\d\d) m, y = (\d\.\d\d) m\."
+FAST = """from course.world.node import World
+world = ros.start(World, parameters={'room': 'pillars', 'fast': True})
+ros.start(AIRobotController, parameters={'use_sim_time': True})
+print(world.node.drive(600.0, wall_limit=5.0).room)"""
+
+
+def run_cell(page: Page, number: int, source: str) -> None:
+    cell(page, number).locator(".cm-content").click()
+    page.keyboard.press("Control+A")
+    page.keyboard.insert_text(source)
+    page.keyboard.press("Shift+Enter")
+
+
+def open_view(page: Page, name: str) -> Locator:
+    """Open the robot view by the launcher, and look at the notebook again."""
+    page.get_by_title("New Launcher", exact=True).first.click()
+    page.locator(".jp-LauncherCard:visible").get_by_text("Robot", exact=True).click()
+    page.get_by_role("tab", name=f"{name}.ipynb").click()
+    return page.get_by_role("tabpanel", name="Robot", exact=True)
+
+
+def begin(page: Page, lab, name: str) -> Locator:
+    """A notebook with a live session, and the robot view beside it."""
+    write_greeter(lab[2] / name)
+    open_page(page, lab, f"{name}/{name}.ipynb")
+    view = open_view(page, name)
+    expect(view).to_contain_text("Run the notebook’s first cell: ros = course.live()")
+    run_cell(page, 0, "import course\nros = course.live()")
+    expect(view).to_contain_text("No robot can be seen")
+    return view
+
+
+def start_world(view: Locator, room: str) -> Locator:
+    """Start a world by the view; its canvas is returned when the robot is there."""
+    view.get_by_label("Room").select_option(room)
+    view.get_by_role("button", name="Start a world").click()
+    expect(view).to_contain_text(f"room: {room}")
+    expect(view.get_by_role("button", name="Pause")).to_be_visible()
+    return view.locator("canvas")
+
+
+def frames(canvas: Locator) -> int:
+    return int(canvas.get_attribute("data-frames") or 0)
+
+
+def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_runs(lab, page):
+    view = begin(page, lab, "driven")
+    canvas = start_world(view, "hall")
+    run_cell(page, 1, DRIVER)
+    expect(view).to_contain_text("driven by /ai_robot_controller")
+    run_cell(page, 2, BUSY)
+    page.locator('.jp-Notebook-ExecutionIndicator[data-status="busy"]').wait_for(state="attached")
+    before = frames(canvas)
+    expect(view.locator(".ros-Robot-facts")).to_contain_text("0.30 m/s")
+    page.wait_for_function(f"() => document.querySelector('.ros-Robot-canvas').dataset.frames > {before + 20}")
+
+    canvas.focus()
+    page.keyboard.press("Space")
+    expect(view.get_by_role("button", name="Pause")).to_have_attribute("aria-pressed", "true")
+    page.keyboard.press("r")
+    expect(view).to_contain_text("back at its start")
+    page.keyboard.press("ArrowRight")
+    expect(view).to_contain_text(re.compile(PUT))
+    put = re.search(PUT, view.inner_text())
+    page.keyboard.press("o")
+    expect(view).to_contain_text("An obstacle was dropped.")
+    page.keyboard.press("+")
+    expect(view.get_by_label("Speed")).to_have_value("2")
+    # The hall is 8 m by 6 m, in the middle of the canvas.
+    box = canvas.bounding_box()
+    scale = min((box["width"] - 28) / 8.0, (box["height"] - 28) / 6.0)
+    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(middle[0] + (float(put[1]) - 4.0) * scale, middle[1] - (float(put[2]) - 3.0) * scale)
+    page.mouse.down()
+    page.mouse.move(*middle, steps=5)
+    page.mouse.up()
+    expect(view).to_contain_text(re.compile(r"put at x = (3\.9\d|4\.0\d) m, y = (2\.9\d|3\.0\d) m"))
+    view.get_by_role("button", name="Drop an obstacle").click()
+    page.mouse.click(*middle)
+    expect(view).to_contain_text("No obstacle fits there: the robot stands there.")
+
+    slider = view.get_by_label("obstacle_threshold")
+    shown = slider.input_value()
+    slider.focus()
+    page.keyboard.press("ArrowRight")
+    expect(slider).not_to_have_value(shown)
+    (lab[2] / "driven/end").touch()
+    page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for(state="attached")
+    run_cell(page, 1, "!ros2 param set /ai_robot_controller obstacle_threshold 2.0\n!ros2 param set /world room office")
+    expect(slider).to_have_attribute("aria-valuetext", "2")
+    expect(view.get_by_label("Room")).to_have_value("office")
+    view.get_by_label("Scanner").select_option("24 beams, the first behind")
+    run_cell(page, 2, "!ros2 param get /world beams")
+    page.locator(".jp-OutputArea-output pre").get_by_text("Integer value is: 24").wait_for()
+
+    run_cell(page, 2, f"ros.stop('world')\n{DRIVER.splitlines()[0]}\n{FAST}")
+    expect(view).to_contain_text("room: pillars")
+    expect(view).to_contain_text("a world in fast mode runs as its cell says")
+    page.locator(".jp-OutputArea-output pre").get_by_text("pillars").wait_for()
+
+    run_cell(page, 2, "import os, signal\nos.kill(os.getpid(), signal.SIGKILL)")
+    expect(view).to_contain_text("The kernel has ended, and all of its nodes with it")
+    page.get_by_role("dialog").get_by_role("button", name="Ok").click()
+    page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for(state="attached")
+    run_cell(page, 0, "import course\nros = course.live()")
+    start_world(view, "office")
+
+
+@pytest.mark.parametrize("theme", ["Light", "Dark"])
+def test_everybody_can_use_it(lab, page, theme):
+    view = begin(page, lab, f"robot-{theme.lower()}")
+    set_theme(page, theme)
+    assert barriers(page, ".ros-Panel") == []
+    start_world(view, "office")
+    run_cell(page, 1, DRIVER)
+    expect(view.get_by_label("obstacle_threshold")).to_be_visible()
+    assert barriers(page, ".ros-Panel") == []
+    page.set_viewport_size({"width": 390, "height": 800})
+    page.wait_for_function("() => document.querySelector('.ros-Panel').getBoundingClientRect().right <= 390")
+    assert view.evaluate("view => view.scrollWidth <= view.clientWidth")

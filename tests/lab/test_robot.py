@@ -1,0 +1,176 @@
+"""The robot view, from the kernel's side: what it is shown of a drive, its controls, the parameters that it follows."""
+
+import math
+from pathlib import Path
+
+import pytest
+
+from course.lab.protocol import socket_path
+from course.world import ROOMS
+from tests.kernels import Kernel
+from tests.lab.client import Client
+
+DRIVER = """import rclpy
+from geometry_msgs.msg import Twist
+from rclpy.node import Node
+
+
+class Driver(Node):
+    def __init__(self):
+        super().__init__('my_driver')
+        self.declare_parameter('turn', 0.5)
+        self.declare_parameter('label', 'mine')
+        self.pub = self.create_publisher(Twist, 'cmd_vel', 10)
+        self.create_timer(0.05, self.go)
+
+    def go(self):
+        command = Twist()
+        command.angular.z = self.get_parameter('turn').value
+        self.pub.publish(command)
+
+
+rclpy.init()
+rclpy.spin(Driver())
+"""
+
+
+@pytest.fixture(scope="module")
+def kernel(tmp_path_factory):
+    kernel = Kernel(tmp_path_factory.mktemp("robot"))
+    (kernel.folder / "driver.py").write_text(DRIVER)
+    kernel.run("import course\nros = course.live()\nfrom course.world.node import World")
+    yield kernel
+    kernel.stop()
+
+
+@pytest.fixture
+def page(kernel):
+    kernel.run("ros.stop()")
+    client = Client(socket_path(Path(kernel.manager.connection_file).stem.removeprefix("kernel-")))
+    yield client
+    client.close()
+
+
+def shown_until(page: Client, condition) -> dict:
+    """What a page knows when it has been told enough."""
+    known: dict = {}
+    while not condition(known):
+        known |= page.event()["data"]
+    return known
+
+
+def knob(known: dict, node: str, name: str) -> dict | None:
+    """A parameter, as the page knows it."""
+    for each in known.get("nodes", []):
+        for parameter in each["parameters"] or []:
+            if (each["name"], parameter["name"]) == (node, name):
+                return parameter
+    return None
+
+
+def test_a_world_that_the_view_starts_is_a_node_of_the_session_and_is_controlled(kernel, page):
+    page.subscribe("robot")
+    assert page.event()["data"] == {"nodes": {"sees": [], "drives": []}, "room": {"name": "", "walls": []}}
+    assert list(page.ask("robot.rooms")["result"]) == list(ROOMS)
+    assert page.ask("robot.start", room="office")["result"] is None
+    assert kernel.run("print(ros.nodes())") == "['/world']"
+    known = shown_until(page, lambda known: (known.get("scan") or {}).get("from") and known["room"]["name"])
+    assert known["room"]["name"] == "office"
+    assert len(known["room"]["walls"]) == 4 * len(ROOMS["office"].segments)
+    assert known["nodes"] == {"sees": ["/world"], "drives": []}
+    assert known["robot"]["pose"] == pytest.approx(ROOMS["office"].start, abs=0.01)
+    scan = known["scan"]
+    assert (len(scan["ranges"]), scan["beams"], set(scan["sectors"])) == (360, 360, {"front", "left", "right"})
+    assert scan["from"] == known["robot"]["pose"]
+
+    assert page.ask("robot.place", x=3.0, y=3.0, heading=math.pi / 2)["result"] is None
+    shown_until(page, lambda known: known.get("robot", {}).get("pose") == [3.0, 3.0, 1.5708])
+    assert page.ask("robot.drop", x=3.0, y=4.0)["result"] is None
+    known = shown_until(page, lambda known: known.get("room"))
+    assert len(known["room"]["walls"]) == 4 * (len(ROOMS["office"].segments) + 16)
+    assert "would touch an obstacle" in page.ask("robot.place", x=3.0, y=4.0, heading=0.0)["error"]
+    assert "outside the room" in page.ask("robot.place", x=30.0, y=4.0, heading=0.0)["error"]
+    assert "the robot stands there" in page.ask("robot.drop", x=3.0, y=3.1)["error"]
+    assert page.ask("robot.reset")["result"] is None
+    known = shown_until(page, lambda known: known.get("room"))
+    assert len(known["room"]["walls"]) == 4 * len(ROOMS["office"].segments)
+
+
+def test_parameters_are_set_and_followed_whoever_sets_them(kernel, page):
+    page.subscribe("robot.knobs")
+    kernel.run("ros.start(World)\nros.start('driver.py')")
+    known = shown_until(page, lambda known: knob(known, "/my_driver", "turn") and knob(known, "/world", "paused"))
+    assert knob(known, "/world", "speed")["to"] == 4.0
+    assert knob(known, "/my_driver", "turn")["value"] == 0.5
+    assert knob(known, "/my_driver", "label")["kind"] == "string"
+    assert page.ask("robot.set", node="/my_driver", values={"turn": 1})["result"] is None  # an integer, in JavaScript
+    shown_until(page, lambda known: (knob(known, "/my_driver", "turn") or {}).get("value") == 1.0)
+    kernel.run("!ros2 param set /my_driver turn 0.25")
+    shown_until(page, lambda known: (knob(known, "/my_driver", "turn") or {}).get("value") == 0.25)
+    assert page.ask("robot.set", node="/world", values={"paused": True, "beams": 90})["result"] is None
+    known = shown_until(page, lambda known: (knob(known, "/world", "paused") or {}).get("value") is True)
+    assert knob(known, "/world", "beams")["value"] == 90
+    refused = page.ask("robot.set", node="/world", values={"room": "nowhere"})["error"]
+    assert refused.startswith("/world refuses: there is no room 'nowhere'")
+    kernel.run("ros.restart('driver.py')")
+    shown_until(page, lambda known: (knob(known, "/my_driver", "turn") or {}).get("value") == 0.5)
+
+
+def test_a_drive_in_a_cell_is_seen_and_cannot_be_changed(kernel, page):
+    page.subscribe("robot")
+    kernel.run(
+        "from course.nodes.ai_robot_controller import AIRobotController\n"
+        "world = ros.start(World, parameters={'room': 'pillars', 'fast': True})\n"
+        "ros.start(AIRobotController, parameters={'use_sim_time': True})\n"
+        "driven = world.node.drive(15.0, answer_within=30.0)"
+    )
+    known = shown_until(
+        page,
+        lambda known: (
+            known.get("robot") and known["room"]["name"] == "pillars" and known.get("nodes", {}).get("drives")
+        ),
+    )
+    assert known["nodes"] == {"sees": ["/world"], "drives": ["/ai_robot_controller"]}
+    assert "fast mode" in page.ask("robot.place", x=3.0, y=3.0, heading=0.0)["error"]
+    assert kernel.run("print(driven.missed, len(driven.collisions))") == "0 0"
+
+
+def test_only_what_a_node_publishes_is_listened_to(kernel, page):
+    """A public check waits for a subscriber of its own publisher: the view must not be taken for one."""
+    kernel.run("from sensor_msgs.msg import LaserScan\nbench = ros.node.create_publisher(LaserScan, 'scan', 10)")
+    page.subscribe("robot")
+    page.event()
+    kernel.run("ros.start(World)")
+    shown_until(page, lambda known: known.get("scan"))
+    assert kernel.run("print(bench.get_subscription_count())") == "1"
+    kernel.run("ros.stop('world')")
+    shown_until(page, lambda known: known.get("nodes") == {"sees": [], "drives": []})
+    assert kernel.run("print(ros.until(lambda: bench.get_subscription_count() == 0))") == "True"
+    kernel.run("ros.node.destroy_publisher(bench)")
+
+
+def test_a_second_page_shares_what_is_heard_and_the_last_one_ends_it(kernel, page):
+    kernel.run("world = ros.start(World)")
+    second = Client(socket_path(Path(kernel.manager.connection_file).stem.removeprefix("kernel-")))
+    for each in (page, second):
+        each.subscribe("robot")
+        shown_until(each, lambda known: known.get("scan"))
+    count = "print(world.node._scan_pub.get_subscription_count())"
+    assert kernel.run(count) == "1"
+    second.close()
+    shown_until(page, lambda known: known.get("scan"))
+    page.close()
+    assert kernel.run(f"ros.until(lambda: not world.node._scan_pub.get_subscription_count(), 30)\n{count}") == "0"
+
+
+def test_a_session_that_ends_is_told_and_a_new_one_is_seen(kernel, page):
+    kernel.run("ros.start(World)")
+    number = page.subscribe("robot")
+    shown_until(page, lambda known: known.get("scan"))
+    kernel.run("ros.close()")
+    while "error" not in (event := page.event()):
+        pass
+    assert event["id"] == number and "ros = course.live()" in event["error"]
+    kernel.run("ros = course.live()\nros.start(World)")
+    page.subscribe("robot")
+    shown_until(page, lambda known: known.get("scan"))
