@@ -2,11 +2,12 @@
 
 import re
 
+import nbformat
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from tests.browser.conftest import WAIT
-from tests.browser.pages import barriers, cell, open_page, set_theme, write_greeter
+from tests.browser.pages import barriers, cell, open_page, set_theme
 
 expect.set_options(timeout=WAIT)
 
@@ -37,7 +38,10 @@ def open_view(page: Page, name: str) -> Locator:
 
 def begin(page: Page, lab, name: str) -> Locator:
     """A notebook with a live session, and the robot view beside it."""
-    write_greeter(lab[2] / name)
+    (lab[2] / name).mkdir()
+    kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
+    cells = [nbformat.v4.new_code_cell() for _ in range(3)]
+    nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=kernel), lab[2] / name / f"{name}.ipynb")
     open_page(page, lab, f"{name}/{name}.ipynb")
     view = open_view(page, name)
     expect(view).to_contain_text("Run the notebook’s first cell: ros = course.live()")
