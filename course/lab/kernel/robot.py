@@ -17,7 +17,8 @@ from course.world.node import World
 from course.world.rooms import ROOMS
 from course.world.simulation import OBSTACLE, Robot, in_the_way
 
-FOUND = 5.0  # s that the world may take to be found
+FOUND = 5.0  # s that the world may take to be found, and to do what it is told
+NEAR = 0.3  # m from where the robot was put, since it may drive on
 PERIOD = 0.05  # s between two pictures at least
 
 
@@ -98,6 +99,13 @@ def place(x: float, y: float, heading: float) -> None:
     message.pose.pose.orientation.w = math.cos(heading / 2.0)
     _tell(eyes, "initialpose", message)
 
+    def there() -> bool:
+        pose = (eyes.robot() or {}).get("pose")
+        return pose is not None and math.dist((x, y), pose[:2]) < NEAR
+
+    if not wait_until(there, FOUND, alert=False):
+        raise LiveError("The world did not put the robot there: its log says why.")
+
 
 def drop(x: float, y: float) -> None:
     """Drop an obstacle at x, y (m); raises LiveError where the robot stands."""
@@ -108,7 +116,10 @@ def drop(x: float, y: float) -> None:
     message = PointStamped()
     message.header.frame_id = "odom"
     message.point.x, message.point.y = float(x), float(y)
+    before = eyes.walls()[0]
     _tell(eyes, "clicked_point", message)
+    if not wait_until(lambda: eyes.walls()[0] is not before, FOUND, alert=False):
+        raise LiveError("The world dropped no obstacle: its log says why.")
 
 
 def _segments(eyes: Eyes) -> Floats:
