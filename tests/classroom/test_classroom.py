@@ -66,7 +66,10 @@ os.makedirs("/srv/exchange/ros2/inbound/bob+calculator+never+x")
     assert sorted(path.name for path in (room.grading / "submitted").iterdir()) == ["ada", "bob"]
     assert not [path for path in (room.grading / "submitted").rglob("*") if path.is_symlink() or path.is_fifo()]
     for command in ("autograde calculator", "generate_feedback calculator", "release_feedback calculator"):
-        said = grading.run(f"import subprocess; print(subprocess.run('nbgrader {command}'.split()).returncode)").text
+        said = grading.run(
+            f"import subprocess; done = subprocess.run('nbgrader {command}'.split(), capture_output=True, text=True)\n"
+            "print(done.stderr, done.returncode, sep='\\n')"
+        ).text
         assert said.splitlines()[-1] == "0", said
     with Gradebook(f"sqlite:///{room.grading / 'gradebook.db'}") as book:
         scores = {each.student.id: each.score for each in book.assignment_submissions("calculator")}

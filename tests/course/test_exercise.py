@@ -70,7 +70,7 @@ print(future.result().b)
 
 def test_a_terminal_ends_a_program_that_runs_on_with_ctrl_c(kernel):
     (kernel.folder / "on.py").write_text(
-        "import time\nprint('begun')\ntry:\n    time.sleep(60)\nexcept KeyboardInterrupt:\n    open('ended', 'w')\n"
+        "import time\ntry:\n    print('begun')\n    time.sleep(60)\nexcept KeyboardInterrupt:\n    open('ended', 'w')\n"
     )
     kernel.run("from course.notebook.terminal import terminal")
     assert kernel.run("terminal('python on.py', until='begun')") == "$ python on.py\nbegun\n^C"

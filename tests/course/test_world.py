@@ -384,7 +384,12 @@ def test_at_real_time_ros_controls_it(context):
 
     node, user = world(context, "hall", rate=50.0), Node("user", context=context)
     walls, scans = [], []
-    user.create_subscription(Marker, "walls", walls.append, LATCHED)
+
+    def see(marker):  # of this world: those of tests before may still be in the domain
+        if marker.ns in ("hall", "office"):
+            walls.append(marker)
+
+    user.create_subscription(Marker, "walls", see, LATCHED)
     user.create_subscription(LaserScan, "scan", scans.append, 10)
     place = user.create_publisher(PoseWithCovarianceStamped, "initialpose", 10)
     drop = user.create_publisher(PointStamped, "clicked_point", 10)
