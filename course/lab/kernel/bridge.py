@@ -51,12 +51,14 @@ class Bridge:
 
     def _run(self) -> None:
         asyncio.set_event_loop(self._loop)
-        self._loop.run_until_complete(asyncio.start_unix_server(self._page, sock=self._socket, limit=protocol.LINE))
+        serving = asyncio.start_unix_server(self._page, sock=self._socket, limit=protocol.LINE)
+        self._serving = self._loop.create_task(serving)  # a session may be closed before that is done
         self._loop.run_forever()
         for task in asyncio.all_tasks(self._loop):
             task.cancel()
         self._loop.run_until_complete(asyncio.sleep(0))
         self._loop.close()
+        self._socket.close()
 
     async def _page(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         if self._panels is None:
