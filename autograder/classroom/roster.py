@@ -1,11 +1,10 @@
 """Who is in the class: the roster, a CSV file with the columns `student` and, for instructors, `role`."""
 
-import csv
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from autograder.collecting.origins import table
 from autograder.errors import UsageError
 
 INSTRUCTOR = "instructor"
@@ -25,7 +24,7 @@ class Member:
 def read(path: Path, instructors: list[str]) -> list[Member]:
     """The members that a roster names, and `instructors`, who need not be in it; raises UsageError."""
     members = {}
-    for number, line in _lines(path):
+    for number, line in table(path):
         name, role = (line.get("student") or "").strip(), (line.get("role") or "").strip().lower()
         why = wrong(name)
         if why:
@@ -53,17 +52,3 @@ def wrong(name: str) -> str:
     if len(name) > LONGEST:
         return f"{name!r} is longer than {LONGEST} letters"
     return ""
-
-
-def _lines(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.DictReader(file)
-            if "student" not in (reader.fieldnames or ()):
-                raise UsageError(f"{path} has no column 'student' in its first line")
-            for line in reader:
-                yield reader.line_num, line
-    except OSError as error:
-        raise UsageError(f"{path} cannot be read: {error.strerror}") from None
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise UsageError(f"{path} is not a CSV file in UTF-8: {error}") from None

@@ -108,26 +108,32 @@ def read_rosters(paths: Iterable[Path]) -> Roster:
 def _lines(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
     """Each student of a roster, and what is in the line beside; raises UsageError."""
     seen = set()
+    for number, line in table(path):
+        student = (line.get("student") or "").strip()
+        if not ID.fullmatch(student) or student.startswith("."):
+            raise UsageError(f"{path}, line {number}: {student!r} cannot be the name of a folder")
+        if student in seen:
+            raise UsageError(f"{path}, line {number}: {student!r} is there twice")
+        seen.add(student)
+        yield (
+            student,
+            {
+                key: value.strip()
+                for key, value in line.items()
+                if key and key != "student" and isinstance(value, str) and value.strip()
+            },
+        )
+
+
+def table(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
+    """Each line of a roster with its number; raises UsageError for what is no table with the column `student`."""
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             reader = csv.DictReader(file)
             if "student" not in (reader.fieldnames or ()):
                 raise UsageError(f"{path} has no column 'student' in its first line")
             for line in reader:
-                student = (line.get("student") or "").strip()
-                if not ID.fullmatch(student) or student.startswith("."):
-                    raise UsageError(f"{path}, line {reader.line_num}: {student!r} cannot be the name of a folder")
-                if student in seen:
-                    raise UsageError(f"{path}, line {reader.line_num}: {student!r} is there twice")
-                seen.add(student)
-                yield (
-                    student,
-                    {
-                        key: value.strip()
-                        for key, value in line.items()
-                        if key and key != "student" and isinstance(value, str) and value.strip()
-                    },
-                )
+                yield reader.line_num, line
     except OSError as error:
         raise UsageError(f"{path} cannot be read: {error.strerror}") from None
     except (UnicodeDecodeError, csv.Error) as error:

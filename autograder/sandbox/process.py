@@ -124,9 +124,14 @@ def processes(root: int) -> dict[int, int]:
 
 
 def children(pid: int) -> list[int]:
-    """The processes that process `pid` has started, and those that were left to it; raises OSError."""
-    tasks = os.listdir(f"/proc/{pid}/task")
-    return [int(child) for task in tasks for child in Path(f"/proc/{pid}/task/{task}/children").read_text().split()]
+    """The processes that process `pid` has started, and those that were left to it; raises OSError when it is gone."""
+    found: list[int] = []
+    for task in os.listdir(f"/proc/{pid}/task"):
+        with contextlib.suppress(
+            OSError
+        ):  # this thread has ended meanwhile: the others' children are seen all the same
+            found += map(int, Path(f"/proc/{pid}/task/{task}/children").read_text().split())
+    return found
 
 
 def takes_more(pids: Iterable[int], most: int) -> bool:

@@ -89,7 +89,7 @@ class Controls:
             self._world.reset(wanted["room"])
 
     def _scanner(self, wanted: dict[str, object]) -> Laser:
-        """The scanner with these changes; raises ValueError for one that there cannot be."""
+        """The scanner with these changes; raises ValueError for an impossible one."""
         changes = {name: wanted[name] for name in ("beams", "angle_min", "noise") if name in wanted}
         laser = dataclasses.replace(self._world.laser, **changes)  # type: ignore[arg-type]
         if not 1 <= laser.beams <= MOST_BEAMS:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from course.lab import protocol
+from tests.kernels import Kernel
 
 WAIT = 60.0  # s for whatever must come, on a busy machine
 
@@ -67,3 +68,13 @@ class Client:
     def close(self) -> None:
         self._lines.close()
         self._socket.close()
+
+
+def socket_of(kernel: Kernel) -> Path:
+    """Where a kernel listens to pages."""
+    return protocol.socket_path(Path(kernel.manager.connection_file).stem.removeprefix("kernel-"))
+
+
+def page_of(kernel: Kernel) -> Client:
+    """A page that is connected to a kernel."""
+    return Client(socket_of(kernel))

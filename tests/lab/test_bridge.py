@@ -10,10 +10,9 @@ from jupyter_core.paths import jupyter_runtime_dir
 from course.errors import CallTimeout
 from course.lab.kernel.bridge import AHEAD, Bridge
 from course.lab.kernel.panels import Backlog, Changes, Panels, Topic
-from course.lab.protocol import socket_path
 from course.waiting import wait_until
 from tests.kernels import Kernel
-from tests.lab.client import WAIT, Client
+from tests.lab.client import WAIT, Client, socket_of
 
 
 def fail():
@@ -128,16 +127,12 @@ def kernel(tmp_path):
     kernel.stop()
 
 
-def listening(kernel: Kernel) -> Path:
-    return socket_path(Path(kernel.manager.connection_file).stem.removeprefix("kernel-"))
-
-
 def test_a_kernel_listens_from_its_first_live_on_and_prints_nothing(kernel):
     kernel.run("import course")
-    assert not listening(kernel).exists()
+    assert not socket_of(kernel).exists()
     assert kernel.run("ros = course.live()") == ""
-    assert listening(kernel).parent == Path(jupyter_runtime_dir())
-    page = Client(listening(kernel))
+    assert socket_of(kernel).parent == Path(jupyter_runtime_dir())
+    page = Client(socket_of(kernel))
     assert "no method" in page.ask("unheard_of")["error"]
     assert kernel.run("ros = course.live()") == ""
     assert "no method" in page.ask("unheard_of")["error"]
@@ -153,7 +148,7 @@ def test_a_kernel_answers_while_a_cell_runs_and_costs_nothing_before(kernel, tmp
     )
     cell.start()
     assert wait_until((tmp_path / "began").exists, WAIT)
-    page = Client(listening(kernel))
+    page = Client(socket_of(kernel))
     assert "no method" in page.ask("unheard_of")["error"]
     assert cell.is_alive()
     (tmp_path / "end").touch()
@@ -163,12 +158,12 @@ def test_a_kernel_answers_while_a_cell_runs_and_costs_nothing_before(kernel, tmp
 
 def test_a_restarted_kernel_is_found_at_the_same_place(kernel):
     kernel.run("import course; ros = course.live()")
-    page = Client(listening(kernel))
+    page = Client(socket_of(kernel))
     assert "no method" in page.ask("unheard_of")["error"]
     kernel.manager.restart_kernel(now=True)  # killed: it leaves its socket behind
     assert page.ended()
     kernel.client.wait_for_ready(timeout=WAIT)
     kernel.run("import course; ros = course.live()")
-    page = Client(listening(kernel))
+    page = Client(socket_of(kernel))
     assert "no method" in page.ask("unheard_of")["error"]
     page.close()

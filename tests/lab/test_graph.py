@@ -1,13 +1,10 @@
 """The graph, from the kernel's side: who is there and what passes between them, as they come and go."""
 
-from pathlib import Path
-
 import pytest
 
-from course.lab.protocol import socket_path
 from tests.browser.pages import SERVER
 from tests.kernels import Kernel
-from tests.lab.client import Client
+from tests.lab.client import Client, page_of
 
 CROWD = """import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -35,7 +32,7 @@ def kernel(tmp_path_factory):
 
 @pytest.fixture
 def page(kernel):
-    client = Client(socket_path(Path(kernel.manager.connection_file).stem.removeprefix("kernel-")))
+    client = page_of(kernel)
     yield client
     client.close()
 

@@ -1,14 +1,11 @@
 """The inspector, from the kernel's side: forms made from types, calls, goals, messages, parameters; their programs."""
 
-from pathlib import Path
-
 import pytest
 
 from course.errors import LiveError
 from course.lab.kernel import forms, programs
-from course.lab.protocol import socket_path
 from tests.kernels import Kernel
-from tests.lab.client import Client
+from tests.lab.client import Client, page_of
 
 SERVERS = """import time
 import rclpy
@@ -77,7 +74,7 @@ def kernel(tmp_path_factory):
 
 @pytest.fixture
 def page(kernel):
-    client = Client(socket_path(Path(kernel.manager.connection_file).stem.removeprefix("kernel-")))
+    client = page_of(kernel)
     yield client
     client.close()
 

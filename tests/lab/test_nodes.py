@@ -1,18 +1,16 @@
 """The panel of nodes, from the kernel's side: states, what a node offers, its log in a flood, restart and stop."""
 
 import re
-from pathlib import Path
 
 import pytest
 from rcl_interfaces.msg import Log
 from rclpy.serialization import serialize_message
 
-from course.lab.protocol import socket_path
 from course.session.logs import entry_of, node_of
 from course.waiting import wait_until
 from tests.browser.pages import SERVER
 from tests.kernels import Kernel
-from tests.lab.client import WAIT, Client
+from tests.lab.client import WAIT, Client, page_of
 
 FLOOD = """import rclpy
 from rclpy.node import Node
@@ -43,7 +41,7 @@ def kernel(tmp_path_factory):
 @pytest.fixture
 def page(kernel):
     kernel.run("ros.stop()")
-    client = Client(socket_path(Path(kernel.manager.connection_file).stem.removeprefix("kernel-")))
+    client = page_of(kernel)
     yield client
     client.close()
 

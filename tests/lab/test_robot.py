@@ -1,14 +1,12 @@
 """The robot view, from the kernel's side: what it is shown of a drive, its controls, the parameters that it follows."""
 
 import math
-from pathlib import Path
 
 import pytest
 
-from course.lab.protocol import socket_path
 from course.world import ROOMS
 from tests.kernels import Kernel
-from tests.lab.client import Client
+from tests.lab.client import Client, page_of
 
 DRIVER = """import rclpy
 from geometry_msgs.msg import Twist
@@ -46,7 +44,7 @@ def kernel(tmp_path_factory):
 @pytest.fixture
 def page(kernel):
     kernel.run("ros.stop()")
-    client = Client(socket_path(Path(kernel.manager.connection_file).stem.removeprefix("kernel-")))
+    client = page_of(kernel)
     yield client
     client.close()
 
@@ -148,7 +146,7 @@ def test_only_what_a_node_publishes_is_listened_to(kernel, page):
 
 def test_a_second_page_shares_what_is_heard_and_the_last_one_ends_it(kernel, page):
     kernel.run("world = ros.start(World)")
-    second = Client(socket_path(Path(kernel.manager.connection_file).stem.removeprefix("kernel-")))
+    second = page_of(kernel)
     for each in (page, second):
         each.subscribe("robot")
         shown_until(each, lambda known: known.get("scan"))
