@@ -290,7 +290,7 @@ class Session:
         """Of programs what they wrote on their terminal, where it is in order; of the others what is on /rosout."""
         wanted = name and name.lstrip("/")
         programs = [handle for handle in self._handles.values() if isinstance(handle, NodeProcess)]
-        printed = {base(node) for program in programs for node in program.nodes if program.output}
+        printed = {node for program in programs for node in program.names if program.output}
         entries = [entry for entry in self._book.read() if entry.node not in printed and wanted in (None, entry.node)]
         for program in programs:
             if wanted in (None, program.name, *map(base, program.nodes)):

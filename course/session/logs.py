@@ -58,6 +58,12 @@ def entry_of_line(name: str, line: str) -> Entry:
     return Entry(found[1], found[2], found[3]) if found else Entry("PRINT", name, line)
 
 
+def node_of_line(line: str) -> str | None:
+    """The node that has logged this line of a terminal; None for what no node has logged."""
+    found = LINE.match(line.rstrip("\n"))
+    return found[2] if found else None
+
+
 def entry_of(message: bytes) -> Entry:
     """The entry in a message of /rosout."""
     log = deserialize_message(message, Log)

@@ -13,6 +13,8 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from pathlib import Path
 
+from course.session.logs import node_of_line
+from course.session.presence import base
 from course.session.story import GOAL_FAILED, MARK, STATE_NOT_SET, Story, failed_goals, of_program, text_at
 
 KEPT_LINES = 2000
@@ -32,6 +34,7 @@ class NodeProcess:
         self.name = path.name
         self.nodes: list[str] = []
         self.services: set[str] = set()  # that it has offered
+        self._loggers: set[str] = set()  # the names of its nodes that have logged on its terminal
         self.stopped = False  # by the reader, through the session
         self._story: Story | None = None
         self._goals = False  # whether one has failed
@@ -79,6 +82,8 @@ class NodeProcess:
             with self._printing:
                 self._lines.append(line[:10_000])
                 self._read_lines += 1
+                if "]: " in line and (node := node_of_line(line)):
+                    self._loggers.add(node)
             if GOAL_FAILED in line:
                 self._goals, awaited = True, "begin"
             elif STATE_NOT_SET in line:
@@ -115,6 +120,17 @@ class NodeProcess:
             lines, now = self._lines.copy(), self._read_lines
         new = min(now - count, len(lines))
         return now, [line.rstrip("\n") for line in itertools.islice(lines, len(lines) - new, None)]
+
+    @property
+    def names(self) -> set[str]:
+        """The names, without namespace, of its nodes that are known by now: found in the graph, or in its log lines."""
+        with self._printing:
+            return {base(node) for node in self.nodes} | self._loggers
+
+    @property
+    def starting(self) -> bool:
+        """Whether it may have nodes whose names are not known yet."""
+        return not self.nodes and not self.ended
 
     @property
     def ended(self) -> bool:

@@ -2,15 +2,18 @@
 
 import contextlib
 import os
-import re
 import secrets
 import shutil
 import subprocess
 import sys
+import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+from course.waiting import wait_until
+from tests.ports import free_port
 
 ROOT = Path(__file__).parents[2]
 JUPYTER = Path(sys.executable).with_name("jupyter")
@@ -48,26 +51,38 @@ def serving(base: Path, folder: Path, **variables: str) -> Iterator[tuple[str, s
         "COURSE_ARRANGE": "1",  # as environment/start does
         "COURSE_CACHE": str(Path.home() / ".cache" / "ros2-course"),
     }
+    port, said = free_port(), base / "jupyterlab.log"
     clean = {name: value for name, value in os.environ.items() if name != "ROS_DOMAIN_ID"}
     server = subprocess.Popen(
-        [JUPYTER, "lab", "--no-browser", "--allow-root", "--port=0", f"--IdentityProvider.token={token}"],
+        [
+            JUPYTER,
+            "lab",
+            "--no-browser",
+            "--allow-root",
+            f"--port={port}",
+            "--ServerApp.port_retries=0",
+            f"--IdentityProvider.token={token}",
+        ],
         cwd=folder,
         env=clean | own | variables,
         stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
+        stderr=said.open("w"),
     )
-    assert server.stderr is not None
-    for line in server.stderr:
-        if found := re.search(r"http://(?:localhost|127\.0\.0\.1):(\d+)/lab", line):
-            break
-    else:
-        pytest.fail("JupyterLab did not start")
-    drain = subprocess.Popen(["cat"], stdin=server.stderr, stdout=subprocess.DEVNULL)
-    yield f"http://127.0.0.1:{found[1]}", token
+    address = f"http://127.0.0.1:{port}"
+    assert wait_until(lambda: answers(f"{address}/api") or server.poll() is not None, WAIT / 1e3)
+    assert server.poll() is None, f"JupyterLab did not start:\n{said.read_text()}"
+    yield address, token
     server.terminate()
     server.wait(30)
-    drain.wait(30)
+
+
+def answers(address: str) -> bool:
+    """Whether a server answers there."""
+    try:
+        urllib.request.urlopen(address, timeout=WAIT / 1e3).close()
+    except OSError:
+        return False
+    return True
 
 
 @pytest.fixture

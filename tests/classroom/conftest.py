@@ -3,7 +3,6 @@
 import os
 import secrets
 import shutil
-import socket
 import subprocess
 from pathlib import Path
 
@@ -12,6 +11,7 @@ import pytest
 from autograder.classroom import hub
 from autograder.classroom.plan import Classroom
 from tests.classroom.visitor import Visitor
+from tests.ports import free_port
 
 COMMAND = Path(__file__).parents[2] / "environment" / "classroom"
 ROSTER = "student,role\nada,\nbob,student\nteacher,instructor\n"
@@ -19,12 +19,6 @@ ROSTER = "student,role\nada,\nbob,student\nteacher,instructor\n"
 
 def classroom(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([COMMAND, *arguments], capture_output=True, text=True, timeout=600)
-
-
-def free_port() -> int:
-    with socket.socket() as trying:
-        trying.bind(("127.0.0.1", 0))
-        return int(trying.getsockname()[1])
 
 
 @pytest.fixture(scope="session")

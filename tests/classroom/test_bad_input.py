@@ -11,7 +11,8 @@ import pytest
 
 from autograder.classroom import roster
 from autograder.errors import UsageError
-from tests.classroom.conftest import COMMAND, ROSTER, classroom, free_port
+from tests.classroom.conftest import COMMAND, ROSTER, classroom
+from tests.ports import free_port
 
 WRONG = {
     "two equal names": ("student\nada\nada\n", "line 3: 'ada' is there twice"),

@@ -13,8 +13,9 @@ import pytest
 
 from autograder.classroom import accounts, hub, spawner
 from autograder.classroom.plan import RUN, Classroom
-from tests.classroom.conftest import ROSTER, classroom, free_port
+from tests.classroom.conftest import ROSTER, classroom
 from tests.classroom.visitor import Visitor
+from tests.ports import free_port
 
 PREFIX = "gone-"
 

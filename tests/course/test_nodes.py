@@ -265,13 +265,13 @@ def test_what_cannot_be_computed_is_rejected_when_the_goal_comes(spun, order):
 
 
 def test_cancel_is_honoured_within_a_step_and_returns_what_there_is(spun):
-    goals = Goals(spun, step_period=0.25)
+    goals = Goals(spun, step_period=2.0)
     handle = goals.send(46)
     goals.wait_for(2)
     begin = time.monotonic()
     cancelling = handle.cancel_goal_async()
     response = result_of(handle.get_result_async())
-    assert time.monotonic() - begin < 0.25
+    assert time.monotonic() - begin < 2.0
     assert response.status == GoalStatus.STATUS_CANCELED and len(result_of(cancelling).goals_canceling) == 1
     assert list(response.result.sequence) == goals.feedback[-1]
 
@@ -334,7 +334,8 @@ def test_the_arm_falls_until_an_effort_holds_it(spun):
     assert wait_until(lambda: efforts.publish(Float64(data=10.0)) or arm.error < 0.5, 20.0)
     arm.note("lifted")
     table = arm.track.table()
-    assert table["note"][-1] == "lifted" and table["angle"][-1] is None
+    row = table["note"].index("lifted")  # the simulation goes on: rows may follow
+    assert table["angle"][row] is None
     assert table["target"][0] == 1.0 and 10.0 in table["effort"]
 
 

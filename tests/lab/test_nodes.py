@@ -6,7 +6,10 @@ import pytest
 from rcl_interfaces.msg import Log
 from rclpy.serialization import serialize_message
 
-from course.session.logs import entry_of, node_of
+from course.session.following import LogFollower
+from course.session.logs import Entry, entry_of, node_of
+from course.session.presence import base
+from course.session.process import NodeProcess
 from course.waiting import wait_until
 from tests.browser.pages import SERVER
 from tests.kernels import Kernel
@@ -146,6 +149,36 @@ def test_a_flood_is_shown_in_part_and_every_line_is_accounted_for(kernel, page):
     assert len(lines) + lost == 5001
     assert lost > 0
     assert lines[-1] == ["WARN", "flood", "one of a kind"]
+
+
+def test_a_line_that_comes_by_rosout_before_its_program_is_known_is_told_once():
+    message = serialize_message(Log(level=30, name="early", msg="one of a kind"))
+
+    class Book:
+        def since(self, count):
+            return 1, [message][count:]
+
+    class Starting(NodeProcess):
+        def __init__(self):
+            self.name, self.nodes, self.over, self.lines = "early.py", [], False, []
+
+        names = property(lambda self: {base(node) for node in self.nodes})
+        ended = property(lambda self: self.over)
+
+        def printed_since(self, count):
+            return len(self.lines), self.lines[count:]
+
+    program, stranger = Starting(), Starting()
+    follower = LogFollower(Book(), {"early.py": program})
+    assert follower.read(10) == ([], 0)
+    program.nodes, program.lines = ["/early"], ["[WARN] [early]: one of a kind"]
+    assert follower.read(10) == ([Entry("WARN", "early", "one of a kind")], 0)
+    assert follower.read(10) == ([], 0)
+    # What no program prints is held for as long as one starts, and told then.
+    follower = LogFollower(Book(), {"other.py": stranger})
+    assert follower.read(10) == ([], 0)
+    stranger.nodes = ["/other"]
+    assert follower.read(10) == ([Entry("WARN", "early", "one of a kind")], 0)
 
 
 def test_a_filter_finds_its_lines_in_a_flood_that_never_ends(kernel, page):
