@@ -73,7 +73,7 @@ def serving(base: Path, folder: Path, **variables: str) -> Iterator[tuple[str, s
     assert server.poll() is None, f"JupyterLab did not start:\n{said.read_text()}"
     yield address, token
     server.terminate()
-    server.wait(30)
+    server.wait(WAIT / 1e3)
 
 
 def answers(address: str) -> bool:

@@ -5,6 +5,7 @@ from pathlib import Path
 import nbformat
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Locator, Page
+from playwright.sync_api import TimeoutError as PlaywrightTimeout
 
 SERVER = """import rclpy
 from rclpy.node import Node
@@ -92,6 +93,25 @@ def choose(page: Page, menu: str, *names: str) -> None:
     page.locator(".lm-MenuBar-itemLabel").get_by_text(menu, exact=True).click()
     for name in names:
         page.locator(".lm-Menu-itemLabel").get_by_text(name, exact=True).last.click()
+
+
+def run_from_palette(page: Page, search: str, name: str) -> set[str]:
+    """Run a command of the palette; returns all that the search has found.
+
+    A notebook that has just been opened takes the focus when it is ready, which closes the palette: then once more.
+    """
+    labels = page.locator(".lm-CommandPalette-itemLabel")
+    for _ in range(10):
+        choose(page, "View", "Activate Command Palette")
+        try:
+            page.locator(".lm-CommandPalette-input").fill(search, timeout=10_000)
+            labels.get_by_text(name, exact=True).wait_for(timeout=10_000)
+            found = set(labels.all_inner_texts())
+            labels.get_by_text(name, exact=True).click(timeout=10_000)
+        except PlaywrightTimeout:
+            continue
+        return found
+    raise AssertionError(f"the palette shows no {name} for {search!r}")
 
 
 def cell(page: Page, number: int) -> Locator:

@@ -5,7 +5,7 @@ from playwright.sync_api import expect
 
 from course.waiting import wait_until
 from tests.browser.conftest import WAIT
-from tests.browser.pages import choose, open_page, write_greeter
+from tests.browser.pages import choose, open_page, run_from_palette, write_greeter
 
 expect.set_options(timeout=WAIT)
 
@@ -40,13 +40,8 @@ def test_palette_and_launcher_lead_to_terminal_and_panels(lab, page):
     _, _, served = lab
     write_greeter(served / "ways")
     open_page(page, lab, "ways/ways.ipynb")
-    choose(page, "View", "Activate Command Palette")
-    expect(page.locator(".lm-CommandPalette-input")).to_be_focused()
-    page.keyboard.type("ROS course")
-    commands = page.locator(".lm-CommandPalette-itemLabel")
-    expect(commands.filter(has_text="ROS terminal")).to_be_visible()
-    assert {"ROS terminal", "Nodes", "Exercise", "Hand in"} <= set(commands.all_inner_texts())
-    commands.filter(has_text="ROS terminal").click()
+    found = run_from_palette(page, "ROS course", "ROS terminal")
+    assert {"ROS terminal", "Nodes", "Exercise", "Hand in"} <= found
     page.locator(".jp-Terminal .xterm-screen").wait_for()
     page.locator(".jp-Terminal").click()
     page.keyboard.type("pwd > where\n")
