@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError
 from functools import cache
 
+import dask
 from distributed import Client, Future, KilledWorker, LocalCluster, Worker, get_worker
 from distributed.security import Security
 
@@ -34,6 +35,8 @@ def local(jobs: int) -> Iterator[Client]:
     _silence()
     security = Security.temporary()
     with (
+        # Workers are forked from one process that has loaded Dask, instead of loading it each for themselves.
+        dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"}),
         tempfile.TemporaryDirectory(prefix="autograder-") as scratch,
         LocalCluster(
             n_workers=jobs,
