@@ -32,3 +32,13 @@ def chromium():
         browser = playwright.chromium.launch(executable_path=program, args=list(QUIET))
         yield browser
         browser.close()
+
+
+def pytest_collection_modifyitems(items):
+    """Try twice what drives JupyterLab or a hub, which move the focus and redraw at moments of their own.
+
+    A fault of the course fails twice; the summary counts what was run again.
+    """
+    for item in items:
+        if item.path.parent.name in ("browser", "classroom"):
+            item.add_marker(pytest.mark.flaky(reruns=1))
