@@ -63,13 +63,18 @@ class HandedIn:
 
 def kept() -> str:
     """What the student is told about an archive that was written."""
-    sent = "It is in the exchange of your class. " if os.environ.get(EXCHANGE) else ""
-    return f"{sent}Keep it: it is your receipt. You can hand in again; the newest counts."
+    sent = "It is in the exchange of your class. " if known() else ""
+    return f"{sent}Keep the archive: it is your receipt. You can hand in again; the newest counts."
 
 
 def student() -> str:
     """What the student is called on the course: $COURSE_STUDENT, or the login name."""
     return os.environ.get("COURSE_STUDENT") or getuser()
+
+
+def known() -> bool:
+    """Whether the student has logged in where the class works, so that there is no name to ask for."""
+    return bool(os.environ.get(EXCHANGE))
 
 
 def hand_in(folder: Path, name: str, *, yes: bool, check: bool) -> int:

@@ -35,7 +35,13 @@ class HandingIn(Beside):
             return
         if agreed != found.doubts:
             checks = [cell.name for cell in found.cells if cell.public_check]
-            ask = {"name": hand_in.student(), "files": list(found.files), "doubts": found.doubts, "checks": checks}
+            ask = {
+                "name": hand_in.student(),
+                "known": hand_in.known(),
+                "files": list(found.files),
+                "doubts": found.doubts,
+                "checks": checks,
+            }
             self.finish({"ask": ask})
             return
         self.set_header("Content-Type", "application/x-ndjson")
@@ -50,7 +56,7 @@ class HandingIn(Beside):
                 done = hand_in.deliver(
                     found,
                     folder,
-                    name or hand_in.student(),
+                    hand_in.student() if hand_in.known() else name or hand_in.student(),
                     check=True,
                     tell=lambda ran, of: tell({"ran": ran, "of": of}),
                 )

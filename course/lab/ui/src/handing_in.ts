@@ -11,6 +11,7 @@ import { post } from './server';
 
 export interface Ask {
   name: string;
+  known: boolean; // the student has logged in by this name: it is not asked for
   files: string[];
   doubts: { [file: string]: string };
   checks: string[];
@@ -149,12 +150,16 @@ async function ask(question: Ask, before: string): Promise<string | null> {
     body.append(careful);
   }
   body.append(element('p', '', `Handed in are: ${question.files.join(', ')}.`));
-  const label = element('label', 'ros-HandIn-name', 'Your name on the course');
   const input = document.createElement('input');
   input.className = 'jp-mod-styled';
   input.value = before || localStorage.getItem(NAME) || question.name;
-  label.append(input);
-  body.append(label);
+  if (question.known) {
+    body.append(element('p', '', `You hand in as ${question.name}.`));
+  } else {
+    const label = element('label', 'ros-HandIn-name', 'Your name on the course');
+    label.append(input);
+    body.append(label);
+  }
   const result = await showDialog({
     title: 'Hand in',
     body: new Widget({ node: body }),
@@ -166,6 +171,9 @@ async function ask(question: Ask, before: string): Promise<string | null> {
   });
   if (!result.button.accept) {
     return null;
+  }
+  if (question.known) {
+    return question.name;
   }
   const name = input.value.trim() || question.name;
   localStorage.setItem(NAME, name);

@@ -47,9 +47,10 @@ const panels: JupyterFrontEndPlugin<void> = {
     restorer: ILayoutRestorer | null,
     shell: ILabShell | null
   ) => {
-    // On a narrow page one side panel has room.
+    // On a narrow page one side panel has room, and beside a notebook none.
     const makeRoom = () => (window.innerWidth < NARROW ? shell?.collapseLeft() : undefined);
     const current = new Current(tracker, new Links(), makeRoom);
+    tracker.currentChanged.connect(makeRoom);
     window.addEventListener('resize', () => (current.isOpen ? makeRoom() : undefined));
     const nodes = new NodesPanel(current);
     const exercise = new ExercisePanel(current, app.serviceManager.contents);
