@@ -62,7 +62,8 @@ def command(room: Classroom, member: Member, argv: list[str], to_read: Callable[
             bwrap += ["--seccomp", to_read(seccomp.program())]
         become += ["--clear-groups", "--bounding-set=-all", "--no-new-privs"]
     bwrap += _view(room, member, to_read)
-    limited = ["prlimit", f"--nproc={limits.tasks}", f"--fsize={FILE}", "--core=0", "--"]
+    # `data`, not `as`: Fast DDS and malloc reserve far more addresses than they use
+    limited = ["prlimit", f"--nproc={limits.tasks}", f"--data={limits.memory}", f"--fsize={FILE}", "--core=0", "--"]
     inner = [*bwrap, "--", *become, "--", "env", f"--chdir={home(member)}", *limited, *argv]
     script = f"ip -batch - <<'END'\n{networks.SET_UP}END\nexec {shlex.join(inner)}"
     return [*ALONE, "sh", "-ec", script]
@@ -133,10 +134,11 @@ def _configuration(room: Classroom, member: Member) -> dict[str, str]:
     servers = {f"nbgrader.server_extensions.{name.replace('-', '_')}": on for name, on in extensions.items()}
     servers.pop("nbgrader.server_extensions.create_assignment")  # which has none
     idle = room.limits
+    look = serve.every(idle.kernel_idle)
     server: dict[str, dict[str, object]] = {
         "ServerApp": {"jpserver_extensions": servers, "shutdown_no_activity_timeout": idle.server_idle},
-        "MappingKernelManager": {"cull_idle_timeout": idle.kernel_idle, "cull_interval": 60, "cull_connected": True},
-        "TerminalManager": {"cull_inactive_timeout": idle.kernel_idle, "cull_interval": 60},
+        "MappingKernelManager": {"cull_idle_timeout": idle.kernel_idle, "cull_interval": look, "cull_connected": True},
+        "TerminalManager": {"cull_inactive_timeout": idle.kernel_idle, "cull_interval": look},
     }
     if member.instructor:  # whose Formgrader is a page in a page
         server["ServerApp"]["tornado_settings"] = {"headers": {"Content-Security-Policy": "frame-ancestors 'self'"}}

@@ -3,6 +3,7 @@
 import contextlib
 import os
 import shutil
+import ssl
 import sys
 from pathlib import Path
 from typing import Annotated, NoReturn, cast
@@ -16,6 +17,8 @@ from autograder.errors import AutograderError, UsageError
 DEFAULT = Path("/srv/ros2-classroom")
 PASSWORDS = ("pam", "dummy")
 USAGE, FAILED = 2, 3  # exit codes
+MIB = 1 << 20
+MOST = 5  # members who are named for what they have on the disk
 # typer carries a click of its own, and gives click's UsageError no name.
 UsageProblem = cast(type[typer.BadParameter], typer.BadParameter.__base__)
 
@@ -53,8 +56,8 @@ def up(
     tasks: Annotated[int, typer.Option(min=100, help="Processes and threads that a student may have.")] = 1000,
     cores: Annotated[float, typer.Option(min=0.1, help="Processors that a student may keep busy.")] = 2.0,
     idle: Annotated[
-        int,
-        typer.Option(min=1, help="Minutes until an idle kernel is ended, with its nodes; a server after twice that."),
+        float,
+        typer.Option(min=0.1, help="Minutes until an idle kernel is ended, with its nodes; a server after twice that."),
     ] = 60,
     dry_run: DryRun = False,
 ) -> None:
@@ -72,7 +75,7 @@ def up(
         *_certificate(certificate, key),
         passwords,
         prefix,
-        Limits(round(memory * GIB), tasks, cores, 60 * idle, 120 * idle),
+        Limits(round(memory * GIB), tasks, cores, round(60 * idle), round(120 * idle)),
     )
     if missing := hub.missing_tools():
         raise UsageError("; ".join(missing))
@@ -90,9 +93,11 @@ def up(
 def _up(room: Classroom) -> None:
     course_files.make_folders(room)
     with contextlib.suppress(UsageError):  # there is none yet
-        gone = set(Classroom.load(room.folder).members) - set(room.members)
+        roles = {member.name: member.instructor for member in room.members}
+        before = Classroom.load(room.folder).members
+        gone = {member.name for member in before if roles.get(member.name) is not member.instructor}
         left = spawner.servers(room)
-        for name in sorted(left.keys() & {member.name for member in gone}):
+        for name in sorted(left.keys() & gone):
             spawner.forget(room, name, left[name])
             print(f"Ended the server of {name}, who is not in the class any more, or has another role.")
     room.save()
@@ -105,6 +110,7 @@ def _up(room: Classroom) -> None:
     released = course_files.release(room)
     if released:
         print(f"Released {', '.join(released)}.")
+    course_files.enrol(room)
     course_files.hand_out_notebooks(room)
     hub.stop(room)
     if room.passwords == "pam":
@@ -123,7 +129,7 @@ def _up(room: Classroom) -> None:
 
 @app.command()
 def status(folder: Folder = DEFAULT) -> None:
-    """Show whether the hub runs, and whose servers; exit code 1 when it does not."""
+    """Show whether the hub runs, whose servers, and who uses the disk; exit code 1 when the hub does not run."""
     _root()
     room = Classroom.load(folder.resolve())
     up_ = hub.running(room) is not None
@@ -132,6 +138,10 @@ def status(folder: Folder = DEFAULT) -> None:
     print(f"Students: {len(room.students)}; instructors: {len(room.instructors)}; running servers: {len(alive)}.")
     for name in alive:
         print(f"  {name}")
+    used = course_files.disk(room)
+    most = ", ".join(f"{name} {size / MIB:,.0f} MiB" for name, size in list(used.items())[:MOST])
+    free = shutil.disk_usage(room.homes).free
+    print(f"Homes take {sum(used.values()) / MIB:,.0f} MiB, and {free / GIB:,.0f} GiB are free. Most: {most}.")
     raise typer.Exit(0 if up_ else 1)
 
 
@@ -232,7 +242,31 @@ def _certificate(certificate: Path | None, key: Path | None) -> tuple[str, str]:
     for path in (certificate, key):
         if path and not path.is_file():
             raise UsageError(f"there is no file {path}")
-    return (str(certificate.resolve()), str(key.resolve())) if certificate and key else ("", "")
+    if not certificate or not key:
+        return "", ""
+    _try_certificate(certificate, key)
+    return str(certificate.resolve()), str(key.resolve())
+
+
+def _try_certificate(certificate: Path, key: Path) -> None:
+    """Load both, as the hub's proxy will; raises UsageError."""
+
+    def locked() -> str:
+        raise UsageError(f"{key} is locked with a password: write it without one, `openssl pkey -in {key} -out NEW`")
+
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    path = certificate
+    try:
+        context.load_verify_locations(path)
+        path = key
+        context.load_cert_chain(certificate, key, password=locked)
+    except ssl.SSLError as error:
+        if (error.reason or "").endswith("MISMATCH"):
+            raise UsageError(f"{key} is not the key of {certificate}") from None
+        what = "certificate" if path == certificate else "key"
+        raise UsageError(f"{path} holds no {what}: a PEM file is needed") from None
+    except OSError as error:
+        raise UsageError(f"{path} cannot be read: {error.strerror}") from None
 
 
 def _before(room: Classroom) -> Classroom | None:
@@ -255,7 +289,7 @@ def _tell_plan(room: Classroom, new: list[roster.Member]) -> None:
     print("Would release the notebooks that are not in the exchange, and copy them into each new home.")
     print(
         f"Would give each student {limits.memory / GIB:g} GiB, {limits.tasks} processes and threads, "
-        f"{limits.cores:g} processors, and end idle kernels after {limits.kernel_idle // 60} min."
+        f"{limits.cores:g} processors, and end idle kernels after {limits.kernel_idle / 60:g} min."
     )
     print(f"Would start JupyterHub at {room.url}, with {'passwords of ' + room.passwords}.")
 

@@ -3,6 +3,7 @@
 Whatever nbgrader does, it does in the box of an instructor, whose files these are.
 """
 
+import json
 import os
 import shutil
 import subprocess
@@ -14,11 +15,13 @@ from autograder.classroom.plan import COURSE_ID, Classroom
 from autograder.classroom.roster import Member
 from autograder.errors import AutograderError
 from autograder.gradebook.release import hand_out, names
+from autograder.results import storage
 
 PAGES = ("README.md", "when-it-goes-wrong.md")
 # Who may do what there: nbgrader asks for these modes.  The first bit of `inbound` keeps students from removing what
 # others have handed in; that nobody can list it keeps them from finding it.
 EXCHANGE = {"": 0o2775, "outbound": 0o2775, "inbound": 0o3773, "feedback": 0o2771}
+ENROLLED = "enrolled.json"  # in `Classroom.state`: whom the gradebook knows
 LONGEST = 300  # s that one command in a box may take
 
 
@@ -61,6 +64,16 @@ def release(room: Classroom) -> list[str]:
     return new
 
 
+def enrol(room: Classroom) -> None:
+    """Enter the students in nbgrader's gradebook, whose pages call them by their names; those who have left stay."""
+    students = {each.name: {"first_name": each.first_name, "last_name": each.last_name} for each in room.students}
+    text = json.dumps(students)
+    done = room.state / ENROLLED
+    if not done.exists() or done.read_text() != text:
+        run(room, room.instructors[0], ["python", "-m", "autograder.classroom.enrolling", box.GRADING], text)
+        storage.replace(done, text.encode(), storage.PRIVATE)
+
+
 def hand_out_notebooks(room: Classroom) -> None:
     """Lay what students get into each home folder; what is there already is left as it is."""
     outbound = room.exchange / COURSE_ID / "outbound"
@@ -72,8 +85,24 @@ def hand_out_notebooks(room: Classroom) -> None:
             _lay(source, target / source.relative_to(room.released), uid, gid)
 
 
-def run(room: Classroom, member: Member, argv: list[str]) -> str:
-    """Run one of the environment's programs in a member's box; what it printed.  Raises AutograderError."""
+def disk(room: Classroom) -> dict[str, int]:
+    """Bytes on the disk in the home folder of each member who has one, the largest first; raises AutograderError."""
+    homes = {str(room.home(member)): member.name for member in room.members if room.home(member).exists()}
+    command = ["du", "--summarize", "--one-file-system", "--block-size=1", "--files0-from=-"]
+    try:
+        text = "".join(f"{home}\0" for home in homes)
+        done = subprocess.run(command, input=text, capture_output=True, text=True, timeout=LONGEST)
+    except subprocess.TimeoutExpired:
+        raise AutograderError(f"the files in {room.homes} cannot be counted within {LONGEST} s") from None
+    found = {homes[path]: int(size) for size, path in (line.split("\t") for line in done.stdout.splitlines())}
+    return dict(sorted(found.items(), key=lambda each: -each[1]))
+
+
+def run(room: Classroom, member: Member, argv: list[str], text: str = "") -> str:
+    """Run one of the environment's programs in a member's box, with `text` to read; what it printed.
+
+    Raises AutograderError.
+    """
     contents = box.Contents()
     try:
         command = box.command(room, member, [f"{sys.prefix}/bin/{argv[0]}", *argv[1:]], contents)
@@ -82,7 +111,7 @@ def run(room: Classroom, member: Member, argv: list[str]) -> str:
             env=box.variables(member),
             pass_fds=contents.descriptors,
             umask=box.umask(member),
-            stdin=subprocess.DEVNULL,
+            input=text,
             capture_output=True,
             text=True,
             timeout=LONGEST,

@@ -15,6 +15,7 @@ from autograder.classroom.spawner import VARIABLE, BoxSpawner
 from course.environment import prepare
 
 START, ANSWER = 60, 120  # s until a server's process is started, and until it answers
+LOOK = 5  # s between two looks at each server
 
 
 class MembersPAM(PAMAuthenticator):
@@ -52,6 +53,7 @@ def configure(c: Config, room: Classroom) -> None:
     # All servers have one origin: a page that a student's own handlers make could act as whoever opens it.
     c.Spawner.disable_user_config = True
     c.Spawner.start_timeout, c.Spawner.http_timeout = START, ANSWER
+    c.Spawner.poll_interval = LOOK
 
     names = {member.name for member in room.members}
     c.Authenticator.allowed_users = names

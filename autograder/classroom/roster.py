@@ -1,4 +1,7 @@
-"""Who is in the class: the roster, a CSV file with the columns `student` and, for instructors, `role`."""
+"""Who is in the class: the roster, a CSV file with the columns `student` and, for instructors, `role`.
+
+The columns `first_name` and `last_name`, if there are any, are what instructors see in Formgrader.
+"""
 
 import re
 from dataclasses import dataclass
@@ -19,6 +22,8 @@ class Member:
 
     name: str
     instructor: bool = False
+    first_name: str = ""
+    last_name: str = ""
 
 
 def read(path: Path, instructors: list[str]) -> list[Member]:
@@ -33,7 +38,8 @@ def read(path: Path, instructors: list[str]) -> list[Member]:
             raise UsageError(f"{path}, line {number}: {name!r} is there twice")
         if role not in ROLES:
             raise UsageError(f"{path}, line {number}: the role {role!r} is neither 'student' nor 'instructor'")
-        members[name] = Member(name, role == INSTRUCTOR)
+        names = ((line.get(column) or "").strip() for column in ("first_name", "last_name"))
+        members[name] = Member(name, role == INSTRUCTOR, *names)
     for name in instructors:
         if why := wrong(name):
             raise UsageError(f"--instructor: {why}")

@@ -9,8 +9,14 @@ import socket
 
 from jupyter_server.serverapp import ServerApp
 from jupyterhub.singleuser.extension import JupyterHubSingleUser
+from tornado.ioloop import PeriodicCallback
 
 SOCKET = "CLASSROOM_SOCKET"  # the environment variable with its descriptor
+
+
+def every(idle: float) -> int:
+    """How often (s) to look for what has been idle for so long (s)."""
+    return max(1, min(60, round(idle / 4)))
 
 
 class Server(ServerApp):
@@ -21,6 +27,11 @@ class Server(ServerApp):
         listening.setblocking(False)
         listening.set_inheritable(False)
         self.http_server.add_socket(listening)
+
+    def init_shutdown_no_activity(self) -> None:
+        """End when nobody has been here for long; jupyter_server's own looks once a minute, however short that is."""
+        if self.shutdown_no_activity_timeout > 0:
+            PeriodicCallback(self.shutdown_no_activity, 1000 * every(self.shutdown_no_activity_timeout)).start()
 
 
 if __name__ == "__main__":

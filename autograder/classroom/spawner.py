@@ -18,8 +18,8 @@ from typing import Any, Self
 
 from jupyterhub.spawner import Spawner
 
-from autograder.classroom import box, serve
-from autograder.classroom.plan import Classroom, as_url
+from autograder.classroom import box, memory, serve
+from autograder.classroom.plan import GIB, Classroom, as_url
 from autograder.classroom.roster import Member
 from autograder.results import storage
 from autograder.sandbox import cgroup
@@ -85,6 +85,8 @@ class BoxSpawner(Spawner):
         """None while it runs, otherwise its exit status, or 0 when that is not known."""
         status = self._process.poll() if self._process else None
         if self._running.alive and status is None:
+            if not self._running.groups:
+                await asyncio.to_thread(self._bound_memory)
             return None
         if self._running.pid:
             forget(self.room, self.user.name, self._running)
@@ -122,6 +124,14 @@ class BoxSpawner(Spawner):
         """Nothing runs."""
         super().clear_state()
         self._running, self._process = Running(0, 0), None
+
+    def _bound_memory(self) -> None:
+        """What a control group would do."""
+        room = self.room
+        with contextlib.suppress(KeyError):  # no longer a member
+            most = room.limits_of(room.find(self.user.name)).memory
+            if pid := memory.bound(self._running.pid, most):
+                self.log.warning("%s took more than %.1f GiB: process %d was ended", self.user.name, most / GIB, pid)
 
     def _tell_url(self, room: Classroom, member: Member) -> None:
         """The hub's database has no place for the path of a socket."""

@@ -1,4 +1,7 @@
-"""A class on this machine: two students and an instructor, for all tests of this folder together."""
+"""A class on this machine, for all tests of this folder together.
+
+ada, bob and the teacher are everybody's; carol and dan hand in and are graded in the tests of the pages alone.
+"""
 
 import os
 import secrets
@@ -38,7 +41,7 @@ def up(able, tmp_path_factory):
         if around.stat().st_mode & 0o005 != 0o005 and around.is_relative_to("/tmp"):
             around.chmod(around.stat().st_mode | 0o011)
     roster = folder / "roster.csv"
-    roster.write_text(ROSTER)
+    roster.write_text(f"{ROSTER}carol,\ndan,\n")
     arguments = ["up", "--roster", str(roster), "--folder", str(folder / "class"), "--passwords", "dummy"]
     arguments += ["--port", str(free_port()), "--prefix", f"t{secrets.token_hex(2)}-"]
     done = classroom(*arguments)

@@ -1,35 +1,44 @@
-"""`down` leaves nothing behind: no process, no network, no user, no mount, no control group.
+"""What is idle ends; HTTPS; who leaves the class is out; `down` leaves nothing behind.
 
-These tests have a class of their own, because they end it.
+These tests have a class of their own, because they change it, one after the other, and end it.
 """
 
+import contextlib
 import csv
 import grp
 import os
 import pwd
+import subprocess
+import time
 from pathlib import Path
 
 import pytest
+import requests
+import websocket
 
 from autograder.classroom import accounts, hub, spawner
 from autograder.classroom.plan import RUN, Classroom
+from course.waiting import wait_until
+from tests.browser.pages import SERVER
 from tests.classroom.conftest import ROSTER, classroom
-from tests.classroom.visitor import Visitor
+from tests.classroom.visitor import Kernel, Visitor
 from tests.ports import free_port
 
 PREFIX = "gone-"
+IDLE = 0.25  # minutes until an idle kernel is ended; a kernel must have started in that time
+WAIT = 600.0  # s
 
 
 @pytest.fixture(scope="module")
 def ended(able, tmp_path_factory):
-    """A class that these tests end, and the arguments of its commands."""
+    """A class that these tests end, and the arguments of its commands; at first nothing may be idle for long."""
     folder = tmp_path_factory.mktemp("ended")
     folder.parent.chmod(folder.parent.stat().st_mode | 0o011)
     folder.chmod(0o711)
     (folder / "roster.csv").write_text(ROSTER)
     common = ["--folder", str(folder / "class")]
     arguments = [*common, "--roster", str(folder / "roster.csv"), "--port", str(free_port()), "--prefix", PREFIX]
-    done = classroom("up", *arguments, "--passwords", "dummy")
+    done = classroom("up", *arguments, "--passwords", "dummy", "--idle", f"{IDLE}")
     try:
         assert done.returncode == 0, done.stderr
         yield Classroom.load(folder / "class"), arguments, common
@@ -39,14 +48,118 @@ def ended(able, tmp_path_factory):
 
 def come_in(room: Classroom, name: str, password: str) -> Visitor:
     visitor = Visitor(room.url, name)
+    visitor.session.verify = room.certificate or True
     assert visitor.log_in(password)
     return visitor.start()
+
+
+def programs(uid: int) -> dict[int, str]:
+    """What the processes of a user run, by their number."""
+    found = {}
+    for process in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):  # it has ended meanwhile
+            if process.stat().st_uid == uid:
+                found[int(process.name)] = (process / "cmdline").read_bytes().decode(errors="replace")
+    return found
+
+
+def start_node(visitor: Visitor, uid: int) -> tuple[Kernel, list[int]]:
+    """A kernel with a node of its own, and the numbers of their processes.
+
+    On a busy machine a kernel may be ended before it does anything: then another one.
+    """
+    begin = time.monotonic()
+    while time.monotonic() - begin < WAIT:
+        live = visitor.kernel()
+        with contextlib.suppress(websocket.WebSocketException):
+            file = f"get_ipython().run_cell_magic('exercise', 'greeter.py', {SERVER!r})"
+            ran = live.run(f"import course\nros = course.live()\n{file}")
+            assert "running as /greeter" in ran.text, ran.text
+            found = [
+                pid
+                for pid, command in programs(uid).items()
+                if "greeter.py" in command or live.number in command  # which is in the name of its connection file
+            ]
+            if len(found) > 1:
+                return live, found
+    raise AssertionError("no kernel lived long enough")
+
+
+@pytest.mark.timeout(1500)
+def test_idle_kernels_end_with_their_nodes_and_then_the_idle_server(ended):
+    room, _, _ = ended
+    ada = room.find("ada")
+    uid, _ = accounts.ids(room, ada)
+    password = hub.shared_passwords(room)["students"]
+    visitor = come_in(room, "ada", password)
+    server = spawner.servers(room)["ada"]
+    live, started = start_node(visitor, uid)  # its page is open, and nothing more is asked of it
+    assert wait_until(lambda: not any(Path(f"/proc/{pid}/exe").exists() for pid in started), WAIT)
+    assert server.alive and programs(uid), "they ended with the server alone"
+    assert wait_until(lambda: not server.alive, WAIT), "the server is still there"
+    assert not programs(uid)
+    live.disconnect()
+    again = come_in(room, "ada", password)
+    assert again.call("GET", "api/kernels").json() == []
+    again.stop()
+
+
+@pytest.fixture(scope="module")
+def certificate(tmp_path_factory):
+    """A certificate that nobody has signed, and its key."""
+    folder = tmp_path_factory.mktemp("certificate")
+    made = folder / "server.pem", folder / "server.key"
+    make_certificate(*made)
+    return made
+
+
+def make_certificate(certificate: Path, key: Path) -> None:
+    command = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=class"]
+    command += ["-addext", "subjectAltName=IP:127.0.0.1", "-out", certificate, "-keyout", key]
+    subprocess.run(command, check=True, capture_output=True)
+
+
+def test_with_a_certificate_everything_is_encrypted(ended, certificate):
+    _, arguments, common = ended
+    (path, key), local = certificate, ["--ip", "127.0.0.1"]
+    again = classroom("up", *arguments, *local, "--passwords", "dummy", "--certificate", str(path), "--key", str(key))
+    assert again.returncode == 0, again.stderr
+    assert "Without a certificate" not in again.stdout
+    room = Classroom.load(Path(common[1]))
+    assert room.url.startswith("https://127.0.0.1:")
+    bob = come_in(room, "bob", hub.shared_passwords(room)["students"])
+    assert all(cookie.secure for cookie in bob.session.cookies if cookie.name != "_xsrf")
+    assert bob.kernel().run("print(6 * 7)").text == "42\n"
+    with pytest.raises(requests.exceptions.SSLError):  # it is this certificate and no other
+        requests.get(room.url, timeout=WAIT)
+    with pytest.raises(requests.ConnectionError):
+        requests.get(room.url.replace("https", "http"), timeout=WAIT)
+
+
+def test_a_wrong_certificate_is_told_in_a_line(ended, certificate, tmp_path):
+    _, arguments, _ = ended
+    good, key = certificate
+    other, others_key, locked, nonsense = (tmp_path / name for name in ("other.pem", "other.key", "locked", "nonsense"))
+    make_certificate(other, others_key)
+    nonsense.write_text("no certificate")
+    lock = ["openssl", "pkey", "-in", key, "-out", locked, "-aes256", "-passout", "pass:secret"]
+    subprocess.run(lock, check=True, capture_output=True)
+    for wrong, wrong_key, said in (
+        (nonsense, key, f"{nonsense} holds no certificate: a PEM file is needed"),
+        (good, nonsense, f"{nonsense} holds no key: a PEM file is needed"),
+        (good, others_key, f"{others_key} is not the key of {good}"),
+        (good, locked, f"{locked} is locked with a password"),
+        (good, tmp_path, f"there is no file {tmp_path}"),
+    ):
+        done = classroom("up", *arguments, "--dry-run", "--certificate", str(wrong), "--key", str(wrong_key))
+        assert done.returncode == 2 and said in done.stderr, done.stderr
+        assert len(done.stderr.splitlines()) == 1
 
 
 def test_who_leaves_the_class_is_out_and_pam_knows_each_ones_own_password(ended):
     room, arguments, _ = ended
     known = hub.shared_passwords(room)
-    come_in(room, "bob", known["students"])
+    come_in(Classroom.load(room.folder), "bob", known["students"])  # with a certificate, if that test has run
     (room.folder.parent / "roster.csv").write_text(ROSTER.replace("bob,student\n", ""))
     again = classroom("up", *arguments, "--passwords", "pam")
     assert again.returncode == 0, again.stderr

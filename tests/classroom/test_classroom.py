@@ -3,6 +3,7 @@
 import json
 import os
 import pwd
+import re
 import signal
 import subprocess
 from pathlib import Path
@@ -128,11 +129,20 @@ def test_when_the_hub_is_killed_work_goes_on_and_up_finds_it_again(up, room, bob
 
 def test_a_server_is_limited(room, ada, kernel):
     limits = room.limits
-    said = kernel(ada).run("import resource; print(resource.getrlimit(resource.RLIMIT_NPROC))").text
+    live = kernel(ada)
+    said = live.run("import resource; print(resource.getrlimit(resource.RLIMIT_NPROC))").text
     assert said.strip() == f"({limits.tasks}, {limits.tasks})"
+    assert live.run(f"bytearray({limits.memory})").error == "MemoryError", "which tells the student, in the cell"
     groups = spawner.servers(room)["ada"].groups
     written = {path.read_text().strip() for group in groups for path in Path(group).glob("memory.*") if readable(path)}
     assert not groups or str(limits.memory) in written
+
+
+def test_status_tells_who_has_most_on_the_disk(room, ada, kernel):
+    assert kernel(ada).run(f"open('large', 'wb').write(bytes({60 << 20}))").error == ""
+    said = classroom("status", "--folder", str(room.folder)).stdout
+    assert kernel(ada).run("import os; os.remove('large')").error == ""
+    assert re.search(r"GiB are free\. Most: ada [67]\d MiB, \w+ \d+ MiB, ", said), said
 
 
 def readable(path: Path) -> bool:

@@ -30,6 +30,10 @@ class Visitor:
     name: str
     session: requests.Session = field(default_factory=requests.Session)
 
+    def __post_init__(self) -> None:
+        """What the environment says of proxies and certificates is not for this machine's own pages."""
+        self.session.trust_env = False
+
     def log_in(self, password: str) -> bool:
         """Log in as a browser does; whether the hub has accepted it."""
         self.session.get(f"{self.hub}hub/login").raise_for_status()
@@ -98,6 +102,7 @@ class Kernel:
             timeout=RUN,
             cookie="; ".join(f"{name}={value}" for name, value in cookies.items()),
             origin=visitor.hub.rstrip("/"),
+            sslopt={"ca_certs": visitor.session.verify} if isinstance(visitor.session.verify, str) else {},
         )
 
     def run(self, code: str) -> Ran:
@@ -123,7 +128,11 @@ class Kernel:
                 ran.seconds = time.monotonic() - begin
                 return ran
 
+    def disconnect(self) -> None:
+        """Leave it as it is."""
+        self._socket.close()
+
     def close(self) -> None:
         """End it."""
-        self._socket.close()
+        self.disconnect()
         self.visitor.call("DELETE", f"api/kernels/{self.number}")
