@@ -84,3 +84,10 @@ def test_a_notebook_without_an_exercise_has_no_button(lab, page):
     open_page(page, lab, "plain/plain.ipynb")
     page.locator(".jp-NotebookPanel-toolbar").get_by_text("Validate").wait_for()
     expect(page.get_by_role("button", name="Hand in", exact=True)).to_have_count(0)
+
+
+def test_on_a_narrow_page_the_notebook_has_the_room(lab, page):
+    address, token, _ = lab
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.goto(f"{address}/lab/tree/calculator.ipynb?token={token}&reset")
+    page.wait_for_function("() => document.querySelector('.jp-NotebookPanel')?.getBoundingClientRect().width > 280")

@@ -41,7 +41,7 @@ def up(able, tmp_path_factory):
         if around.stat().st_mode & 0o005 != 0o005 and around.is_relative_to("/tmp"):
             around.chmod(around.stat().st_mode | 0o011)
     roster = folder / "roster.csv"
-    roster.write_text(f"{ROSTER}carol,\ndan,\n")
+    roster.write_text(ROSTER.replace("role", "role,first_name,last_name") + "carol,,Carol,Lovelace\ndan,,,\n")
     arguments = ["up", "--roster", str(roster), "--folder", str(folder / "class"), "--passwords", "dummy"]
     arguments += ["--port", str(free_port()), "--prefix", f"t{secrets.token_hex(2)}-"]
     done = classroom(*arguments)

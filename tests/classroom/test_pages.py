@@ -102,7 +102,7 @@ def test_from_the_work_to_the_returned_feedback(page, room, come_in, kernel):
 
     instructor = page("teacher")
     grade(instructor, ["carol", "dan"])
-    mark(instructor, "carol", 3.5)
+    mark(instructor, "Lovelace, Carol", 3.5)
     return_feedback(instructor)
 
     shown = feedback_in_the_notebook(student)
@@ -218,6 +218,9 @@ def mark(page: Page, name: str, points: float) -> None:
     submission.locator(".reveal .name-hidden").click()
     submission.locator("a.name-shown").click()
     expect(frame.get_by_text(ANSWER)).to_be_visible()
+    # What is typed before the marks and comments have come would be lost.
+    frame.locator("#calculate-srv[placeholder]").wait_for()
+    frame.locator("#exponentiation-comment[data-autosize-on]").wait_for()
     keep(page, frame.locator("#exponentiation"), f"{points}", "grade")
     keep(page, frame.locator("#exponentiation-comment"), COMMENT, "comment")
 
