@@ -6,10 +6,13 @@ needed, and when something used here has gone.  `patch` is called where a live s
 
 from __future__ import annotations
 
+import contextlib
 import functools
+import inspect
 import threading
-from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
+import time
+from collections.abc import Callable, Iterable, Iterator
+from typing import TYPE_CHECKING, Any, Protocol
 
 from rclpy._rclpy_pybind11 import NodeNameNonExistentError, RCLError
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -17,10 +20,12 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 if TYPE_CHECKING:  # `ros2 node list` uses one name of this module, and has no time for all that these import
     from rcl_interfaces.msg import SetParametersResult
     from rclpy.action import ActionClient
+    from rclpy.action.client import ClientGoalHandle
     from rclpy.client import Client
     from rclpy.executors import Executor, MultiThreadedExecutor
     from rclpy.node import Node
     from rclpy.parameter import Parameter
+    from rclpy.task import Future
 
 __all__ = ["NodeNameNonExistentError", "RCLError", "rclpy_implementation"]
 
@@ -99,6 +104,11 @@ def destroy(waitable: object) -> None:
 def action_type(waitable: object) -> type | None:
     """The type of an action client's or server's action; None for any other waitable.  Seen in 7.1.6: not public."""
     return getattr(waitable, "_action_type", None)
+
+
+def action_name(client: ActionClient) -> str:
+    """The full name of an action client's action.  Seen in 7.1.6: rclpy keeps it as it was given, and not in public."""
+    return client._node.resolve_topic_name(client._action_name)
 
 
 class _Kept(dict[bytes, Callable[..., Any]]):
@@ -182,3 +192,126 @@ def watch_goals(tell: Callable[[Node, Exception | None, bool], None]) -> Callabl
         return execute
 
     return replace_in_rclpy(make, ActionServer, "_execute_goal")
+
+
+class ClientWatcher(Protocol):
+    """Is told what the clients of this process send; `at` is when (s, as `time.monotonic` gives it)."""
+
+    def called(self, client: Client, request: Any, future: Future, at: float) -> None:
+        """A service was called; `future` will have the response, or why there is none."""
+
+    def goal_begins(self, client: ActionClient, goal: Any, goal_id: bytes, *, own: bool) -> None:
+        """A goal is about to be sent; an `own` one is the course's, and the next methods are not called for it."""
+
+    def goal_sent(self, goal_id: bytes, future: Future) -> None:
+        """It was sent; `future` will have its handle."""
+
+    def feedback(self, goal_id: bytes, feedback: Any) -> None:
+        """Feedback has come."""
+
+    def result_asked(self, goal_id: bytes, future: Future) -> None:
+        """Its result was asked for."""
+
+    def cancel_sent(self, goal_id: bytes, future: Future) -> None:
+        """It was asked to be canceled."""
+
+
+_threads = threading.local()
+
+
+@contextlib.contextmanager
+def unwatched() -> Iterator[None]:
+    """What this thread sends in the block is the course's own business: a `ClientWatcher` is not told of it."""
+    before = getattr(_threads, "unwatched", False)
+    _threads.unwatched = True
+    try:
+        yield
+    finally:
+        _threads.unwatched = before
+
+
+def watch_clients(watcher: ClientWatcher) -> Callable[[], None]:
+    """Have `watcher` told what the clients and action clients of this process send; returns what ends that.
+
+    Seen in 7.1.6: service introspection tells of a call, but not who waits for it and why there is no answer, and
+    actions have none.
+    """
+    from rclpy.action import ActionClient
+    from rclpy.client import Client
+
+    def tell(method: Callable[..., None], *args: Any, **kwargs: Any) -> None:
+        if not getattr(_threads, "unwatched", False):
+            with contextlib.suppress(Exception):  # whoever sends must not suffer from who watches
+                method(*args, **kwargs)
+
+    def calls(original: Callable[..., Future]) -> Callable[..., Future]:
+        def call_async(self: Client, request: Any) -> Future:
+            at = time.monotonic()
+            future = original(self, request)
+            tell(watcher.called, self, request, future, at)
+            return future
+
+        return call_async
+
+    def goals(original: Callable[..., Future]) -> Callable[..., Future]:
+        def send_goal_async(self: Any, goal: Any, feedback_callback: Any = None, goal_uuid: Any = None) -> Future:
+            goal_uuid = goal_uuid or self._generate_random_uuid()
+            goal_id = bytes(goal_uuid.uuid)
+            own = getattr(_threads, "unwatched", False)
+            with contextlib.suppress(Exception):
+                watcher.goal_begins(self, goal, goal_id, own=own)
+            if not own:
+                feedback_callback = _heard(feedback_callback, watcher, goal_id)
+            future = original(self, goal, feedback_callback=feedback_callback, goal_uuid=goal_uuid)
+            tell(watcher.goal_sent, goal_id, future)
+            return future
+
+        return send_goal_async
+
+    def later(tells: Callable[[bytes, Future], None]) -> Callable[[Callable[..., Future]], Callable[..., Future]]:
+        def make(original: Callable[..., Future]) -> Callable[..., Future]:
+            def ask(self: Any, goal_handle: ClientGoalHandle) -> Future:
+                future = original(self, goal_handle)
+                tell(tells, bytes(goal_handle.goal_id.uuid), future)
+                return future
+
+            return ask
+
+        return make
+
+    ends = [
+        replace_in_rclpy(calls, Client, "call_async"),
+        replace_in_rclpy(goals, ActionClient, "send_goal_async"),
+        replace_in_rclpy(later(watcher.result_asked), ActionClient, "_get_result_async"),
+        replace_in_rclpy(later(watcher.cancel_sent), ActionClient, "_cancel_goal_async"),
+    ]
+
+    def end() -> None:
+        for each in ends:
+            each()
+
+    return end
+
+
+def _heard(callback: Callable[..., Any] | None, watcher: ClientWatcher, goal_id: bytes) -> Callable[..., Any]:
+    """A feedback callback that tells the watcher, and then calls the client's own."""
+
+    def tell(message: Any) -> None:
+        with contextlib.suppress(Exception):
+            watcher.feedback(goal_id, message.feedback)
+
+    if callback is None:
+        return tell
+    if inspect.iscoroutinefunction(callback):
+
+        async def wait(message: Any) -> Any:
+            tell(message)
+            return await callback(message)
+
+        return wait
+
+    def hear(message: Any) -> Any:
+        tell(message)
+        return callback(message)
+
+    return hear

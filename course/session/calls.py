@@ -19,9 +19,6 @@ from course.waiting import wait_until
 LOOK = 0.05  # s between two looks whether the node that is to answer has died
 LISTED = 8  # services that a message names
 GRACE = 1.0  # s that a server may take to be found, before the story of a dead node is told instead
-# Told of each call when it is sent: its service, type and request.  What they return is told the response, or None and
-# why there is none.  The lab's flow diagrams listen here while they can be seen.
-listeners: list[Callable[[str, type[Any], Any], Callable[[Any, str], None]]] = []
 
 
 class Calls:
@@ -52,16 +49,13 @@ class Calls:
         client = self._client(service, srv_type)
         deadline = time.monotonic() + timeout
         self._ready(client, timeout)
-        told = [listen(client.service_name, srv_type, request) for listen in listeners]
+        future = client.call_async(request)
         try:
-            response = self._answer(client, client.call_async(request), deadline, timeout)
+            return self._answer(client, future, deadline, timeout)
         except LiveError as error:
-            for tell in told:
-                tell(None, str(error))
+            future.set_exception(error)  # for whoever watches: no answer will be taken any more
+            future.exception()
             raise
-        for tell in told:
-            tell(response, "")
-        return response
 
     def _answer(self, client: Client, future: Future, deadline: float, timeout: float) -> Any:
         if self._done(future, deadline, lambda: self._look_at(client.service_name)):

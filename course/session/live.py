@@ -10,14 +10,12 @@ import itertools
 import os
 import socket
 import threading
-import time
 import warnings
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rcl_interfaces.srv import ListParameters
 from rclpy.context import Context
 from rclpy.exceptions import NotInitializedException
 from rclpy.node import Node
@@ -38,12 +36,12 @@ from course.session.process import NodeProcess
 from course.session.publishing import Publishing
 from course.session.requests import argument, fill
 from course.session.spinner import Spinner
+from course.session.started import sitecustomize
 from course.session.table import Nodes, Row
 from course.session.uses import uses
 from course.session.watch import Watch
 from course.waiting import lookouts, wait_until
 
-SETTLED = 2.0  # s that a program may take from its node to its executor
 # Asked before a file is started; what they return is told to the reader.  The notebook's part of the course looks here
 # whether the file is what its cell says.
 before_start: list[Callable[[Path], str]] = []
@@ -83,6 +81,7 @@ class Session:
         self._spinner = Spinner(self.node)
         self._handles: dict[str, LiveNode | NodeProcess] = {}
         self.watch = Watch(self._handles)
+        self.introspecting = False  # whether the services of programs that are started publish what passes
         self._calls = Calls(self.node, self._handles, self.watch)
         self._closed = False
         self._again: dict[str, Callable[[], LiveNode | NodeProcess]] = {}  # how each was started last
@@ -181,7 +180,8 @@ class Session:
                 self.watch.notice(line)
         self._replace(path.name)
         before, served = self._presence.names(), self._presence.served()
-        process = NodeProcess(path, arguments, self._publishing.publish)
+        variables = sitecustomize.environment(os.environ) if self.introspecting else {}
+        process = NodeProcess(path, arguments, self._publishing.publish, variables)
         self._handles[process.name] = process
         wait_until(lambda: not process.alive or len(self._presence.names()) > len(before), timeout, alert=False)
         process.nodes = difference(self._presence.names(), before) if process.alive else []
@@ -195,7 +195,7 @@ class Session:
             )
         for node in process.nodes:
             self._replace(base(node), process)
-        self._settle(process, served)
+        self._presence.settle(process, served)
         self._publishing.publish()
         if process.died and process.returncode:
             raise self._failed(process)
@@ -204,22 +204,6 @@ class Session:
     def _failed(self, process: NodeProcess) -> NodeFailed:
         self.watch.told(process)
         return NodeFailed("\n".join(map(str, process.stories)))
-
-    def _settle(self, process: NodeProcess, served: set[str]) -> None:
-        """Wait until the program answers from its executor, so that what it does in its first moments is over.
-
-        `served` are the services that were there before it.  A program that offers no parameters, or is busy for longer
-        than `SETTLED`, is taken as it is.
-        """
-        end = time.monotonic() + SETTLED
-        client = self.node.create_client(ListParameters, f"{process.nodes[0]}/list_parameters")
-        wait_until(lambda: client.service_is_ready() or not process.alive, SETTLED, alert=False)
-        if process.alive and client.service_is_ready():
-            future = client.call_async(ListParameters.Request())
-            wait_until(lambda: future.done() or not process.alive, end - time.monotonic(), alert=False)
-        for name in process.nodes:  # that of a ghost with its name are none
-            process.services |= self._presence.services(name) or self._presence.served() - served
-        self.node.destroy_client(client)
 
     def stop(self, name: str | None = None) -> None:
         """Stop the node (or the file's process) called `name`, or all of them; one that is not there is no error."""

@@ -6,15 +6,19 @@ Such a ghost has a name and no endpoint, and stays for as long as this process d
 listener_thread.cpp; rmw_dds_common, GraphCache::update_participant_entities).
 """
 
+import time
 from collections import Counter
 from collections.abc import Iterable
 
+from rcl_interfaces.srv import ListParameters
 from rclpy.node import Node
 
-from course.rclpy_internals import NodeNameNonExistentError
+from course.rclpy_internals import NodeNameNonExistentError, unwatched
+from course.session.process import NodeProcess
 from course.waiting import wait_until
 
 FORGOTTEN = 15.0  # s; a node that was killed is in the graph for 5 (discovery.xml), on a busy machine for longer
+SETTLED = 2.0  # s that a program may take from its node to its executor
 EVENTS = "/parameter_events"  # every node of rclpy has one publisher there, and of rclcpp unless it was told not to
 
 
@@ -39,6 +43,23 @@ class Presence:
         A call made next must not meet the old node.
         """
         wait_until(lambda: not set(ended) & set(difference(self.names(), others)), FORGOTTEN, alert=False)
+
+    def settle(self, process: NodeProcess, served: set[str]) -> None:
+        """Wait until the program answers from its executor, so that what it does in its first moments is over.
+
+        `served` are the services that were there before it.  A program that offers no parameters, or is busy for longer
+        than `SETTLED`, is taken as it is.
+        """
+        end = time.monotonic() + SETTLED
+        client = self._node.create_client(ListParameters, f"{process.nodes[0]}/list_parameters")
+        wait_until(lambda: client.service_is_ready() or not process.alive, SETTLED, alert=False)
+        if process.alive and client.service_is_ready():
+            with unwatched():
+                future = client.call_async(ListParameters.Request())
+            wait_until(lambda: future.done() or not process.alive, end - time.monotonic(), alert=False)
+        for name in process.nodes:  # that of a ghost with its name are none
+            process.services |= self.services(name) or self.served() - served
+        self._node.destroy_client(client)
 
     def services(self, name: str) -> set[str]:
         """The services that the node with the full name `name` offers."""

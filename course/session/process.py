@@ -9,7 +9,7 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from pathlib import Path
 
@@ -27,8 +27,18 @@ class NodeProcess:
     It dies with this process, however this one ends.
     """
 
-    def __init__(self, path: Path, arguments: list[str], changed: Callable[[], None] = lambda: None):
-        """Start it; `changed` is called, in another thread, when it has ended or a goal of it has failed."""
+    def __init__(
+        self,
+        path: Path,
+        arguments: list[str],
+        changed: Callable[[], None] = lambda: None,
+        variables: Mapping[str, str] | None = None,
+    ):
+        """Start it, with these environment variables beside those of this process.
+
+        `changed` is called, in another thread, when it has ended or a goal of it has failed.
+        """
+        self._variables = variables or {}
         self._changed = changed
         self.path = path.absolute()
         self.name = path.name
@@ -61,7 +71,7 @@ class NodeProcess:
             self._popen = subprocess.Popen(
                 ["setpriv", "--pdeathsig", "KILL", sys.executable, self.path.name, *arguments],
                 cwd=self.path.parent,
-                env={**os.environ, "PYTHONUNBUFFERED": "1"},
+                env={**os.environ, "PYTHONUNBUFFERED": "1", **self._variables},
                 start_new_session=True,
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,

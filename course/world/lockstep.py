@@ -9,7 +9,7 @@ from rcl_interfaces.srv import GetParameters
 from rclpy.client import Client
 from rclpy.node import Node
 
-from course.rclpy_internals import RCLError
+from course.rclpy_internals import RCLError, unwatched
 from course.world.geometry import Floats
 from course.world.simulation import Collision
 
@@ -78,7 +78,8 @@ class Barrier:
         ready = [client for client in self._clients.values() if client.service_is_ready()]
         if not ready or timeout <= 0.0:
             return False
-        asked = [(client, client.call_async(GetParameters.Request())) for client in ready]
+        with unwatched():
+            asked = [(client, client.call_async(GetParameters.Request())) for client in ready]
         for _, future in asked:
             future.add_done_callback(lambda _: self._notify())
         done = self._wait(lambda: all(future.done() for _, future in asked), timeout)

@@ -153,3 +153,37 @@ def test_an_action_server_still_prints_what_an_execute_callback_raises():
     end()
     assert "traceback.print_exc()" in inspect.getsource(ActionServer._execute_goal)
     assert not hasattr(ActionServer._execute_goal, "__wrapped__")
+
+
+class Watcher:
+    """Raises whenever it is told of something, and keeps the names of what it was told of."""
+
+    def __init__(self) -> None:
+        self.told: list[str] = []
+
+    def __getattr__(self, name: str):
+        def tell(*args: object, **kwargs: object) -> None:
+            self.told.append(name)
+            raise RuntimeError("a watcher's own mistake")
+
+        return tell
+
+
+def test_who_watches_clients_is_told_and_disturbs_nobody(node):
+    """When `call_async` or an ActionClient's methods go or change, the flow diagrams have nothing to draw."""
+    watcher = Watcher()
+    end = rclpy_internals.watch_clients(watcher)
+    client = node.create_client(AddTwoInts, "add")
+    goals = ActionClient(node, Fibonacci, "fibonacci")
+    assert not client.call_async(AddTwoInts.Request()).done()
+    assert not goals.send_goal_async(Fibonacci.Goal()).done()
+    assert watcher.told == ["called", "goal_begins", "goal_sent"]
+    with rclpy_internals.unwatched():
+        client.call_async(AddTwoInts.Request())
+        goals.send_goal_async(Fibonacci.Goal())
+    assert watcher.told[3:] == ["goal_begins"]  # told so that its status is known to be nobody else's
+    end()
+    client.call_async(AddTwoInts.Request())
+    assert len(watcher.told) == 4
+    assert rclpy_internals.action_name(goals) == "/fibonacci"
+    goals.destroy()

@@ -17,6 +17,7 @@ from typing import Any
 from course.errors import CourseError
 from course.lab import protocol
 from course.lab.kernel.panels import Feed, Panels, Topic
+from course.rclpy_internals import unwatched
 
 REQUESTS = 16  # of a page at a time
 AHEAD = 2  # events of a subscription that the page may have not taken in yet
@@ -168,7 +169,8 @@ async def in_thread(work: Callable[[], Any]) -> Any:
     def run() -> None:
         result, failed = None, None
         try:
-            result = work()
+            with unwatched():
+                result = work()
         except Exception as error:
             failed = error
         with contextlib.suppress(RuntimeError):  # the loop was closed meanwhile

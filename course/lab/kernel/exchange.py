@@ -1,6 +1,7 @@
 """What passes in one call, goal, message or change of a parameter: each event with its time.
 
-A reader sends them with the inspector; the calls that cells make are kept, too, while their diagrams can be seen.
+A reader sends them with the inspector.  What cells, nodes and other programs send is kept, too, while a page shows the
+list of exchanges: see `passing.py`.
 """
 
 import itertools
@@ -8,17 +9,16 @@ import os
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
 from typing import Any
 
 from rclpy.serialization import deserialize_message, serialize_message
 
 from course.errors import LiveError
-from course.lab.kernel.panels import Changes
 from course.ros2 import messages
-from course.session.calls import listeners
 
 KEPT = 20  # exchanges
+ALIKE = 5  # of these with one name and from one sender: a timer must not push out all others
+INSPECTOR = "the Inspector"
 FIRST, LAST = 20, 180  # events of an exchange that are kept
 LONGEST = 2000  # characters of a message that are shown
 LENGTH = 100  # elements of an array that are shown
@@ -27,12 +27,12 @@ _numbers = itertools.count(1)
 
 
 class Exchange:
-    """What passes between the session, as a client, and the server, action server or subscriptions of `name`."""
+    """What passes between a client and the server, the action server or the subscriptions of `name`."""
 
-    def __init__(self, kind: str, name: str, type_name: str):
-        """`kind` is service, action, topic or parameter."""
+    def __init__(self, kind: str, name: str, type_name: str, by: str = INSPECTOR, about: str = ""):
+        """`kind` is service, action, topic or parameter; `by` is who sends, `about` what a reader must know of it."""
         self.number = f"{os.getpid()}.{next(_numbers)}"  # of this kernel, and none that was restarted
-        self.kind, self.name, self.type_name = kind, name, type_name
+        self.kind, self.name, self.type_name, self.by, self.about = kind, name, type_name, by, about
         self._first: list[list[Any]] = []
         self._last: deque[list[Any]] = deque(maxlen=LAST)
         self._count = 0
@@ -43,9 +43,12 @@ class Exchange:
         self._goal: Any = None
         self._lock = threading.Lock()
 
-    def add(self, event: str, message: Any = None) -> None:
-        """An event has been seen, now; `message` is what came with it, or a text."""
-        now = time.monotonic()
+    def add(self, event: str, message: Any = None, at: float | None = None) -> None:
+        """An event has been seen; `message` is what came with it, or a text.
+
+        `at` is when (s, on the same clock for all events of an exchange); by default now, as `time.monotonic` says.
+        """
+        now = time.monotonic() if at is None else at
         # The sender may change its message later, and must not wait until it is written as text.
         kept = message or "" if message is None or isinstance(message, str) else _Serialized(message)
         with self._lock:
@@ -85,7 +88,7 @@ class Exchange:
         """What a list of exchanges shows of it."""
         with self._lock:
             state = "failed" if self._failed else "over" if self._over else "running"
-            return {"number": self.number, "kind": self.kind, "name": self.name, "state": state}
+            return {"number": self.number, "kind": self.kind, "name": self.name, "by": self.by, "state": state}
 
     def state(self) -> dict[str, Any]:
         """All of it, as the page shows it; the events are [ms since the first, event, text]."""
@@ -96,6 +99,7 @@ class Exchange:
             return {
                 **summary,
                 "type": self.type_name,
+                "about": self.about,
                 "events": [*self._first, *self._last],
                 "left_out": self._count - len(self._first) - len(self._last),  # between the first and the last
                 "first": len(self._first),
@@ -117,57 +121,30 @@ class _Serialized:
 
 
 _kept: deque[Exchange] = deque(maxlen=KEPT)
+_keeping = threading.Lock()
 
 
 def keep(exchange: Exchange) -> Exchange:
     """Have an exchange in the list; the oldest one may leave it."""
-    _kept.append(exchange)
+    with _keeping:
+        mark = (exchange.kind, exchange.name, exchange.by)
+        alike = [each for each in _kept if (each.kind, each.name, each.by) == mark]
+        if len(alike) >= ALIKE:
+            _kept.remove(alike[0])
+        _kept.append(exchange)
     return exchange
 
 
 def summaries() -> list[dict[str, Any]]:
     """The exchanges that are kept, the newest first."""
-    return [each.summary() for each in reversed(list(_kept))]
+    with _keeping:
+        return [each.summary() for each in reversed(_kept)]
 
 
 def find(number: str) -> Exchange:
     """The exchange with this number; raises LiveError when it is not kept any more."""
-    for each in list(_kept):
-        if each.number == number:
-            return each
+    with _keeping:
+        for each in _kept:
+            if each.number == number:
+                return each
     raise LiveError("nothing is known of it any more, as after a restart of the kernel: send it again")
-
-
-class Summaries(Changes):
-    """A feed of what `summaries` says; while a page follows it, the calls that cells make are kept, too."""
-
-    def __init__(self) -> None:
-        super().__init__(summaries)
-        _followed.add(self)
-        if _listen not in listeners:
-            listeners.append(_listen)
-
-    def close(self) -> None:
-        """The page has left."""
-        _followed.discard(self)
-        if not _followed and _listen in listeners:
-            listeners.remove(_listen)
-
-
-_followed: set[Summaries] = set()
-
-
-def _listen(service: str, srv_type: type[Any], request: Any) -> Callable[[Any, str], None]:
-    """Keep a call that a cell makes; those of panels come in other threads."""
-    if threading.current_thread() is not threading.main_thread():
-        return lambda response, failed: None
-    package = srv_type.__module__.partition(".")[0]
-    exchange = keep(Exchange("service", service, f"{package}/srv/{srv_type.__name__}"))
-    exchange.add("request", request)
-
-    def tell(response: Any, failed: str) -> None:
-        if response is not None:
-            exchange.add("response", response)
-        exchange.end(failed)
-
-    return tell

@@ -8,7 +8,7 @@ from rclpy.action import get_action_names_and_types
 from rclpy.parameter import Parameter, parameter_value_to_python
 
 from course.errors import LiveError
-from course.lab.kernel import exchange, forms, programs, sending
+from course.lab.kernel import exchange, forms, passing, programs, sending
 from course.lab.kernel.nodes import of_interest, session
 from course.lab.kernel.panels import Changes, Panels, Topic
 from course.session.live import current
@@ -39,7 +39,7 @@ def add(panels: Panels) -> None:
     panels.topics |= {
         "inspector": Topic(lambda: Changes(offers), 0.5),
         "inspector.exchange": Topic(lambda number: Changes(exchange.find(number).state), 0.1),
-        "inspector.exchanges": Topic(exchange.Summaries, 0.25),
+        "inspector.exchanges": Topic(passing.Summaries, 0.25),
     }
 
 

@@ -14,7 +14,7 @@ from rclpy.task import Future
 from course.errors import CourseError
 from course.lab.kernel.exchange import Exchange, keep
 from course.lab.kernel.forms import Interface
-from course.rclpy_internals import destroy
+from course.rclpy_internals import destroy, unwatched
 from course.recorders import GoalRecorder
 from course.session.live import Session
 from course.waiting import wait_until
@@ -151,7 +151,8 @@ def _begun(exchange: Exchange, work: Callable[[], None]) -> Exchange:
     def run() -> None:
         failed = ""
         try:
-            work()
+            with unwatched():
+                work()
         except CourseError as error:
             failed = str(error)
         except Exception as error:  # of rclpy, when the session is closed meanwhile

@@ -1,0 +1,388 @@
+"""What cells, nodes and other programs send to services and actions, kept as exchanges while a page shows the list.
+
+What this kernel sends is seen where it is sent: the clients of rclpy tell (`course.rclpy_internals.watch_clients`).
+What other programs send is seen where it arrives.  Services that publish what they are asked and answer are heard
+(rclpy's service introspection, on SERVICE/_service_event): those of nodes that the session starts while a page looks,
+see `course/session/started`.  Of an action, feedback and status are topics, which anybody may hear; its goals and
+results travel in services, which nobody else hears.
+"""
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from action_msgs.msg import GoalStatus, GoalStatusArray
+from rclpy.action import ActionClient
+from rclpy.client import Client
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.serialization import deserialize_message
+from rclpy.subscription import Subscription
+from rclpy.task import Future
+from service_msgs.msg import ServiceEventInfo
+
+from course.lab.kernel.exchange import Exchange, keep, summaries
+from course.lab.kernel.panels import Changes
+from course.rclpy_internals import action_name, action_type, replace_in_rclpy, watch_clients
+from course.recorders import STATUS
+from course.ros2 import messages
+from course.session.live import Session, current
+from course.session.presence import EVENTS
+from course.session.started import sitecustomize
+
+WAITING = 400  # messages that are kept between two looks
+OPEN = 100  # calls and goals without an end that are remembered
+SERVICE, STATUSES, FEEDBACK = "/_service_event", "/_action/status", "/_action/feedback"
+QOS = {
+    SERVICE: QoSProfile(depth=100),
+    STATUSES: QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+    FEEDBACK: QoSProfile(depth=100),
+}
+OTHER = "another program"
+OF_A_SERVICE = "Seen from the server: the times are when it took the request and sent the response."
+OF_AN_ACTION = (
+    "Seen from the action's topics for status and feedback. What the goal and the result say is not seen there, and "
+    "neither is a goal that was refused: they travel in services, between client and server alone."
+)
+
+
+@dataclass
+class _Goal:
+    """A goal that is on its way; `exchange` is None when it is shown elsewhere, or of no interest."""
+
+    exchange: Exchange | None
+    outside: bool = False  # of another program
+    asked: bool = False  # for its result
+    accepted: bool = False
+    canceling: bool = False
+
+
+class Passing:
+    """Watches a session from its making to `close`."""
+
+    def __init__(self, live: Session):
+        self.live = live
+        self._incoming: deque[tuple[float, str, str, type, bytes]] = deque(maxlen=WAITING)
+        self._subscriptions: dict[str, Subscription] = {}
+        self._begun: set[str] = set()  # status topics of which a message was read
+        self._callers: dict[bytes, str] = {}
+        self._calls: dict[tuple[bytes, int], Exchange] = {}  # of other programs
+        self._goals: dict[bytes, _Goal] = {}
+        self._lock = threading.Lock()
+        self._noting = threading.Lock()  # of goals, which are sent in other threads
+        full = (live.node.get_name(), live.node.get_namespace())
+        self._own = {
+            bytes(each.endpoint_gid[:12])
+            for each in live.node.get_publishers_info_by_topic(EVENTS)
+            if (each.node_name, each.node_namespace) == full
+        }
+        live.introspecting = True
+        self._ends = [watch_clients(self), replace_in_rclpy(sitecustomize.introspected, Node, "create_service")]
+
+    def look(self) -> None:
+        """See who is there, and read what has come since the last look."""
+        with self._lock:
+            if not self.live.ok:
+                return
+            self._listen()
+            while self._incoming:
+                self._read(*self._incoming.popleft())
+            self._look_after_servers()
+
+    def close(self) -> None:
+        """Leave everything as it was; a service that is introspected stays so until its node ends."""
+        self.live.introspecting = False
+        for end in self._ends:
+            end()
+        with self._lock:
+            if self.live.ok:
+                for subscription in self._subscriptions.values():
+                    self.live.node.destroy_subscription(subscription)
+
+    # What other programs send
+
+    def _listen(self) -> None:
+        """Subscribe to what is published now, and to nothing else."""
+        node, wanted = self.live.node, {}
+        for topic, types in node.get_topic_names_and_types():
+            for end in QOS:
+                if topic.endswith(end) and node.count_publishers(topic):
+                    wanted[topic] = types[0], end
+        there = {id(each) for each in node.subscriptions}  # a type that is built anew takes its subscriptions with it
+        for topic, subscription in list(self._subscriptions.items()):
+            if topic not in wanted or id(subscription) not in there:
+                del self._subscriptions[topic]
+                self._begun.discard(topic)
+                if id(subscription) in there:
+                    node.destroy_subscription(subscription)
+        for topic, (kind, end) in wanted.items():
+            if topic not in self._subscriptions and (loaded := _loaded(kind, end)):
+                hear = self._hear(topic.removesuffix(end), end, loaded)
+                self._subscriptions[topic] = node.create_subscription(loaded, topic, hear, QOS[end], raw=True)
+
+    def _hear(self, name: str, end: str, kind: type) -> Callable[[bytes], None]:
+        def hear(message: bytes) -> None:
+            # A client of a moment, as that of `ros2 service call`, is known by its name now or never.
+            if end == SERVICE and message[4] == ServiceEventInfo.REQUEST_RECEIVED:
+                self._caller(name, message[16:32])
+            self._incoming.append((time.monotonic(), name, end, kind, message))
+
+        return hear
+
+    def _caller(self, service: str, client: bytes) -> str:
+        """The node whose client has sent a request, by what the middleware calls the client."""
+        if self._callers.get(client, OTHER) == OTHER:
+            infos = self.live.node.get_subscriptions_info_by_topic(f"rr{service}Reply", no_mangle=True)
+            names = [
+                f"{each.node_namespace.rstrip('/')}/{each.node_name}"
+                for each in infos
+                if bytes(each.endpoint_gid) == client and "UNKNOWN" not in each.node_name
+            ]
+            self._callers[client] = _said(names)
+        return self._callers[client]
+
+    def _read(self, at: float, name: str, end: str, kind: type, message: bytes) -> None:
+        read = deserialize_message(message, kind)
+        if end == SERVICE:
+            self._read_call(name, kind, read)
+        elif end == STATUSES:
+            self._read_statuses(name, at, read)
+        else:
+            goal = self._goal(bytes(read.goal_id.uuid), name)
+            if goal.outside and goal.exchange and not goal.exchange.over:
+                self._follow(goal, GoalStatus.STATUS_EXECUTING, at)  # the news of it may come later
+                goal.exchange.add("feedback", read.feedback, at)
+
+    def _read_call(self, name: str, kind: type, event: Any) -> None:
+        info = event.info
+        client, at = bytes(info.client_gid), info.stamp.sec + 1e-9 * info.stamp.nanosec
+        key = client, info.sequence_number
+        if client[:12] in self._own:
+            return  # this kernel's: its client tells more
+        if info.event_type == ServiceEventInfo.REQUEST_RECEIVED and event.request:
+            type_name = f"{kind.__module__.partition('.')[0]}/srv/{kind.__name__.removesuffix('_Event')}"
+            exchange = keep(Exchange("service", name, type_name, self._caller(name, client), OF_A_SERVICE))
+            exchange.add("request", event.request[0], at)
+            _remember(self._calls, key, exchange)
+        elif info.event_type == ServiceEventInfo.RESPONSE_SENT and event.response and key in self._calls:
+            exchange = self._calls.pop(key)
+            exchange.add("response", event.response[0], at)
+            exchange.end()
+
+    def _read_statuses(self, name: str, at: float, message: GoalStatusArray) -> None:
+        first = name not in self._begun
+        self._begun.add(name)
+        for each in message.status_list:
+            over = first and each.status in STATUS  # it was over before somebody looked
+            self._follow(self._goal(bytes(each.goal_info.goal_id.uuid), name, over=over), each.status, at)
+
+    def _goal(self, goal_id: bytes, name: str, *, over: bool = False) -> _Goal:
+        """What is known of a goal: when nothing is, it is another program's, and of no interest if it is `over`."""
+        if goal_id not in self._goals:
+            goal = _Goal(None if over else self._outside(name), outside=True)
+            with self._noting:
+                _remember(self._goals, goal_id, goal)
+        return self._goals[goal_id]
+
+    def _follow(self, goal: _Goal, status: int, at: float) -> None:
+        """Keep what a goal's status tells that nothing else does."""
+        exchange = goal.exchange
+        if exchange is None or exchange.over:
+            return
+        if goal.outside:
+            if not goal.accepted:
+                goal.accepted = True
+                exchange.add("accepted", at=at)
+            if status == GoalStatus.STATUS_CANCELING and not goal.canceling:
+                goal.canceling = True
+                exchange.add("cancel accepted", at=at)
+        if status in STATUS and (goal.outside or not goal.asked):
+            exchange.add(STATUS[status], at=at)
+            exchange.end()
+
+    def _outside(self, name: str) -> Exchange:
+        """An exchange for a goal of another program, from its client if there is but one."""
+        node = self.live.node
+        infos = node.get_subscriptions_info_by_topic(f"rr{name}/_action/send_goalReply", no_mangle=True)
+        others = [each for each in infos if bytes(each.endpoint_gid[:12]) not in self._own]
+        names = {f"{each.node_namespace.rstrip('/')}/{each.node_name}" for each in others}
+        kinds = dict(node.get_topic_names_and_types()).get(f"{name}{FEEDBACK}", [""])
+        by = _said(list(names) if len(names) == 1 else [])
+        return keep(Exchange("action", name, kinds[0].removesuffix("_FeedbackMessage"), by, OF_AN_ACTION))
+
+    def _look_after_servers(self) -> None:
+        """End what can have no end any more."""
+        for key, exchange in list(self._calls.items()):
+            if not self.live.node.count_services(exchange.name):
+                exchange.end(f"the server of {exchange.name} has gone: no response will come")
+                del self._calls[key]
+        with self._noting:
+            running = [goal.exchange for goal in self._goals.values() if goal.exchange and goal.accepted]
+        for exchange in running:
+            if not exchange.over and not self.live.node.count_publishers(f"{exchange.name}{STATUSES}"):
+                exchange.end(f"the action server of {exchange.name} has gone: no result will come")
+
+    # What this kernel sends: see course.rclpy_internals.ClientWatcher
+
+    def called(self, client: Client, request: Any, future: Future, at: float) -> None:
+        """A client of this kernel has sent a request."""
+        made: Any = client.srv_type
+        kind = f"{made.__module__.partition('.')[0]}/srv/{made.__name__}"
+        exchange = keep(Exchange("service", client.service_name, kind, _here()))
+        exchange.add("request", request, at)
+        future.add_done_callback(lambda done: self._answered(exchange, done))
+
+    def _answered(self, exchange: Exchange, future: Future) -> None:
+        if future.cancelled() or (failed := future.exception()):
+            exchange.end("it was canceled" if future.cancelled() else str(failed))
+            return
+        exchange.add("response", future.result())
+        exchange.end()
+
+    def goal_begins(self, client: ActionClient, goal: Any, goal_id: bytes, *, own: bool) -> None:
+        """An action client of this kernel sends a goal; the inspector's own are shown by the inspector."""
+        exchange = None
+        if not own and (kind := action_type(client)):
+            package = kind.__module__.partition(".")[0]
+            name = action_name(client)
+            exchange = Exchange("action", name, f"{package}/action/{kind.__name__}", _here())
+            exchange.add("goal", goal)
+        with self._noting:
+            _remember(self._goals, goal_id, _Goal(exchange))
+
+    def goal_sent(self, goal_id: bytes, future: Future) -> None:
+        """It is on its way."""
+        if exchange := self._exchange(goal_id):
+            keep(exchange)
+            future.add_done_callback(lambda done: self._decided(goal_id, exchange, done))
+
+    def _decided(self, goal_id: bytes, exchange: Exchange, future: Future) -> None:
+        handle = future.result()
+        exchange.add("accepted" if handle.accepted else "rejected")
+        if handle.accepted:
+            exchange.may_be_canceled(_Handle(handle))
+            self._goals[goal_id].accepted = True
+        else:
+            exchange.end()
+
+    def feedback(self, goal_id: bytes, feedback: Any) -> None:
+        """Feedback has come to this kernel."""
+        if exchange := self._exchange(goal_id):
+            exchange.add("feedback", feedback)
+
+    def result_asked(self, goal_id: bytes, future: Future) -> None:
+        """The result will come to this kernel."""
+        if exchange := self._exchange(goal_id):
+            self._goals[goal_id].asked = True
+            future.add_done_callback(lambda done: self._done(exchange, done))
+
+    def _done(self, exchange: Exchange, future: Future) -> None:
+        response = future.result()
+        exchange.add(STATUS.get(response.status, "unknown"), response.result)
+        exchange.end()
+
+    def cancel_sent(self, goal_id: bytes, future: Future) -> None:
+        """This kernel wants it canceled."""
+        if exchange := self._exchange(goal_id):
+            exchange.add("cancel")
+            future.add_done_callback(lambda done: self._canceled(exchange, done))
+
+    def _canceled(self, exchange: Exchange, future: Future) -> None:
+        taken = bool(future.result().goals_canceling)
+        exchange.add("cancel accepted" if taken else "cancel refused")
+
+    def _exchange(self, goal_id: bytes) -> Exchange | None:
+        goal = self._goals.get(goal_id)
+        return goal.exchange if goal and not goal.outside else None
+
+
+class _Handle:
+    """A goal of a cell or a node, as a page may cancel it."""
+
+    def __init__(self, handle: Any):
+        self._handle = handle
+
+    def cancel(self) -> None:
+        """Ask for it."""
+        self._handle.cancel_goal_async()
+
+
+def _remember(known: dict[Any, Any], key: object, value: object) -> None:
+    known[key] = value
+    while len(known) > OPEN:
+        del known[next(iter(known))]
+
+
+def _here() -> str:
+    """Who sends in this thread of the kernel."""
+    thread = threading.current_thread()
+    if thread is threading.main_thread():
+        return "a cell"
+    return f"/{thread.name.removeprefix('spin ')}" if thread.name.startswith("spin ") else "a node of this kernel"
+
+
+def _said(names: list[str]) -> str:
+    if not names:
+        return OTHER
+    return "the ros2 command" if names[0].startswith("/_ros2cli") else names[0]
+
+
+def _loaded(kind: str, end: str) -> type | None:
+    """The class of a topic's messages; None when this kernel cannot import it."""
+    package, _, name = kind.split("/")
+    try:
+        if end == SERVICE:
+            return messages.get_service(f"{package}/srv/{name.removesuffix('_Event')}").Event
+        if end == FEEDBACK:
+            return messages.get_action(f"{package}/action/{name.removesuffix('_FeedbackMessage')}").Impl.FeedbackMessage
+    except (*messages.INVALID_TYPE, RuntimeError):
+        return None
+    return GoalStatusArray
+
+
+_followed: set["Summaries"] = set()
+_passing: list[Passing] = []
+_sharing = threading.Lock()
+
+
+class Summaries(Changes):
+    """A feed of the list of exchanges; while a page follows it, what others send is kept, too."""
+
+    def __init__(self) -> None:
+        super().__init__(summaries)
+        with _sharing:
+            _followed.add(self)
+        _look()
+
+    def read(self) -> Any:
+        """The list, when it has changed."""
+        _look()
+        return super().read()
+
+    def close(self) -> None:
+        """The page has left."""
+        with _sharing:
+            _followed.discard(self)
+            if not _followed:
+                _leave()
+
+
+def _look() -> None:
+    """Watch the current session."""
+    with _sharing:
+        live = current()
+        if _passing and _passing[0].live is not live:
+            _leave()
+        if live is None or not _followed:
+            return
+        if not _passing:
+            _passing.append(Passing(live))
+        _passing[0].look()
+
+
+def _leave() -> None:
+    while _passing:
+        _passing.pop().close()

@@ -1,0 +1,68 @@
+"""Has the services of a program that the session starts publish what they are asked, and what they answer.
+
+Python loads this module by its name, from PYTHONPATH, before the program begins (see the module `site`); the session
+puts it there only while somebody looks at what passes.  Every service that the program makes is then introspected, as
+rclpy offers it: requests and responses are published on the hidden topic SERVICE/_service_event.
+
+It is switched on where a service is made, by the thread that makes it, and never later: nothing of rclpy promises that
+it may be switched by another thread while an executor works.
+"""
+
+import contextlib
+import importlib.machinery
+import importlib.util
+import os
+import sys
+from collections.abc import Callable, Mapping
+from typing import Any
+
+WANTED = "COURSE_INTROSPECTION"
+HERE = os.path.dirname(os.path.abspath(__file__))
+DEPTH = 100  # events that may wait to be sent
+# Every node has services of these packages; one of them is not of rclpy's making, and cannot be introspected.
+OF_EVERY_NODE = ("rcl_interfaces", "type_description_interfaces")
+
+
+def environment(variables: "Mapping[str, str]") -> "dict[str, str]":
+    """What a program needs, beside its `variables`, for its services to be introspected."""
+    path = os.pathsep.join([HERE, *filter(None, [variables.get("PYTHONPATH")])])
+    return {"PYTHONPATH": path, WANTED: "1"}
+
+
+def introspected(original: "Callable[..., Any]") -> "Callable[..., Any]":
+    """A `Node.create_service` in the place of the `original` one, whose services are introspected."""
+    clocks: list[Any] = []  # Seen in rclpy 7.1.6: the service does not keep its clock, and crashes when it has gone
+
+    def create_service(*args: Any, **kwargs: Any) -> Any:
+        service = original(*args, **kwargs)
+        # A service that cannot be seen is no reason to disturb its node.
+        with contextlib.suppress(Exception):
+            from rclpy.clock import Clock
+            from rclpy.qos import QoSProfile
+            from rclpy.service_introspection import ServiceIntrospectionState
+
+            if service.srv_type.__module__.partition(".")[0] not in OF_EVERY_NODE:
+                clocks[:] = clocks or [Clock()]
+                service.configure_introspection(clocks[0], QoSProfile(depth=DEPTH), ServiceIntrospectionState.CONTENTS)
+        return service
+
+    return create_service
+
+
+def begin() -> None:
+    """Do it in this program, and leave no trace in what it and its children see of their environment."""
+    others = [folder for folder in os.environ.pop("PYTHONPATH", "").split(os.pathsep) if folder not in ("", HERE)]
+    if others:
+        os.environ["PYTHONPATH"] = os.pathsep.join(others)
+    sys.path[:] = [folder for folder in sys.path if folder != HERE]
+    with contextlib.suppress(Exception):  # the program will say it when it imports rclpy
+        from rclpy.node import Node
+
+        Node.create_service = introspected(Node.create_service)  # type: ignore[method-assign]
+    # The system may have such a module, too, which this one has hidden.
+    if (spec := importlib.machinery.PathFinder.find_spec("sitecustomize", sys.path)) and spec.loader:
+        spec.loader.exec_module(importlib.util.module_from_spec(spec))
+
+
+if __name__ == "sitecustomize" and os.environ.pop(WANTED, ""):
+    begin()

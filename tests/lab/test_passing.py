@@ -1,0 +1,239 @@
+"""What cells, nodes and other programs send is drawn from what passed; nothing of that is left when nobody looks."""
+
+import pytest
+
+from tests.kernels import Kernel
+from tests.lab.client import Client, page_of
+from tests.lab.test_inspector import SERVERS
+
+CALLER = """import sys
+import rclpy
+from example_interfaces.srv import AddTwoInts
+from rclpy.node import Node
+
+
+class Caller(Node):
+    def __init__(self):
+        super().__init__('caller')
+        self.client = self.create_client(AddTwoInts, 'add_two_ints')
+        self.create_timer(0.2, self.ask)
+
+    def ask(self):
+        self.client.call_async(AddTwoInts.Request(a=4, b=5))
+
+
+rclpy.init()
+rclpy.spin(Caller())
+"""
+IN_THE_KERNEL = """from example_interfaces.srv import AddTwoInts
+from rclpy.node import Node
+
+class Adder(Node):
+    def __init__(self):
+        super().__init__('adder')
+        self.create_service(AddTwoInts, 'add_here', self.add)
+
+    def add(self, request, response):
+        response.sum = request.a + request.b
+        return response
+
+ros.start(Adder)
+"""
+GOALS = """from example_interfaces.action import Fibonacci
+from rclpy.action import ActionClient
+client = ActionClient(ros.node, Fibonacci, 'fibonacci')
+client.wait_for_server()
+heard = []
+def send(order):
+    return ros.wait(client.send_goal_async(Fibonacci.Goal(order=order), feedback_callback=heard.append))
+"""
+COMMAND = "!ros2 service call /{name} example_interfaces/srv/AddTwoInts '{{a: 20, b: 22}}'"
+
+
+@pytest.fixture(scope="module")
+def kernel(tmp_path_factory):
+    kernel = Kernel(tmp_path_factory.mktemp("passing"))
+    (kernel.folder / "servers.py").write_text(SERVERS)
+    (kernel.folder / "caller.py").write_text(CALLER)
+    kernel.run("import course\nros = course.live()")
+    page = page_of(kernel)
+    page.subscribe("inspector.exchanges")
+    page.event()  # from now on somebody looks
+    kernel.run("ros.start('servers.py')")
+    yield kernel
+    page.close()
+    kernel.stop()
+
+
+@pytest.fixture
+def page(kernel):
+    client = page_of(kernel)
+    client.subscribe("inspector.exchanges")
+    yield client
+    client.close()
+
+
+def newest(page: Client, **wanted: object) -> dict:
+    """The newest exchange like this, when the list tells it.
+
+    `ros2` is one of the `ros2` command, which may have ended before somebody has asked for its name.
+    """
+    while True:
+        for each in page.event()["data"]:
+            if wanted.items() <= (each | {"ros2": each["by"] in ("the ros2 command", "another program")}).items():
+                return each
+
+
+def events(kernel: Kernel, **wanted: object) -> dict:
+    """All of the newest exchange that is like this, asked for by a page of its own."""
+    page = page_of(kernel)
+    page.subscribe("inspector.exchanges")
+    number = newest(page, **wanted)["number"]
+    follow = page.subscribe("inspector.exchange", number=number)
+    while (event := page.event())["id"] != follow:
+        pass
+    page.close()
+    return event["data"]
+
+
+def names(exchange: dict) -> list[str]:
+    return [name for _, name, _ in exchange["events"] if name != "feedback"]
+
+
+def introspected(kernel: Kernel, service: str) -> None:
+    """Wait until a service tells what it is asked."""
+    assert kernel.run(f"print(ros.until(lambda: ros.node.count_publishers('{service}/_service_event'), 30))") == "True"
+
+
+def test_a_call_of_another_program_is_seen_from_the_server_that_the_session_runs(kernel, page):
+    introspected(kernel, "/add_two_ints")
+    assert "sum=42" in kernel.run(COMMAND.format(name="add_two_ints"))
+    exchange = events(kernel, name="/add_two_ints", ros2=True, state="over")
+    (began, *request), (took, *response) = exchange["events"]
+    assert (request, response) == (["request", "a: 20\nb: 22"], ["response", "sum: 42"])
+    assert began == 0.0 < took
+    assert "Seen from the server" in exchange["about"]
+
+
+def test_a_program_of_the_session_that_calls_is_named_and_does_not_push_out_the_others(kernel, page):
+    introspected(kernel, "/add_two_ints")
+    kernel.run(COMMAND.format(name="add_two_ints"))
+    kernel.run("ros.start('caller.py')")
+    exchange = events(kernel, name="/add_two_ints", by="/caller", state="over")
+    assert [text for *_, text in exchange["events"]] == ["a: 4\nb: 5", "sum: 9"]
+    called = 0
+    while called < 5:
+        told = [each["by"] for each in page.event()["data"]]
+        called = told.count("/caller")
+    assert called == 5
+    assert len(told) > 5
+    kernel.run("ros.stop('caller.py')")
+
+
+def test_a_server_in_the_kernel_is_seen_too_and_a_cells_call_of_it_once(kernel, page):
+    kernel.run(IN_THE_KERNEL)
+    introspected(kernel, "/add_here")
+    kernel.run(COMMAND.format(name="add_here"))
+    assert names(events(kernel, name="/add_here", ros2=True, state="over")) == ["request", "response"]
+    kernel.run("ros.call('/add_here', AddTwoInts, a=1, b=2)")
+    exchange = events(kernel, name="/add_here", by="a cell", state="over")
+    assert (names(exchange), exchange["about"]) == (["request", "response"], "")
+    kernel.run("ros.stop('adder')")
+    second = page_of(kernel)
+    second.subscribe("inspector.exchanges")
+    told = [each["by"] for each in second.event()["data"] if each["name"] == "/add_here"]
+    assert len(told) == 2 and told[0] == "a cell"
+    second.close()
+
+
+def test_a_client_of_a_node_in_the_kernel_is_seen(kernel, page):
+    (kernel.folder / "inner.py").write_text(CALLER.partition("rclpy.init")[0].replace("'caller'", "'inner'"))
+    kernel.run("from inner import Caller\nros.start(Caller)")
+    exchange = events(kernel, name="/add_two_ints", by="/inner", state="over")
+    assert ([text for *_, text in exchange["events"]], exchange["about"]) == (["a: 4\nb: 5", "sum: 9"], "")
+    kernel.run("ros.stop('inner')")
+
+
+def test_a_call_without_an_answer_says_why(kernel, page):
+    kernel.run("from std_srvs.srv import Trigger\nros.call('/stuck', Trigger, timeout=0.3)")
+    assert "/stuck did not answer within 0.3 s" in events(kernel, name="/stuck", state="failed")["failed"]
+    kernel.run("ros.restart('servers.py')")
+
+
+def test_a_goal_of_a_cell_shows_each_step_and_its_feedback_still_arrives(kernel, page):
+    kernel.run(GOALS)
+    kernel.run("handle = send(4)\nresult = ros.wait(handle.get_result_async())")
+    assert kernel.run("print(list(result.result.sequence), len(heard))") == "[0, 1, 1, 2, 3] 3"
+    exchange = events(kernel, name="/fibonacci", by="a cell", state="over")
+    assert names(exchange) == ["goal", "accepted", "succeeded"]
+    assert (exchange["events"][0][2], exchange["type"]) == ("order: 4", "example_interfaces/action/Fibonacci")
+    assert [name for _, name, _ in exchange["events"]].count("feedback") == 3
+    kernel.run("handle = send(40)\nros.wait(handle.cancel_goal_async())\nros.wait(handle.get_result_async())")
+    exchange = events(kernel, name="/fibonacci", by="a cell", state="over")
+    assert [each for each in names(exchange) if each != "feedback"] == [
+        "goal", "accepted", "cancel", "cancel accepted", "canceled"
+    ]  # fmt: skip
+
+
+def test_a_goal_whose_result_nobody_asks_for_ends_by_its_status(kernel, page):
+    kernel.run(GOALS + "handle = send(3)")
+    while (exchange := events(kernel, name="/fibonacci", by="a cell", state="over"))["events"][0][2] != "order: 3":
+        pass
+    assert names(exchange) == ["goal", "accepted", "succeeded"]
+
+
+def test_a_goal_of_another_program_is_drawn_from_status_and_feedback(kernel, page):
+    kernel.run("print(ros.until(lambda: ros.node.count_subscribers('/fibonacci/_action/feedback'), 30))")
+    kernel.run("!ros2 action send_goal /fibonacci example_interfaces/action/Fibonacci '{order: 5}' --feedback")
+    exchange = events(kernel, kind="action", name="/fibonacci", ros2=True, state="over")
+    assert names(exchange) == ["accepted", "succeeded"]
+    feedback = [text for _, name, text in exchange["events"] if name == "feedback"]
+    assert len(feedback) == 4 and feedback[-1].endswith("- 5")
+    assert "not seen there" in exchange["about"]
+    assert exchange["type"] == "example_interfaces/action/Fibonacci"
+
+
+def test_an_answer_that_can_no_more_come_is_told(kernel, page):
+    kernel.run(GOALS + "handle = send(1000)")
+    newest(page, name="/fibonacci", by="a cell", state="running")
+    kernel.run("ros.stop('servers.py')")
+    assert "has gone" in events(kernel, name="/fibonacci", by="a cell", state="failed")["failed"]
+    kernel.run("ros.start('servers.py')")
+
+
+def test_what_is_introspected_loses_nothing(kernel, page):
+    """Seen in rclpy 7.1.6: without the clock that it was given, the server crashes or loses requests."""
+    introspected(kernel, "/add_two_ints")
+    calls = "for a in range(1000): last = ros.call('/add_two_ints', AddTwoInts, a=a)\nprint(last.sum)"
+    assert kernel.run(f"from example_interfaces.srv import AddTwoInts\n{calls}") == "999"
+
+
+def test_a_program_sees_nothing_of_it(kernel):
+    (kernel.folder / "look.py").write_text(
+        "import os, sys, threading\nimport rclpy\nfrom rclpy.node import Node\n"
+        "print('sees', threading.active_count(), os.environ.get('PYTHONPATH'), 'COURSE_INTROSPECTION' in os.environ,"
+        " [p for p in sys.path if 'started' in p], sys.argv)\nrclpy.init()\nrclpy.spin(Node('looking'))\n"
+    )
+    kernel.run("import os\nos.environ['PYTHONPATH'] = '/nowhere'\nros.start('look.py')\ndel os.environ['PYTHONPATH']")
+    assert "sees 1 /nowhere False [] ['look.py']" in kernel.run("print(ros.logs('look.py', until='sees'))")
+    kernel.run("ros.stop('look.py')")
+
+
+def test_nobody_looks_and_nothing_is_left(tmp_path):
+    kernel = Kernel(tmp_path)
+    (tmp_path / "servers.py").write_text(SERVERS)
+    kernel.run("import course\nros = course.live()")
+    page = page_of(kernel)
+    page.subscribe("inspector.exchanges")
+    page.event()
+    replaced = "from rclpy.client import Client\nprint(hasattr(Client.call_async, '__wrapped__'))"
+    assert kernel.run(replaced) == "True"
+    page.close()
+    kernel.run("ros.until(lambda: not ros.introspecting, 30)")
+    assert kernel.run(replaced) == "False"
+    kernel.run("ros.start('servers.py')")
+    kernel.run(f"{IN_THE_KERNEL}\nros.call('/add_here', AddTwoInts, a=1)\nros.call('/add_two_ints', AddTwoInts, a=1)")
+    assert kernel.run("print(ros.node.count_publishers('/add_two_ints/_service_event'))") == "0"
+    assert kernel.run("print(ros.node.count_publishers('/add_here/_service_event'))") == "0"
+    assert kernel.run("print([each.topic_name for each in ros.node.subscriptions])") == "['/rosout']"
+    kernel.stop()
