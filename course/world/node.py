@@ -5,6 +5,7 @@ publishes `cmd_vel`: each tick of simulated time publishes one scan and waits fo
 same way on a busy machine as on an idle one.
 """
 
+import contextlib
 import math
 import threading
 import time
@@ -24,6 +25,7 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
+from course.rclpy_internals import RCLError
 from course.waiting import wait_until
 from course.world.controls import LATCHED, Controls
 from course.world.geometry import Pose
@@ -38,6 +40,9 @@ FIND_SERVICES = 1.0  # s to wait for the driver's parameter services
 SETTLE = 0.01  # s without a command that end a tick, for a driver without parameter services
 
 
+# Called with a world of this process when it is made, and when a drive of it begins and ends: who looks only now and
+# then may miss a drive.
+watchers: list[Callable[["World"], None]] = []
 _latest: list["weakref.ReferenceType[World]"] = []  # the one that was made last
 
 
@@ -98,6 +103,7 @@ class World(Node):
             self._controls = Controls(self)
             self.create_timer(1.0 / rate, self._on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
         _latest[:] = [weakref.ref(self)]
+        self._tell_watchers()
         self.get_logger().info(f"World started in room '{self.simulation.room.name}'")
 
     def reset(self, room: str | Path | Room | None = None, seed: int | None = None) -> None:
@@ -211,6 +217,7 @@ class World(Node):
         if find_within > 0.0:
             self._find_driver(min(find_within, end - time.monotonic()))
             self._meet(min(find_within, end - time.monotonic()), answer_within)
+        self._tell_watchers()
         result = Drive(self.simulation.room.name)
         ticks, pending = round(seconds * 1e9 / self._period), find_within > 0.0
         for _ in range(ticks):
@@ -227,19 +234,40 @@ class World(Node):
                 on_step()
         # After its last command a driver still has something to do: to log it, to call its observers.
         self._barrier.cross(min(answer_within, end - time.monotonic()))
+        self._tell_watchers()
         simulation = self.simulation
         result.seconds, result.distance, result.path = simulation.time, simulation.distance, simulation.path
         result.ground_covered, result.collisions = simulation.ground_covered(), list(simulation.collisions)
         return result
 
+    def _tell_watchers(self) -> None:
+        for tell in list(watchers):
+            with contextlib.suppress(Exception):  # a drive must not end because somebody looks
+                tell(self)
+
     def _find_driver(self, timeout: float) -> None:
         def found() -> bool:
-            return self.count_publishers("cmd_vel") > 0 and self._scan_pub.get_subscription_count() > 0
+            return self._scan_pub.get_subscription_count() > 0 and self._is_driven()
 
         found_one = self._wait(found, timeout)
         self._barrier.find(min(timeout, FIND_SERVICES))
         if not found_one:
             raise TimeoutError(f"within {timeout:g} s, no node appeared that publishes cmd_vel and subscribes to scan")
+
+    def _is_driven(self) -> bool:
+        """Whether somebody publishes commands, and somebody who may drive sees the scan.
+
+        A hidden node, as that of the robot view or of `ros2 topic echo`, only looks on unless it sends commands itself.
+        """
+        try:
+            drivers = {(each.node_namespace, each.node_name) for each in self.get_publishers_info_by_topic("cmd_vel")}
+            seers = {(each.node_namespace, each.node_name) for each in self.get_subscriptions_info_by_topic("scan")}
+        except (RCLError, UnicodeDecodeError):  # somebody has an invalid name, and is taken at its word
+            return self.count_publishers("cmd_vel") > 0
+        unknown = {each for each in seers if "_UNKNOWN_" in each[1]}
+        return bool(drivers) and any(
+            each in drivers or each in unknown or not each[1].startswith("_") for each in seers
+        )
 
     def _meet(self, timeout: float, answer_within: float) -> None:
         """Tick, without moving the robot, until the driver answers: no drive begins before it is fully connected."""

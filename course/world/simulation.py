@@ -165,6 +165,11 @@ class Simulation:
         """Where the robot has been: shape (n, 4), rows of time (s), x (m), y (m), heading (rad)."""
         return np.array(self._path)
 
+    def path_since(self, count: int) -> tuple[int, list[tuple[float, float, float, float]]]:
+        """How many rows `path` has, and those after the first `count`."""
+        path = self._path
+        return len(path), path[count:]
+
     def ground_covered(self, cell: float = 0.5) -> float:
         """The area (m²) of the grid squares of side `cell` (m) that the robot's centre has visited."""
         squares = np.unique(np.floor(self.path[:, 1:3] / cell), axis=0)

@@ -212,6 +212,55 @@ def test_a_message_is_published_and_its_program_and_line_do_the_same(kernel, pag
     assert "no node subscribes to /nowhere" in alone["failed"]
 
 
+def test_a_message_is_published_at_a_rate_until_it_is_stopped_and_its_program_and_line_go_on_too(kernel, page):
+    given = {"linear": {"x": "0.125"}}
+    count = "str(ros.logs('servers')).count('x=0.125')"
+    number = page.ask("inspector.send", **TWIST, given=given, rate="20")["result"]
+    page.subscribe("inspector.exchange", number=number)
+    while "Published" not in (state := page.event()["data"])["note"]:
+        pass
+    assert "20 a second, to 1 subscription." in state["note"] and state["cancellable"]
+    assert kernel.run(f"print(ros.until(lambda: {count} > 30, 30))") == "True"
+    assert page.ask("inspector.cancel", number=number)["result"] is None
+    state = ended(page)
+    (_, first, _), (took, last, told) = state["events"]
+    sent = int(told.removeprefix("number "))
+    assert (first, last) == ("message", "last message") and sent > 30
+    assert took >= (sent - 1) / 20 * 1e3 * 0.9  # ms: not faster than asked for
+    assert kernel.run(f"ros.until(lambda: {count} == {sent}, 30)\nprint({count})") == str(sent)
+    assert "nothing to stop" in page.ask("inspector.cancel", number=number)["error"]
+    told = page.ask("inspector.look", **TWIST, given=given, rate="20")["result"]
+    assert told["ros2"].startswith("ros2 topic pub --rate 20 /cmd_vel")
+    (kernel.folder / "again.py").write_text(told["python"])
+    for run, end in (
+        ("ros.start('again.py')", "ros.stop('again.py')"),
+        (
+            f"p = __import__('subprocess').Popen({told['ros2']!r}, shell=True, start_new_session=True)",
+            "__import__('os').killpg(p.pid, 2)",
+        ),
+    ):
+        kernel.run(f"before = {count}\n{run}")
+        assert kernel.run(f"print(ros.until(lambda: {count} > before + 20, 30))") == "True"
+        kernel.run(end)
+
+
+def test_a_rate_has_bounds_and_ends_with_the_page_and_with_the_next_message(kernel, page):
+    for wrong in ("1000", "0", "fast", "nan"):
+        assert page.ask("inspector.look", **TWIST, given={}, rate=wrong)["result"]["wrong"].keys() == {"(rate)"}
+        assert "rate: write" in page.ask("inspector.send", **TWIST, given={}, rate=wrong)["error"]
+    seen = page_of(kernel)
+    number = seen.ask("inspector.send", **TWIST, given={}, rate="50")["result"]
+    subscription = seen.subscribe("inspector.exchange", number=number)
+    seen.event()
+    follow(page, "received", **TWIST, given={})  # on the same topic
+    while (event := seen.event())["id"] != subscription or event["data"]["state"] == "running":
+        pass
+    number = seen.ask("inspector.send", **TWIST, given={}, rate="50")["result"]
+    seen.close()  # as when the browser's tab is closed
+    kernel.run(f"from course.lab.kernel.exchange import find\nstopped = ros.until(lambda: find({number!r}).over, 30)")
+    assert kernel.run("print(stopped)") == "True"
+
+
 def test_a_parameter_is_set_or_refused_with_the_reason_and_its_program_and_line_do_the_same(kernel, page):
     fields = page.ask("inspector.form", kind="parameter", name="/servers", type_name="")["result"]
     speed = next(field for field in fields if field["name"] == "speed")

@@ -1,5 +1,6 @@
 """The robot view, from the kernel's side: what it is shown of a drive, its controls, the parameters that it follows."""
 
+import itertools
 import math
 
 import pytest
@@ -122,12 +123,66 @@ def test_a_drive_in_a_cell_is_seen_and_cannot_be_changed(kernel, page):
         "ros.start(AIRobotController, parameters={'use_sim_time': True})"
     )
     nodes = {"sees": ["/world"], "drives": ["/ai_robot_controller"]}
-    known = shown_until(page, lambda known: known.get("nodes") == nodes)  # a drive may be over before the next look
+    known = shown_until(page, lambda known: known.get("nodes") == nodes)
     assert known["room"]["name"] == "pillars"
     kernel.run("driven = world.node.drive(15.0, answer_within=30.0)")
     shown_until(page, lambda known: known.get("robot"))
     assert "fast mode" in page.ask("robot.place", x=3.0, y=3.0, heading=0.0)["error"]
     assert kernel.run("print(driven.missed, len(driven.collisions))") == "0 0"
+
+
+def test_a_drive_that_is_over_at_once_is_shown_with_its_path(kernel, page):
+    """All of it passes in one cell, between two looks of the view: the world tells it."""
+    page.subscribe("robot")
+    page.event()
+    kernel.run(
+        "from course.nodes.ai_robot_controller import AIRobotController\n"
+        "world = ros.start(World, parameters={'room': 'pillars', 'fast': True})\n"
+        "ros.start(AIRobotController, parameters={'use_sim_time': True})\n"
+        "driven = world.node.drive(3.0, answer_within=30.0)\n"
+        "heard = world.node._scan_pub.get_subscription_count()"
+    )
+    assert kernel.run("print(heard)") == "2"  # the driver's, and the view's, in time
+    places: list = []
+    last = eval(kernel.run("print([round(float(x), 2) for x in driven.path[-1, 1:3]])"))
+    while not places or math.dist(places[-1], last) > 0.06:
+        data = page.event()["data"]
+        if path := data.get("path"):
+            places = (places if not path["anew"] else []) + path["places"]
+    assert places[0] == pytest.approx(ROOMS["pillars"].start[:2], abs=0.01)
+    assert all(0.04 < math.dist(one, other) < 0.2 for one, other in itertools.pairwise(places))
+    kernel.run("ros.stop('world')")
+    while data.get("path") != {"anew": True, "places": None}:
+        data = page.event()["data"]
+
+
+SAYS = """import rclpy
+from geometry_msgs.msg import Twist
+from rclpy.node import Node
+
+rclpy.init()
+node = Node('NAME')
+pub = node.create_publisher(Twist, 'cmd_vel', 10)
+node.create_timer(0.1, lambda: (pub.publish(Twist()), node.get_logger().info('SAID')))
+rclpy.spin(node)
+"""
+
+
+def test_the_state_is_what_the_one_driver_logs_and_none_rather_than_a_wrong_one(kernel, page):
+    for name, said in {"says": "State: WALL_AHEAD, Cmd: linear=0.00", "mute": "nothing of the kind"}.items():
+        (kernel.folder / f"{name}.py").write_text(SAYS.replace("NAME", name).replace("SAID", said))
+    page.subscribe("robot")
+    kernel.run("ros.start(World)\nros.start('says.py')")
+    shown_until(page, lambda known: known.get("state") == "WALL_AHEAD")
+    kernel.run("ros.start('mute.py')")  # now two drive
+    shown_until(page, lambda known: known.get("state") == "")
+    kernel.run("ros.stop('says.py')")
+    shown_until(page, lambda known: (known.get("nodes") or {}).get("drives") == ["/mute"])
+    kernel.run("ros.stop('mute.py')")
+    kernel.run("from course.nodes.ai_robot_controller import AIRobotController\nros.start(AIRobotController)")
+    shown_until(page, lambda known: known.get("state") == "FORWARD")
+    kernel.run("ros.stop('ai_robot_controller')")
+    shown_until(page, lambda known: known.get("state") == "")
 
 
 def test_only_what_a_node_publishes_is_listened_to(kernel, page):

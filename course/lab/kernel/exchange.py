@@ -14,6 +14,7 @@ from typing import Any
 from rclpy.serialization import deserialize_message, serialize_message
 
 from course.errors import LiveError
+from course.lab.kernel.panels import Changes
 from course.ros2 import messages
 
 KEPT = 20  # exchanges
@@ -41,6 +42,8 @@ class Exchange:
         self._failed = ""
         self._note = ""
         self._goal: Any = None
+        self._followers = 0
+        self._left = time.monotonic()  # when the last page stopped showing it
         self._lock = threading.Lock()
 
     def add(self, event: str, message: Any = None, at: float | None = None) -> None:
@@ -68,14 +71,30 @@ class Exchange:
         with self._lock:
             self._note = text
 
+    def follow(self, by: int) -> None:
+        """So many pages more show it, or with a negative number fewer."""
+        with self._lock:
+            self._followers += by
+            self._left = time.monotonic()
+
+    def is_shown(self, within: float) -> bool:
+        """Whether a page shows it, or did within the last `within` s."""
+        with self._lock:
+            return self._followers > 0 or time.monotonic() - self._left < within
+
     def may_be_canceled(self, goal: Any) -> None:
-        """`goal` has `cancel`."""
+        """`goal` has `cancel`: an action's goal, or what publishes again and again."""
         self._goal = goal
 
     def cancel(self) -> None:
-        """Ask the server to cancel the goal; raises LiveError when there is none, and CourseError before its answer."""
+        """Ask the server to cancel the goal; raises LiveError when there is none, and CourseError before its answer.
+
+        What publishes again and again is stopped.
+        """
         if self._goal is None or self.over:
-            raise LiveError("there is no goal to cancel: it has ended")
+            raise LiveError(
+                f"there is {'nothing to stop' if self.kind == 'topic' else 'no goal to cancel'}: it has ended"
+            )
         self._goal.cancel()
 
     @property
@@ -107,6 +126,19 @@ class Exchange:
                 "note": self._note,
                 "cancellable": self._goal is not None and not self._over,
             }
+
+
+class Followed(Changes):
+    """A feed of an exchange, which knows that it is shown."""
+
+    def __init__(self, number: str):
+        self._exchange = find(number)
+        super().__init__(self._exchange.state)
+        self._exchange.follow(1)
+
+    def close(self) -> None:
+        """The page shows it no more."""
+        self._exchange.follow(-1)
 
 
 class _Serialized:

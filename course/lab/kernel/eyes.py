@@ -27,9 +27,11 @@ from course.errors import LiveError
 from course.lab.kernel.nodes import session
 from course.robot.sectors import from_scan
 from course.ros2.graph import is_hidden
+from course.session.following import LogFollower
 from course.session.live import Session
+from course.session.logs import Entry
 from course.world.controls import LATCHED
-from course.world.node import latest
+from course.world.node import World, latest, watchers
 
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 LOOK = 0.5  # s between two looks who publishes
@@ -43,6 +45,8 @@ TOPICS: dict[str, tuple[type, QoSProfile]] = {
     "/walls": (Marker, LATCHED),
 }
 NOTHING, NO_MEASUREMENT = -1, -2  # for a range: nothing in reach, and no value that one may use
+SILENT = 1.5  # s without news of a state, after which it is not known any more
+STATE = re.compile(r"State: ([A-Za-z]\w{0,39})\b")  # in a line of the driver's log, as in the chapter
 PLACE = re.compile(r"x=(-?[\d.]+) m, y=(-?[\d.]+) m")  # in the text of a collision
 Source = tuple[str, tuple[int, ...]]  # a node's full name, and its publisher: a node that was started anew has a new
 
@@ -62,6 +66,15 @@ class Eyes:
         self._clients: dict[tuple[str, str], Client] = {}
         self._looked = -math.inf
         self._lock = threading.Lock()
+        self._log: LogFollower = live.follow_logs(self._is_state)
+        self._state, self._state_at = "", -math.inf
+        watchers.append(self._hear_of)
+
+    def _hear_of(self, world: World) -> None:
+        """A world of this process begins or ends something: look at once, in the thread that it lives in."""
+        if world.context is self.live.context:
+            self._looked = -math.inf
+            self.look()
 
     def look(self) -> None:
         """See who publishes, twice a second at most, and listen to those."""
@@ -83,6 +96,7 @@ class Eyes:
 
     def close(self) -> None:
         """Hear no more."""
+        watchers.remove(self._hear_of)
         with self._lock:
             for subscription in self._subscriptions.values():
                 if self.live.ok:
@@ -120,6 +134,30 @@ class Eyes:
     def nodes(self, topic: str) -> list[str]:
         """The nodes that publish on a topic."""
         return list(dict.fromkeys(name for name, _ in self.publishers[topic]))
+
+    def _is_state(self, entry: Entry) -> bool:
+        drivers = [name.strip("/").replace("/", ".") for name in self.nodes("/cmd_vel")]
+        return len(drivers) == 1 and entry.node == drivers[0] and STATE.match(entry.text) is not None
+
+    def state(self) -> str:
+        """The state that the one node which drives says it is in: it logs that, as the chapter's controller does.
+
+        '' when it says none, has said none for `SILENT` s, or several nodes drive: none is better than a wrong one.
+        """
+        entries, _ = self._log.read(1)
+        for entry in entries:
+            if found := STATE.match(entry.text):
+                self._state, self._state_at = found[1], time.monotonic()
+        if len(self.nodes("/cmd_vel")) != 1 or time.monotonic() - self._state_at > SILENT:
+            self._state = ""
+        return self._state
+
+    def fast_world(self) -> World | None:
+        """The world of this kernel that sees for the robot in fast mode; it publishes no walls, and tells its path."""
+        world = latest()
+        if world is not None and world.fast and world.context is self.live.context and "/world" in self.nodes("/scan"):
+            return world
+        return None
 
     def _hear(self, topic: str) -> Callable[[bytes], None]:
         def hear(message: bytes) -> None:
@@ -175,8 +213,7 @@ class Eyes:
 
         A world in fast mode, of this kernel, publishes none: its room is taken from it.
         """
-        world = latest()
-        if world is not None and world.fast and world.context is self.live.context and "/world" in self.nodes("/scan"):
+        if world := self.fast_world():
             room = world.simulation.room
             return room, room.name, [round(float(value), 2) for value in room.segments.reshape(-1)]
         if "/walls" not in self._last:

@@ -26,6 +26,7 @@ PARAMETER_TYPES = {
     ParameterType.PARAMETER_STRING_ARRAY: "string[]",
 }
 PARAMETER = "parameter"
+RATE = "(rate)"  # no field of a message can be called so
 
 
 def add(panels: Panels) -> None:
@@ -38,7 +39,7 @@ def add(panels: Panels) -> None:
     }
     panels.topics |= {
         "inspector": Topic(lambda: Changes(offers), 0.5),
-        "inspector.exchange": Topic(lambda number: Changes(exchange.find(number).state), 0.1),
+        "inspector.exchange": Topic(exchange.Followed, 0.1),
         "inspector.exchanges": Topic(passing.Summaries, 0.25),
     }
 
@@ -104,22 +105,38 @@ def _about(descriptor: ParameterDescriptor) -> str:
     return "; ".join(said)
 
 
-def look(kind: str, name: str, type_name: str, given: dict[str, Any]) -> dict[str, Any]:
+def look(kind: str, name: str, type_name: str, given: dict[str, Any], rate: str = "") -> dict[str, Any]:
     """What is wrong in a form, by field, or else the program and the command that do what it says.
 
-    Of a parameter, `given` has its name and value, and `type_name` is its type.
+    Of a parameter, `given` has its name and value, and `type_name` is its type.  With a `rate` (Hz, as it was typed) a
+    message is published again and again; what is wrong with it is told of the field RATE.
     """
     if kind == PARAMETER:
         return _look_at_parameter(name, type_name, given)
     interface = forms.interface(kind, type_name)
     filled = forms.fill(interface.message, given)
+    hertz = None
+    try:
+        hertz = _hertz(kind, rate)
+    except ValueError as error:
+        filled.wrong[RATE] = str(error)
     if filled.wrong:
         return {"wrong": filled.wrong, "python": "", "ros2": ""}
     return {
         "wrong": {},
-        "python": programs.python(interface, name, filled.values),
-        "ros2": programs.command(interface, name, filled.values),
+        "python": programs.python(interface, name, filled.values, hertz),
+        "ros2": programs.command(interface, name, filled.values, hertz),
     }
+
+
+def _hertz(kind: str, rate: str) -> float | None:
+    """How often to publish (Hz); None is once.  Raises ValueError that says what to write."""
+    if kind != "topic" or not rate.strip():
+        return None
+    least, most = sending.RATES
+    if not least <= (hertz := forms.scalar("float64", rate)) <= most:
+        raise ValueError(f"write a number from {least:g} to {most:g}, in times a second")
+    return float(hertz)
 
 
 def _look_at_parameter(node: str, kind: str, given: dict[str, Any]) -> dict[str, Any]:
@@ -142,10 +159,10 @@ def _parameter_value(kind: str, text: Any) -> Any:
     return forms.scalar(element, text) if element == kind else forms.scalars(element, str(text))
 
 
-def send(kind: str, name: str, type_name: str, given: dict[str, Any], timeout: float = ANSWER) -> str:
+def send(kind: str, name: str, type_name: str, given: dict[str, Any], timeout: float = ANSWER, rate: str = "") -> str:
     """Send what a form says; the number of the exchange.  Raises LiveError when something in it is wrong.
 
-    `timeout` (s) is how long to wait for a server and its answer.
+    `timeout` (s) is how long to wait for a server and its answer; `rate` is as in `look`.
     """
     live, timeout = session(), min(max(float(timeout), 0.1), LONGEST)
     if kind == PARAMETER:
@@ -160,6 +177,10 @@ def send(kind: str, name: str, type_name: str, given: dict[str, Any], timeout: f
     interface = forms.interface(kind, type_name)
     message = forms.message_of(interface.message, forms.fill(interface.message, given))
     if kind == "topic":
-        return sending.publish(live, interface, name, message).number
+        try:
+            hertz = _hertz(kind, rate)
+        except ValueError as error:
+            raise LiveError(f"rate: {error}") from None
+        return sending.publish(live, interface, name, message, hertz).number
     begin = sending.call if kind == "service" else sending.send_goal
     return begin(live, interface, name, message, timeout).number

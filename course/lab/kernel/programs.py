@@ -113,6 +113,35 @@ if __name__ == '__main__':
     main()
 """
 
+REPEATED = """import rclpy
+{{ imports }}
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+
+
+class {{ cls }}Publisher(Node):
+    def __init__(self):
+        super().__init__('{{ node }}_publisher')
+        self.publisher = self.create_publisher({{ cls }}, '{{ name }}', 10)
+        self.timer = self.create_timer({{ period }}, self.publish)  # s
+
+    def publish(self):
+        message = {{ made }}
+        self.publisher.publish(message)
+
+
+def main(args=None):
+    rclpy.init(args=args)
+    try:
+        rclpy.spin({{ cls }}Publisher())
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+
+
+if __name__ == '__main__':
+    main()
+"""
+
 PARAMETER = """import rclpy
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -150,22 +179,28 @@ COMMAND = {"service": "ros2 service call", "action": "ros2 action send_goal", "t
 _TEMPLATES = Environment(undefined=StrictUndefined, keep_trailing_newline=True)
 
 
-def python(interface: Interface, name: str, values: dict[str, Any]) -> str:
-    """A whole program that sends `values` to the service, action or topic `name`."""
+def python(interface: Interface, name: str, values: dict[str, Any], rate: float | None = None) -> str:
+    """A whole program that sends `values` to the service, action or topic `name`, to a topic `rate` times a second."""
     imports = {(interface.loaded.__module__.rpartition("._")[0], interface.loaded.__name__)}
     made = _expression(interface.message, values, imports, interface.loaded.__name__ + PART[interface.kind], 8)
     lines = [f"from {module} import {', '.join(names)}" for module, names in sorted(_grouped(imports).items())]
     node = re.sub(r"\W+", "_", name.strip("/")) or "course"
-    return _TEMPLATES.from_string(PROGRAMS[interface.kind]).render(
-        imports="\n".join(lines), cls=interface.loaded.__name__, node=node, name=name, made=made
+    return _TEMPLATES.from_string(REPEATED if rate else PROGRAMS[interface.kind]).render(
+        imports="\n".join(lines),
+        cls=interface.loaded.__name__,
+        node=node,
+        name=name,
+        made=made,
+        period=f"{1.0 / rate:.6g}" if rate else "",
     )
 
 
-def command(interface: Interface, name: str, values: dict[str, Any]) -> str:
-    """The line for a terminal that sends `values` to the service, action or topic `name`."""
+def command(interface: Interface, name: str, values: dict[str, Any], rate: float | None = None) -> str:
+    """The line for a terminal that sends `values` to the service, action or topic `name`, as `python` does."""
     text = as_yaml(values)
     feedback = " --feedback" if interface.kind == "action" else ""
-    return f"{COMMAND[interface.kind]} {name} {interface.name} {shlex.quote(text)}{feedback}"
+    verb = f"ros2 topic pub --rate {rate:g}" if rate else COMMAND[interface.kind]
+    return f"{verb} {name} {interface.name} {shlex.quote(text)}{feedback}"
 
 
 def as_yaml(values: dict[str, Any]) -> str:

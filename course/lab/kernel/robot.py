@@ -19,6 +19,7 @@ from course.world.simulation import OBSTACLE, Robot, in_the_way
 
 FOUND = 5.0  # s that the world may take to be found, and to do what it is told
 NEAR = 0.3  # m from where the robot was put, since it may drive on
+STRIDE = 0.05  # m between two places of a path
 PERIOD = 0.05  # s between two pictures at least
 
 
@@ -41,12 +42,13 @@ class RobotFeed:
         self._eyes: Eyes | None = None
         self._sent: dict[str, Any] = {}
         self._walls: object = self
+        self._path = _Path()
 
     def read(self) -> dict[str, Any] | None:
-        """Those of `scan`, `robot`, `command`, `collisions`, `room` and `nodes` that are different from before."""
+        """Those of `scan`, `robot`, `command`, `state`, `collisions`, `room`, `path` and `nodes` that have changed."""
         eyes = open_eyes(self)
         if eyes is not self._eyes:
-            self._eyes, self._sent, self._walls = eyes, {}, self
+            self._eyes, self._sent, self._walls, self._path = eyes, {}, self, _Path()
         eyes.look()
         news: dict[str, Any] = {}
         for name, topic, tell in (
@@ -62,6 +64,10 @@ class RobotFeed:
         if walls is not self._walls:
             self._walls = walls
             news["room"] = {"name": name, "walls": lines}
+        if (state := eyes.state()) != self._sent.get("state", ""):
+            self._sent["state"] = news["state"] = state
+        if path := self._path.news(eyes.fast_world()):
+            news["path"] = path
         nodes = {"sees": eyes.nodes("/scan"), "drives": eyes.nodes("/cmd_vel")}
         if nodes != self._sent.get("nodes"):
             self._sent["nodes"] = news["nodes"] = nodes
@@ -70,6 +76,34 @@ class RobotFeed:
     def close(self) -> None:
         """Hear no more of the robot."""
         close_eyes(self)
+
+
+class _Path:
+    """The path of a world in fast mode, told piece by piece: between two looks its robot may drive through the room."""
+
+    def __init__(self) -> None:
+        self._simulation: Any = None
+        self._read = 0  # moments
+        self._last: tuple[float, float] | None = None
+
+    def news(self, world: World | None) -> dict[str, Any] | None:
+        """{"anew": whether it begins here, "places": [x m, y m] of each}; None when there is nothing new."""
+        if world is None:
+            told, self._simulation = self._simulation is not None, None
+            return {"anew": True, "places": None} if told else None
+        simulation = world.simulation
+        count, rows = simulation.path_since(self._read)
+        anew = simulation is not self._simulation or count < self._read  # it was reset
+        if anew:
+            self._simulation, self._last = simulation, None
+            count, rows = simulation.path_since(0)
+        places = []
+        for _, x, y, _ in rows:
+            if self._last is None or math.dist(self._last, (x, y)) >= STRIDE:
+                self._last = x, y
+                places.append([round(float(x), 2), round(float(y), 2)])
+        self._read = count
+        return {"anew": anew, "places": places} if places or anew else None
 
 
 def rooms() -> dict[str, str]:

@@ -1,6 +1,7 @@
 """Calls, goals, messages and parameters that a reader sends: each in a thread of its own, with a time limit."""
 
 import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -8,23 +9,29 @@ from action_msgs.srv import CancelGoal
 from rcl_interfaces.srv import SetParameters
 from rclpy.action import ActionClient
 from rclpy.duration import Duration
+from rclpy.exceptions import InvalidHandle
 from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
 from rclpy.task import Future
 
 from course.errors import CourseError
 from course.lab.kernel.exchange import Exchange, keep
 from course.lab.kernel.forms import Interface
-from course.rclpy_internals import destroy, unwatched
+from course.rclpy_internals import RCLError, destroy, unwatched
 from course.recorders import GoalRecorder
 from course.session.live import Session
 from course.waiting import wait_until
 
 MATCH = 2.0  # s until a new publisher knows the topic's subscriptions
 RECEIVED = 10.0  # s; Fast DDS asks every 3 s for a receipt that has got lost
+RATES = (0.1, 100.0)  # Hz
+UNSEEN = 2.0  # s that no page may show what is published again and again, as while one panel takes another's place
+NOTED = 0.5  # s between two notes of how often that was
 LOOK = 0.25  # s between two looks whether an action server is still there
 GONE = 2.0  # s that it may be out of sight
 CANCEL = 3.0  # s until the reader is told why a server may not answer a cancel
 
+_repeating: dict[str, "Stop"] = {}  # by the topic
 _held: dict[tuple[str, str], Callable[[], object]] = {}  # what destroys the last client or publisher of each name
 
 
@@ -56,15 +63,28 @@ def set_parameter(live: Session, node: str, parameter: Parameter, timeout: float
     return _begun(exchange, work)
 
 
-def publish(live: Session, interface: Interface, name: str, message: Any) -> Exchange:
-    """Publish a message once, when the publisher knows the subscriptions that are there."""
+def publish(live: Session, interface: Interface, name: str, message: Any, rate: float | None = None) -> Exchange:
+    """Publish a message, when the publisher knows the subscriptions that are there: once, or `rate` times a second.
+
+    Again and again, it goes on until it is stopped, no page shows it any more, something else is published on the topic
+    from here, or the session ends.
+    """
     exchange = keep(Exchange("topic", name, interface.name))
+    stop = Stop()
+    if name in _repeating:
+        _repeating.pop(name).cancel()
+    if rate:
+        exchange.may_be_canceled(stop)
+        _repeating[name] = stop
 
     def work() -> None:
         publisher = live.node.create_publisher(interface.message, name, 10)
         _hold(("topic", name), lambda: live.node.destroy_publisher(publisher) if live.ok else None)
         wait_until(lambda: publisher.get_subscription_count() >= max(1, live.node.count_subscribers(name)), MATCH)
         exchange.add("message", message)
+        if rate:
+            _repeat(live, exchange, publisher, message, rate, stop)
+            return
         publisher.publish(message)
         if not (count := publisher.get_subscription_count()):
             exchange.end(f"nobody received it: no node subscribes to {name} with the type {interface.name}")
@@ -74,6 +94,35 @@ def publish(live: Session, interface: Interface, name: str, message: Any) -> Exc
             exchange.end(f"not every subscription has confirmed it within {RECEIVED:g} s")
 
     return _begun(exchange, work)
+
+
+class Stop:
+    """What a reader ends a repetition with."""
+
+    def __init__(self) -> None:
+        self.event = threading.Event()
+
+    def cancel(self) -> None:
+        """Publish no more."""
+        self.event.set()
+
+
+def _repeat(live: Session, exchange: Exchange, publisher: Publisher, message: Any, rate: float, stop: Stop) -> None:
+    count, noted, due = 0, 0.0, time.monotonic()
+    while live.ok and exchange.is_shown(UNSEEN):
+        try:
+            publisher.publish(message)
+        except (RCLError, InvalidHandle):  # the session has ended, or the type was built anew
+            break
+        count += 1
+        if (now := time.monotonic()) - noted >= NOTED:
+            noted, matched = now, publisher.get_subscription_count()
+            to = f"to {matched} subscription{'s' * (matched != 1)}" if matched else "and no node subscribes to it"
+            exchange.note(f"Published {count} time{'s' * (count != 1)} so far, {rate:g} a second, {to}.")
+        due = max(due + 1.0 / rate, now)  # what could not be published in time is left out
+        if stop.event.wait(due - now):
+            break
+    exchange.add("last message", f"number {count}")
 
 
 class Goal(GoalRecorder):

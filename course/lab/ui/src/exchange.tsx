@@ -10,6 +10,8 @@ export interface Exchange {
   kind: 'service' | 'action' | 'topic' | 'parameter';
   name: string;
   type: string;
+  by: string; // who sends
+  about: string; // what the diagram does not show, and why
   state: 'running' | 'over' | 'failed';
   events: [number, string, string][]; // ms since the first, what, and the message as YAML
   first: number; // events before those that are left out
@@ -19,7 +21,7 @@ export interface Exchange {
   cancellable: boolean;
 }
 
-const OUT = new Set(['request', 'goal', 'cancel', 'message']); // from the client
+const OUT = new Set(['request', 'goal', 'cancel', 'message', 'last message']); // from the client
 const GOOD = new Set(['response', 'accepted', 'succeeded', 'received', 'cancel accepted']);
 const BAD = new Set(['rejected', 'aborted', 'cancel refused', 'unknown']);
 const ENDS: { [kind in Exchange['kind']]: [string, string] } = {
@@ -56,10 +58,13 @@ export function ExchangeView({ link, number }: { link: Link; number: string }): 
     <section className="ros-Exchange" aria-label="What passed">
       <div className="ros-Panel-head">
         <h3>What passed{exchange ? `: ${exchange.name}` : ''}</h3>
-        {exchange?.cancellable && <button onClick={() => void cancel()}>Cancel the goal</button>}
+        {exchange?.cancellable && (
+          <button onClick={() => void cancel()}>{exchange.kind === 'topic' ? 'Stop' : 'Cancel the goal'}</button>
+        )}
       </div>
+      {exchange && <p className="ros-quiet">{`Sent by ${exchange.by}. ${exchange.about}`}</p>}
       <div role="status">
-        {exchange?.state === 'running' && <p>Waiting for {ENDS[exchange.kind][1]} …</p>}
+        {exchange?.state === 'running' && !(exchange.kind === 'topic' && exchange.cancellable) && <p>Waiting for {ENDS[exchange.kind][1]} …</p>}
         {exchange?.note && <p>{exchange.note}</p>}
         {(failed || exchange?.failed) && <pre className="ros-story">{failed || exchange?.failed}</pre>}
         {exchange?.state === 'over' && <p className="ros-hidden">{events[events.length - 1]?.[1]}</p>}

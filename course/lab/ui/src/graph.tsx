@@ -16,7 +16,9 @@ export const graphIcon = new LabIcon({
     '<path d="M2 9h7v6H2zm13-6h7v6h-7zm0 12h7v6h-7z"/><path d="M9 11h3V5h3v2h-1v10h1v2h-3v-6H9z"/></g></svg>'
 });
 
-type Kind = 'topic' | 'service' | 'action';
+export type Kind = 'topic' | 'service' | 'action';
+/** Open a node in the panel of nodes, or anything else in the inspector. */
+export type Open = (kind: Kind | 'node', name: string, type: string) => void;
 type Role = 'publishes' | 'subscribes to' | 'calls' | 'serves' | 'sends goals to' | 'offers the actions';
 
 interface Graph {
@@ -32,16 +34,19 @@ const NARROW = 520; // px
 const LONGEST = 26; // characters of a name in the picture
 
 export class GraphPanel extends SidePanel {
-  constructor(current: Current) {
+  constructor(
+    current: Current,
+    private _open: Open
+  ) {
     super(current, 'ros2-course-graph', 'Graph', graphIcon);
   }
 
   protected draw(): JSX.Element {
-    return <GraphView current={this.current} />;
+    return <GraphView current={this.current} open={this._open} />;
   }
 }
 
-function GraphView({ current }: { current: Current }): JSX.Element {
+function GraphView({ current, open }: { current: Current; open: Open }): JSX.Element {
   const { link } = useCurrent(current);
   const [graph, setGraph] = React.useState<Graph | null>(null);
   const [everything, setEverything] = React.useState(false);
@@ -76,7 +81,7 @@ function GraphView({ current }: { current: Current }): JSX.Element {
       </div>
       {nodes.length > 0 && (
         <>
-          <Picture graph={graph!} selected={selected} choose={choose} />
+          <Picture graph={graph!} selected={selected} open={open} />
           <List graph={graph!} selected={selected} choose={choose} />
         </>
       )}
@@ -142,27 +147,82 @@ function drawn(graph: Graph, down: boolean): Drawn {
   return { boxes, edges, width: Math.max(width, 60), height: Math.max(height, 40) };
 }
 
-function Picture({ graph, selected, choose }: Chosen): JSX.Element {
+const WAYS: { [key: string]: [number, number] } = {
+  ArrowLeft: [-1, 0],
+  ArrowRight: [1, 0],
+  ArrowUp: [0, -1],
+  ArrowDown: [0, 1]
+};
+
+/** The nearest box in the direction of an arrow key; what lies aside counts as farther. */
+function next(boxes: Box[], from: Box, [right, down]: [number, number]): Box | undefined {
+  const distance = (box: Box) => {
+    const [x, y] = [box.x - from.x, box.y - from.y];
+    const ahead = x * right + y * down;
+    return ahead > 1 ? ahead + 2 * Math.abs(x * down) + 2 * Math.abs(y * right) : Infinity;
+  };
+  const nearest = boxes.reduce((one, other) => (distance(other) < distance(one) ? other : one), from);
+  return distance(nearest) < Infinity ? nearest : undefined;
+}
+
+/** What a screen reader says of a box: its kind and name, and what nodes do with it. */
+function said(box: Box, graph: Graph): string {
+  const about = graph.edges
+    .filter(([node, , kind, name]) => (box.kind === 'node' ? node === box.name : kind === box.kind && name === box.name))
+    .map(([node, role, , name]) => (box.kind === 'node' ? `${role} ${name}` : `${node} ${role} it`));
+  return `${box.kind} ${box.name}${about.length ? `: ${about.join(', ')}` : ''}`;
+}
+
+function Picture({ graph, selected, open }: { graph: Graph; selected: string; open: Open }): JSX.Element {
   const frame = React.useRef<HTMLDivElement>(null);
   const [down, setDown] = React.useState(true);
   const [fit, setFit] = React.useState(true);
+  const [at, setAt] = React.useState(''); // the box that the Tab key comes to
+  const [focused, setFocused] = React.useState('');
   React.useEffect(() => {
     const observer = new ResizeObserver(() => setDown((frame.current?.clientWidth ?? 0) < NARROW));
     observer.observe(frame.current!);
     return () => observer.disconnect();
   }, []);
   const { boxes, edges, width, height } = React.useMemo(() => drawn(graph, down), [graph, down]);
-  const near = new Set(edges.flatMap(({ from, to }) => (from === selected || to === selected ? [from, to] : [])));
-  const apart = boxes.some(box => box.id === selected);
+  const current = boxes.find(box => box.id === at) ?? boxes[0];
+  const lit = focused || selected;
+  const near = new Set(edges.flatMap(({ from, to }) => (from === lit || to === lit ? [from, to] : [])));
+  const apart = boxes.some(box => box.id === lit);
   const faint = (on: boolean) => (apart && !on ? ' ros-mod-faint' : '');
+  const show = (box: Box) =>
+    open(box.kind, box.name, graph.things.find(([kind, name]) => kind === box.kind && name === box.name)?.[2] ?? '');
+  const press = (event: React.KeyboardEvent, box: Box) => {
+    const to =
+      event.key in WAYS
+        ? next(boxes, box, WAYS[event.key])
+        : ({ Home: boxes[0], End: boxes[boxes.length - 1] } as { [key: string]: Box })[event.key];
+    if (event.key === 'Enter' || event.key === ' ') {
+      show(box);
+    } else if (to) {
+      setAt(to.id);
+      const node = frame.current!.querySelector<SVGGElement>(`[data-box="${CSS.escape(to.id)}"]`);
+      node?.focus();
+      node?.scrollIntoView({ block: 'nearest', inline: 'nearest' });
+    } else if (!(event.key in WAYS)) {
+      return;
+    }
+    event.preventDefault();
+    event.stopPropagation();
+  };
   return (
     <>
-      <div className="ros-Graph-frame" ref={frame} tabIndex={0} role="group" aria-label="The picture, which scrolls">
+      <p className="ros-quiet" id="ros-graph-keys">
+        Click on a box, or go to it with the arrow keys and press Enter: a node opens in Nodes, all else in the Inspector.
+      </p>
+      <div className="ros-Graph-frame" ref={frame} tabIndex={-1}>
         <svg
           viewBox={`0 0 ${width} ${height}`}
           style={fit ? { maxWidth: width } : { minWidth: width, maxWidth: width }}
-          role="img"
+          role="group"
           aria-label={`Nodes: ${graph.nodes!.length}. Topics, services and actions: ${graph.things.length}. The list below says the same.`}
+          aria-describedby="ros-graph-keys"
+          data-lm-suppress-shortcuts="true"
         >
           <defs>
             <marker id="ros-arrow" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="8" markerHeight="8" orient="auto">
@@ -172,7 +232,7 @@ function Picture({ graph, selected, choose }: Chosen): JSX.Element {
           {edges.map(edge => (
             <path
               key={edge.id}
-              className={`ros-Graph-edge${faint(edge.from === selected || edge.to === selected)}`}
+              className={`ros-Graph-edge${faint(edge.from === lit || edge.to === lit)}`}
               d={edge.path}
               markerEnd="url(#ros-arrow)"
             />
@@ -180,9 +240,19 @@ function Picture({ graph, selected, choose }: Chosen): JSX.Element {
           {boxes.map(box => (
             <g
               key={box.id}
-              className={`ros-Graph-box ros-mod-${box.kind}${faint(box.id === selected || near.has(box.id))}`}
+              data-box={box.id}
+              className={`ros-Graph-box ros-mod-${box.kind}${faint(box.id === lit || near.has(box.id))}`}
               style={{ transform: `translate(${box.x}px, ${box.y}px)` }}
-              onClick={() => choose(box.id)}
+              role="button"
+              tabIndex={box.id === current.id ? 0 : -1}
+              aria-label={said(box, graph)}
+              onClick={() => show(box)}
+              onFocus={() => {
+                setAt(box.id);
+                setFocused(box.id);
+              }}
+              onBlur={() => setFocused('')}
+              onKeyDown={event => press(event, box)}
             >
               <title>{`${box.kind} ${box.name}`}</title>
               <Shape kind={box.kind} width={box.width} />
@@ -261,6 +331,7 @@ interface Summary {
   number: string; // the kernel's process, a point, and which one
   kind: string;
   name: string;
+  by: string;
   state: string;
 }
 
@@ -275,7 +346,7 @@ function Flows({ link }: { link: Link }): JSX.Element {
     <section className="ros-Flows" aria-label="One call or goal">
       <h3>One call or goal</h3>
       {failed && <p>{failed}</p>}
-      {!one && <p className="ros-quiet">Nothing has passed yet: send something with the Inspector, or call a service in a cell.</p>}
+      {!one && <p className="ros-quiet">Nothing has passed yet: send something with the Inspector, in a cell or from another program.</p>}
       {one && (
         <>
           <select
@@ -285,13 +356,17 @@ function Flows({ link }: { link: Link }): JSX.Element {
           >
             {all.map(each => (
               <option key={each.number} value={each.number}>
-                {`${each.number.split('.')[1]}: ${each.kind} ${each.name}${each.state === 'over' ? '' : `, ${each.state}`}`}
+                {`${each.number.split('.')[1]}: ${each.kind} ${each.name} from ${each.by}${each.state === 'over' ? '' : `, ${each.state}`}`}
               </option>
             ))}
           </select>
           <ExchangeView key={one.number} link={link} number={one.number} />
         </>
       )}
+      <p className="ros-quiet">
+        What this notebook’s kernel sends is always seen. A call of another program is seen when the service’s node was
+        started from this notebook while this panel was open (Restart in Nodes), a goal of another program always.
+      </p>
     </section>
   );
 }

@@ -55,7 +55,17 @@ const panels: JupyterFrontEndPlugin<void> = {
     const nodes = new NodesPanel(current);
     const exercise = new ExercisePanel(current, app.serviceManager.contents);
     const inspector = new InspectorPanel(current);
-    const graph = new GraphPanel(current);
+    const show = (widget: NodesPanel | InspectorPanel) =>
+      shell?.activateById(widget.id) ?? app.shell.activateById(widget.id);
+    const graph = new GraphPanel(current, (kind, name, type) => {
+      if (kind === 'node') {
+        nodes.choose(name);
+        show(nodes);
+      } else {
+        inspector.choose(kind, name, type);
+        show(inspector);
+      }
+    });
     const all = [
       [exercise, 'ros2-course:exercise', checkIcon],
       [nodes, 'ros2-course:nodes', nodesIcon],

@@ -17,8 +17,10 @@ export const inspectorIcon = new LabIcon({
     '<path d="M3 4h12v2H3zm0 5h8v2H3zm0 5h8v2H3zm0 5h12v2H3z"/><path d="M14 8l8 4.500-8 4.500z"/></g></svg>'
 });
 
+const RATE = '(rate)'; // what the kernel calls it when it is wrong
+
 type Offers = { [kind in Kind]: [string, string][] };
-type Kind = 'service' | 'action' | 'topic' | 'parameter';
+export type Kind = 'service' | 'action' | 'topic' | 'parameter';
 
 const KINDS: { [kind in Kind]: { what: string; of: string; send: string } } = {
   service: { what: 'Call a service', of: 'Service', send: 'Call' },
@@ -39,10 +41,20 @@ export class InspectorPanel extends SidePanel {
     super(current, 'ros2-course-inspector', 'Inspector', inspectorIcon);
   }
 
-  protected draw(): JSX.Element {
-    return <Inspector current={this.current} memory={this._memory} />;
+  /** Have something chosen when the panel is shown next, or now. */
+  choose(kind: Kind, name: string, type: string): void {
+    this._memory.set('kind', kind);
+    this._memory.set('chosen', { ...this._memory.get('chosen'), [kind]: `${name} ${type}` });
+    this._memory.set('focus', true);
+    this._chosen += 1;
+    this.update();
   }
 
+  protected draw(): JSX.Element {
+    return <Inspector key={this._chosen} current={this.current} memory={this._memory} />;
+  }
+
+  private _chosen = 0;
   private _memory: Memory = new Map(); // a hidden panel is not drawn, and must not forget what was written
 }
 
@@ -75,6 +87,13 @@ function Inspector({ current, memory }: { current: Current; memory: Memory }): J
     },
     setFailed
   );
+  const select = React.useRef<HTMLSelectElement>(null);
+  React.useEffect(() => {
+    if (select.current && memory.get('focus')) {
+      memory.delete('focus'); // where the reader came from is not shown any more
+      select.current.focus();
+    }
+  });
   const message = instead(current, link);
   const found = message === null && offers ? offers[kind] : [];
   const [name, type] = found.find(each => each.join(' ') === chosen[kind]) ?? found[0] ?? ['', ''];
@@ -102,6 +121,7 @@ function Inspector({ current, memory }: { current: Current; memory: Memory }): J
             <label>
               {KINDS[kind].of}
               <select
+                ref={select}
                 value={`${name} ${type}`}
                 onChange={event => setChosen({ ...chosen, [kind]: event.target.value })}
               >
@@ -142,6 +162,7 @@ function Sending({ memory, link, kind, name, type }: About): JSX.Element {
   const [given, setGiven] = useKept<Given>(memory, `${key} given`, {});
   const [parameter, setParameter] = useKept(memory, `${key} parameter`, '');
   const [timeout, setTimeout] = useKept(memory, 'timeout', '5');
+  const [rate, setRate] = useKept(memory, `${key} rate`, '');
   const [looked, setLooked] = React.useState<Looked>({ wrong: {}, python: '', ros2: '' });
   const [failed, setFailed] = React.useState('');
   const [exchange, setExchange] = useKept<string | null>(memory, `${key} exchange`, null);
@@ -173,9 +194,10 @@ function Sending({ memory, link, kind, name, type }: About): JSX.Element {
       kind,
       name,
       type_name: kind === 'parameter' ? one?.type : type,
-      given: kind === 'parameter' ? (one ? { [one.name]: given[one.name] } : {}) : given
+      given: kind === 'parameter' ? (one ? { [one.name]: given[one.name] } : {}) : given,
+      rate: kind === 'topic' ? rate : ''
     }),
-    [kind, name, type, one, given]
+    [kind, name, type, one, given, rate]
   );
   const complete = fields !== null && (kind !== 'parameter' || one !== undefined);
 
@@ -239,6 +261,21 @@ function Sending({ memory, link, kind, name, type }: About): JSX.Element {
               Read again
             </button>
           )}
+          {kind === 'topic' && (
+            <label className="ros-Form-limit">
+              Again and again,
+              <input
+                inputMode="decimal"
+                value={rate}
+                size={4}
+                placeholder="once"
+                aria-label="Times a second (Hz); empty: once"
+                aria-invalid={RATE in looked.wrong}
+                onChange={event => setRate(event.target.value)}
+              />{' '}
+              times a second
+            </label>
+          )}
           {kind !== 'topic' && (
             <label className="ros-Form-limit">
               Wait at most
@@ -256,6 +293,7 @@ function Sending({ memory, link, kind, name, type }: About): JSX.Element {
           {count > 0 && (
             <p className="ros-wrong">{count === 1 ? 'One field needs' : `${count} fields need`} another look.</p>
           )}
+          {looked.wrong[RATE] && <p className="ros-wrong">{looked.wrong[RATE]}</p>}
           {failed && <pre className="ros-story">{failed}</pre>}
         </div>
       </form>

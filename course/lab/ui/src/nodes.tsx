@@ -1,6 +1,7 @@
 // The panel of nodes: which run and which have died, what each offers and uses, the log; restart and stop.
 
 import { LabIcon } from '@jupyterlab/ui-components';
+import { Message } from '@lumino/messaging';
 import * as React from 'react';
 
 import { Current } from './current';
@@ -40,12 +41,27 @@ export class NodesPanel extends SidePanel {
     super(current, 'ros2-course-nodes', 'Nodes', nodesIcon);
   }
 
-  protected draw(): JSX.Element {
-    return <Nodes current={this.current} />;
+  /** Have a node opened when the panel is shown next, or now. */
+  choose(name: string): void {
+    this._wanted = name;
+    this._chosen += 1;
+    this.update();
   }
+
+  protected draw(): JSX.Element {
+    return <Nodes key={this._chosen} current={this.current} wanted={this._wanted} />;
+  }
+
+  protected onBeforeHide(message: Message): void {
+    this._wanted = '';
+    super.onBeforeHide(message);
+  }
+
+  private _chosen = 0;
+  private _wanted = '';
 }
 
-function Nodes({ current }: { current: Current }): JSX.Element {
+function Nodes({ current, wanted }: { current: Current; wanted: string }): JSX.Element {
   const { link } = useCurrent(current);
   const [nodes, setNodes] = React.useState<Node[] | null>(null);
   const [domain, setDomain] = React.useState<number | null>(null);
@@ -78,7 +94,12 @@ function Nodes({ current }: { current: Current }): JSX.Element {
       </div>
       <ul className="ros-Nodes" aria-label="Nodes">
         {shown.map((node, number) => (
-          <NodeItem key={`${node.name} ${node.key} ${number}`} node={node} link={link!} />
+          <NodeItem
+            key={`${node.name} ${node.key} ${number}`}
+            node={node}
+            link={link!}
+            wanted={node.name === wanted && node.state === 'running'}
+          />
         ))}
       </ul>
       <Log link={link} nodes={shown.map(node => ({ name: node.name, key: node.key }))} />
@@ -86,8 +107,10 @@ function Nodes({ current }: { current: Current }): JSX.Element {
   );
 }
 
-function NodeItem({ node, link }: { node: Node; link: Link }): JSX.Element {
-  const [open, setOpen] = React.useState(false);
+function NodeItem({ node, link, wanted }: { node: Node; link: Link; wanted: boolean }): JSX.Element {
+  const [open, setOpen] = React.useState(wanted);
+  const button = React.useRef<HTMLButtonElement>(null);
+  React.useEffect(() => (wanted ? button.current?.focus() : undefined), []);
   const [doing, setDoing] = React.useState('');
   const [failed, setFailed] = React.useState('');
   const id = React.useId();
@@ -106,7 +129,13 @@ function NodeItem({ node, link }: { node: Node; link: Link }): JSX.Element {
   return (
     <li className={`ros-Node ros-mod-${node.state}${trouble ? ' ros-mod-trouble' : ''}`}>
       <div className="ros-Node-row">
-        <button className="ros-Node-name" aria-expanded={open} aria-controls={id} onClick={() => setOpen(!open)}>
+        <button
+          ref={button}
+          className="ros-Node-name"
+          aria-expanded={open}
+          aria-controls={id}
+          onClick={() => setOpen(!open)}
+        >
           <span className="ros-mark" aria-hidden="true">
             {node.state === 'running' && trouble ? '▲' : MARK[node.state]}
           </span>

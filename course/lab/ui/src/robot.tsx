@@ -300,6 +300,14 @@ function Facts({ state, paused }: { state: RobotState; paused: boolean }): JSX.E
           <dd>{sectors ? (sectors[side] === null ? 'free' : `${sectors[side]!.toFixed(2)} m`) : '–'}</dd>
         </div>
       ))}
+      {state.says && (
+        <div>
+          <dt>state</dt>
+          <dd>
+            <code>{state.says}</code>
+          </dd>
+        </div>
+      )}
       <div>
         <dt>command</dt>
         <dd>

@@ -12,7 +12,7 @@ export interface Scan {
   sectors: { [name: string]: number | null }; // m; null is free
 }
 
-const TRAIL = 600; // places
+const TRAIL = 1200; // places
 const JUMP = 0.7; // m between two poses: the robot was put there, it has not driven
 const STALE = 1500; // ms without a scan
 
@@ -24,6 +24,7 @@ export class RobotState {
   pose: Pose | null = null;
   room: { name: string; walls: number[] } = { name: '', walls: [] };
   scan: Scan | null = null;
+  says = ''; // the state that the driver logs
   scanAt = 0; // ms, on the page's clock
   trail: [number, number][] = [];
   version = 0; // another one whenever something has come
@@ -33,10 +34,16 @@ export class RobotState {
     const now = performance.now();
     this.version++;
     if (data.room) {
-      if (data.room.name !== this.room.name) {
+      if (data.room.name !== this.room.name && !this._told) {
         this.trail = [];
       }
       this.room = data.room;
+    }
+    if (data.path) {
+      this._told = data.path.places !== null;
+      this.trail = data.path.anew ? [] : this.trail;
+      this.trail.push(...(data.path.places ?? []));
+      this.trail.splice(0, this.trail.length - TRAIL);
     }
     if (data.robot) {
       this.moves = data.robot.moves;
@@ -47,6 +54,7 @@ export class RobotState {
       this.scanAt = now;
     }
     this.command = data.command ?? this.command;
+    this.says = data.state ?? this.says;
     this.collisions = data.collisions ?? this.collisions;
     this.nodes = data.nodes ?? this.nodes;
   }
@@ -84,6 +92,9 @@ export class RobotState {
     this._gap = Math.min(400, Math.max(30, now - this._since));
     this._since = now;
     this.pose = pose;
+    if (this._told) {
+      return; // its path comes by itself, with the places between two looks
+    }
     const last = this.trail[this.trail.length - 1];
     if (jumped) {
       this.trail = [];
@@ -94,6 +105,7 @@ export class RobotState {
     }
   }
 
+  private _told = false; // the path comes from the world
   private _before: Pose | null = null;
   private _gap = 100; // ms between the last two places
   private _since = 0;

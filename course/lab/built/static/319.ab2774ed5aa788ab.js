@@ -1,4 +1,4 @@
-"use strict";(self.rspackChunkros2_course_lab=self.rspackChunkros2_course_lab||[]).push([[319],{770(o,r,e){var a=e(601),t=e.n(a),s=e(314),n=(e.n(s))()(t());n.push([o.id,`/* The inspector and the graph. */
+"use strict";(self.rspackChunkros2_course_lab=self.rspackChunkros2_course_lab||[]).push([[319],{770(o,r,e){var t=e(601),a=e.n(t),s=e(314),n=(e.n(s))()(a());n.push([o.id,`/* The inspector and the graph. */
 
 .ros-Form,
 .ros-Form form,
@@ -241,6 +241,19 @@
   opacity: 0.25;
 }
 
+.ros-Panel .ros-Graph-box:focus-visible {
+  outline: 0;
+}
+
+.ros-Graph-box:focus-visible :is(rect, path) {
+  stroke: var(--jp-ui-font-color0);
+  stroke-width: 3.5;
+}
+
+.ros-Graph-box:focus-visible text {
+  font-weight: 700;
+}
+
 @media (prefers-reduced-motion: reduce) {
   .ros-Graph-box {
     transition: none;
@@ -304,7 +317,7 @@
   flex-direction: column;
   gap: 6px;
 }
-`,""]),e.d(r,{},{A:n})},646(o,r,e){var a=e(601),t=e.n(a),s=e(314),n=e.n(s),i=e(994),l=n()(t());l.i(i.A),l.push([o.id,`/* The course's part of JupyterLab, in the colours of its theme. */
+`,""]),e.d(r,{},{A:n})},646(o,r,e){var t=e(601),a=e.n(t),s=e(314),n=e.n(s),i=e(994),l=n()(a());l.i(i.A),l.push([o.id,`/* The course's part of JupyterLab, in the colours of its theme. */
 
 .ros-HandIn-body {
   max-width: 60ch;
@@ -588,7 +601,7 @@ body[data-jp-theme-light='false'] {
   overflow: auto;
   padding: 0 4px;
 }
-`,""]),e.d(r,{},{A:l})},994(o,r,e){var a=e(601),t=e.n(a),s=e(314),n=(e.n(s))()(t());n.push([o.id,`/* The robot view. */
+`,""]),e.d(r,{},{A:l})},994(o,r,e){var t=e(601),a=e.n(t),s=e(314),n=(e.n(s))()(a());n.push([o.id,`/* The robot view. */
 
 .ros-Robot-stage {
   border: 1px solid var(--jp-border-color1);
@@ -759,4 +772,4 @@ body[data-jp-theme-light='false'] {
   --ros-robot-hit: #ff9a90;
   --ros-robot-trail: #8a8a8a;
 }
-`,""]),e.d(r,{},{A:n})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",a=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),a&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),a&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,a,t,s){"string"==typeof o&&(o=[[null,o,void 0]]);var n={};if(a)for(var i=0;i<this.length;i++){var l=this[i][0];null!=l&&(n[l]=!0)}for(var p=0;p<o.length;p++){var d=[].concat(o[p]);a&&n[d[0]]||(void 0!==s&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=s),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),t&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=t):d[4]="".concat(t)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,a=0;a<r.length;a++)if(r[a].identifier===o){e=a;break}return e}function a(o,a){for(var t={},s=[],n=0;n<o.length;n++){var i=o[n],l=a.base?i[0]+a.base:i[0],p=t[l]||0,d="".concat(l," ").concat(p);t[l]=p+1;var c=e(d),f={css:i[1],media:i[2],sourceMap:i[3],supports:i[4],layer:i[5]};if(-1!==c)r[c].references++,r[c].updater(f);else{var x=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(f,a);a.byIndex=n,r.splice(n,0,{identifier:d,updater:x,references:1})}s.push(d)}return s}o.exports=function(o,t){var s=a(o=o||[],t=t||{});return function(o){o=o||[];for(var n=0;n<s.length;n++){var i=e(s[n]);r[i].references--}for(var l=a(o,t),p=0;p<s.length;p++){var d=e(s[p]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}s=l}}},659(o){var r={};o.exports=function(o,e){var a=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!a)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");a.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var a,t,s;a="",e.supports&&(a+="@supports (".concat(e.supports,") {")),e.media&&(a+="@media ".concat(e.media," {")),(t=void 0!==e.layer)&&(a+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),a+=e.css,t&&(a+="}"),e.media&&(a+="}"),e.supports&&(a+="}"),(s=e.sourceMap)&&"u">typeof btoa&&(a+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(s))))," */")),o.styleTagTransform(a,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var a=e(72),t=e.n(a),s=e(825),n=e.n(s),i=e(659),l=e.n(i),p=e(56),d=e.n(p),c=e(540),f=e.n(c),x=e(113),m=e.n(x),u=e(646),h={};h.styleTagTransform=m(),h.setAttributes=d(),h.insert=l().bind(null,"head"),h.domAPI=n(),h.insertStyleElement=f(),t()(u.A,h),u.A&&u.A.locals&&u.A.locals;var b=e(770),g={};g.styleTagTransform=m(),g.setAttributes=d(),g.insert=l().bind(null,"head"),g.domAPI=n(),g.insertStyleElement=f(),t()(b.A,g),b.A&&b.A.locals&&b.A.locals}}]);
+`,""]),e.d(r,{},{A:n})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",t=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),t&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),t&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,t,a,s){"string"==typeof o&&(o=[[null,o,void 0]]);var n={};if(t)for(var i=0;i<this.length;i++){var l=this[i][0];null!=l&&(n[l]=!0)}for(var p=0;p<o.length;p++){var d=[].concat(o[p]);t&&n[d[0]]||(void 0!==s&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=s),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),a&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=a):d[4]="".concat(a)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,t=0;t<r.length;t++)if(r[t].identifier===o){e=t;break}return e}function t(o,t){for(var a={},s=[],n=0;n<o.length;n++){var i=o[n],l=t.base?i[0]+t.base:i[0],p=a[l]||0,d="".concat(l," ").concat(p);a[l]=p+1;var c=e(d),f={css:i[1],media:i[2],sourceMap:i[3],supports:i[4],layer:i[5]};if(-1!==c)r[c].references++,r[c].updater(f);else{var x=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(f,t);t.byIndex=n,r.splice(n,0,{identifier:d,updater:x,references:1})}s.push(d)}return s}o.exports=function(o,a){var s=t(o=o||[],a=a||{});return function(o){o=o||[];for(var n=0;n<s.length;n++){var i=e(s[n]);r[i].references--}for(var l=t(o,a),p=0;p<s.length;p++){var d=e(s[p]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}s=l}}},659(o){var r={};o.exports=function(o,e){var t=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!t)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");t.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var t,a,s;t="",e.supports&&(t+="@supports (".concat(e.supports,") {")),e.media&&(t+="@media ".concat(e.media," {")),(a=void 0!==e.layer)&&(t+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),t+=e.css,a&&(t+="}"),e.media&&(t+="}"),e.supports&&(t+="}"),(s=e.sourceMap)&&"u">typeof btoa&&(t+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(s))))," */")),o.styleTagTransform(t,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var t=e(72),a=e.n(t),s=e(825),n=e.n(s),i=e(659),l=e.n(i),p=e(56),d=e.n(p),c=e(540),f=e.n(c),x=e(113),m=e.n(x),u=e(646),h={};h.styleTagTransform=m(),h.setAttributes=d(),h.insert=l().bind(null,"head"),h.domAPI=n(),h.insertStyleElement=f(),a()(u.A,h),u.A&&u.A.locals&&u.A.locals;var b=e(770),g={};g.styleTagTransform=m(),g.setAttributes=d(),g.insert=l().bind(null,"head"),g.domAPI=n(),g.insertStyleElement=f(),a()(b.A,g),b.A&&b.A.locals&&b.A.locals}}]);
