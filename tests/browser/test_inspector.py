@@ -58,11 +58,115 @@ def test_a_service_is_called_and_a_goal_canceled_while_a_cell_runs_and_the_graph
     listed = graph.get_by_role("list", name="The graph as a list")
     expect(listed).to_contain_text("offers the actions /fibonacci")
     expect(listed).not_to_contain_text("get_parameters")
-    expect(graph.get_by_role("img", name="Nodes: 1. Topics, services and actions: 4.")).to_be_visible()
+    expect(graph.get_by_role("group", name="Nodes: 1. Topics, services and actions: 4.")).to_be_visible()
     expect(graph.get_by_label("Which call or goal")).to_contain_text("action /fibonacci")
     expect(show_panel(page, "Inspector").get_by_label("order int32")).to_have_value("1000")  # as it was left
     expect(page.locator('.jp-Notebook-ExecutionIndicator[data-status="busy"]')).to_be_visible()
     (lab[2] / "inspected/end").touch()
+
+
+def test_the_graph_is_walked_and_opened_by_keys_and_by_clicks(lab, page):
+    begin(page, lab, "walked")
+    graph = show_panel(page, "Graph")
+    node = graph.get_by_role("button", name=re.compile("^node /servers: .*serves /add_two_ints"))
+    service = graph.get_by_role("button", name=re.compile("^service /add_two_ints: .*/servers serves it"))
+    expect(service).to_be_visible()
+    boxes = graph.locator(".ros-Graph-box[tabindex]")
+    expect(graph.locator('.ros-Graph-box[tabindex="0"]')).to_have_count(1)  # the Tab key comes to one of them
+    graph.get_by_label("Show what every node has, too").focus()
+    page.keyboard.press("Tab")
+    expect(graph.locator(".ros-Graph-box:focus")).to_have_count(1)
+    assert visited(page) == set(boxes.evaluate_all("all => all.map(box => box.dataset.box)"))
+    service.focus()
+    expect(service).to_have_css("outline-style", "none")
+    assert service.locator("path").evaluate("path => getComputedStyle(path).strokeWidth") == "3.5px"
+    page.keyboard.press("Enter")
+    panel = page.get_by_role("region", name="Inspector", exact=True)
+    chosen = panel.get_by_role("combobox", name="Service", exact=True)
+    expect(chosen).to_be_focused()
+    expect(chosen).to_have_value("/add_two_ints example_interfaces/srv/AddTwoInts")
+    graph = show_panel(page, "Graph")
+    graph.get_by_role("button", name=re.compile("^action /fibonacci")).click()
+    expect(panel.get_by_role("combobox", name="Action", exact=True)).to_be_focused()
+    graph = show_panel(page, "Graph")
+    node.focus()
+    page.keyboard.press("Space")
+    nodes = page.get_by_role("region", name="Nodes", exact=True)
+    expect(nodes.get_by_role("button", name="/servers running")).to_be_focused()
+    expect(nodes).to_contain_text("speed = 1.0")
+    (lab[2] / "walked/end").touch()
+
+
+def visited(page) -> set[str]:
+    """The boxes that the arrow keys come to, from the one that has the focus."""
+    here = "document.activeElement.dataset.box"
+    found, new = set(), [page.evaluate(here)]
+    while new:
+        found.add(start := new.pop())
+        for key in ("ArrowUp", "ArrowDown", "ArrowLeft", "ArrowRight"):
+            page.evaluate(f'document.querySelector(`[data-box="${{CSS.escape({start!r})}}"]`).focus()')
+            page.keyboard.press(key)
+            if (there := page.evaluate(here)) not in found and there not in new:
+                new.append(there)
+    return found
+
+
+def test_a_message_is_published_at_a_rate_and_stops_with_the_panel(lab, page):
+    panel = begin(page, lab, "repeated")
+    panel.get_by_label("Do what").select_option("Publish a message")
+    panel.get_by_label("Times a second").fill("1000")
+    expect(panel.get_by_text("write a number from 0.1 to 100, in times a second")).to_be_visible()
+    panel.get_by_label("Times a second").fill("5")
+    expect(panel.get_by_label("The line", exact=True)).to_contain_text("ros2 topic pub --rate 5 /cmd_vel")
+    expect(panel.get_by_label("The program", exact=True)).to_contain_text("self.create_timer(0.2, self.publish)")
+    panel.get_by_role("button", name="Publish", exact=True).click()
+    passed = panel.get_by_role("region", name="What passed")
+    expect(passed).to_contain_text(re.compile("Published [0-9]+ times so far, 5 a second, to 1 subscription."))
+    passed.get_by_role("button", name="Stop").click()
+    expect(passed).to_contain_text("last message")
+    panel.get_by_role("button", name="Publish", exact=True).click()
+    expect(passed.get_by_role("button", name="Stop")).to_be_visible()
+    show_panel(page, "Nodes")
+    page.wait_for_timeout(2500)  # the time that a panel may be out of sight
+    expect(show_panel(page, "Inspector").get_by_role("region", name="What passed")).to_contain_text("last message")
+    (lab[2] / "repeated/end").touch()
+
+
+def test_what_other_programs_and_cells_send_is_drawn(lab, page):
+    folder = lab[2] / "drawn"
+    folder.mkdir()
+    (folder / "servers.py").write_text(SERVERS)
+    sources = [
+        "import course\n\nros = course.live()",
+        "ros.start('servers.py')",
+        "!ros2 service call /add_two_ints example_interfaces/srv/AddTwoInts '{a: 20, b: 22}'",
+        "!ros2 action send_goal /fibonacci example_interfaces/action/Fibonacci '{order: 3}'",
+    ]
+    kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
+    cells = [nbformat.v4.new_code_cell(source) for source in sources]
+    nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=kernel), folder / "drawn.ipynb")
+    open_page(page, lab, "drawn/drawn.ipynb")
+    graph = show_panel(page, "Graph")
+    page.locator(".jp-Notebook .jp-Cell").first.locator(".cm-content").click()
+    page.keyboard.press("Shift+Enter")
+    expect(graph).to_contain_text("No node runs.")
+    expect(graph).to_contain_text("Nothing has passed yet")
+    page.keyboard.press("Shift+Enter")
+    expect(graph.get_by_role("button", name=re.compile("^node /servers"))).to_be_visible()
+    for _ in sources[2:]:
+        page.keyboard.press("Shift+Enter")
+    which = graph.get_by_label("Which call or goal")
+    expect(which).to_contain_text("action /fibonacci")
+    flow = graph.get_by_role("region", name="What passed").get_by_role("img")
+    expect(flow).to_have_attribute("aria-label", re.compile("accepted, feedback, feedback, succeeded"))
+    expect(graph).to_contain_text("Seen from the action's topics for status and feedback.")
+    option = which.locator("option", has_text="service /add_two_ints")
+    which.select_option(option.first.get_attribute("value"))
+    expect(graph).to_contain_text("sum: 42")
+    expect(graph).to_contain_text("Seen from the server")
+    for theme in ("Light", "Dark"):
+        set_theme(page, theme)
+        assert barriers(page, "#ros2-course-graph") == []
 
 
 @pytest.mark.parametrize("theme", ["Light", "Dark"])

@@ -72,6 +72,7 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     page.locator('.jp-Notebook-ExecutionIndicator[data-status="busy"]').wait_for(state="attached")
     before = frames(canvas)
     expect(view.locator(".ros-Robot-facts")).to_contain_text("0.30 m/s")
+    expect(view.locator(".ros-Robot-facts")).to_contain_text(re.compile("state(FORWARD|TURNING_LEFT|TURNING_RIGHT)"))
     page.wait_for_function(f"() => document.querySelector('.ros-Robot-canvas').dataset.frames > {before + 20}")
 
     canvas.focus()

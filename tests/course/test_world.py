@@ -277,6 +277,29 @@ def test_a_lockstep_drive_repeats_itself_and_equals_the_pure_simulation(context,
             node.drive(0.1, find_within=0.2, answer_within=0.05)
 
 
+def test_who_only_looks_on_is_taken_for_no_driver(context):
+    """The robot view's node and `ros2 topic echo`, both hidden, see the scan; what they do must change no drive."""
+    from geometry_msgs.msg import Twist
+    from rclpy.node import Node
+    from sensor_msgs.msg import LaserScan
+
+    node = world(context, fast=True)
+    looks = Node("_course_session", context=context)
+    looks.create_subscription(LaserScan, "scan", lambda scan: None, 10)
+    sends = Node("sends_without_looking", context=context)
+    sends.create_publisher(Twist, "cmd_vel", 10)
+    with pytest.raises(TimeoutError, match="subscribes to scan"):
+        node.drive(0.1, find_within=1.0, answer_within=0.05)
+    looks.create_publisher(Twist, "cmd_vel", 10)  # a hidden node may drive, too
+    node.drive(0.1, find_within=3.0, answer_within=0.05)  # nobody answers; that it begins is what counts
+    sees = Node("sees_for_the_other", context=context)  # as when one node sees and another one drives
+    sees.create_subscription(LaserScan, "scan", lambda scan: None, 10)
+    looks.destroy_node()
+    node.drive(0.1, find_within=3.0, answer_within=0.05)
+    for each in (node, sends, sees):
+        each.destroy_node()
+
+
 @contextlib.contextmanager
 def spinning(node, context):
     """A background thread spins `node` meanwhile."""

@@ -213,7 +213,7 @@ function Picture({ graph, selected, open }: { graph: Graph; selected: string; op
   return (
     <>
       <p className="ros-quiet" id="ros-graph-keys">
-        Click on a box, or go to it with the arrow keys and press Enter: a node opens in Nodes, all else in the Inspector.
+        Click on a box, or go there with the arrow keys and press Enter, to open it.
       </p>
       <div className="ros-Graph-frame" ref={frame} tabIndex={-1}>
         <svg
@@ -364,8 +364,8 @@ function Flows({ link }: { link: Link }): JSX.Element {
         </>
       )}
       <p className="ros-quiet">
-        What this notebook’s kernel sends is always seen. A call of another program is seen when the service’s node was
-        started from this notebook while this panel was open (Restart in Nodes), a goal of another program always.
+        Of a call that another program makes, this shows what the server tells: it does so when its node was started, or
+        restarted, by this notebook while this panel was open.
       </p>
     </section>
   );
