@@ -9,13 +9,16 @@ listener_thread.cpp; rmw_dds_common, GraphCache::update_participant_entities).
 import time
 from collections import Counter
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from rcl_interfaces.srv import ListParameters
 from rclpy.node import Node
 
 from course.rclpy_internals import NodeNameNonExistentError, unwatched
-from course.session.process import NodeProcess
 from course.waiting import wait_until
+
+if TYPE_CHECKING:
+    from course.session.process import NodeProcess
 
 FORGOTTEN = 15.0  # s; a node that was killed is in the graph for 5 (discovery.xml), on a busy machine for longer
 SETTLED = 2.0  # s that a program may take from its node to its executor
@@ -44,7 +47,7 @@ class Presence:
         """
         wait_until(lambda: not set(ended) & set(difference(self.names(), others)), FORGOTTEN, alert=False)
 
-    def settle(self, process: NodeProcess, served: set[str]) -> None:
+    def settle(self, process: "NodeProcess", served: set[str]) -> None:
         """Wait until the program answers from its executor, so that what it does in its first moments is over.
 
         `served` are the services that were there before it.  A program that offers no parameters, or is busy for longer

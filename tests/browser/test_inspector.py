@@ -16,7 +16,7 @@ expect.set_options(timeout=WAIT)
 def begin(page, lab, name):
     """A notebook with a service and an action, and its session begun."""
     folder = lab[2] / name
-    folder.mkdir()
+    folder.mkdir(exist_ok=True)
     (folder / "servers.py").write_text(SERVERS)
     sources = [
         "import course\n\nros = course.live()",
@@ -134,7 +134,7 @@ def test_a_message_is_published_at_a_rate_and_stops_with_the_panel(lab, page):
 
 def test_what_other_programs_and_cells_send_is_drawn(lab, page):
     folder = lab[2] / "drawn"
-    folder.mkdir()
+    folder.mkdir(exist_ok=True)
     (folder / "servers.py").write_text(SERVERS)
     sources = [
         "import course\n\nros = course.live()",
