@@ -68,8 +68,8 @@ def test_a_service_is_called_and_a_goal_canceled_while_a_cell_runs_and_the_graph
 def test_the_graph_is_walked_and_opened_by_keys_and_by_clicks(lab, page):
     begin(page, lab, "walked")
     graph = show_panel(page, "Graph")
-    node = graph.get_by_role("button", name=re.compile("^node /servers: .*serves /add_two_ints"))
-    service = graph.get_by_role("button", name=re.compile("^service /add_two_ints: .*/servers serves it"))
+    node = graph.get_by_role("button", name=re.compile(r"^node \/servers: .*serves \/add_two_ints"))
+    service = graph.get_by_role("button", name=re.compile(r"^service \/add_two_ints: .*\/servers serves it"))
     expect(service).to_be_visible()
     boxes = graph.locator(".ros-Graph-box[tabindex]")
     expect(graph.locator('.ros-Graph-box[tabindex="0"]')).to_have_count(1)  # the Tab key comes to one of them
@@ -86,7 +86,7 @@ def test_the_graph_is_walked_and_opened_by_keys_and_by_clicks(lab, page):
     expect(chosen).to_be_focused()
     expect(chosen).to_have_value("/add_two_ints example_interfaces/srv/AddTwoInts")
     graph = show_panel(page, "Graph")
-    graph.get_by_role("button", name=re.compile("^action /fibonacci")).click()
+    graph.get_by_role("button", name=re.compile(r"^action \/fibonacci")).click()
     expect(panel.get_by_role("combobox", name="Action", exact=True)).to_be_focused()
     graph = show_panel(page, "Graph")
     node.focus()
@@ -152,7 +152,7 @@ def test_what_other_programs_and_cells_send_is_drawn(lab, page):
     expect(graph).to_contain_text("No node runs.")
     expect(graph).to_contain_text("Nothing has passed yet")
     page.keyboard.press("Shift+Enter")
-    expect(graph.get_by_role("button", name=re.compile("^node /servers"))).to_be_visible()
+    expect(graph.get_by_role("button", name=re.compile(r"^node \/servers"))).to_be_visible()
     for _ in sources[2:]:
         page.keyboard.press("Shift+Enter")
     which = graph.get_by_label("Which call or goal")
