@@ -8,6 +8,7 @@ import csv
 import grp
 import os
 import pwd
+import secrets
 import subprocess
 import time
 from pathlib import Path
@@ -24,7 +25,6 @@ from tests.classroom.conftest import ROSTER, classroom
 from tests.classroom.visitor import Kernel, Visitor
 from tests.ports import free_port
 
-PREFIX = "gone-"
 IDLE = 0.25  # minutes until an idle kernel is ended; a kernel must have started in that time
 WAIT = 600.0  # s
 
@@ -37,7 +37,15 @@ def ended(able, tmp_path_factory):
     folder.chmod(0o711)
     (folder / "roster.csv").write_text(ROSTER)
     common = ["--folder", str(folder / "class")]
-    arguments = [*common, "--roster", str(folder / "roster.csv"), "--port", str(free_port()), "--prefix", PREFIX]
+    arguments = [
+        *common,
+        "--roster",
+        str(folder / "roster.csv"),
+        "--port",
+        str(free_port()),
+        "--prefix",
+        f"g{secrets.token_hex(2)}-",
+    ]
     done = classroom("up", *arguments, "--passwords", "dummy", "--idle", f"{IDLE}")
     try:
         assert done.returncode == 0, done.stderr
