@@ -10,6 +10,7 @@ import { ExercisePanel } from './exercise';
 import { GraphPanel, graphIcon } from './graph';
 import { handIn, handInButton, handInIcon, hasExercise } from './handing_in';
 import { InspectorPanel, inspectorIcon } from './inspector';
+import { language } from './language';
 import { Links } from './link';
 import { NodesPanel, nodesIcon } from './nodes';
 import { addRobot } from './robot_command';
@@ -86,4 +87,4 @@ const panels: JupyterFrontEndPlugin<void> = {
   }
 };
 
-export default [handingIn, panels, ways, layout];
+export default [handingIn, panels, ways, layout, language];
