@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from course.waiting import wait_until
+from tests.browser.pages import keep_picture
 from tests.ports import free_port
 
 ROOT = Path(__file__).parents[2]
@@ -91,6 +92,5 @@ def page(chromium, request):
     page = chromium.new_page(viewport={"width": 1500, "height": 950})
     page.set_default_timeout(WAIT)
     yield page
-    if pictures := os.environ.get("COURSE_PICTURES"):  # a folder, for a person who wants to look
-        page.screenshot(path=Path(pictures) / f"{request.node.name}.png")
+    keep_picture(page, request.node.name)
     page.close()

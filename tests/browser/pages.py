@@ -1,5 +1,6 @@
 """What the tests of a page do in JupyterLab, and the exercise that they do it with."""
 
+import os
 from pathlib import Path
 
 import nbformat
@@ -131,6 +132,13 @@ def set_theme(page: Page, theme: str) -> None:
     """JupyterLab's theme: Light or Dark."""
     choose(page, "Settings", "Theme", f"JupyterLab {theme}")
     page.locator(f"body[data-jp-theme-light='{str(theme == 'Light').lower()}']").wait_for(state="attached")
+
+
+def keep_picture(page: Page, name: str) -> None:
+    """What the page shows, as a file in the folder COURSE_PICTURES, for a person who wants to look."""
+    if folder := os.environ.get("COURSE_PICTURES"):
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        page.screenshot(path=Path(folder) / f"{name}.png", animations="disabled")
 
 
 def barriers(page: Page, within: str) -> list[str]:

@@ -6,7 +6,18 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import WAIT
-from tests.browser.pages import FILE, SERVER, barriers, cell, choose, open_page, set_theme, show_panel, write_greeter
+from tests.browser.pages import (
+    FILE,
+    SERVER,
+    barriers,
+    cell,
+    choose,
+    keep_picture,
+    open_page,
+    set_theme,
+    show_panel,
+    write_greeter,
+)
 
 expect.set_options(timeout=WAIT)
 STUB = "# say hello\n"
@@ -91,5 +102,6 @@ def test_everybody_can_use_it(lab, page, theme):
     panel.get_by_text("Hint 1: where to look").click()
     expect(panel.locator(".ros-hint strong")).to_be_visible()
     assert barriers(page, "#ros2-course-exercise") == []
+    keep_picture(page, f"exercise-{theme.lower()}")
     page.set_viewport_size({"width": 390, "height": 800})
     assert panel.evaluate("panel => panel.scrollWidth <= panel.clientWidth")

@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import WAIT
-from tests.browser.pages import barriers, choose, open_page, set_theme, show_panel
+from tests.browser.pages import barriers, choose, keep_picture, open_page, set_theme, show_panel
 from tests.lab.test_inspector import SERVERS
 
 expect.set_options(timeout=WAIT)
@@ -177,10 +177,12 @@ def test_everybody_can_use_both(lab, page, theme):
     panel.get_by_role("button", name="Call").click()
     expect(panel.get_by_role("region", name="What passed")).to_contain_text("response")
     assert barriers(page, "#ros2-course-inspector") == []
+    keep_picture(page, name)
     page.set_viewport_size({"width": 390, "height": 800})
     assert panel.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
     page.set_viewport_size({"width": 1500, "height": 950})
     graph = show_panel(page, "Graph")
     expect(graph.get_by_role("list", name="The graph as a list")).to_contain_text("/servers")
     assert barriers(page, "#ros2-course-graph") == []
+    keep_picture(page, f"graph-{theme.lower()}")
     (lab[2] / f"{name}/end").touch()

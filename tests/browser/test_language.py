@@ -7,7 +7,7 @@ from playwright.sync_api import Locator, expect
 from course.interfaces.definition import parse
 from course.waiting import wait_until
 from tests.browser.conftest import WAIT
-from tests.browser.pages import cell, choose, open_page, set_theme
+from tests.browser.pages import cell, choose, keep_picture, open_page, set_theme
 
 expect.set_options(timeout=WAIT)
 
@@ -85,6 +85,7 @@ def test_a_definition_is_coloured_in_its_file_and_in_the_cell_that_writes_it(lab
     set_theme(page, theme)
     magic = [("%%exercise Sensor.srv --package sensors", "operator")]
     expect_words(cell(page, 0).locator(".cm-content"), [magic, *LINES, []])
+    keep_picture(page, f"language-cell-{theme.lower()}")
     python = cell(page, 1).locator(".cm-content")
     expect(python.locator("span").get_by_text("None")).to_be_visible()  # Python's highlighter knows it
     expect(python.locator("span").get_by_text("int32")).to_have_count(0)
@@ -100,3 +101,4 @@ def test_a_definition_is_coloured_in_its_file_and_in_the_cell_that_writes_it(lab
     page.get_by_role("dialog").locator("input").fill(f"{folder.name}/Sensor.srv")
     page.get_by_role("dialog").get_by_role("button", name="Open").click()
     expect_words(page.locator(".jp-FileEditor .cm-content"), [*LINES, []])
+    keep_picture(page, f"language-file-{theme.lower()}")

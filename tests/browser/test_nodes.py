@@ -4,7 +4,18 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import WAIT
-from tests.browser.pages import CHECKS, SERVER, barriers, cell, choose, open_page, set_theme, show_panel, write_greeter
+from tests.browser.pages import (
+    CHECKS,
+    SERVER,
+    barriers,
+    cell,
+    choose,
+    keep_picture,
+    open_page,
+    set_theme,
+    show_panel,
+    write_greeter,
+)
 
 expect.set_options(timeout=WAIT)
 
@@ -136,6 +147,7 @@ def test_everybody_can_use_it(lab, page, theme):
     expect(panel).to_contain_text("word = 'hello'")
     expect(panel.get_by_role("log")).to_contain_text("greeted")
     assert barriers(page, "#ros2-course-nodes") == []
+    keep_picture(page, f"nodes-{theme.lower()}")
     page.set_viewport_size({"width": 390, "height": 800})
     page.wait_for_function(
         "() => { const box = document.querySelector('#ros2-course-nodes').getBoundingClientRect();"

@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from tests.browser.conftest import WAIT
-from tests.browser.pages import barriers, cell, open_page, set_theme
+from tests.browser.pages import barriers, cell, keep_picture, open_page, set_theme
 
 expect.set_options(timeout=WAIT)
 
@@ -136,6 +136,8 @@ def test_everybody_can_use_it(lab, page, theme):
     run_cell(page, 1, DRIVER)
     expect(view.get_by_label("obstacle_threshold")).to_be_visible()
     assert barriers(page, ".ros-Panel") == []
+    keep_picture(page, f"robot-{theme.lower()}")
     page.set_viewport_size({"width": 390, "height": 800})
+    page.get_by_role("tab", name="Robot", exact=True).click()  # on a narrow page it lies behind the notebook
     page.wait_for_function("() => document.querySelector('.ros-Panel').getBoundingClientRect().right <= 390")
     assert view.evaluate("view => view.scrollWidth <= view.clientWidth")

@@ -132,6 +132,15 @@
   white-space: pre-wrap;
 }
 
+/* On a small page, or at 200 % zoom, a program scrolls with the panel alone. */
+@media (max-width: 760px) {
+  .ros-Code pre {
+    max-height: none;
+    overflow-wrap: anywhere;
+    white-space: pre-wrap;
+  }
+}
+
 .ros-Form-limit {
   align-items: center;
   display: flex;
@@ -604,6 +613,10 @@ body[data-jp-theme-light='false'] {
 }
 `,""]),e.d(r,{},{A:p})},994(o,r,e){var t=e(601),a=e.n(t),s=e(314),n=(e.n(s))()(a());n.push([o.id,`/* The robot view. */
 
+.lm-DockPanel .ros-Panel {
+  min-width: 0;
+}
+
 .ros-Robot-stage {
   border: 1px solid var(--jp-border-color1);
   aspect-ratio: 4 / 3;
@@ -675,6 +688,7 @@ body[data-jp-theme-light='false'] {
 .ros-Robot-controls label {
   align-items: center;
   display: flex;
+  flex-wrap: wrap;
   gap: 4px;
   max-width: 100%;
 }
@@ -712,13 +726,13 @@ body[data-jp-theme-light='false'] {
 }
 
 .ros-Robot-knob label {
-  flex: 1 1 140px;
+  flex: 1 1 110px;
   font-family: var(--jp-code-font-family);
   overflow-wrap: anywhere;
 }
 
 .ros-Panel .ros-Robot-knob input {
-  flex: 3 1 100px;
+  flex: 3 1 70px;
   min-width: 0;
 }
 
@@ -773,4 +787,8 @@ body[data-jp-theme-light='false'] {
   --ros-robot-hit: #ff9a90;
   --ros-robot-trail: #8a8a8a;
 }
+<<<<<<<< HEAD:course/lab/built/static/319.7e4e36cba4797d5b.js
 `,""]),e.d(r,{},{A:n})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",t=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),t&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),t&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,t,a,s){"string"==typeof o&&(o=[[null,o,void 0]]);var n={};if(t)for(var i=0;i<this.length;i++){var p=this[i][0];null!=p&&(n[p]=!0)}for(var l=0;l<o.length;l++){var d=[].concat(o[l]);t&&n[d[0]]||(void 0!==s&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=s),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),a&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=a):d[4]="".concat(a)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,t=0;t<r.length;t++)if(r[t].identifier===o){e=t;break}return e}function t(o,t){for(var a={},s=[],n=0;n<o.length;n++){var i=o[n],p=t.base?i[0]+t.base:i[0],l=a[p]||0,d="".concat(p," ").concat(l);a[p]=l+1;var c=e(d),f={css:i[1],media:i[2],sourceMap:i[3],supports:i[4],layer:i[5]};if(-1!==c)r[c].references++,r[c].updater(f);else{var x=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(f,t);t.byIndex=n,r.splice(n,0,{identifier:d,updater:x,references:1})}s.push(d)}return s}o.exports=function(o,a){var s=t(o=o||[],a=a||{});return function(o){o=o||[];for(var n=0;n<s.length;n++){var i=e(s[n]);r[i].references--}for(var p=t(o,a),l=0;l<s.length;l++){var d=e(s[l]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}s=p}}},659(o){var r={};o.exports=function(o,e){var t=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!t)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");t.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var t,a,s;t="",e.supports&&(t+="@supports (".concat(e.supports,") {")),e.media&&(t+="@media ".concat(e.media," {")),(a=void 0!==e.layer)&&(t+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),t+=e.css,a&&(t+="}"),e.media&&(t+="}"),e.supports&&(t+="}"),(s=e.sourceMap)&&"u">typeof btoa&&(t+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(s))))," */")),o.styleTagTransform(t,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var t=e(72),a=e.n(t),s=e(825),n=e.n(s),i=e(659),p=e.n(i),l=e(56),d=e.n(l),c=e(540),f=e.n(c),x=e(113),m=e.n(x),u=e(646),h={};h.styleTagTransform=m(),h.setAttributes=d(),h.insert=p().bind(null,"head"),h.domAPI=n(),h.insertStyleElement=f(),a()(u.A,h),u.A&&u.A.locals&&u.A.locals;var b=e(770),g={};g.styleTagTransform=m(),g.setAttributes=d(),g.insert=p().bind(null,"head"),g.domAPI=n(),g.insertStyleElement=f(),a()(b.A,g),b.A&&b.A.locals&&b.A.locals}}]);
+========
+`,""]),e.d(r,{},{A:n})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",a=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),a&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),a&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,a,t,s){"string"==typeof o&&(o=[[null,o,void 0]]);var n={};if(a)for(var i=0;i<this.length;i++){var l=this[i][0];null!=l&&(n[l]=!0)}for(var p=0;p<o.length;p++){var d=[].concat(o[p]);a&&n[d[0]]||(void 0!==s&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=s),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),t&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=t):d[4]="".concat(t)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,a=0;a<r.length;a++)if(r[a].identifier===o){e=a;break}return e}function a(o,a){for(var t={},s=[],n=0;n<o.length;n++){var i=o[n],l=a.base?i[0]+a.base:i[0],p=t[l]||0,d="".concat(l," ").concat(p);t[l]=p+1;var c=e(d),f={css:i[1],media:i[2],sourceMap:i[3],supports:i[4],layer:i[5]};if(-1!==c)r[c].references++,r[c].updater(f);else{var m=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(f,a);a.byIndex=n,r.splice(n,0,{identifier:d,updater:m,references:1})}s.push(d)}return s}o.exports=function(o,t){var s=a(o=o||[],t=t||{});return function(o){o=o||[];for(var n=0;n<s.length;n++){var i=e(s[n]);r[i].references--}for(var l=a(o,t),p=0;p<s.length;p++){var d=e(s[p]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}s=l}}},659(o){var r={};o.exports=function(o,e){var a=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!a)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");a.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var a,t,s;a="",e.supports&&(a+="@supports (".concat(e.supports,") {")),e.media&&(a+="@media ".concat(e.media," {")),(t=void 0!==e.layer)&&(a+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),a+=e.css,t&&(a+="}"),e.media&&(a+="}"),e.supports&&(a+="}"),(s=e.sourceMap)&&"u">typeof btoa&&(a+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(s))))," */")),o.styleTagTransform(a,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var a=e(72),t=e.n(a),s=e(825),n=e.n(s),i=e(659),l=e.n(i),p=e(56),d=e.n(p),c=e(540),f=e.n(c),m=e(113),x=e.n(m),h=e(646),u={};u.styleTagTransform=x(),u.setAttributes=d(),u.insert=l().bind(null,"head"),u.domAPI=n(),u.insertStyleElement=f(),t()(h.A,u),h.A&&h.A.locals&&h.A.locals;var g=e(770),b={};b.styleTagTransform=x(),b.setAttributes=d(),b.insert=l().bind(null,"head"),b.domAPI=n(),b.insertStyleElement=f(),t()(g.A,b),g.A&&g.A.locals&&g.A.locals}}]);
+>>>>>>>> f612337 (Every panel fits 200 % zoom and a phone: nothing is cut off, nothing scrolls two ways):course/lab/built/static/319.6d46f7271bff1604.js

@@ -13,10 +13,8 @@ import { InspectorPanel, inspectorIcon } from './inspector';
 import { language } from './language';
 import { Links } from './link';
 import { NodesPanel, nodesIcon } from './nodes';
-import { addRobot } from './robot_command';
+import { addRobot, NARROW } from './robot_command';
 import { layout, ways } from './ways';
-
-const NARROW = 760; // px
 
 const handingIn: JupyterFrontEndPlugin<void> = {
   id: 'ros2-course-lab:hand-in',
@@ -83,7 +81,7 @@ const panels: JupyterFrontEndPlugin<void> = {
         execute: () => shell?.activateById(widget.id) ?? app.shell.activateById(widget.id)
       });
     }
-    addRobot(app, current, tracker, restorer);
+    addRobot(app, current, tracker, restorer, shell);
   }
 };
 

@@ -1,0 +1,794 @@
+"use strict";(self.rspackChunkros2_course_lab=self.rspackChunkros2_course_lab||[]).push([[319],{770(o,r,e){var t=e(601),a=e.n(t),s=e(314),n=(e.n(s))()(a());n.push([o.id,`/* The inspector and the graph. */
+
+.ros-Form,
+.ros-Form form,
+.ros-Form > label,
+.ros-Form form > label {
+  display: flex;
+  flex-direction: column;
+  gap: 4px;
+}
+
+.ros-Form,
+.ros-Form form {
+  gap: 8px;
+}
+
+.ros-Form p,
+.ros-Graph p {
+  margin: 0;
+}
+
+.ros-Form h3,
+.ros-Graph h3 {
+  margin-top: 8px;
+}
+
+.ros-type,
+.ros-Form-field label {
+  overflow-wrap: anywhere;
+}
+
+.ros-Form-value {
+  display: flex;
+  flex-wrap: wrap;
+  gap: 4px;
+}
+
+.ros-Form-value input:not([type='checkbox']) {
+  flex: 1 1 100px;
+  font-family: var(--jp-code-font-family);
+  min-width: 60px;
+}
+
+.ros-Form-value input[type='checkbox'] {
+  height: 24px;
+  width: 24px;
+}
+
+.ros-Form-field {
+  display: flex;
+  flex-direction: column;
+  gap: 3px;
+}
+
+.ros-Graph-everything {
+  align-items: center;
+  display: flex;
+  gap: 6px;
+}
+
+.ros-Form-message {
+  border: 1px solid var(--jp-border-color1);
+  border-radius: 3px;
+  display: flex;
+  flex-direction: column;
+  gap: 6px;
+  margin: 0;
+  min-width: 0;
+  padding: 4px 8px 8px;
+}
+
+.ros-Form-send {
+  align-items: center;
+  display: flex;
+  flex-wrap: wrap;
+  gap: 4px 8px;
+}
+
+.ros-Form-send .ros-mod-main {
+  border-width: 2px;
+  font-weight: 600;
+}
+
+.ros-Form-limit input {
+  width: 4em;
+}
+
+.ros-wrong {
+  color: var(--ros-bad);
+}
+
+.ros-Form [aria-invalid='true'] {
+  border: 2px solid var(--ros-bad);
+}
+
+.ros-Exchange {
+  border-top: 1px solid var(--jp-border-color1);
+  padding-top: 8px;
+}
+
+.ros-Events {
+  margin: 4px 0;
+  padding-left: 20px;
+}
+
+.ros-Events pre,
+.ros-Code pre {
+  background: var(--jp-layout-color2);
+  color: var(--jp-ui-font-color0);
+  font-family: var(--jp-code-font-family);
+  font-size: var(--jp-code-font-size);
+  margin: 2px 0;
+  max-height: 260px;
+  overflow: auto;
+  padding: 4px 8px;
+}
+
+.ros-Code {
+  align-items: flex-start;
+  display: flex;
+  flex-direction: column;
+  gap: 4px;
+}
+
+.ros-Code pre {
+  align-self: stretch;
+}
+
+.ros-Events pre,
+.ros-Code .ros-mod-wrap {
+  overflow-wrap: anywhere;
+  white-space: pre-wrap;
+}
+
+/* On a small page, or at 200 % zoom, a program scrolls with the panel alone. */
+@media (max-width: 760px) {
+  .ros-Code pre {
+    max-height: none;
+    overflow-wrap: anywhere;
+    white-space: pre-wrap;
+  }
+}
+
+.ros-Form-limit {
+  align-items: center;
+  display: flex;
+  gap: 4px;
+}
+
+.ros-hidden {
+  clip-path: inset(50%);
+  height: 1px;
+  overflow: hidden;
+  position: absolute;
+  white-space: nowrap;
+  width: 1px;
+}
+
+.ros-Flow {
+  display: block;
+  max-width: 420px;
+  width: 100%;
+}
+
+.ros-Flow text {
+  fill: var(--jp-ui-font-color0);
+  font-size: 12px;
+}
+
+.ros-Flow .ros-Flow-time {
+  font-size: 11px;
+}
+
+.ros-Flow-end {
+  fill: var(--jp-layout-color2);
+  stroke: var(--jp-border-color0);
+}
+
+.ros-Flow-life {
+  stroke: var(--jp-ui-font-color1);
+}
+
+.ros-Flow-arrow line {
+  stroke: var(--ros-arrow);
+  stroke-width: 2;
+}
+
+.ros-Flow-arrow path {
+  fill: var(--ros-arrow);
+}
+
+.ros-Flow-arrow {
+  --ros-arrow: var(--jp-ui-font-color1);
+}
+
+.ros-Flow-arrow.ros-mod-good {
+  --ros-arrow: var(--ros-good);
+}
+
+.ros-Flow-arrow.ros-mod-warn {
+  --ros-arrow: var(--ros-warn);
+}
+
+.ros-Flow-arrow.ros-mod-bad {
+  --ros-arrow: var(--ros-bad);
+}
+
+.ros-Graph {
+  display: flex;
+  flex-direction: column;
+  gap: 8px;
+}
+
+.ros-Graph-frame {
+  border: 1px solid var(--jp-border-color1);
+  max-height: 55vh;
+  min-height: 60px;
+  overflow: auto;
+}
+
+.ros-Graph-frame svg {
+  display: block;
+  margin: 0 auto;
+  width: 100%;
+}
+
+.ros-Graph-frame text {
+  fill: var(--jp-ui-font-color0);
+  font-family: var(--jp-code-font-family);
+  font-size: 12px;
+}
+
+.ros-Graph-edge {
+  fill: none;
+  stroke: var(--jp-ui-font-color1);
+  stroke-width: 1.3;
+}
+
+.ros-Graph-tip {
+  fill: var(--jp-ui-font-color1);
+}
+
+.ros-Graph-box {
+  cursor: pointer;
+  transition:
+    transform 0.4s,
+    opacity 0.2s;
+}
+
+.ros-mod-faint {
+  opacity: 0.25;
+}
+
+.ros-Panel .ros-Graph-box:focus-visible {
+  outline: 0;
+}
+
+.ros-Graph-box:focus-visible :is(rect, path) {
+  stroke: var(--jp-ui-font-color0);
+  stroke-width: 3.5;
+}
+
+.ros-Graph-box:focus-visible text {
+  font-weight: 700;
+}
+
+@media (prefers-reduced-motion: reduce) {
+  .ros-Graph-box {
+    transition: none;
+  }
+}
+
+/* The figures' palette (course/figures/palette.py), mixed with the theme's ground. */
+.ros-Graph-box :is(rect, path) {
+  fill: color-mix(in srgb, var(--ros-kind) 22%, var(--jp-layout-color1));
+  stroke: var(--ros-kind);
+  stroke-width: 1.5;
+}
+
+.ros-Graph-box.ros-mod-node {
+  --ros-kind: #0072b2;
+}
+
+.ros-Graph-box.ros-mod-topic {
+  --ros-kind: #009e73;
+}
+
+.ros-Graph-box.ros-mod-service {
+  --ros-kind: #d55e00;
+}
+
+.ros-Graph-box.ros-mod-action {
+  --ros-kind: #cc79a7;
+}
+
+.ros-Graph-key {
+  align-items: center;
+  display: flex;
+  flex-wrap: wrap;
+  gap: 4px 12px;
+}
+
+.ros-Graph-key span {
+  align-items: center;
+  display: inline-flex;
+  gap: 4px;
+}
+
+.ros-Graph-list {
+  list-style: none;
+  margin: 0;
+  padding: 0;
+}
+
+.ros-Graph-list li {
+  border-bottom: 1px solid var(--jp-border-color2);
+  overflow-wrap: anywhere;
+  padding: 2px 0 4px;
+}
+
+.ros-Graph-list li > div {
+  padding-left: 12px;
+}
+
+.ros-Flows {
+  display: flex;
+  flex-direction: column;
+  gap: 6px;
+}
+`,""]),e.d(r,{},{A:n})},646(o,r,e){var t=e(601),a=e.n(t),s=e(314),n=e.n(s),i=e(994),p=n()(a());p.i(i.A),p.push([o.id,`/* The course's part of JupyterLab, in the colours of its theme. */
+
+.ros-HandIn-body {
+  max-width: 60ch;
+}
+
+.ros-HandIn-doubts {
+  border-left: 4px solid var(--jp-warn-color1);
+  padding-left: 12px;
+}
+
+.ros-HandIn-name {
+  display: flex;
+  flex-direction: column;
+  gap: 4px;
+}
+
+.ros-Panel {
+  background: var(--jp-layout-color1);
+  color: var(--jp-ui-font-color0);
+  display: flex;
+  flex-direction: column;
+  font-size: var(--jp-ui-font-size1);
+  line-height: 1.4;
+  min-width: 240px;
+  overflow: auto;
+  padding: 8px 12px;
+}
+
+.ros-Panel h2,
+.ros-Panel h3 {
+  font-size: var(--jp-ui-font-size2);
+  font-weight: 600;
+  margin: 0;
+}
+
+.ros-Panel h3 {
+  font-size: var(--jp-ui-font-size1);
+}
+
+.ros-Panel-head {
+  align-items: baseline;
+  display: flex;
+  gap: 8px;
+  justify-content: space-between;
+}
+
+.ros-Panel-message {
+  margin: 4px 0;
+}
+
+.ros-quiet {
+  color: var(--jp-ui-font-color1);
+  opacity: 0.85;
+}
+
+.ros-Panel button:not(.ros-Node-name),
+.ros-Panel select,
+.ros-Panel input {
+  background: var(--jp-layout-color2);
+  border: 1px solid var(--jp-border-color0);
+  border-radius: 3px;
+  color: var(--jp-ui-font-color0);
+  font: inherit;
+  min-height: 24px;
+  padding: 1px 8px;
+}
+
+.ros-Panel button:not(:disabled) {
+  cursor: pointer;
+}
+
+.ros-Panel button:disabled {
+  opacity: 0.5;
+}
+
+.ros-Panel :is(button, select, input, summary, [tabindex]):focus-visible {
+  outline: 2px solid var(--jp-brand-color1);
+  outline-offset: 1px;
+}
+
+.ros-Nodes {
+  flex: 1 1 auto;
+  list-style: none;
+  margin: 0;
+  min-height: 120px;
+  overflow: auto;
+  padding: 0;
+}
+
+.ros-Node {
+  border-bottom: 1px solid var(--jp-border-color2);
+  padding: 4px 0;
+}
+
+.ros-Node-row {
+  align-items: center;
+  display: flex;
+  flex-wrap: wrap;
+  gap: 4px 8px;
+  justify-content: space-between;
+}
+
+.ros-Node-name {
+  align-items: baseline;
+  background: none;
+  border: 0;
+  color: inherit;
+  display: flex;
+  flex: 1 1 130px;
+  font: inherit;
+  gap: 6px;
+  min-height: 24px;
+  min-width: 0;
+  padding: 0;
+  text-align: left;
+}
+
+.ros-Node-name .ros-name {
+  font-family: var(--jp-code-font-family);
+  overflow-wrap: anywhere;
+}
+
+.ros-state {
+  font-size: var(--jp-ui-font-size0);
+}
+
+.ros-buttons {
+  display: flex;
+  gap: 4px;
+}
+
+.ros-mod-running .ros-mark {
+  color: var(--ros-good);
+}
+
+.ros-mod-dead .ros-mark,
+.ros-mod-trouble .ros-mark {
+  color: var(--ros-bad);
+}
+
+.ros-Node-details {
+  padding: 4px 0 8px 18px;
+}
+
+.ros-Node-details p,
+.ros-Node-details dl {
+  margin: 0 0 4px;
+}
+
+.ros-Node-details dt {
+  font-weight: 600;
+}
+
+.ros-Node-details dd {
+  margin: 0 0 0 12px;
+  overflow-wrap: anywhere;
+}
+
+.ros-story {
+  background: var(--jp-layout-color2);
+  border-left: 4px solid var(--ros-bad);
+  font-family: var(--jp-code-font-family);
+  font-size: var(--jp-code-font-size);
+  margin: 4px 0;
+  overflow-wrap: anywhere;
+  padding: 4px 8px;
+  white-space: pre-wrap;
+}
+
+.ros-Log {
+  display: flex;
+  flex: 1 1 50%;
+  flex-direction: column;
+  margin-top: 8px;
+  min-height: 180px;
+}
+
+.ros-Log-head {
+  align-items: center;
+  display: flex;
+  flex-wrap: wrap;
+  gap: 4px 8px;
+}
+
+.ros-Log-head select {
+  max-width: 100%;
+}
+
+.ros-Log-head input {
+  flex: 1 1 80px;
+  min-width: 60px;
+}
+
+.ros-Log-lost {
+  font-weight: 600;
+}
+
+.ros-Log-lines {
+  border: 1px solid var(--jp-border-color2);
+  flex: 1 1 auto;
+  font-family: var(--jp-code-font-family);
+  font-size: var(--jp-code-font-size);
+  margin-top: 4px;
+  min-height: 80px;
+  overflow: auto;
+  overflow-wrap: anywhere;
+  white-space: pre-wrap;
+}
+
+.ros-Log-line {
+  padding: 0 4px;
+}
+
+.ros-Log-line .ros-level,
+.ros-Log-line .ros-source {
+  font-weight: 600;
+}
+
+.ros-mod-WARN .ros-level {
+  color: var(--ros-warn);
+}
+
+:is(.ros-mod-ERROR, .ros-mod-FATAL, .ros-mod-ENDED) .ros-level {
+  color: var(--ros-bad);
+}
+
+/* At least 4.5:1 on the theme's own background (WCAG AA). */
+body {
+  --ros-good: #1b7837;
+  --ros-warn: #8a5300;
+  --ros-bad: #b3261e;
+}
+
+body[data-jp-theme-light='false'] {
+  --ros-good: #6fd08c;
+  --ros-warn: #f0b45a;
+  --ros-bad: #ff9a90;
+}
+
+.ros-Parts {
+  list-style: none;
+  margin: 0;
+  padding: 0;
+}
+
+.ros-Parts li {
+  align-items: baseline;
+  border-bottom: 1px solid var(--jp-border-color2);
+  display: flex;
+  gap: 6px;
+  padding: 4px 0;
+}
+
+.ros-part {
+  flex: 1 1 auto;
+  min-width: 0;
+  overflow-wrap: anywhere;
+}
+
+.ros-mod-done .ros-mark {
+  color: var(--ros-good);
+  font-weight: 700;
+}
+
+.ros-File {
+  border-bottom: 1px solid var(--jp-border-color2);
+  margin-bottom: 8px;
+  padding-bottom: 8px;
+}
+
+.ros-File h3 {
+  overflow-wrap: anywhere;
+}
+
+.ros-note {
+  color: var(--ros-warn);
+  font-weight: 600;
+}
+
+.ros-hint {
+  overflow: auto;
+  padding: 0 4px;
+}
+`,""]),e.d(r,{},{A:p})},994(o,r,e){var t=e(601),a=e.n(t),s=e(314),n=(e.n(s))()(a());n.push([o.id,`/* The robot view. */
+
+.lm-DockPanel .ros-Panel {
+  min-width: 0;
+}
+
+.ros-Robot-stage {
+  border: 1px solid var(--jp-border-color1);
+  aspect-ratio: 4 / 3;
+  flex: none;
+  margin: 4px 0;
+  max-height: 70vh;
+  overflow: hidden;
+  position: relative;
+}
+
+.ros-Robot-canvas {
+  display: block;
+  height: 100%;
+  left: 0;
+  position: absolute;
+  top: 0;
+  touch-action: none;
+  width: 100%;
+}
+
+.ros-Robot-canvas:focus-visible {
+  outline: 3px solid var(--jp-brand-color1);
+  outline-offset: -3px;
+}
+
+.ros-Robot-canvas.ros-mod-dropping {
+  cursor: crosshair;
+}
+
+.ros-Robot-facts {
+  display: flex;
+  flex-wrap: wrap;
+  gap: 2px 16px;
+  margin: 0 0 6px;
+}
+
+.ros-Robot-facts div {
+  align-items: center;
+  display: flex;
+  gap: 5px;
+}
+
+.ros-Robot-facts dt {
+  font-weight: 600;
+}
+
+.ros-Robot-facts dd {
+  font-variant-numeric: tabular-nums;
+  margin: 0;
+  min-width: 4.5em;
+}
+
+.ros-Robot-swatch {
+  border-radius: 2px;
+  height: 10px;
+  width: 10px;
+}
+
+.ros-Robot-controls {
+  align-items: center;
+  border: 0;
+  display: flex;
+  flex-wrap: wrap;
+  gap: 4px 8px;
+  margin: 0 0 6px;
+  padding: 0;
+}
+
+.ros-Robot-controls label {
+  align-items: center;
+  display: flex;
+  flex-wrap: wrap;
+  gap: 4px;
+  max-width: 100%;
+}
+
+.ros-Robot-controls select {
+  min-width: 0;
+}
+
+.ros-Panel .ros-Robot-controls button[aria-pressed='true'] {
+  border-color: var(--ros-robot-ink);
+  background: var(--ros-robot-ink);
+  color: var(--ros-robot-ground);
+}
+
+.ros-Robot-said {
+  min-height: 1.4em;
+}
+
+.ros-Robot-knobs {
+  border-top: 1px solid var(--jp-border-color2);
+  padding: 4px 0;
+}
+
+.ros-Robot-knobs summary {
+  cursor: pointer;
+  min-height: 24px;
+}
+
+.ros-Robot-knob {
+  align-items: center;
+  display: flex;
+  flex-wrap: wrap;
+  gap: 2px 8px;
+  min-height: 28px;
+}
+
+.ros-Robot-knob label {
+  flex: 1 1 110px;
+  font-family: var(--jp-code-font-family);
+  overflow-wrap: anywhere;
+}
+
+.ros-Panel .ros-Robot-knob input {
+  flex: 3 1 70px;
+  min-width: 0;
+}
+
+.ros-Panel .ros-Robot-knob input[type='range'] {
+  padding: 0;
+}
+
+.ros-Panel .ros-Robot-knob input[type='checkbox'] {
+  flex: none;
+  height: 24px;
+  width: 24px;
+}
+
+.ros-Robot-knob output {
+  flex: 0 0 3.5em;
+  font-variant-numeric: tabular-nums;
+  text-align: right;
+}
+
+.ros-Robot-keys dl {
+  display: grid;
+  gap: 2px 12px;
+  grid-template-columns: max-content 1fr;
+  margin: 4px 0;
+}
+
+.ros-Robot-keys dd {
+  margin: 0;
+}
+
+/* The colours of course/figures/palette.py, where they have at least 3:1 on the ground (WCAG AA for graphics). */
+body {
+  --ros-robot-ground: #ffffff;
+  --ros-robot-ink: #222222;
+  --ros-robot-line: #e8e8e8;
+  --ros-robot-front: #00835f;
+  --ros-robot-left: #0072b2;
+  --ros-robot-right: #a86f00;
+  --ros-robot-beam: #d55e00;
+  --ros-robot-hit: #b3261e;
+  --ros-robot-trail: #8a8a8a;
+}
+
+body[data-jp-theme-light='false'] {
+  --ros-robot-ground: #161616;
+  --ros-robot-ink: #ececec;
+  --ros-robot-line: #2c2c2c;
+  --ros-robot-front: #2fc79a;
+  --ros-robot-left: #56b4e9;
+  --ros-robot-right: #e69f00;
+  --ros-robot-beam: #ff8b4a;
+  --ros-robot-hit: #ff9a90;
+  --ros-robot-trail: #8a8a8a;
+}
+<<<<<<<< HEAD:course/lab/built/static/319.7e4e36cba4797d5b.js
+`,""]),e.d(r,{},{A:n})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",t=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),t&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),t&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,t,a,s){"string"==typeof o&&(o=[[null,o,void 0]]);var n={};if(t)for(var i=0;i<this.length;i++){var p=this[i][0];null!=p&&(n[p]=!0)}for(var l=0;l<o.length;l++){var d=[].concat(o[l]);t&&n[d[0]]||(void 0!==s&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=s),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),a&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=a):d[4]="".concat(a)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,t=0;t<r.length;t++)if(r[t].identifier===o){e=t;break}return e}function t(o,t){for(var a={},s=[],n=0;n<o.length;n++){var i=o[n],p=t.base?i[0]+t.base:i[0],l=a[p]||0,d="".concat(p," ").concat(l);a[p]=l+1;var c=e(d),f={css:i[1],media:i[2],sourceMap:i[3],supports:i[4],layer:i[5]};if(-1!==c)r[c].references++,r[c].updater(f);else{var x=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(f,t);t.byIndex=n,r.splice(n,0,{identifier:d,updater:x,references:1})}s.push(d)}return s}o.exports=function(o,a){var s=t(o=o||[],a=a||{});return function(o){o=o||[];for(var n=0;n<s.length;n++){var i=e(s[n]);r[i].references--}for(var p=t(o,a),l=0;l<s.length;l++){var d=e(s[l]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}s=p}}},659(o){var r={};o.exports=function(o,e){var t=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!t)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");t.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var t,a,s;t="",e.supports&&(t+="@supports (".concat(e.supports,") {")),e.media&&(t+="@media ".concat(e.media," {")),(a=void 0!==e.layer)&&(t+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),t+=e.css,a&&(t+="}"),e.media&&(t+="}"),e.supports&&(t+="}"),(s=e.sourceMap)&&"u">typeof btoa&&(t+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(s))))," */")),o.styleTagTransform(t,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var t=e(72),a=e.n(t),s=e(825),n=e.n(s),i=e(659),p=e.n(i),l=e(56),d=e.n(l),c=e(540),f=e.n(c),x=e(113),m=e.n(x),u=e(646),h={};h.styleTagTransform=m(),h.setAttributes=d(),h.insert=p().bind(null,"head"),h.domAPI=n(),h.insertStyleElement=f(),a()(u.A,h),u.A&&u.A.locals&&u.A.locals;var b=e(770),g={};g.styleTagTransform=m(),g.setAttributes=d(),g.insert=p().bind(null,"head"),g.domAPI=n(),g.insertStyleElement=f(),a()(b.A,g),b.A&&b.A.locals&&b.A.locals}}]);
+========
+`,""]),e.d(r,{},{A:n})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",a=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),a&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),a&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,a,t,s){"string"==typeof o&&(o=[[null,o,void 0]]);var n={};if(a)for(var i=0;i<this.length;i++){var l=this[i][0];null!=l&&(n[l]=!0)}for(var p=0;p<o.length;p++){var d=[].concat(o[p]);a&&n[d[0]]||(void 0!==s&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=s),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),t&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=t):d[4]="".concat(t)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,a=0;a<r.length;a++)if(r[a].identifier===o){e=a;break}return e}function a(o,a){for(var t={},s=[],n=0;n<o.length;n++){var i=o[n],l=a.base?i[0]+a.base:i[0],p=t[l]||0,d="".concat(l," ").concat(p);t[l]=p+1;var c=e(d),f={css:i[1],media:i[2],sourceMap:i[3],supports:i[4],layer:i[5]};if(-1!==c)r[c].references++,r[c].updater(f);else{var m=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(f,a);a.byIndex=n,r.splice(n,0,{identifier:d,updater:m,references:1})}s.push(d)}return s}o.exports=function(o,t){var s=a(o=o||[],t=t||{});return function(o){o=o||[];for(var n=0;n<s.length;n++){var i=e(s[n]);r[i].references--}for(var l=a(o,t),p=0;p<s.length;p++){var d=e(s[p]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}s=l}}},659(o){var r={};o.exports=function(o,e){var a=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!a)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");a.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var a,t,s;a="",e.supports&&(a+="@supports (".concat(e.supports,") {")),e.media&&(a+="@media ".concat(e.media," {")),(t=void 0!==e.layer)&&(a+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),a+=e.css,t&&(a+="}"),e.media&&(a+="}"),e.supports&&(a+="}"),(s=e.sourceMap)&&"u">typeof btoa&&(a+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(s))))," */")),o.styleTagTransform(a,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var a=e(72),t=e.n(a),s=e(825),n=e.n(s),i=e(659),l=e.n(i),p=e(56),d=e.n(p),c=e(540),f=e.n(c),m=e(113),x=e.n(m),h=e(646),u={};u.styleTagTransform=x(),u.setAttributes=d(),u.insert=l().bind(null,"head"),u.domAPI=n(),u.insertStyleElement=f(),t()(h.A,u),h.A&&h.A.locals&&h.A.locals;var g=e(770),b={};b.styleTagTransform=x(),b.setAttributes=d(),b.insert=l().bind(null,"head"),b.domAPI=n(),b.insertStyleElement=f(),t()(g.A,b),g.A&&g.A.locals&&g.A.locals}}]);
+>>>>>>>> f612337 (Every panel fits 200 % zoom and a phone: nothing is cut off, nothing scrolls two ways):course/lab/built/static/319.6d46f7271bff1604.js
