@@ -173,6 +173,16 @@ function said(box: Box, graph: Graph): string {
   return `${box.kind} ${box.name}${about.length ? `: ${about.join(', ')}` : ''}`;
 }
 
+/** The picture in the wanted direction, or in the other one where this would be much too wide. */
+function narrower(graph: Graph, down: boolean): Drawn {
+  const wanted = drawn(graph, down);
+  if (wanted.width <= 2 * NARROW) {
+    return wanted;
+  }
+  const other = drawn(graph, !down);
+  return other.width < wanted.width ? other : wanted;
+}
+
 function Picture({ graph, selected, open }: { graph: Graph; selected: string; open: Open }): JSX.Element {
   const frame = React.useRef<HTMLDivElement>(null);
   const [down, setDown] = React.useState(true);
@@ -184,7 +194,7 @@ function Picture({ graph, selected, open }: { graph: Graph; selected: string; op
     observer.observe(frame.current!);
     return () => observer.disconnect();
   }, []);
-  const { boxes, edges, width, height } = React.useMemo(() => drawn(graph, down), [graph, down]);
+  const { boxes, edges, width, height } = React.useMemo(() => narrower(graph, down), [graph, down]);
   const current = boxes.find(box => box.id === at) ?? boxes[0];
   const lit = focused || selected;
   const near = new Set(edges.flatMap(({ from, to }) => (from === lit || to === lit ? [from, to] : [])));
