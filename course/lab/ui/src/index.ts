@@ -72,7 +72,8 @@ const panels: JupyterFrontEndPlugin<void> = {
       [graph, 'ros2-course:graph', graphIcon]
     ] as const;
     for (const [widget, command, icon] of all) {
-      app.shell.add(widget, 'right', { rank: 200, type: 'ROS course' });
+      // JupyterLab keeps a place for each type: of its own, or a panel that is moved takes the others with it.
+      app.shell.add(widget, 'right', { rank: 200, type: widget.id });
       restorer?.add(widget, widget.id);
       app.commands.addCommand(command, {
         label: widget.title.caption,

@@ -41,7 +41,7 @@ export function addRobot(
   const put = (panel: RobotPanel) => {
     const ref = notebooks.currentWidget?.isAttached ? notebooks.currentWidget.id : undefined;
     const mode = window.innerWidth < NARROW ? 'tab-after' : 'split-right';
-    app.shell.add(panel, 'main', { mode, ref, type: 'ROS course' });
+    app.shell.add(panel, 'main', { mode, ref, type: panel.id });
   };
   let behind = false; // it was beside the notebook while the page was wider
   const fit = () => {
