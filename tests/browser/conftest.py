@@ -6,14 +6,18 @@ import secrets
 import shutil
 import subprocess
 import sys
+import time
 import urllib.request
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
+import psutil
 import pytest
+from playwright.sync_api import Page, expect
 
 from course.waiting import wait_until
-from tests.browser.pages import keep_picture
+from tests.browser.pages import cell, keep_picture, open_page, run_cell, run_from_palette, show_panel, write_greeter
 from tests.ports import free_port
 
 ROOT = Path(__file__).parents[2]
@@ -94,3 +98,72 @@ def page(chromium, request):
     yield page
     keep_picture(page, request.node.name)
     page.close()
+
+
+# A driver that logs ten times a second, and first more than a panel keeps.
+DRIVE = """import os
+import course
+from course.nodes.ai_robot_controller import AIRobotController
+from course.world.node import World
+ros = course.live()
+ros.start(World, parameters={'room': 'hall'})
+driver = ros.start(AIRobotController)
+for number in range(1200):
+    driver.node.get_logger().info(f'line {number}')
+print('process', os.getpid())"""
+
+
+@dataclass(frozen=True)
+class Size:
+    """How large a page and its kernel are at a moment."""
+
+    at: float  # s, of the clock that only goes forward
+    heap: int  # bytes of JavaScript's objects that are in use
+    elements: int  # nodes of the page's tree
+    resident: int  # bytes of the kernel's process
+
+
+class LeftOpen:
+    """A page with Nodes, Graph and Robot open, and how large it was when all three were full."""
+
+    def __init__(self, page: Page, process: int):
+        self.page = page
+        self._process = psutil.Process(process)
+        self._tools = page.context.new_cdp_session(page)
+        self._tools.send("Performance.enable")
+        self.before = self.measure()
+
+    def measure(self) -> Size:
+        """How large page and kernel are now, without garbage."""
+        self._tools.send("HeapProfiler.collectGarbage")
+        found = {each["name"]: each["value"] for each in self._tools.send("Performance.getMetrics")["metrics"]}
+        resident = self._process.memory_info().rss
+        return Size(time.monotonic(), int(found["JSHeapUsedSize"]), int(found["Nodes"]), resident)
+
+
+@pytest.fixture(scope="package", autouse=True)
+def left_open(request, tmp_path_factory):
+    """A page that stays open until the tests of this folder are over; none when no test looks at it."""
+    if not any(item.path.name == "test_whole_time.py" for item in request.session.items):
+        yield None
+        return
+    base = tmp_path_factory.mktemp("left-open")
+    (base / "served").mkdir()
+    write_greeter(base / "served/open")
+    with serving(base, base / "served") as (address, token):
+        page = request.getfixturevalue("chromium").new_page(viewport={"width": 1500, "height": 950})
+        page.set_default_timeout(WAIT)
+        open_page(page, (address, token, base / "served"), "open/open.ipynb")
+        expect(show_panel(page, "Nodes")).to_contain_text("There is no live session yet", timeout=WAIT)
+        page.get_by_role("tab", name="Graph", exact=True).click(button="right")
+        page.locator(".lm-Menu-itemLabel").get_by_text("Switch Sidebar Side").click()  # where it does not hide Nodes
+        page.get_by_role("region", name="Graph", exact=True).wait_for()
+        run_from_palette(page, "ROS course", "Robot")
+        page.get_by_role("tab", name="open.ipynb").click()
+        run_cell(page, 0, DRIVE)
+        printed = cell(page, 0).locator(".jp-OutputArea-output pre").get_by_text("process")
+        expect(page.locator(".ros-Log-line")).to_have_count(1000, timeout=WAIT)
+        expect(page.locator(".ros-Graph-list")).to_contain_text("/ai_robot_controller", timeout=WAIT)
+        page.locator(".ros-Robot-canvas").wait_for()
+        yield LeftOpen(page, int(printed.inner_text().split()[1]))
+        page.close()

@@ -45,6 +45,15 @@ def mark(name: str, **more: object) -> dict:
     return {"nbgrader": plain | {"grade_id": name} | more}
 
 
+FRAMES = """() => new Promise(done => {
+  let frames = 0, worst = 0, last = performance.now();
+  const draw = now => {
+    worst = Math.max(worst, now - last);
+    last = now;
+    frames++ < 60 ? requestAnimationFrame(draw) : done(worst);
+  };
+  requestAnimationFrame(draw);
+})"""
 FILE, CHECKS = 2, 3  # the numbers of these cells in the greeter's notebook
 HINTS = """Greet whoever asks.
 
@@ -120,12 +129,27 @@ def cell(page: Page, number: int) -> Locator:
     return page.locator(".jp-Notebook .jp-Cell").nth(number)
 
 
+def run_cell(page: Page, number: int, source: str) -> None:
+    """Write a cell of the notebook, counted from 0, and run it."""
+    # Not in the middle, where the toolbar of a small cell may lie.
+    cell(page, number).locator(".cm-content").click(position={"x": 4, "y": 4})
+    page.keyboard.press("Control+A")
+    page.keyboard.insert_text(source)
+    page.keyboard.press("Shift+Enter")
+
+
 def show_panel(page: Page, name: str) -> Locator:
     """Open a panel in the sidebar; it is returned."""
     page.get_by_role("tab", name=name, exact=True).click()
     panel = page.get_by_role("region", name=name, exact=True)
     panel.wait_for()
     return panel
+
+
+def slowest_frame(page: Page) -> float:
+    """The longest time (ms) between two of the next 60 pictures that the page draws."""
+    longest: float = page.evaluate(FRAMES)
+    return longest
 
 
 def set_theme(page: Page, theme: str) -> None:

@@ -7,7 +7,7 @@ from playwright.sync_api import Locator, Page, expect
 
 from course.waiting import wait_until
 from tests.browser.conftest import WAIT
-from tests.browser.pages import cell, choose, keep_picture, open_page, show_panel, write_greeter
+from tests.browser.pages import cell, choose, keep_picture, open_page, run_from_palette, show_panel, write_greeter
 
 expect.set_options(timeout=WAIT)
 
@@ -106,9 +106,7 @@ def graph(page: Page) -> Locator:
 
 def robot(page: Page) -> Locator:
     """The robot view, which lies beside the notebook."""
-    choose(page, "View", "Activate Command Palette")
-    page.keyboard.type("ROS course")
-    page.locator(".lm-CommandPalette-itemLabel").get_by_text("Robot", exact=True).click()
+    run_from_palette(page, "ROS course", "Robot")
     panel = page.get_by_role("tabpanel", name="Robot", exact=True)
     expect(panel.get_by_label("obstacle_threshold")).to_be_visible()
     expect(page.locator(".jp-Notebook")).to_be_visible()

@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from tests.browser.conftest import WAIT
-from tests.browser.pages import barriers, cell, keep_picture, open_page, set_theme
+from tests.browser.pages import barriers, keep_picture, open_page, run_cell, set_theme
 
 expect.set_options(timeout=WAIT)
 
@@ -19,13 +19,6 @@ FAST = """from course.world.node import World
 world = ros.start(World, parameters={'room': 'pillars', 'fast': True})
 ros.start(AIRobotController, parameters={'use_sim_time': True})
 print(world.node.drive(600.0, wall_limit=5.0).room)"""
-
-
-def run_cell(page: Page, number: int, source: str) -> None:
-    cell(page, number).locator(".cm-content").click()
-    page.keyboard.press("Control+A")
-    page.keyboard.insert_text(source)
-    page.keyboard.press("Shift+Enter")
 
 
 def open_view(page: Page, name: str) -> Locator:

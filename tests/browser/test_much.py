@@ -1,0 +1,177 @@
+"""Panels with fifty nodes, two notebooks at once, and a kernel that is killed: they answer, and say what is lost."""
+
+import os
+import re
+import signal
+
+import nbformat
+from playwright.sync_api import Page, expect
+
+from tests.browser.conftest import WAIT
+from tests.browser.pages import (
+    cell,
+    choose,
+    open_page,
+    run_cell,
+    run_from_palette,
+    show_panel,
+    slowest_frame,
+    write_greeter,
+)
+from tests.lab.test_inspector import SERVERS
+
+expect.set_options(timeout=WAIT)
+
+SMOOTH = 2000  # ms between two pictures at most, on a busy machine
+MANY = """import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+
+class One(Node):
+    def __init__(self, number):
+        super().__init__(f'node_{number:02}')
+        self.create_service(Trigger, f'serve_{number:02}', self.serve)
+        self.publisher = self.create_publisher(String, f'said_{number % 7}', 10)
+        self.create_timer(0.1, lambda: self.publisher.publish(String(data=self.get_name())))
+
+    def serve(self, request, response):
+        response.message = 'from ' + self.get_name()
+        return response
+
+
+rclpy.init()
+executor = SingleThreadedExecutor()
+for number in range(50):
+    executor.add_node(One(number))
+executor.spin()
+"""
+CALLS = """from std_srvs.srv import Trigger
+for number in range(200):
+    ros.call(f'/serve_{number % 50:02}', Trigger)
+print('all', 'answered')"""
+
+
+def begin(page: Page, lab, name: str, files: dict[str, str]) -> None:
+    """A notebook with empty cells beside some programs, its session begun, and the panel of nodes open."""
+    folder = lab[2] / name
+    folder.mkdir(exist_ok=True)
+    for file, text in files.items():
+        (folder / file).write_text(text)
+    kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
+    cells = [nbformat.v4.new_code_cell() for _ in range(3)]
+    nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=kernel), folder / f"{name}.ipynb")
+    open_page(page, lab, f"{name}/{name}.ipynb")
+    nodes = show_panel(page, "Nodes")
+    expect(nodes).to_contain_text("There is no live session yet")  # there is a kernel
+    begin_session(page)
+    expect(nodes).to_contain_text("No node runs.")
+
+
+def begin_session(page: Page) -> None:
+    """Run the first cell, which prints the kernel's process."""
+    run_cell(page, 0, "import course, os\nros = course.live()\nprint('process', os.getpid())")
+    cell(page, 0).locator(".jp-OutputArea-output pre").get_by_text("process").wait_for()
+
+
+def process(page: Page) -> int:
+    """The number of the kernel's process."""
+    return int(cell(page, 0).locator(".jp-OutputArea-output pre").inner_text().split()[1])
+
+
+def robot(page: Page):
+    """The robot view, beside the notebook, which has the focus again."""
+    run_from_palette(page, "ROS course", "Robot")
+    page.get_by_role("tab", name=".ipynb").click()
+    return page.get_by_role("tabpanel", name="Robot", exact=True)
+
+
+def test_fifty_nodes_and_many_calls_leave_every_panel_responsive(lab, page):
+    begin(page, lab, "many", {"many.py": MANY})
+    nodes = page.get_by_role("region", name="Nodes", exact=True)
+    run_cell(page, 1, "ros.start('many.py')")
+    expect(nodes.get_by_role("button", name=re.compile(r"node_\d\d running"))).to_have_count(50)
+    assert slowest_frame(page) < SMOOTH
+    nodes.get_by_role("button", name="/node_37 running").click()
+    expect(nodes).to_contain_text("/serve_37 std_srvs/srv/Trigger")
+    graph = show_panel(page, "Graph")
+    picture = graph.get_by_role("img", name=re.compile(r"Nodes: 50\. Topics, services and actions: 57\."))
+    expect(picture).to_be_visible()
+    assert picture.bounding_box()["height"] > 200  # px: more than a line of dots
+    view = robot(page)
+    view.get_by_role("button", name="Start a world").click()
+    expect(view.get_by_role("button", name="Pause")).to_be_visible()
+    run_cell(page, 2, CALLS)
+    assert slowest_frame(page) < SMOOTH
+    page.locator(".jp-OutputArea-output pre").get_by_text("all answered").wait_for()
+    calls = graph.get_by_label("Which call or goal").locator("option")
+    expect(calls.first).to_have_text("200: service /serve_49")
+    assert calls.count() == 20
+    before = int(view.locator("canvas").get_attribute("data-frames") or 0)
+    page.wait_for_function(f"() => document.querySelector('.ros-Robot-canvas').dataset.frames > {before + 10}")
+    inspector = show_panel(page, "Inspector")
+    inspector.get_by_role("combobox", name="Service", exact=True).select_option(label="/serve_49")
+    inspector.get_by_role("button", name="Call").click()
+    expect(inspector.get_by_role("region", name="What passed")).to_contain_text("from node_49")
+    run_cell(page, 2, "ros.stop('many.py')")
+    expect(inspector.get_by_role("combobox", name="Service", exact=True)).not_to_contain_text("/serve_")
+    expect(show_panel(page, "Graph").get_by_role("list", name="The graph as a list")).not_to_contain_text("/node_")
+
+
+def test_robot_graph_and_inspector_show_the_notebook_that_one_looks_at(lab, page):
+    begin(page, lab, "one", {})
+    view = robot(page)
+    view.get_by_label("Room").select_option("office")
+    view.get_by_role("button", name="Start a world").click()
+    expect(view).to_contain_text("room: office")
+    graph = show_panel(page, "Graph")
+    expect(graph.get_by_role("list", name="The graph as a list")).to_contain_text("/world")
+    if not (lab[2] / "other").exists():
+        write_greeter(lab[2] / "other")
+    page.get_by_role("tab", name="one.ipynb").click()  # the other is opened in the same place
+    choose(page, "File", "Open from Path…")
+    page.get_by_role("dialog").locator("input").fill("other/other.ipynb")
+    page.get_by_role("dialog").get_by_role("button", name="Open").click()
+    expect(graph).to_contain_text("There is no live session yet")
+    expect(view).to_contain_text("There is no live session yet")
+    expect(view).not_to_contain_text("office")
+    expect(graph.get_by_role("list", name="The graph as a list")).to_have_count(0)
+    choose(page, "Run", "Run All Cells")
+    expect(graph.get_by_role("list", name="The graph as a list")).to_contain_text("/greeter")
+    expect(graph.get_by_role("list", name="The graph as a list")).not_to_contain_text("/world")
+    expect(view).to_contain_text("No robot can be seen")
+    page.get_by_role("tab", name="one.ipynb").click()
+    expect(view).to_contain_text("room: office")
+    expect(graph.get_by_role("list", name="The graph as a list")).not_to_contain_text("/greeter")
+    services = show_panel(page, "Inspector").get_by_role("combobox", name="Service", exact=True)
+    expect(services).to_contain_text("/world/reset")
+    page.get_by_role("tab", name="other.ipynb").click()
+    expect(services).to_contain_text("/greet")
+    expect(services).not_to_contain_text("/world")
+
+
+def test_a_kernel_killed_under_the_inspector_and_under_the_graph_is_told_and_the_next_one_is_found(lab, page):
+    """The panel of nodes and the robot view have tests of their own."""
+    begin(page, lab, "shot", {"servers.py": SERVERS})
+    inspector, graph = (page.get_by_role("region", name=name, exact=True) for name in ("Inspector", "Graph"))
+    show_panel(page, "Inspector")
+    for panel in (inspector, graph):
+        run_cell(page, 1, "ros.start('servers.py')")
+        inspector.get_by_label("Do what").select_option("Send a goal")
+        inspector.get_by_label("order int32").fill("1000")
+        inspector.get_by_role("button", name="Send the goal").click()
+        expect(inspector.get_by_role("button", name="Cancel the goal")).to_be_visible()
+        if panel is graph:
+            show_panel(page, "Graph")
+        expect(panel.get_by_role("region", name="What passed")).to_contain_text("Waiting for action server")
+        os.kill(process(page), signal.SIGKILL)
+        expect(panel).to_contain_text("The kernel has ended, and all of its nodes with it")
+        expect(panel.get_by_role("region", name="What passed")).to_have_count(0)
+        expect(panel.get_by_role("list", name="The graph as a list")).to_have_count(0)
+        page.get_by_role("dialog").get_by_role("button", name="Ok").click()
+        page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for()
+        begin_session(page)
+        expect(panel).not_to_contain_text("The kernel has ended")
+    expect(graph).to_contain_text("No node runs.")
