@@ -65,6 +65,13 @@ def test_the_readme_is_short():
     assert len(TEXTS["README.md"].split()) <= 700
 
 
+def test_the_readme_shows_three_pictures_that_load_quickly():
+    shown = re.findall(r"^!\[[^]]+\]\((docs/pictures/[^)]+\.png)\)$", TEXTS["README.md"], re.MULTILINE)
+    assert len(shown) == 3
+    assert {ROOT / name for name in shown} == set((ROOT / "docs/pictures").iterdir())
+    assert [name for name in shown if (ROOT / name).stat().st_size >= 200_000] == []
+
+
 def test_the_drawing_shows_the_layers_that_are_held():
     contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
     for package, letter in (("autograder", "A"), ("course", "C")):

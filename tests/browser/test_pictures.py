@@ -1,0 +1,105 @@
+"""The pictures of README.md, made from what they show: JupyterLab at work, and a page of feedback.
+
+`COURSE_PICTURES=docs/pictures environment/test tests/browser/test_pictures.py` makes them anew.
+"""
+
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from tests.browser.conftest import ROOT, WAIT
+from tests.browser.pages import cell, keep_picture, open_page, run_from_palette, show_panel
+
+expect.set_options(timeout=WAIT)
+
+
+@pytest.fixture
+def view(chromium: Browser) -> Iterator[Page]:
+    """An empty page of the size of a picture."""
+    page = chromium.new_page(viewport={"width": 1280, "height": 820})
+    page.set_default_timeout(WAIT)
+    yield page
+    page.close()
+
+
+def open_section(page: Page, lab, name: str) -> None:
+    """Open a section's notebook as it is stored, without the list of files beside it."""
+    shutil.copy(ROOT / f"notebooks/{name}/{name}.ipynb", lab[2])
+    open_page(page, lab, f"{name}.ipynb")
+    page.get_by_role("tab", name="File Browser").click()
+
+
+def run_cells(page: Page, *numbers: int) -> None:
+    """Run cells of the notebook as they are."""
+    for number in numbers:
+        cell(page, number).locator(".cm-content").click(position={"x": 4, "y": 4})
+        page.keyboard.press("Shift+Enter")
+
+
+def test_a_notebook_the_robot_and_a_terminal_in_one_world(lab, view):
+    view.set_viewport_size({"width": 1280, "height": 900})
+    open_section(view, lab, "ai_integration")
+    run_from_palette(view, "ROS course", "ROS terminal")
+    terminal = view.locator(".jp-Terminal .xterm-screen")
+    terminal.wait_for()
+    tab = view.locator(".lm-DockPanel-tabBar .lm-TabBar-tab").filter(has_text="Terminal")
+    area = view.locator("#jp-main-dock-panel").bounding_box()
+    tab.hover()
+    view.mouse.down()
+    view.mouse.move(area["x"] + area["width"] / 2, area["y"] + area["height"] - 12, steps=8)
+    view.mouse.up()
+    view.get_by_role("tab", name="ai_integration.ipynb").click()
+    run_from_palette(view, "ROS course", "Robot")
+    view.get_by_role("tab", name="ai_integration.ipynb").click()
+    run_cells(view, 1, 9)  # the session, and a world in real time
+    robot = view.get_by_role("tabpanel", name="Robot", exact=True)
+    expect(robot).to_contain_text("room: pillars")
+    split = view.locator('.lm-DockPanel-handle[data-orientation="vertical"]:visible').first
+    split.hover()
+    view.mouse.down()
+    view.mouse.move(area["x"] + area["width"] / 2, area["y"] + area["height"] - 190, steps=8)
+    view.mouse.up()
+    terminal.click()
+    view.keyboard.type("PS1='$ '; python -m course.nodes.ai_robot_controller &>/dev/null & clear\n")
+    expect(robot).to_contain_text("driven by /ai_robot_controller")
+    view.keyboard.type("ros2 node list; ros2 param get /ai_robot_controller obstacle_threshold\n")
+    frames = int(robot.locator("canvas").get_attribute("data-frames") or 0)
+    view.wait_for_function(f"() => document.querySelector('.ros-Robot-canvas').dataset.frames > {frames + 400}")
+    cell(view, 9).evaluate("cell => cell.scrollIntoView({ block: 'start' })")
+    keep_picture(view, "jupyterlab")
+
+
+def test_the_graph_and_a_goal_sent_by_a_form(lab, view):
+    open_section(view, lab, "actions")
+    view.get_by_role("tab", name="Graph", exact=True).click(button="right")
+    view.locator(".lm-Menu-itemLabel").get_by_text("Switch Sidebar Side").click()
+    inspector = show_panel(view, "Inspector")
+    run_cells(view, 1, 3, 6, 8)
+    inspector.get_by_label("Do what").select_option("Send a goal")
+    inspector.get_by_label("order int32").fill("5")
+    inspector.get_by_role("button", name="Send the goal").click()
+    expect(inspector.get_by_role("region", name="What passed")).to_contain_text("succeeded")
+    graph = view.get_by_role("region", name="Graph", exact=True)
+    expect(graph.get_by_role("list", name="The graph as a list")).to_contain_text("/fibonacci_server")
+    cell(view, 6).evaluate("cell => cell.scrollIntoView({ block: 'start' })")
+    keep_picture(view, "inspector")
+
+
+def test_a_page_of_feedback(tmp_path, view):
+    work = tmp_path / "submitted/grace/calculator"
+    shutil.copytree(ROOT / "solutions/calculator", work)
+    server = work / "calculator_server.py"
+    server.write_text(server.read_text().replace("request.b == 0.0", "request.b == -0.1"))  # it divides by zero
+    autograder = Path(sys.executable).with_name("autograder")
+    subprocess.run(
+        [autograder, "grade", tmp_path / "submitted", "--output", tmp_path / "out", "--no-gradebook"], check=True
+    )
+    view.set_viewport_size({"width": 900, "height": 900})
+    view.goto((tmp_path / "out/feedback/grace/calculator.html").as_uri())
+    expect(view.get_by_text("ZeroDivisionError").first).to_be_visible()
+    keep_picture(view, "feedback")
