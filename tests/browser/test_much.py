@@ -97,7 +97,7 @@ def test_fifty_nodes_and_many_calls_leave_every_panel_responsive(lab, page):
     nodes.get_by_role("button", name="/node_37 running").click()
     expect(nodes).to_contain_text("/serve_37 std_srvs/srv/Trigger")
     graph = show_panel(page, "Graph")
-    picture = graph.get_by_role("img", name=re.compile(r"Nodes: 50\. Topics, services and actions: 57\."))
+    picture = graph.get_by_role("group", name=re.compile(r"Nodes: 50\. Topics, services and actions: 57\."))
     expect(picture).to_be_visible()
     assert picture.bounding_box()["height"] > 200  # px: more than a line of dots
     view = robot(page)
@@ -107,7 +107,7 @@ def test_fifty_nodes_and_many_calls_leave_every_panel_responsive(lab, page):
     assert slowest_frame(page) < SMOOTH
     page.locator(".jp-OutputArea-output pre").get_by_text("all answered").wait_for()
     calls = graph.get_by_label("Which call or goal").locator("option")
-    expect(calls.first).to_have_text("200: service /serve_49")
+    expect(calls.first).to_contain_text("service /serve_49")
     assert calls.count() == 20
     before = int(view.locator("canvas").get_attribute("data-frames") or 0)
     page.wait_for_function(f"() => document.querySelector('.ros-Robot-canvas').dataset.frames > {before + 10}")
