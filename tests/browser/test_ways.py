@@ -10,17 +10,20 @@ from tests.browser.pages import choose, open_page, run_from_palette, write_greet
 expect.set_options(timeout=WAIT)
 
 
-def test_the_start_page_has_a_terminal_below_it_and_stays_as_one_leaves_it(lab, page):
+def test_the_start_page_has_robot_and_terminal_beside_it_and_stays_as_one_leaves_it(lab, page):
     address, token, served = lab
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
     nbformat.write(nbformat.v4.new_notebook(metadata=kernel), served / "index.ipynb")
     page.goto(f"{address}/lab/tree/index.ipynb?token={token}&reset")
     terminal = page.locator(".jp-Terminal .xterm-screen")
     terminal.wait_for()
+    robot = page.get_by_role("region", name="Robot", exact=True)
     notebook = page.locator(".jp-Notebook")
-    notebook.wait_for()
-    above, below = (place.bounding_box() for place in (notebook, terminal))
-    assert below["y"] >= above["y"] + above["height"] - 1
+    for place in (robot, notebook):
+        place.wait_for()
+    read, seen, typed = (place.bounding_box() for place in (notebook, robot, terminal))
+    assert min(seen["x"], typed["x"]) >= read["x"] + read["width"] - 1
+    assert typed["y"] >= seen["y"] + seen["height"] - 1
     tab = page.locator(".lm-DockPanel-tabBar .lm-TabBar-tab").filter(has_text="Terminal")
     tab.locator(".lm-TabBar-tabCloseIcon").click()
     terminal.wait_for(state="detached")
@@ -32,6 +35,7 @@ def test_the_start_page_has_a_terminal_below_it_and_stays_as_one_leaves_it(lab, 
     )
     page.goto(f"{address}/lab/tree/index.ipynb?token={token}")
     page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for()
+    robot.wait_for()
     expect(tab).to_have_count(0)
     expect(terminal).to_have_count(0)
 

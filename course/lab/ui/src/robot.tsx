@@ -32,9 +32,12 @@ const FACTS = 250; // ms between two changes of the numbers, which nobody reads 
 const CONTROLLED = ['paused', 'speed', 'room', 'beams', 'angle_min', 'fast', 'rate', 'seed'];
 const SIDES = ['front', 'left', 'right'];
 
+/** The id of the view in JupyterLab's layout. */
+export const ROBOT_VIEW = 'ros2-course-robot';
+
 export class RobotPanel extends SidePanel {
   constructor(current: Current) {
-    super(current, 'ros2-course-robot', 'Robot', robotIcon);
+    super(current, ROBOT_VIEW, 'Robot', robotIcon);
     this.title.label = 'Robot';
     this.title.closable = true;
   }

@@ -8,8 +8,12 @@ import { INotebookTracker, NotebookPanel } from '@jupyterlab/notebook';
 import { IStateDB } from '@jupyterlab/statedb';
 import { terminalIcon } from '@jupyterlab/ui-components';
 
+import { ROBOT_VIEW } from './robot';
+import { NARROW } from './robot_command';
+
 const CATEGORY = 'ROS course';
 const TERMINAL = 'ros2-course:terminal';
+const ROBOT = 'ros2-course:robot';
 const START_PAGE = 'index.ipynb';
 const ARRANGED = 'ros2-course:arranged'; // in JupyterLab's state: this has been done
 
@@ -45,7 +49,7 @@ export const ways: JupyterFrontEndPlugin<void> = {
 
 export const layout: JupyterFrontEndPlugin<void> = {
   id: 'ros2-course-lab:layout',
-  description: 'The start page with a terminal below it, the first time that environment/start opens JupyterLab.',
+  description: 'Start page, robot and terminal side by side, the first time that environment/start opens JupyterLab.',
   autoStart: true,
   requires: [INotebookTracker, IStateDB],
   activate: (app: JupyterFrontEnd, tracker: INotebookTracker, state: IStateDB) => {
@@ -61,8 +65,10 @@ export const layout: JupyterFrontEndPlugin<void> = {
       await app.restored;
       if ((await state.fetch(ARRANGED)) === undefined) {
         await state.save(ARRANGED, true);
+        await app.commands.execute(ROBOT);
         const terminal = await app.commands.execute('terminal:create-new');
-        app.shell.add(terminal, 'main', { mode: 'split-bottom', ref: panel.id });
+        const above = window.innerWidth < NARROW ? panel.id : ROBOT_VIEW;
+        app.shell.add(terminal, 'main', { mode: 'split-bottom', ref: above });
         app.shell.activateById(panel.id);
       }
     };
