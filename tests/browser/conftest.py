@@ -74,11 +74,13 @@ def serving(base: Path, folder: Path, **variables: str) -> Iterator[tuple[str, s
         stderr=said.open("w"),
     )
     address = f"http://127.0.0.1:{port}"
-    assert wait_until(lambda: answers(f"{address}/api") or server.poll() is not None, WAIT / 1e3)
-    assert server.poll() is None, f"JupyterLab did not start:\n{said.read_text()}"
-    yield address, token
-    server.terminate()
-    server.wait(WAIT / 1e3)
+    try:
+        assert wait_until(lambda: answers(f"{address}/api") or server.poll() is not None, WAIT / 1e3)
+        assert server.poll() is None, f"JupyterLab did not start:\n{said.read_text()}"
+        yield address, token
+    finally:
+        server.terminate()
+        server.wait(WAIT / 1e3)
 
 
 def answers(address: str) -> bool:

@@ -72,7 +72,7 @@ One callback is enough.
 
 def write_greeter(folder: Path, answer: str = SERVER) -> Path:
     """An exercise with one file, two hints, one check and one question, in a folder of its own."""
-    folder.mkdir(parents=True)
+    folder.mkdir(parents=True, exist_ok=True)
     sources = [
         ("import course\n\nros = course.live()", {}),
         (f"%%exercise greeter.py\n{answer}", mark("greeter-file", solution=True)),

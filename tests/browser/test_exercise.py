@@ -27,7 +27,7 @@ def begin(page, lab, name):
     """The exercise in a course's folder, with what was handed out beside it; no cell has run yet."""
     course = lab[2] / name
     released = write_greeter(course / ".released/greeter", answer=STUB)
-    (course / "greeter").mkdir()
+    (course / "greeter").mkdir(exist_ok=True)
     shutil.copy(released, course / "greeter")
     open_page(page, lab, f"{name}/greeter/greeter.ipynb")
     return show_panel(page, "Exercise")

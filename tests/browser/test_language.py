@@ -75,7 +75,7 @@ def expect_words(editor: Locator, lines: list[list[tuple[str, str]]]) -> None:
 def test_a_definition_is_coloured_in_its_file_and_in_the_cell_that_writes_it(lab, page, theme):
     parse(TEXT, "Sensor.srv")  # ROS reads it
     folder = lab[2] / f"language-{theme.lower()}"
-    folder.mkdir()
+    folder.mkdir(exist_ok=True)
     (folder / "Sensor.srv").write_text(TEXT)
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
     sources = [f"%%exercise Sensor.srv --package sensors\n{TEXT}", "%%exercise sensor.py\nint32 = None"]

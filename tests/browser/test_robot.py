@@ -31,7 +31,7 @@ def open_view(page: Page, name: str) -> Locator:
 
 def begin(page: Page, lab, name: str) -> Locator:
     """A notebook with a live session, and the robot view beside it."""
-    (lab[2] / name).mkdir()
+    (lab[2] / name).mkdir(exist_ok=True)
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
     cells = [nbformat.v4.new_code_cell() for _ in range(3)]
     nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=kernel), lab[2] / name / f"{name}.ipynb")
