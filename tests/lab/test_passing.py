@@ -101,8 +101,10 @@ def names(exchange: dict) -> list[str]:
 
 
 def introspected(kernel: Kernel, service: str) -> None:
-    """Wait until a service tells what it is asked."""
-    assert kernel.run(f"print(ros.until(lambda: ros.node.count_publishers('{service}/_service_event'), 30))") == "True"
+    """Wait until a service tells what it is asked, and the kernel hears it."""
+    topic = f"{service}/_service_event"
+    both = f"ros.node.count_publishers('{topic}') and ros.node.count_subscribers('{topic}')"
+    assert kernel.run(f"print(ros.until(lambda: {both}, 30))") == "True"
 
 
 def test_a_call_of_another_program_is_seen_from_the_server_that_the_session_runs(kernel, page):
