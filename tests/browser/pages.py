@@ -129,13 +129,25 @@ def cell(page: Page, number: int) -> Locator:
     return page.locator(".jp-Notebook .jp-Cell").nth(number)
 
 
+def write_cell(page: Page, number: int, source: str) -> Locator:
+    """Write a cell of the notebook, counted from 0; its editor is returned.
+
+    A notebook that becomes ready takes the focus: what was typed into another cell is typed again.
+    """
+    editor = cell(page, number).locator(".cm-content")
+    first, _, _ = source.partition("\n")
+    for _ in range(5):
+        editor.click(position={"x": 4, "y": 4})  # not in the middle, where the toolbar of a small cell may lie
+        page.keyboard.press("Control+A")
+        page.keyboard.insert_text(source)
+        if editor.locator(".cm-line").first.inner_text().strip() == first.strip():
+            break
+    return editor
+
+
 def run_cell(page: Page, number: int, source: str) -> None:
     """Write a cell of the notebook, counted from 0, and run it."""
-    # Not in the middle, where the toolbar of a small cell may lie.
-    cell(page, number).locator(".cm-content").click(position={"x": 4, "y": 4})
-    page.keyboard.press("Control+A")
-    page.keyboard.insert_text(source)
-    page.keyboard.press("Shift+Enter")
+    write_cell(page, number, source).press("Shift+Enter")
 
 
 def show_panel(page: Page, name: str) -> Locator:

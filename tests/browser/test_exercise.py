@@ -16,6 +16,7 @@ from tests.browser.pages import (
     open_page,
     set_theme,
     show_panel,
+    write_cell,
     write_greeter,
 )
 
@@ -34,9 +35,7 @@ def begin(page, lab, name):
 
 
 def type_answer(page, text):
-    cell(page, FILE).locator(".cm-content").click()
-    page.keyboard.press("Control+A")
-    page.keyboard.insert_text(f"%%exercise greeter.py\n{text}")
+    write_cell(page, FILE, f"%%exercise greeter.py\n{text}")
 
 
 def test_a_student_is_told_step_by_step_how_far_the_exercise_is(lab, page):

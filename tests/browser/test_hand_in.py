@@ -6,7 +6,7 @@ import zipfile
 from playwright.sync_api import expect
 
 from tests.browser.conftest import WAIT
-from tests.browser.pages import FILE, SERVER, cell, choose, open_page, write_greeter
+from tests.browser.pages import FILE, SERVER, choose, open_page, write_cell, write_greeter
 
 expect.set_options(timeout=WAIT)
 
@@ -21,9 +21,7 @@ def test_a_student_works_hands_in_and_keeps_the_archive(lab, page):
     _, _, served = lab
     write_greeter(served / "greeter", answer="...\n")
     open_page(page, lab, "greeter/greeter.ipynb")
-    cell(page, FILE).locator(".cm-content").click()
-    page.keyboard.press("Control+A")
-    page.keyboard.insert_text(f"%%exercise greeter.py\n{SERVER}")
+    write_cell(page, FILE, f"%%exercise greeter.py\n{SERVER}")
     choose(page, "Run", "Run All Cells")
     page.locator(".jp-OutputArea-output pre").get_by_text("as asked").wait_for()
     page.get_by_role("button", name="Hand in", exact=True).click()

@@ -124,6 +124,9 @@ function Robot({ current }: { current: Current }): JSX.Element {
       <div className="ros-Panel-message" role="status">
         {failed || message}
       </div>
+      {message !== null && (
+        <p className="ros-quiet">The robot, its room and what it sees are drawn here while a notebook simulates them.</p>
+      )}
       {message === null && !failed && state.nodes && (
         <>
           {sees.length === 0 && <NoRobot rooms={rooms} link={link!} drives={drives} />}
