@@ -2,6 +2,7 @@
 
 import pytest
 
+from course.lab.kernel.exchange import Exchange
 from tests.kernels import Kernel
 from tests.lab.client import Client, page_of
 from tests.lab.test_inspector import SERVERS
@@ -105,6 +106,15 @@ def introspected(kernel: Kernel, service: str) -> None:
     topic = f"{service}/_service_event"
     both = f"ros.node.count_publishers('{topic}') and ros.node.count_subscribers('{topic}')"
     assert kernel.run(f"print(ros.until(lambda: {both}, 30))") == "True"
+
+
+def test_a_goal_is_accepted_before_its_feedback_in_whatever_order_rclpy_tells_of_them():
+    exchange = Exchange("action", "/fibonacci", "example_interfaces/action/Fibonacci")
+    for at, event in enumerate(["goal", "feedback", "accepted", "feedback"]):
+        exchange.add(event, at=float(at))
+    told = [[at, event] for at, event, _ in exchange.state()["events"]]
+    assert told == [[0.0, "goal"], [1000.0, "accepted"], [1000.0, "feedback"], [3000.0, "feedback"]]
+    assert exchange.state()["left_out"] == 0
 
 
 def test_a_call_of_another_program_is_seen_from_the_server_that_the_session_runs(kernel, page):

@@ -59,7 +59,12 @@ class Exchange:
                 self._began = now
             row = [round((now - self._began) * 1e3, 2), event, kept]  # ms
             self._count += 1
-            (self._first if len(self._first) < FIRST else self._last).append(row)
+            heard = [number for number, each in enumerate(self._first) if each[1] == "feedback"]
+            if event == "accepted" and heard:
+                # The two came together.  Feedback is sent later, but rclpy tells of it first.
+                self._first.insert(heard[0], [self._first[heard[0]][0], event, kept])
+            else:
+                (self._first if len(self._first) < FIRST else self._last).append(row)
 
     def end(self, failed: str = "") -> None:
         """Nothing more will come; `failed` says why, when that is no answer."""
