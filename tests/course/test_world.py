@@ -483,8 +483,8 @@ def test_time_passes_as_fast_as_its_speed_says_and_not_in_a_pause(context):
 
 def test_nothing_can_change_a_drive_in_lockstep(context):
     node = world(context, fast=True)
-    assert not [name for name, _ in node.get_service_names_and_types() if name == "/world/reset"]
-    topics = {name for name, _ in node.get_topic_names_and_types()}
-    assert not topics & {"/walls", "/initialpose", "/clicked_point"}
+    assert "/world/reset" not in {service.service_name for service in node.services}
+    topics = {end.topic_name for end in (*node.publishers, *node.subscriptions)}
+    assert "/scan" in topics and not topics & {"/walls", "/initialpose", "/clicked_point"}
     assert not node.has_parameter("paused")
     node.destroy_node()
