@@ -3,14 +3,14 @@
 import contextlib
 import os
 import shutil
-import ssl
 import sys
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, NoReturn, cast
 
 import typer
 
-from autograder.classroom import accounts, course_files, hub, roster, spawner
+from autograder.classroom import accounts, certificate, course_files, hub, roster, spawner
 from autograder.classroom.plan import GIB, Classroom, Limits
 from autograder.errors import AutograderError, UsageError
 
@@ -41,7 +41,9 @@ def up(
         list[str] | None, typer.Option(help="The name of an instructor; repeat the option for several.")
     ] = None,
     folder: Folder = DEFAULT,
-    certificate: Annotated[Path | None, typer.Option(help="The certificate for HTTPS, a PEM file.")] = None,
+    certificate_file: Annotated[
+        Path | None, typer.Option("--certificate", help="The certificate for HTTPS, a PEM file.")
+    ] = None,
     key: Annotated[Path | None, typer.Option(help="The certificate's key, a PEM file.")] = None,
     port: Annotated[int, typer.Option(min=1, max=65535, help="Where browsers find it.")] = 8000,
     ip: Annotated[
@@ -70,9 +72,9 @@ def up(
     room = Classroom(
         folder.resolve(),
         tuple(roster.read(roster_file, instructor or [])),
-        ip if ip is not None else ("" if certificate else "127.0.0.1"),
+        ip if ip is not None else ("" if certificate_file else "127.0.0.1"),
         port,
-        *_certificate(certificate, key),
+        *certificate.paths(certificate_file, key),
         passwords,
         prefix,
         Limits(round(memory * GIB), tasks, cores, round(60 * idle), round(120 * idle)),
@@ -122,8 +124,7 @@ def _up(room: Classroom) -> None:
         print(f"Password of all students: {known['students']}")
         print(f"Password of the instructors: {known['instructors']}")
     hub.start(room)
-    if not room.certificate:
-        print("Without a certificate: passwords and pages go over the network as they are.")
+    _warn_of_certificate(room)
     print(f"The class is at {room.url}")
 
 
@@ -135,6 +136,7 @@ def status(folder: Folder = DEFAULT) -> None:
     up_ = hub.running(room) is not None
     alive = sorted(name for name, server in spawner.servers(room).items() if server.alive)
     print(f"The hub {f'is at {room.url}' if up_ else 'does not run; `environment/classroom up` starts it'}.")
+    _warn_of_certificate(room)
     print(f"Students: {len(room.students)}; instructors: {len(room.instructors)}; running servers: {len(alive)}.")
     for name in alive:
         print(f"  {name}")
@@ -236,37 +238,9 @@ def _root() -> None:
         raise UsageError("it makes users and namespaces: run it as root, for example with sudo")
 
 
-def _certificate(certificate: Path | None, key: Path | None) -> tuple[str, str]:
-    if (certificate is None) != (key is None):
-        raise UsageError("give --certificate and --key, or neither")
-    for path in (certificate, key):
-        if path and not path.is_file():
-            raise UsageError(f"there is no file {path}")
-    if not certificate or not key:
-        return "", ""
-    _try_certificate(certificate, key)
-    return str(certificate.resolve()), str(key.resolve())
-
-
-def _try_certificate(certificate: Path, key: Path) -> None:
-    """Load both, as the hub's proxy will; raises UsageError."""
-
-    def locked() -> str:
-        raise UsageError(f"{key} is locked with a password: write it without one, `openssl pkey -in {key} -out NEW`")
-
-    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
-    path = certificate
-    try:
-        context.load_verify_locations(path)
-        path = key
-        context.load_cert_chain(certificate, key, password=locked)
-    except ssl.SSLError as error:
-        if (error.reason or "").endswith("MISMATCH"):
-            raise UsageError(f"{key} is not the key of {certificate}") from None
-        what = "certificate" if path == certificate else "key"
-        raise UsageError(f"{path} holds no {what}: a PEM file is needed") from None
-    except OSError as error:
-        raise UsageError(f"{path} cannot be read: {error.strerror}") from None
+def _warn_of_certificate(room: Classroom) -> None:
+    if said := certificate.warning(room.certificate, datetime.now(UTC)):
+        print(said)
 
 
 def _before(room: Classroom) -> Classroom | None:

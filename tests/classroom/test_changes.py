@@ -11,6 +11,7 @@ import pwd
 import secrets
 import subprocess
 import time
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,7 @@ import requests
 import websocket
 
 from autograder.classroom import accounts, hub, spawner
+from autograder.classroom.certificate import warning
 from autograder.classroom.plan import RUN, Classroom
 from course.waiting import wait_until
 from tests.browser.pages import SERVER
@@ -121,8 +123,8 @@ def certificate(tmp_path_factory):
     return made
 
 
-def make_certificate(certificate: Path, key: Path) -> None:
-    command = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=class"]
+def make_certificate(certificate: Path, key: Path, days: int = 2) -> None:
+    command = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", str(days), "-subj", "/CN=class"]
     command += ["-addext", "subjectAltName=IP:127.0.0.1", "-out", certificate, "-keyout", key]
     subprocess.run(command, check=True, capture_output=True)
 
@@ -132,7 +134,7 @@ def test_with_a_certificate_everything_is_encrypted(ended, certificate):
     (path, key), local = certificate, ["--ip", "127.0.0.1"]
     again = classroom("up", *arguments, *local, "--passwords", "dummy", "--certificate", str(path), "--key", str(key))
     assert again.returncode == 0, again.stderr
-    assert "Without a certificate" not in again.stdout
+    assert "Without a certificate" not in again.stdout and "The certificate ends on " in again.stdout
     room = Classroom.load(Path(common[1]))
     assert room.url.startswith("https://127.0.0.1:")
     bob = come_in(room, "bob", hub.shared_passwords(room)["students"])
@@ -162,6 +164,21 @@ def test_a_wrong_certificate_is_told_in_a_line(ended, certificate, tmp_path):
         done = classroom("up", *arguments, "--dry-run", "--certificate", str(wrong), "--key", str(wrong_key))
         assert done.returncode == 2 and said in done.stderr, done.stderr
         assert len(done.stderr.splitlines()) == 1
+
+
+def test_a_certificate_that_ends_is_told(certificate):
+    path, now = str(certificate[0]), datetime.now(UTC)
+    assert warning(path, now).startswith("The certificate ends on ")  # it is valid for two days
+    assert warning(path, now + timedelta(days=3)).startswith("The certificate ended on ")
+    assert warning(path, now - timedelta(days=1)).startswith("The certificate is not valid before ")
+    assert warning(path + ".gone", now) == f"The certificate {path}.gone is not there any more, or cannot be read."
+    assert warning("", now).startswith("Without a certificate: ")
+
+
+def test_a_certificate_that_lasts_is_not_spoken_of(tmp_path):
+    path = tmp_path / "server.pem"
+    make_certificate(path, tmp_path / "server.key", days=90)
+    assert warning(str(path), datetime.now(UTC)) == ""
 
 
 def test_who_leaves_the_class_is_out_and_pam_knows_each_ones_own_password(ended):

@@ -1,0 +1,62 @@
+"""The certificate for HTTPS that a class is given, with its key: tried before anything is changed."""
+
+import ssl
+from datetime import datetime, timedelta
+from pathlib import Path
+
+from cryptography import x509
+
+from autograder.errors import UsageError
+
+SOON = timedelta(days=14)  # before its end, a certificate should be renewed
+
+
+def paths(certificate: Path | None, key: Path | None) -> tuple[str, str]:
+    """Where the two are, or two empty texts without a certificate; raises UsageError when the hub could not use them."""
+    if (certificate is None) != (key is None):
+        raise UsageError("give --certificate and --key, or neither")
+    for path in (certificate, key):
+        if path and not path.is_file():
+            raise UsageError(f"there is no file {path}")
+    if not certificate or not key:
+        return "", ""
+    _load(certificate, key)
+    return str(certificate.resolve()), str(key.resolve())
+
+
+def warning(certificate: str, now: datetime) -> str:
+    """What an instructor should know about the certificate at this path, '' for none; '' when all is well."""
+    if not certificate:
+        return "Without a certificate: passwords and pages go over the network as they are."
+    try:
+        found = x509.load_pem_x509_certificates(Path(certificate).read_bytes())[0]  # its issuers' may follow
+    except (OSError, ValueError):
+        return f"The certificate {certificate} is not there any more, or cannot be read."
+    if now < found.not_valid_before_utc:
+        return f"The certificate is not valid before {found.not_valid_before_utc:%Y-%m-%d %H:%M} UTC: browsers warn."
+    if now >= found.not_valid_after_utc:
+        return f"The certificate ended on {found.not_valid_after_utc:%Y-%m-%d}: browsers warn. Renew it."
+    if now >= found.not_valid_after_utc - SOON:
+        return f"The certificate ends on {found.not_valid_after_utc:%Y-%m-%d}: renew it."
+    return ""
+
+
+def _load(certificate: Path, key: Path) -> None:
+    """Load both, as the hub's proxy will; raises UsageError."""
+
+    def locked() -> str:
+        raise UsageError(f"{key} is locked with a password: write it without one, `openssl pkey -in {key} -out NEW`")
+
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    path = certificate
+    try:
+        context.load_verify_locations(path)
+        path = key
+        context.load_cert_chain(certificate, key, password=locked)
+    except ssl.SSLError as error:
+        if (error.reason or "").endswith("MISMATCH"):
+            raise UsageError(f"{key} is not the key of {certificate}") from None
+        what = "certificate" if path == certificate else "key"
+        raise UsageError(f"{path} holds no {what}: a PEM file is needed") from None
+    except OSError as error:
+        raise UsageError(f"{path} cannot be read: {error.strerror}") from None
