@@ -11,7 +11,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
 from autograder.classroom import spawner
@@ -91,23 +91,10 @@ def port_is_free(room: Classroom) -> bool:
     return True
 
 
-@dataclass(frozen=True)
-class Process:
-    """The hub's process."""
-
-    pid: int
-    born: int
-
-    @property
-    def alive(self) -> bool:
-        """Whether it runs."""
-        return spawner.Running(self.pid, self.born).alive
-
-
-def running(room: Classroom) -> Process | None:
+def running(room: Classroom) -> spawner.Running | None:
     """The hub, if it runs."""
-    with contextlib.suppress(OSError, ValueError, TypeError):
-        process = Process(**json.loads((room.state / RECORD).read_text()))
+    with contextlib.suppress(OSError, ValueError, TypeError, KeyError):
+        process = spawner.Running.from_fields(json.loads((room.state / RECORD).read_text()))
         return process if process.alive else None
     return None
 
@@ -128,7 +115,7 @@ def start(room: Classroom) -> None:
             cwd=room.state,
             env={spawner.VARIABLE: str(room.folder), "PATH": os.environ.get("PATH", os.defpath), "LANG": "C.UTF-8"},
         )
-    made = Process(process.pid, registry.birth(process.pid))
+    made = spawner.Running(process.pid, registry.birth(process.pid))
     storage.replace(room.state / RECORD, json.dumps(asdict(made)).encode(), storage.PRIVATE)
     if not wait_until(lambda: _ready(path, begin), UP, unless=lambda: process.poll() is not None, alert=False):
         stop(room)

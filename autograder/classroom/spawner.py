@@ -34,7 +34,7 @@ RETRY = 0.05  # s
 
 @dataclass(frozen=True)
 class Running:
-    """A server that was started."""
+    """A process that was started: a server, or the hub."""
 
     pid: int
     born: int  # what tells it from a later process of the same number, see `registry.birth`
@@ -43,7 +43,7 @@ class Running:
     @classmethod
     def from_fields(cls, fields: dict[str, Any]) -> Self:
         """What `asdict` made, as it comes back from JSON."""
-        return cls(fields["pid"], fields["born"], tuple(fields["groups"]))
+        return cls(fields["pid"], fields["born"], tuple(fields.get("groups", ())))
 
     @property
     def alive(self) -> bool:
