@@ -10,10 +10,12 @@ import math
 import threading
 import time
 import weakref
+from array import array
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import rclpy
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Twist
@@ -185,7 +187,8 @@ class World(Node):
         scan.angle_max = laser.angle_min + laser.angle_increment * (laser.beams - 1)
         scan.scan_time = self._period / 1e9
         scan.range_min, scan.range_max = laser.range_min, laser.range_max
-        scan.ranges = self.simulation.scan().tolist()
+        # An array is taken as it is; of a list, the message class looks at each number twice.
+        scan.ranges = array("f", self.simulation.scan().astype(np.float32).tobytes())
         self._scan_pub.publish(scan)
 
     # Lockstep
