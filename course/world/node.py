@@ -88,7 +88,7 @@ class World(Node):
         self.fast = self.declare_parameter("fast", False).value
 
         self._now = 0  # ns of simulated time
-        self._received = 0
+        self.received = 0  # commands, since the start
         self._own_executor: SingleThreadedExecutor | None = None
         self._controls: Controls | None = None
         self._barrier = Barrier(self, "cmd_vel", self._wait, self._wake)
@@ -150,7 +150,7 @@ class World(Node):
     def _on_command(self, message: Twist) -> None:
         with self._lock:
             self._command, self._command_age = (message.linear.x, message.angular.z), 0.0
-            self._received += 1
+            self.received += 1
             self._lock.notify_all()
 
     def _on_timer(self) -> None:
@@ -291,26 +291,26 @@ class World(Node):
         end = time.monotonic() + timeout
         self._now += self._period
         stamp = Time(sec=self._now // 10**9, nanosec=self._now % 10**9)
-        before = self._received
+        before = self.received
         with self._lock:
             self._show(stamp)
         asked = self._barrier.cross(timeout)
-        middle = self._received
+        middle = self.received
         self._clock_pub.publish(ClockMessage(clock=stamp))
         rounds = 2 if asked else 0
-        while self._received == middle and time.monotonic() < end and self.count_publishers("cmd_vel"):
+        while self.received == middle and time.monotonic() < end and self.count_publishers("cmd_vel"):
             if rounds:
                 rounds -= 1
                 self._barrier.cross(end - time.monotonic())
             elif asked and middle > before:
                 break  # a driver that answers from its scan callback
-            elif not self._wait(lambda: self._received > middle, min(CLOCK_REPEAT, end - time.monotonic())):
+            elif not self._wait(lambda: self.received > middle, min(CLOCK_REPEAT, end - time.monotonic())):
                 self._clock_pub.publish(ClockMessage(clock=stamp))
-        while not asked and self._received > before:
-            seen = self._received
-            if not self._wait(lambda: self._received > seen, SETTLE):  # noqa: B023
+        while not asked and self.received > before:
+            seen = self.received
+            if not self._wait(lambda: self.received > seen, SETTLE):  # noqa: B023
                 break
-        return self._received > before
+        return self.received > before
 
     def _wake(self) -> None:
         with self._lock:

@@ -351,7 +351,7 @@ def test_a_drive_ends_after_the_callback_that_sent_its_last_command(context, mon
         told.append(decision)
 
     def cross(timeout, crossed=node._barrier.cross):
-        asked.append(node._received)
+        asked.append(node.received)
         return crossed(timeout)
 
     monkeypatch.setattr(node._barrier, "cross", cross)

@@ -371,13 +371,13 @@ class Follower(TopicProgram):
                 use_global_arguments=False,
                 parameter_overrides=[Parameter("fast", value=True), Parameter("seed", value=seed)],
             )
-            watch = StandstillWatch(self.commands, alive)
+            watch = StandstillWatch(world, alive)
             try:
                 with contextlib.suppress(TimeoutError, StandstillError):
                     world.drive(seconds, on_step=watch.look, answer_within=DECISION, wall_limit=self.allow(DRIVE))
             finally:
                 world.destroy_node()
-            return world.simulation if alive() and watch.heard else None
+            return world.simulation if alive() and world.received else None
 
         return self.ask(go, "a drive")
 
@@ -394,17 +394,20 @@ class Follower(TopicProgram):
 
 
 class StandstillWatch:
-    """Ends a drive when the node is dead, or has sent no command for IDLE ticks."""
+    """Ends a drive when the node is dead, or has sent the world no command for IDLE ticks.
 
-    def __init__(self, commands: Listener, alive: Alive):
-        self.heard = 0  # commands
-        self._commands, self._alive, self._idle = commands, alive, 0
+    Asked is the world itself: whoever else listens may hear of a command many ticks later.
+    """
+
+    def __init__(self, world: World, alive: Alive):
+        self._world, self._alive = world, alive
+        self._received, self._idle = world.received, 0
 
     def look(self) -> None:
         """After a tick; raises StandstillError."""
-        heard = len(self._commands.heard)
-        self._idle = self._idle + 1 if heard == self.heard else 0
-        self.heard = heard
+        received = self._world.received
+        self._idle = self._idle + 1 if received == self._received else 0
+        self._received = received
         if self._idle > IDLE or not self._alive():
             raise StandstillError
 

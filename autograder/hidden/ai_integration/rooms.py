@@ -39,6 +39,7 @@ class Driven(NamedTuple):
     first: float  # s until there was a wall on the right; infinite when there was none
     along: float  # m driven with a wall on the right
     share: float  # of the time since `first` in which there was one
+    seconds: float  # of simulated time: less than SECONDS when the node sent no command any more
 
     @property
     def passed(self) -> bool:
@@ -94,11 +95,12 @@ def look_back(simulation: Simulation) -> Driven:
         BESIDE[0] <= caster.distances((x, y), VIEW + heading).min() <= BESIDE[1] for _, x, y, heading in path.tolist()
     ]
     if True not in beside:
-        return Driven(len(simulation.collisions), math.inf, 0.0, 0.0)
+        return Driven(len(simulation.collisions), math.inf, 0.0, 0.0, simulation.time)
     first = beside.index(True)
     steps = [math.dist(one[1:3], other[1:3]) for one, other in itertools.pairwise(path.tolist())]
     along = sum(step for step, wall in zip(steps, beside[1:], strict=True) if wall)
-    return Driven(len(simulation.collisions), float(path[first, 0]), along, sum(beside[first:]) / (len(beside) - first))
+    share = sum(beside[first:]) / (len(beside) - first)
+    return Driven(len(simulation.collisions), float(path[first, 0]), along, share, simulation.time)
 
 
 def can_be_driven(room: Room, laser: Laser, seed: int) -> bool:
