@@ -12,7 +12,7 @@ SOON = timedelta(days=14)  # before its end, a certificate should be renewed
 
 
 def paths(certificate: Path | None, key: Path | None) -> tuple[str, str]:
-    """Where the two are, or two empty texts without a certificate; raises UsageError when the hub could not use them."""
+    """Where the two are, or two empty texts without them; raises UsageError when the hub could not use them."""
     if (certificate is None) != (key is None):
         raise UsageError("give --certificate and --key, or neither")
     for path in (certificate, key):

@@ -42,12 +42,21 @@ class Calculator(Server):
             str, Fault
         ] = {}  # operations that get no answer to an ordinary request, with what came of it
         self._abilities: list[str] | None = None
+        self._asked: set[float] = set()  # first numbers
 
     def ask(self, a: float, operation: str, b: float) -> Any:
         """Its response."""
         drawn = operation not in ANSWERS and operation.isalpha() and len(operation) > SYLLABLE
         self.bench.hide(a, operation if drawn else "", b)
+        self._asked.add(abs(a))
         return self.call(Calculate.Request(a=a, b=b, operation=operation))
+
+    def new_numbers(self, rng: random.Random) -> tuple[float, float]:
+        """Plain numbers, the first of which was never sent: what a server remembers of it changes no answer to them."""
+        while True:
+            a, b = plain_numbers(rng)
+            if a not in self._asked:
+                return a, b
 
     def expect(self, a: float, operation: str, b: float, about: str, tolerance: float, success: bool = True) -> None:
         """Its result must be right within `tolerance`; `about` tells the student what kind of numbers these are."""

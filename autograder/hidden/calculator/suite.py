@@ -142,9 +142,9 @@ def judge_operation(calculator: Calculator, rng: random.Random, operation: str) 
         ((1, -1), "a negative number"),
         ((-1, -1), "two negative numbers"),
     ]:
-        a, b = plain_numbers(rng)
+        a, b = calculator.new_numbers(rng)
         calculator.expect(signs[0] * a, operation, signs[1] * b, about, ROUNDING)
-    a, b = plain_numbers(rng)
+    a, b = calculator.new_numbers(rng)
     calculator.expect(a + 0.5, operation, b + 0.75, "numbers that are not whole", ROUNDING)
     calculator.expect(0.0, operation, b, "a = 0", ROUNDING)
     if operation != "divide":
