@@ -60,7 +60,7 @@ class World(Node):
     and `angle_min` (rad) of the laser; read once are `seed` of its noise, `rate` (scans a second) and `fast`.
     The arguments `room` and `laser` win over the parameters.  In real time the world can be controlled while it runs
     (course.world.controls); in fast mode only `cmd_vel` changes what happens, so that a drive repeats itself.
-    `simulation` holds the robot's pose, path and collisions.
+    `simulation` holds the robot's pose, path and collisions; `received` counts the commands.
     Raises ValueError when there is no such room, or the robot touches an obstacle at its start.
     """
 

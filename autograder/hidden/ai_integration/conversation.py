@@ -396,7 +396,7 @@ class Follower(TopicProgram):
 class StandstillWatch:
     """Ends a drive when the node is dead, or has sent the world no command for IDLE ticks.
 
-    Asked is the world itself: whoever else listens may hear of a command many ticks later.
+    It asks the world itself: whoever else listens may hear of a command many ticks later.
     """
 
     def __init__(self, world: World, alive: Alive):

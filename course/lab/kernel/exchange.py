@@ -59,10 +59,11 @@ class Exchange:
                 self._began = now
             row = [round((now - self._began) * 1e3, 2), event, kept]  # ms
             self._count += 1
-            heard = [number for number, each in enumerate(self._first) if each[1] == "feedback"]
-            if event == "accepted" and heard:
+            events = [each[1] for each in self._first] if event == "accepted" else []
+            if "feedback" in events:
                 # The two came together.  Feedback is sent later, but rclpy tells of it first.
-                self._first.insert(heard[0], [self._first[heard[0]][0], event, kept])
+                place = events.index("feedback")
+                self._first.insert(place, [self._first[place][0], event, kept])
             else:
                 (self._first if len(self._first) < FIRST else self._last).append(row)
 
