@@ -125,11 +125,12 @@ def grade(
         for report in results.done.values():
             enter(report)
         seeds = batch.draw(results.left(found), seed)
-        with batch.workers(len(seeds), jobs, scheduler, unsafe) as client, progress.shown(len(seeds)) as show_progress:
-            for report, origin in batch.run(client, submitted, seeds, patience, unsafe):
-                results.write(report, origin)
-                enter(report)
-                show_progress(report)
+        if seeds:
+            with batch.workers(jobs, scheduler, patience, unsafe) as pool, progress.shown(len(seeds)) as show_progress:
+                for report, origin in batch.run(pool, submitted, seeds):
+                    results.write(report, origin)
+                    enter(report)
+                    show_progress(report)
         reports = [results.done[key] for key in found]
         changed = batch.changed(out, [key for key in found if key not in seeds])
     summary.show(reports)
@@ -167,10 +168,10 @@ def regrade_command(
         output.Output(out, resume=True) as results,
         regrade.Regrading(results, assignment, student or [], everything) as again,
     ):
-        count = len(again.waiting)
-        with batch.workers(count, jobs, scheduler, unsafe) as client, progress.shown(count) as show_progress:
-            for report in again.run(client, patience, unsafe):
-                show_progress(report)
+        if count := len(again.waiting):
+            with batch.workers(jobs, scheduler, patience, unsafe) as pool, progress.shown(count) as show_progress:
+                for report in again.run(pool):
+                    show_progress(report)
         moves = again.moves()
         for move in moves:
             if move.why or move.moved:

@@ -6,60 +6,49 @@ import secrets
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from autograder.records import TIME_UNKNOWN, Report, Submission
+from autograder.grading import admission
+from autograder.grading.dispatch import Dispatcher, Pool, Task
+from autograder.grading.here import ThisMachine
+from autograder.records import TIME_UNKNOWN, Report
 from autograder.results import output
 from autograder.results.output import Origin
-from autograder.sandbox.box import choose
 from autograder.submissions import exercises
 from autograder.submissions.listing import digest, read
 from autograder.submissions.reading import handed_in_at
 
-if TYPE_CHECKING:
-    from distributed import Client  # takes a second to load
-
 
 @contextlib.contextmanager
-def workers(count: int, jobs: int | None, scheduler: str | None, unsafe: bool) -> "Iterator[Client | None]":
-    """A client of the workers for `count` submissions; None when there are none.
+def workers(jobs: int | None, scheduler: str | None, patience: float, unsafe: bool) -> Iterator[Pool]:
+    """Those who grade: the workers of the Dask scheduler at the address `scheduler`, or else `jobs` of this machine.
 
-    The workers are those of the Dask scheduler at the address `scheduler`, or else `jobs` processes of this machine, by
-    default more than there are cores: see `admission`.  Raises ClusterError and SandboxUnavailable.
+    By default there are more of these than cores, see `admission`.  `patience` and `unsafe` are for every grading, see
+    `single.grade` and `sandbox.box.choose`.  Raises ClusterError and SandboxUnavailable.
     """
-    if not count:
-        yield None
-        return
     if not scheduler:
-        choose(unsafe)  # says what is missing before the workers do
-    from autograder.grading import admission, cluster
+        yield ThisMachine(jobs or admission.WORKERS * admission.cores(), patience, unsafe)
+        return
+    from autograder.grading import cluster  # Dask takes a second to load
 
-    here = jobs or admission.WORKERS * admission.cores()
-    with cluster.remote(scheduler) if scheduler else cluster.local(min(count, here)) as client:
-        yield client
+    with cluster.connect(scheduler, patience, unsafe) as pool:
+        yield pool
 
 
-def run(
-    client: "Client | None", submitted: Path, seeds: dict[tuple[str, str], int], patience: float, unsafe: bool
-) -> Iterator[tuple[Report, Origin]]:
+def run(pool: Pool, submitted: Path, seeds: dict[tuple[str, str], int]) -> Iterator[tuple[Report, Origin]]:
     """Grade the (student, assignment) pairs in `seeds`, each with its seed; reports come in the order they are done.
 
-    `client` is what `workers` gives.
+    Submissions are taken one by one as workers are free.  Call it from the main thread.  Raises ClusterError when the
+    cluster is lost, SandboxUnavailable when a worker cannot confine programs, and KeyboardInterrupt.
     """
-    if not seeds:
-        return
-    assert client, "there are submissions, so there are workers"
-    from autograder.grading import cluster
-
     origins = {}
 
-    def handed_in() -> Iterator[tuple[Submission, int]]:
+    def handed_in() -> Iterator[Task]:
         for key, seed in seeds.items():
             found = read(submitted, *key)
             origins[key] = Origin(str(submitted.resolve()), exercises.pack(key[1]).digest, digest(found))
-            yield found, seed
+            yield Task(found, seed)
 
-    for report in cluster.run(client, handed_in(), patience, unsafe):
+    for report in Dispatcher(pool, handed_in()).run():
         flags = [] if _time_is_known(submitted / report.student / report.assignment) else [TIME_UNKNOWN]
         yield replace(report, flags=[*report.flags, *flags]), origins.pop((report.student, report.assignment))
 

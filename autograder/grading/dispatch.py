@@ -39,9 +39,6 @@ class Grading(Protocol):
     def add_done_callback(self, callback: Callable[[Any], object], /) -> object:
         """Call `callback` with this grading, from any thread, when it has ended."""
 
-    def cancel(self, *, force: bool) -> object:
-        """Break it off."""
-
 
 class Pool(Protocol):
     """The workers, as the dispatcher needs them."""
@@ -113,7 +110,7 @@ class Dispatcher:
         """Let what dead workers had wait again.  Without any worker nobody died: the scheduler cannot be reached."""
         for grading in [grading for grading, task in self.running.items() if workers and task.worker not in workers]:
             self._wait_again(self.running.pop(grading), died=True)
-            grading.cancel(force=True)
+            self.pool.cancel([grading])
 
     def _give_up(self) -> Iterator[Report]:
         """Reports on the tasks that have lost too many workers."""

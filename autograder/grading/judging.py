@@ -37,6 +37,14 @@ HOME_OPTIONS = f"size={SCRATCH},nr_inodes={FILES},mode=1777".encode()
 OVERTIME = 10.0  # s that the running test may go on after the time for all tests is used up
 DESCRIPTORS = 250  # that come with a job: the job itself, a socket to the launcher, networks
 
+LIMITS = {  # of the process, by prlimit(1)
+    "data": 2 << 30,  # bytes; what threads reserve for their stacks counts
+    "nofile": 4096,
+    "nproc": 1024,  # threads: Fast DDS has ten or so for each domain
+    "fsize": 16 << 20,  # bytes
+    "core": 0,
+}
+
 _libc = ctypes.CDLL(None, use_errno=True)
 
 
@@ -88,7 +96,7 @@ def judge(user: int | None, job_file: int, channel: int, *networks: int) -> None
     threads = None
     if networks:
         threads = Threads(dict(enumerate(networks, start=1)))
-        confine(user, threads.everywhere)
+        confine(user, LIMITS, threads.everywhere)
     _libc.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     with open(job_file, "rb") as file:
         job = from_line(file.read())

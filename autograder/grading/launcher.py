@@ -19,6 +19,7 @@ from pathlib import Path
 from autograder.records import UNSAFE, Ended, Job, from_line, to_line
 from autograder.sandbox import networks, users
 from autograder.sandbox.box import MEMORY, Sandbox
+from autograder.sandbox.forkserver import Forkserver
 from autograder.sandbox.launching import LaunchServer
 from autograder.sandbox.machine import Load
 from autograder.sandbox.process import GLANCE, children, processes, takes_more
@@ -57,6 +58,7 @@ class Launcher:
                 stdin=subprocess.DEVNULL,
             )
         theirs.close()
+        self._forkserver = Forkserver() if box == "root" else None
         numbers = range(1, DOMAINS + 1)
         self._networks = None if box == UNSAFE else dict(zip(numbers, networks.make(DOMAINS), strict=True))
 
@@ -64,7 +66,8 @@ class Launcher:
         """Have one job done; None when stdin has ended meanwhile."""
         own = Path(job.interfaces) if job.interfaces else None
         channel, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        with users.borrowed(self.box) as user, Sandbox(self.box, job.files, own, job.core) as sandbox, channel:
+        sandbox = Sandbox(self.box, job.files, own, job.core, self._forkserver)
+        with users.borrowed(self.box) as user, sandbox, channel:
             server = LaunchServer(channel, sandbox, self._networks)
             with theirs:
                 self._hand_over(job, user, theirs)
@@ -77,9 +80,13 @@ class Launcher:
         if os.getpid() != 1:
             return True
         try:
-            return all(os.waitpid(child, os.WNOHANG)[0] for child in children(1) if child != self._judging.pid)
+            return all(os.waitpid(child, os.WNOHANG)[0] for child in children(1) if child not in self._own())
         except OSError:  # a thread or child that was there is not there any more
             return False
+
+    def _own(self) -> set[int]:
+        """The processes that stay from one job to the next."""
+        return {self._judging.pid, *([self._forkserver.pid] if self._forkserver else [])}
 
     def _hand_over(self, job: Job, user: int | None, channel: socket.socket) -> None:
         with tempfile.TemporaryFile() as file:

@@ -9,17 +9,14 @@ import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from autograder.errors import UsageError
 from autograder.grading import batch
+from autograder.grading.dispatch import Pool
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.results import text
 from autograder.results.output import Origin, Output, origins
 from autograder.submissions import exercises
-
-if TYPE_CHECKING:
-    from distributed import Client  # takes a second to load
 
 PENDING = "regrade"
 
@@ -71,7 +68,7 @@ class Regrading:
     def __exit__(self, *exception: object) -> None:
         self.pending.__exit__(*exception)
 
-    def run(self, client: "Client | None", patience: float, unsafe: bool) -> Iterator[Report]:
+    def run(self, pool: Pool) -> Iterator[Report]:
         """Grade what waits; the reports as they come.
 
         The same files are graded with the seed that they had.  Others get a new one: whoever has seen what the last
@@ -81,7 +78,7 @@ class Regrading:
             keys = [key for key in sorted(self.waiting) if self.origins[key].submitted == folder]
             same = {key for key in keys if batch.current(self.origins[key], key).files == self.origins[key].files}
             seeds = batch.draw(keys, None) | {key: self.results.done[key].seed for key in same}
-            for report, origin in batch.run(client, Path(folder), seeds, patience, unsafe):
+            for report, origin in batch.run(pool, Path(folder), seeds):
                 self.pending.write(report, origin)
                 self._fresh[report.student, report.assignment] = origin
                 yield report

@@ -15,14 +15,16 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import NamedTuple, Self
+from typing import IO, NamedTuple, Self
 
 from autograder.errors import SandboxUnavailable
 from autograder.sandbox import cgroup, core, seccomp, users, variables, view
-from autograder.sandbox.process import Process
+from autograder.sandbox.forkserver import Forkserver, Request
+from autograder.sandbox.process import HOLD, Process
 from course import environment
 from course.interfaces.builder import cache_folder
 
@@ -86,16 +88,25 @@ class Started(NamedTuple):
 class Sandbox:
     """Starts the handed-in files as confined programs; closing it ends them all."""
 
-    def __init__(self, box: str, files: Mapping[str, bytes], interfaces: Path | None = None, core: int | None = None):
+    def __init__(
+        self,
+        box: str,
+        files: Mapping[str, bytes],
+        interfaces: Path | None = None,
+        core: int | None = None,
+        forkserver: Forkserver | None = None,
+    ):
         """`files` are laid into each program's home folder; `interfaces` is an install prefix to import from.
 
-        All programs run on the `core` of the processor, if one is given and they cannot have a control group.
+        All programs run on the `core` of the processor, if one is given and they cannot have a control group.  With a
+        `forkserver`, which needs the box "root", it forks those that it can.
         """
         environment.prepare()
         self.box = box
         self.files = dict(files)
         self.interfaces = interfaces
         self.core = core
+        self.forkserver = forkserver
         self.descriptors: list[int] = []  # of the next program: what bubblewrap reads files from
         self._started: list[Process] = []
         self._group: cgroup.Group | None = None
@@ -134,13 +145,18 @@ class Sandbox:
         alone.
         """
         status, status_write = os.pipe()
-        command = self.command([file, *args], domain, status=status_write, files=files)
+        if not self._folder and not self._started:
+            self._group = cgroup.make()
+        all_files = {**self.files, **(files or {})}
+        fork = None
+        if self.forkserver and self.forkserver.runs(file, all_files):
+            command, fork = self._forked(file, list(args), domain, status_write, all_files)
+        else:
+            command = self.command([file, *args], domain, status=status_write, files=files)
         output, output_write = os.pipe()
         end, end_write = os.pipe()
         if self._folder:
             os.close(status)
-        elif not self._started:
-            self._group = cgroup.make()
         try:
             process = Process(
                 self._together(command),
@@ -153,6 +169,7 @@ class Sandbox:
                 status=None if self._folder else status,
                 cwd=self._folder.name if self._folder else None,
                 env=self._variables(domain) if self._folder else {"PATH": os.defpath},
+                fork=fork,
             )
         finally:
             os.close(status_write)
@@ -173,26 +190,57 @@ class Sandbox:
                 Path(self._folder.name, name).write_bytes(content)
             limits.remove(f"--nproc={LIMITS['nproc']}")  # it would count all that this user runs
             return ["setpriv", "--pdeathsig=KILL", "--", *limits, *python]
-        bwrap = ["bwrap", "--unshare-pid", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try", "--new-session"]
-        bwrap += ["--hostname", "robot", "--die-with-parent", "--cap-drop", "ALL", "--clearenv"]
-        if status is not None:
-            bwrap += ["--json-status-fd", str(status)]
         if self.box == "root":
-            uid, lock = users.take()
-            self._locks.append(lock)
+            uid = self._take_user()
             # Capabilities only for the step to the spare user, which drops them for good.
-            bwrap += [word for name in ("SETUID", "SETGID", "SETPCAP") for word in ("--cap-add", f"CAP_{name}")]
+            more = [word for name in ("SETUID", "SETGID", "SETPCAP") for word in ("--cap-add", f"CAP_{name}")]
             become = ["setpriv", f"--reuid={uid}", f"--regid={uid}", "--clear-groups"]
             become += ["--bounding-set=-all", "--inh-caps=-all", "--no-new-privs", "--"]
         else:
             uid, become = users.INSIDE, []
-            bwrap += ["--unshare-user", "--disable-userns", "--uid", str(uid), "--gid", str(uid)]
+            more = ["--unshare-user", "--disable-userns", "--uid", str(uid), "--gid", str(uid)]
+        return self._confined([*become, *limits, *python], uid, more, domain, files, status)
+
+    def _forked(
+        self, file: str, args: list[str], domain: int, status: int, files: Mapping[str, bytes]
+    ) -> tuple[list[str], Callable[[int, int], IO[bytes]]]:
+        """The command line that makes a program's sandbox, and what forks the program `file` into it, see `Process`."""
+        assert self.forkserver
+        uid = self._take_user()
+        core = None if self._group else self.core
+        request = Request(file, args, self._variables(domain) | {"PWD": view.HOME}, LIMITS, uid, core)
+        groups = self._group.doors if self._group else []
+        return (
+            self._confined(HOLD, uid, [], domain, files, status),
+            partial(self.forkserver.run, request, groups),
+        )
+
+    def _take_user(self) -> int:
+        """A host user for one program, until this is closed."""
+        uid, lock = users.take()
+        self._locks.append(lock)
+        return uid
+
+    def _confined(
+        self,
+        command: list[str],
+        uid: int,
+        options: list[str],
+        domain: int,
+        files: Mapping[str, bytes],
+        status: int | None,
+    ) -> list[str]:
+        """The command line that runs `command` in a program's namespaces, with these `options` of bubblewrap."""
+        bwrap = ["bwrap", "--unshare-pid", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try", "--new-session"]
+        bwrap += ["--hostname", "robot", "--die-with-parent", "--cap-drop", "ALL", "--clearenv", *options]
+        if status is not None:
+            bwrap += ["--json-status-fd", str(status)]
         if seccomp.available():
             bwrap += ["--seccomp", self._descriptor(seccomp.program())]
         bwrap += view.options(uid, files, self.interfaces, self._descriptor)
         for name, value in self._variables(domain).items():
             bwrap += ["--setenv", name, value]
-        return view.with_store([*bwrap, "--chdir", view.HOME, "--", *become, *limits, *python])
+        return view.with_store([*bwrap, "--chdir", view.HOME, "--", *command])
 
     def judge_command(self, argv: list[str]) -> list[str]:
         """The command line of the process that judges: `python ARGV`, which sees what `view.of_judge` says.

@@ -40,6 +40,11 @@ class Group:
         return ["env", f"GROUPS_={groups}", "sh", "-c", ENTER, "sh", *command]
 
     @property
+    def doors(self) -> list[Path]:
+        """The files that a process writes 0 to, to go into this group."""
+        return [folder / "cgroup.procs" for folder in self.folders]
+
+    @property
     def out_of_memory(self) -> bool:
         """Whether the kernel has ended a process of the group because of its memory."""
         for folder in self.folders:

@@ -1,14 +1,15 @@
-"""A process gives up all that it may do, for good: how the one that judges goes on before it hears a student's program.
+"""A process gives up all that it may do, for good: a user of its own where root started it, no capabilities, no way to
+new ones, the filter of system calls, limits.
 
-It is confined as the programs are: a user of its own where root started it, no capabilities, no way to new ones, the
-filter of system calls, limits.  What it sees of the file system was set before (`view.of_judge`).
+So goes on the process that judges, before it hears a student's program, and a program that was forked (`forkserver`).
+What they see of the file system was set before, by bubblewrap (`view`).
 """
 
 import ctypes
 import os
 import resource
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from autograder.sandbox import seccomp
 from autograder.sandbox.networks import check
@@ -19,27 +20,24 @@ CAPABILITIES_V3 = 0x20080522  # capset(2)
 SET_MODE_FILTER, ALL_THREADS = 1, 1  # seccomp(2)
 SECCOMP_CALL = {"x86_64": 317, "aarch64": 277}
 
-LIMITS = {  # by setrlimit(2)
-    "RLIMIT_DATA": 2 << 30,  # bytes; what threads reserve for their stacks counts
-    "RLIMIT_NOFILE": 4096,
-    "RLIMIT_FSIZE": 16 << 20,  # bytes
-    "RLIMIT_CORE": 0,
-}
-TASKS = 1024  # threads: Fast DDS has ten or so for each domain
-
 _libc = ctypes.CDLL(None, use_errno=True)
 
 
-def confine(user: int | None, everywhere: Callable[[Callable[[], object]], object]) -> None:
+def confine(
+    user: int | None,
+    limits: Mapping[str, int],
+    everywhere: Callable[[Callable[[], object]], object] = lambda do: None,
+) -> None:
     """Confine this process; it becomes the host user `user`, if that is given.  Raises OSError.
 
-    `everywhere` calls a function in each of the process's threads but this one: the kernel keeps what a thread may do
-    for each thread.
+    `limits` are named as for prlimit(1); the one of processes, `nproc`, is for a user of its own alone.  `everywhere`
+    calls a function in each of the process's threads but this one: the kernel keeps what a thread may do for each
+    thread.
     """
-    for name, most in LIMITS.items():
-        resource.setrlimit(getattr(resource, name), (most, most))
+    for name, most in limits.items():
+        if name != "nproc" or user is not None:
+            resource.setrlimit(getattr(resource, f"RLIMIT_{name.upper()}"), (most, most))
     if user is not None:
-        resource.setrlimit(resource.RLIMIT_NPROC, (TASKS, TASKS))  # of this user alone
         everywhere(_drop_bounding_set)
         _drop_bounding_set()
         os.setgroups([])

@@ -64,9 +64,10 @@ print(json.dumps(dict(
 # What the process that judges is once it has confined itself.
 JUDGE = """
 import importlib.util, json, os, sys
+from autograder.grading.judging import LIMITS
 from autograder.sandbox.confine import confine
 
-confine(int(sys.argv[1]) if sys.argv[1:] else None, lambda do: None)
+confine(int(sys.argv[1]) if sys.argv[1:] else None, LIMITS)
 status = dict(line.split(':', 1) for line in open('/proc/self/status').read().splitlines())
 print(json.dumps(dict(
     capabilities=[status[name].strip().strip('0') for name in ('CapInh', 'CapPrm', 'CapEff', 'CapAmb')],

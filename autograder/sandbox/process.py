@@ -13,9 +13,16 @@ import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import IO
+
+from autograder.sandbox.forkserver import BEGINS, ENDED, PROCESS
 
 GLANCE = 0.1  # s between two looks at memory and processes
 WRAPPERS = 1  # of bubblewrap's own two processes, the inner one counts towards an ordinary user's limit
+HOLDERS = 2  # bubblewrap's inner process and HOLD count for no user, where programs are forked
+
+# Run by bubblewrap in place of a program: tells that the sandbox is there, and keeps it until stdin ends.
+HOLD = ["sh", "-c", "echo; exec >&-; read -r _"]
 
 
 @dataclass(frozen=True)
@@ -52,20 +59,24 @@ class Process:
         killed: Callable[[], str],
         status: int | None,
         pass_fds: Sequence[int],
+        fork: Callable[[int, int], IO[bytes]] | None = None,
     ):
         """Start `command`, and stop it when it takes more than `memory` bytes or `tasks` processes and threads.
 
         It prints to the descriptor `output`; its `End` is written to `end`, which is closed then.  `killed` tells why,
         when somebody else has killed it.  `status` is the descriptor on which bubblewrap reports that it has started
-        the program itself.
+        the program itself.  With `fork`, `command` only makes the sandbox, by HOLD, and the program is what
+        `fork(output, sandbox)` begins there, see `Forkserver.run`.
         """
         self._why, self._killed = "", killed
-        self._status = status
+        self._status, self._fork = status, fork
+        self._fork_output = os.dup(output) if fork else -1
+        self._forked: int | None = None  # the program, if it was forked: no child of bubblewrap's
         self._process = subprocess.Popen(
             command,
-            stdin=subprocess.DEVNULL,
-            stdout=output,
-            stderr=subprocess.STDOUT,
+            stdin=subprocess.PIPE if fork else subprocess.DEVNULL,
+            stdout=subprocess.PIPE if fork else output,
+            stderr=output,
             start_new_session=True,
             pass_fds=pass_fds,
             cwd=cwd,
@@ -92,21 +103,68 @@ class Process:
         self._waiter.join()
 
     def _wait(self, end: int) -> None:
-        code = self._process.wait()
+        code, begun = self._run_fork(self._fork) if self._fork else self._run()
         if code in (-signal.SIGKILL, 128 + signal.SIGKILL):  # of bubblewrap, or as it reports it of the program
             self._why = self._why or self._killed()
-        begun = True
         if self._status is not None:
-            begun = b"child-pid" in os.read(self._status, 4096)
             os.close(self._status)
         with contextlib.suppress(BrokenPipeError):  # nobody waits for it any more
             os.write(end, End(code if code >= 0 else 128 - code, self._why, begun).to_bytes())
         os.close(end)
 
+    def _run(self) -> tuple[int, bool]:
+        """Its exit status, or a signal's number below 0; and whether it has begun."""
+        code = self._process.wait()
+        return code, self._status is None or self._first_inside() is not None
+
+    def _run_fork(self, fork: Callable[[int, int], IO[bytes]]) -> tuple[int, bool]:
+        """The same of a program that is forked."""
+        begun, status = False, -signal.SIGKILL
+        try:
+            with contextlib.suppress(OSError):  # bubblewrap has been killed, or the forking process
+                sandbox = self._made_sandbox()
+                try:
+                    report = fork(self._fork_output, sandbox)
+                finally:
+                    os.close(sandbox)
+                with report:
+                    for line in report:
+                        what, number = line.decode().split()
+                        if what == PROCESS:
+                            self._forked = int(number)
+                        begun = begun or what == BEGINS
+                        status = int(number) if what == ENDED else status
+        finally:
+            os.close(self._fork_output)
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self._process.pid, signal.SIGKILL)  # with what the program has left running
+            self._process.communicate()
+        return status, begun
+
+    def _made_sandbox(self) -> int:
+        """A pidfd of the first process in the sandbox, once that is made; raises OSError when it is gone."""
+        assert self._process.stdout
+        self._process.stdout.read(1)
+        first = self._first_inside() or 0
+        sandbox = os.pidfd_open(first)
+        # Nobody has waited for bubblewrap yet, so its number is not taken again; that of its child could be.
+        if parent(first) != self._process.pid:
+            os.close(sandbox)
+            raise ProcessLookupError
+        return sandbox
+
+    def _first_inside(self) -> int | None:
+        """The first process in the sandbox, which bubblewrap reports; None when there has been none."""
+        assert self._status is not None
+        found = re.search(rb'"child-pid": (\d+)', os.read(self._status, 4096))
+        return int(found[1]) if found else None
+
     def _watch(self, most_memory: int, most_tasks: int) -> None:
         while self.alive:
             tree = processes(self._process.pid)
-            if sum(tree.values()) >= most_tasks + WRAPPERS:
+            if self._forked:
+                tree |= processes(self._forked)
+            if sum(tree.values()) >= most_tasks + (HOLDERS if self._fork else WRAPPERS):
                 self.stop(f"it started {most_tasks} processes and threads; do not start processes in an endless loop")
             if takes_more(tree, most_memory):
                 self.stop(f"it took more than {most_memory >> 30} GiB of memory; keep only what you need")
@@ -121,6 +179,11 @@ def processes(root: int) -> dict[int, int]:
             found[pid] = len(os.listdir(f"/proc/{pid}/task"))
             tree += children(pid)
     return found
+
+
+def parent(pid: int) -> int:
+    """The process that has started process `pid`; raises OSError when that is gone."""
+    return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
 
 
 def children(pid: int) -> list[int]:

@@ -10,7 +10,9 @@ from nbgrader.api import Gradebook
 
 from autograder.errors import UnknownExercise, UsageError
 from autograder.gradebook.book import Scores
-from autograder.grading import batch, cluster, regrade
+from autograder.grading import batch, regrade
+from autograder.grading.dispatch import Pool
+from autograder.grading.here import ThisMachine
 from autograder.paths import HIDDEN
 from autograder.records import FAILED, PASSED, Report
 from autograder.results import output, summary
@@ -37,40 +39,37 @@ def changed() -> None:
 
 
 @pytest.fixture(scope="module")
-def client(box):
-    with cluster.local(2) as client:
-        yield client
+def pool(box) -> Pool:
+    return ThisMachine(2, 1.0, False)
 
 
-def run(client, out, assignment=None, students=(), everything=False, apply=False) -> tuple[int, list[regrade.Move]]:
+def run(pool, out, assignment=None, students=(), everything=False, apply=False) -> tuple[int, list[regrade.Move]]:
     """How many were graded, and the moves."""
     with (
         output.Output(out, resume=True) as results,
         Scores(f"sqlite:///{out / 'gradebook.db'}") as scores,
         regrade.Regrading(results, assignment, list(students), everything) as again,
     ):
-        graded = len([*again.run(client, 1.0, False)])
+        graded = len([*again.run(pool)])
         moves = again.moves()
         if apply:
             again.apply(scores.write)
     return graded, moves
 
 
-def test_who_moves_is_told_first_and_written_when_asked(client, suite, tmp_path):
+def test_who_moves_is_told_first_and_written_when_asked(pool, suite, tmp_path):
     submitted, out = tmp_path / "submitted", tmp_path / "out"
     for student in ("ada", "bob"):
         shutil.copytree(SOLUTIONS / "services", submitted / student / "services")
     program = submitted / "bob" / "services" / "motor_service.py"
     program.write_text(program.read_text().replace("self.enabled = request.data", "self.enabled = True"))
     with output.Output(out, resume=False) as results, Scores(f"sqlite:///{out / 'gradebook.db'}") as scores:
-        for report, origin in batch.run(
-            client, submitted, batch.draw(listing.find(submitted, None, []), 7), 1.0, False
-        ):
+        for report, origin in batch.run(pool, submitted, batch.draw(listing.find(submitted, None, []), 7)):
             results.write(report, origin)
             scores.write(report)
     before = (out / "results.jsonl").read_bytes()
     bob = {line["student"]: line["score"] for line in map(json.loads, before.splitlines())}["bob"]
-    assert run(client, out) == (0, []), "the suite is as it was"
+    assert run(pool, out) == (0, []), "the suite is as it was"
 
     # The instructor finds that one test asked too much, and drops it.
     text = suite.read_text()
@@ -80,7 +79,7 @@ def test_who_moves_is_told_first_and_written_when_asked(client, suite, tmp_path)
     del lines[function.decorator_list[0].lineno - 1 : function.end_lineno]
     suite.write_text("".join(lines))
     changed()
-    graded, moves = run(client, out)
+    graded, moves = run(pool, out)
     assert graded == 2
     assert (out / "results.jsonl").read_bytes() == before, "nothing is written before it is asked for"
     by_student = {move.old.student: move for move in moves}
@@ -88,7 +87,7 @@ def test_who_moves_is_told_first_and_written_when_asked(client, suite, tmp_path)
     assert by_student["ada"].why == [f"gone: {test.title}: passed, {test.points:g}"]
     assert by_student["ada"].new.score == 20 - test.points and by_student["ada"].new.seed == 7
 
-    graded, _ = run(client, out, apply=True)
+    graded, _ = run(pool, out, apply=True)
     assert graded == 0, "what was shown is what is written"
     assert {key[0]: report.score for key, report in read(out).items()} == {"ada": 20 - test.points, "bob": bob}
     assert set((out / "history.jsonl").read_bytes().splitlines()) == set(before.splitlines()), (
@@ -100,7 +99,7 @@ def test_who_moves_is_told_first_and_written_when_asked(client, suite, tmp_path)
             "ada": 20 - test.points,
             "bob": bob,
         }
-    assert run(client, out) == (0, [])
+    assert run(pool, out) == (0, [])
 
 
 def read(out) -> dict[tuple[str, str], Report]:
@@ -111,42 +110,42 @@ def outcome(out, student: str, test: str) -> str:
     return next(result.outcome for result in read(out)[student, "services"].tests if result.id == test)
 
 
-def nothing_handed_in(client, folder: Path) -> tuple[Path, Path]:
+def nothing_handed_in(pool, folder: Path) -> tuple[Path, Path]:
     """Submissions, and their results: Ada has handed in an empty folder."""
     submitted, out = folder / "submitted", folder / "out"
     (submitted / "ada" / "services").mkdir(parents=True)
     with output.Output(out, resume=False) as results:
-        for report, origin in batch.run(client, submitted, {("ada", "services"): 7}, 1.0, False):
+        for report, origin in batch.run(pool, submitted, {("ada", "services"): 7}):
             results.write(report, origin)
     return submitted, out
 
 
-def test_files_handed_in_since_are_named(client, suite, tmp_path):
-    submitted, out = nothing_handed_in(client, tmp_path)
+def test_files_handed_in_since_are_named(pool, suite, tmp_path):
+    submitted, out = nothing_handed_in(pool, tmp_path)
     shutil.copytree(SOLUTIONS / "services", submitted / "ada" / "services", dirs_exist_ok=True)
-    assert run(client, out, students=["ada"])[0] == 1, (
+    assert run(pool, out, students=["ada"])[0] == 1, (
         "what was handed in since is graded again without being asked for"
     )
-    _, (move,) = run(client, out, everything=True)
+    _, (move,) = run(pool, out, everything=True)
     assert (move.old.status, move.new.status, move.new.score) == ("invalid_submission", "graded", 20)
     assert move.why[0] == "other files were handed in since" and move.moved
     assert (move.old.seed, move.new.seed == 7) == (7, False), "what the last grading asked is not asked again"
     with pytest.raises(UsageError, match="no result of student 'bob'"):
-        run(client, out, students=["bob"])
+        run(pool, out, students=["bob"])
     with pytest.raises(UnknownExercise, match="there is no exercise 'nothing'"):
-        run(client, out, assignment="nothing")
+        run(pool, out, assignment="nothing")
 
 
-def test_a_submission_that_is_gone_loses_no_score(client, suite, tmp_path):
+def test_a_submission_that_is_gone_loses_no_score(pool, suite, tmp_path):
     """A folder that is gone, of a student or of the whole class, is not taken for an empty submission."""
-    submitted, out = nothing_handed_in(client, tmp_path)
+    submitted, out = nothing_handed_in(pool, tmp_path)
     before = (out / "results.jsonl").read_bytes()
     (submitted / "ada").rename(submitted / "eve")
     with pytest.raises(UsageError, match="ada/services is no longer in"):
-        run(client, out, everything=True, apply=True)
+        run(pool, out, everything=True, apply=True)
     submitted.rename(tmp_path / "elsewhere")
     with pytest.raises(UsageError, match="the submissions of .* are no longer in"):
-        run(client, out, everything=True, apply=True)
+        run(pool, out, everything=True, apply=True)
     assert (out / "results.jsonl").read_bytes() == before
 
 

@@ -1,0 +1,57 @@
+"""Grading on this machine: a thread for each submission, which waits for the worker process that grades it.
+
+Nothing that a student has handed in is run or parsed in these threads, see `process` and `launcher`.
+"""
+
+import threading
+from collections.abc import Mapping
+from concurrent.futures import Future
+
+from autograder.grading import admission, single
+from autograder.grading.dispatch import Grading, Task
+from autograder.records import Report
+from autograder.sandbox.box import choose
+from autograder.submissions import exercises
+
+ADDRESS = "here"
+
+
+class ThisMachine:
+    """Up to `jobs` gradings at once, as a `dispatch.Pool`.
+
+    What is not done when this process ends is broken off: a worker ends with the process that it works for.
+    """
+
+    def __init__(self, jobs: int, patience: float, unsafe: bool):
+        """Raises SandboxUnavailable when programs cannot be confined here."""
+        self._jobs, self._patience = jobs, patience
+        self._box = choose(unsafe)
+
+    def workers(self) -> Mapping[str, int]:
+        """How many submissions can be graded at once."""
+        return {ADDRESS: self._jobs}
+
+    def send(self, task: Task) -> "Future[Report]":
+        """Grade it."""
+        grading: Future[Report] = Future()
+        exercise = exercises.unpack(exercises.pack(task.submission.assignment))
+        # A daemon: after Ctrl-C nobody waits for it.
+        threading.Thread(target=self._grade, args=(task, exercise, grading), daemon=True).start()
+        return grading
+
+    def report(self, grading: Grading) -> Report:
+        """What came of it; raises what grading it raised."""
+        assert isinstance(grading, Future)
+        return grading.result()
+
+    def cancel(self, gradings: list[Grading]) -> None:
+        """Nothing: they end with this process."""
+
+    def _grade(self, task: Task, exercise: exercises.Exercise, grading: "Future[Report]") -> None:
+        try:
+            with admission.turn():
+                report = single.grade(task.submission, self._box, task.seed, self._patience, exercise)
+        except BaseException as error:
+            grading.set_exception(error)
+        else:
+            grading.set_result(report)

@@ -1,0 +1,204 @@
+"""A program that is forked is as confined, and runs as, one that is started; only then is it forked at all."""
+
+import contextlib
+import json
+import os
+import signal
+from collections.abc import Iterator
+
+import psutil
+import pytest
+
+from autograder.errors import SandboxError
+from autograder.sandbox import networks
+from autograder.sandbox.box import LIMITS, Sandbox
+from autograder.sandbox.forkserver import Forkserver
+from autograder.sandbox.program import Program
+from course.waiting import wait_until
+
+pytestmark = pytest.mark.usefixtures("forks")
+ENDED = 30.0  # s
+
+# What a program can see of itself and of the machine.  Numbers of processes, descriptors and users differ by chance.
+WORLD = """
+import __main__, gc, importlib.util, json, locale, os, re, resource, signal, socket, sys, threading
+status = dict(line.split(':', 1) for line in open('/proc/self/status').read().splitlines())
+limits = [name for name in dir(resource) if name.startswith('RLIMIT_')]
+mounts = sorted(line.split(' ', 5)[4:6] for line in open('/proc/self/mountinfo'))
+world = dict(
+    argv=sys.argv, orig=sys.orig_argv, path=sys.path, flags=repr(sys.flags), options=sys._xoptions,
+    executable=sys.executable, prefix=sys.prefix, warnings=sys.warnoptions, recursion=sys.getrecursionlimit(),
+    main={name: re.sub(' at 0x.*', '', repr(value)) for name, value in sorted(vars(__main__).items())
+          if name.startswith('__') and name != '__warningregistry__'},
+    names=[name for name in dir() if not name.startswith('__')], same=sys.modules['__main__'] is __main__,
+    variables=dict(os.environ), environ=sorted(open('/proc/self/environ').read().strip(chr(0)).split(chr(0))),
+    cmdline=open('/proc/self/cmdline').read().strip(chr(0)).split(chr(0)),
+    comm=open('/proc/self/comm').read(), cwd=os.getcwd(), umask=os.umask(0), files=sorted(os.listdir('.')),
+    status={name: status[name].split() for name in status if name.startswith(('Cap', 'NoNew', 'Seccomp', 'Groups'))},
+    root=sorted(os.listdir('/')), users=[len({*os.getresuid()}), len({*os.getresgid()}), os.getuid() == os.getgid()],
+    threads=[thread.name for thread in threading.enumerate()],
+    limits={name: resource.getrlimit(getattr(resource, name)) for name in limits}, mounts=mounts,
+    signals={number.name: str(signal.getsignal(number)) for number in signal.valid_signals() if hasattr(number, 'name')},
+    masked=[str(number) for number in signal.pthread_sigmask(signal.SIG_BLOCK, [])],
+    open=[os.readlink('/proc/self/fd/0'), *(os.readlink(f'/proc/self/fd/{n}').split(':')[0] for n in '12')],
+    others=len(os.listdir('/proc/self/fd')), leader=os.getsid(0) == os.getpgid(0),
+    out=[(stream.encoding, stream.errors, stream.line_buffering, stream.write_through, stream.mode)
+         for stream in (sys.stdin, sys.stdout, sys.stderr)],
+    interfaces=socket.if_nameindex(), host=socket.gethostname(), nice=os.nice(0), cores=len(os.sched_getaffinity(0)),
+    grader=[name for name in (*sys.modules, 'autograder', 'course') if name.split('.')[0] in ('autograder', 'course')
+            and (name in sys.modules or importlib.util.find_spec(name))],
+    collected=[gc.isenabled(), gc.get_threshold(), gc.get_debug()], locale=locale.getlocale(), stack=sys.getswitchinterval(),
+    debugger=[str(sys.gettrace()), str(sys.getprofile()), sys.breakpointhook.__module__, sys.excepthook.__module__],
+)
+print(json.dumps(world, default=str))
+"""
+
+
+@pytest.fixture(scope="module")
+def forkserver(box):
+    server = Forkserver()
+    yield server
+    server.close()
+
+
+@pytest.fixture(scope="module")
+def forks(box):
+    if box != "root":
+        pytest.skip("only root's programs are forked")
+
+
+@contextlib.contextmanager
+def running(forkserver: Forkserver | None, text: str, *args: str, **files: str) -> Iterator[Program]:
+    """A program that is forked or, without a forkserver, started; `files` are modules beside it."""
+    (network,) = networks.make(1)
+    content = {"program.py": text.encode()} | {f"{name}.py": file.encode() for name, file in files.items()}
+    with Sandbox("root", content, forkserver=forkserver) as sandbox:
+        with networks.inside(network):
+            started = sandbox.launch("program.py", *args, domain=7)
+        yield Program("program.py", started.output, started.end, started.process.stop)
+    os.close(network)
+
+
+def run(forkserver: Forkserver | None, text: str, *args: str, **files: str) -> Program:
+    """One that has ended by itself."""
+    with running(forkserver, text, *args, **files) as program:
+        assert program.wait(ENDED), program.output
+        return program
+
+
+def test_it_sees_what_a_started_program_sees(forkserver):
+    plain, forked = (json.loads(run(server, WORLD, "two words", "ü").output) for server in (None, forkserver))
+    assert {name: (value, plain[name]) for name, value in forked.items() if plain[name] != value} == {}
+    assert forked["grader"] == [] and forked["variables"]["ROS_DOMAIN_ID"] == "7"
+
+
+def test_it_really_is_a_fork(forkserver):
+    """Modules that the started program has not loaded are there."""
+    text = "import sys; print('rclpy' in sys.modules)"
+    assert [run(server, text).output for server in (None, forkserver)] == ["False\n", "True\n"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "print('done')",
+        "import sys; sys.exit(3)",
+        "import sys; sys.exit('no server')",
+        "raise SystemExit",
+        "import os; print('x', end=''); os._exit(4)",
+        "def f():\n    return 1 / 0\nf()",
+        "try:\n    {}['a']\nexcept KeyError as error:\n    raise ValueError('b') from error",
+        "def f(:\n    pass",
+        "if True:\nprint(1)",
+        "print('\\u00fc')  # -*- coding: latin-1 -*-",
+        "raise KeyboardInterrupt",
+        "import os, signal; os.kill(os.getpid(), signal.SIGTERM)",
+        "import os; os.kill(os.getpid(), 9)",
+        "import os; os.abort()",
+        "import ctypes; ctypes.string_at(0)",
+        "import atexit; atexit.register(print, 'last'); raise Exception('first')",
+        "import threading, time\nthreading.Thread(target=lambda: (time.sleep(0.2), print('thread'))).start()\nprint('main')",
+        "import sys\nsys.excepthook = lambda *error: print('mine', error[1])\nraise Exception('told')",
+        "import runpy, sys\nprint(__name__)\nif __name__ == '__main__': runpy.run_path(sys.argv[0], run_name='again')",
+        "import multiprocessing as m\nif __name__ == '__main__':\n    p = m.get_context('spawn').Process(target=print, args=('c',))\n"
+        "    p.start()\n    p.join()\n    print(p.exitcode)",
+        "import pickle\nclass A: pass\nprint(type(pickle.loads(pickle.dumps(A()))).__module__)",
+        "import os, sys; os.execv(sys.executable, [sys.executable, '-c', 'print(2)'])",
+    ],
+)
+def test_it_ends_as_a_started_program_does(forkserver, text):
+    """The same exit status, and the same words, tracebacks too."""
+    plain, forked = (run(server, text) for server in (None, forkserver))
+    assert (forked.exit_status, forked.output) == (plain.exit_status, plain.output)
+
+
+def test_a_ros_2_program_runs(forkserver):
+    text = """
+import rclpy, sys
+from rclpy.node import Node
+rclpy.init(args=sys.argv)
+node = Node('a')
+print(node.get_name(), node.get_logger().get_effective_level().name)
+rclpy.shutdown()
+"""
+    for program in (run(forkserver, text), run(forkserver, text.replace("rclpy.shutdown()", "node.destroy_node()"))):
+        assert (program.output, program.exit_status) == ("a INFO\n", 0)
+    args = ["--ros-args", "-r", "__node:=b", "--log-level", "debug"]
+    program = run(forkserver, text, *args)
+    assert "b DEBUG" in program.output and program.exit_status == 0
+
+
+@pytest.mark.parametrize(("module", "is_fork"), [("numpy", False), ("queue", False), ("my_module", True)])
+def test_a_file_with_the_name_of_a_loaded_module_is_what_is_imported(forkserver, module, is_fork):
+    program = run(forkserver, f"import sys; print('rclpy' in sys.modules); import {module}", **{module: "print('own')"})
+    assert program.output == f"{is_fork}\nown\n"
+
+
+def test_forks_have_no_random_numbers_in_common(forkserver):
+    text = "import numpy, random, uuid; print(random.random(), numpy.random.random(), uuid.uuid4(), uuid.uuid1())"
+    numbers = [word for _ in range(2) for word in run(forkserver, text).output.split()]
+    assert len({*numbers}) == len(numbers) == 8
+
+
+def test_it_cannot_end_what_holds_its_sandbox(forkserver):
+    text = """
+import os, signal
+for process in [name for name in os.listdir('/proc') if name.isdigit() and os.stat(f'/proc/{name}').st_uid == 0]:
+    try:
+        os.kill(int(process), signal.SIGKILL)
+        print('killed', process)
+    except PermissionError as error:
+        print(error.strerror)
+"""
+    assert {*run(forkserver, text).output.splitlines()} == {"Operation not permitted"}
+
+
+def test_what_it_leaves_running_ends_with_it(forkserver):
+    marker = "left_by_a_forked_program"
+    program = run(forkserver, f"import subprocess, sys; subprocess.Popen([sys.executable, '-c', 'input()  # {marker}'])")
+    assert program.exit_status == 0
+    assert not [p for p in psutil.process_iter(["cmdline"]) if any(marker in word for word in p.info["cmdline"] or [])]
+
+
+def test_it_can_be_stopped(forkserver):
+    with running(forkserver, "print('here'); import time; time.sleep(1000)") as program:
+        assert wait_until(lambda: "here" in program.output, ENDED)
+        program.kill("enough")
+        assert (program.exit_status, program.stopped) == (128 + signal.SIGKILL, "enough")
+
+
+def test_it_is_stopped_when_it_takes_too_much(forkserver):
+    processes = "import contextlib, os\nwhile True:\n    with contextlib.suppress(OSError):\n        os.fork()"
+    assert "processes and threads" in run(forkserver, processes).stopped
+    memory = "import os\nfor _ in range(3):\n    if not os.fork(): break\nx = b'x' * (500 << 20)\nimport time; time.sleep(1000)"
+    assert "GiB of memory" in run(forkserver, memory).stopped
+    assert "MemoryError" in run(forkserver, f"x = b'x' * {LIMITS['data'] + 1}").output
+
+
+def test_without_its_forkserver_no_program_begins(box):
+    server = Forkserver()
+    assert run(server, "print(1)").output == "1\n"
+    psutil.Process(server.pid).kill()
+    with running(server, "print(1)") as program, pytest.raises(SandboxError):
+        program.wait(ENDED)
+    server.close()
