@@ -121,13 +121,17 @@ def grade(
     """Grade a folder of submissions; write results, feedback and the gradebook."""
     _one_of(jobs, scheduler)
     found = listing.find(submitted, assignment, student or [])
-    with output.Output(out, resume) as results, _gradebook(no_gradebook, gradebook, submitted, out) as enter:
-        for report in results.done.values():
-            enter(report)
+    with output.Output(out, resume) as results, contextlib.ExitStack() as opened:
         seeds = batch.draw(results.left(found), seed)
         if seeds:
-            with batch.workers(jobs, scheduler, patience, unsafe) as pool, progress.shown(len(seeds)) as show_progress:
-                for report, origin in batch.run(pool, submitted, seeds):
+            pool = opened.enter_context(batch.workers(jobs, scheduler, patience, unsafe))
+            graded = batch.run(pool, submitted, seeds)  # while the gradebook opens, which takes seconds
+        enter = opened.enter_context(_gradebook(no_gradebook, gradebook, submitted, out))
+        for report in results.done.values():
+            enter(report)
+        if seeds:
+            with progress.shown(len(seeds)) as show_progress:
+                for report, origin in graded:
                     results.write(report, origin)
                     enter(report)
                     show_progress(report)

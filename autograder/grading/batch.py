@@ -37,10 +37,11 @@ def workers(jobs: int | None, scheduler: str | None, patience: float, unsafe: bo
 def run(pool: Pool, submitted: Path, seeds: dict[tuple[str, str], int]) -> Iterator[tuple[Report, Origin]]:
     """Grade the (student, assignment) pairs in `seeds`, each with its seed; reports come in the order they are done.
 
-    Submissions are taken one by one as workers are free.  Call it from the main thread.  Raises ClusterError when the
-    cluster is lost, SandboxUnavailable when a worker cannot confine programs, and KeyboardInterrupt.
+    The first begin at once; the others are taken one by one, as workers are free and reports are asked for.  Ask for
+    them from the main thread.  That raises ClusterError when the cluster is lost, SandboxUnavailable when a worker
+    cannot confine programs, and KeyboardInterrupt.
     """
-    origins = {}
+    origins: dict[tuple[str, str], Origin] = {}
 
     def handed_in() -> Iterator[Task]:
         for key, seed in seeds.items():
@@ -48,9 +49,14 @@ def run(pool: Pool, submitted: Path, seeds: dict[tuple[str, str], int]) -> Itera
             origins[key] = Origin(str(submitted.resolve()), exercises.pack(key[1]).digest, digest(found))
             yield Task(found, seed)
 
-    for report in Dispatcher(pool, handed_in()).run():
-        flags = [] if _time_is_known(submitted / report.student / report.assignment) else [TIME_UNKNOWN]
-        yield replace(report, flags=[*report.flags, *flags]), origins.pop((report.student, report.assignment))
+    def reports() -> Iterator[tuple[Report, Origin]]:
+        for report in dispatcher.run():
+            flags = [] if _time_is_known(submitted / report.student / report.assignment) else [TIME_UNKNOWN]
+            yield replace(report, flags=[*report.flags, *flags]), origins.pop((report.student, report.assignment))
+
+    dispatcher = Dispatcher(pool, handed_in())
+    dispatcher.begin()
+    return reports()
 
 
 def _time_is_known(folder: Path) -> bool:

@@ -69,6 +69,10 @@ class Dispatcher:
         self._ended: queue.SimpleQueue[Grading | None] = queue.SimpleQueue()  # None: Ctrl-C
         self._last_seen = time.monotonic()  # when there was a worker
 
+    def begin(self) -> None:
+        """Give each worker a task; `run` does so, too."""
+        self._send(self._look())
+
     def run(self) -> Iterator[Report]:
         """The reports as they are done.
 

@@ -152,14 +152,14 @@ class Sandbox:
         if self.forkserver and self.forkserver.runs(file, all_files):
             command, fork = self._forked(file, list(args), domain, status_write, all_files)
         else:
-            command = self.command([file, *args], domain, status=status_write, files=files)
+            command = self._together(self.command([file, *args], domain, status=status_write, files=files))
         output, output_write = os.pipe()
         end, end_write = os.pipe()
         if self._folder:
             os.close(status)
         try:
             process = Process(
-                self._together(command),
+                command,
                 output=output_write,
                 end=end_write,
                 pass_fds=(*self.descriptors, status_write),
@@ -210,10 +210,7 @@ class Sandbox:
         core = None if self._group else self.core
         request = Request(file, args, self._variables(domain) | {"PWD": view.HOME}, LIMITS, uid, core)
         groups = self._group.doors if self._group else []
-        return (
-            self._confined(HOLD, uid, [], domain, files, status),
-            partial(self.forkserver.run, request, groups),
-        )
+        return (self._confined(HOLD, uid, [], domain, files, status), partial(self.forkserver.run, request, groups))
 
     def _take_user(self) -> int:
         """A host user for one program, until this is closed."""

@@ -24,9 +24,7 @@ _libc = ctypes.CDLL(None, use_errno=True)
 
 
 def confine(
-    user: int | None,
-    limits: Mapping[str, int],
-    everywhere: Callable[[Callable[[], object]], object] = lambda do: None,
+    user: int | None, limits: Mapping[str, int], everywhere: Callable[[Callable[[], object]], object] = lambda do: None
 ) -> None:
     """Confine this process; it becomes the host user `user`, if that is given.  Raises OSError.
 

@@ -30,14 +30,15 @@ from autograder.sandbox import variables, view
 from autograder.sandbox.confine import confine
 from autograder.sandbox.networks import check
 
-# What rclpy loads with its first node, and what most programs of the course use.  Not the middleware, which draws the
-# numbers that its participants are told apart by; not numpy.random, whose numbers forks would have in common.
-LOADED = (
-    "rclpy rclpy.action rclpy.callback_groups rclpy.duration rclpy.executors rclpy.logging rclpy.node rclpy.parameter "
-    "rclpy.qos rclpy.time action_msgs.msg action_msgs.srv builtin_interfaces.msg example_interfaces.action "
-    "example_interfaces.srv geometry_msgs.msg rcl_interfaces.msg rcl_interfaces.srv rosgraph_msgs.msg sensor_msgs.msg "
-    "service_msgs.msg std_msgs.msg std_srvs.srv type_description_interfaces.srv unique_identifier_msgs.msg"
-).split()
+# What rclpy loads with its first node, and what most programs of the course use; not numpy.random, whose numbers forks
+# would have in common.  Fast DDS is loaded with rclpy, and draws what its participants are told apart by for the first.
+LOADED = """
+    random rclpy rclpy.action rclpy.callback_groups rclpy.duration rclpy.executors rclpy.logging rclpy.node
+    rclpy.parameter rclpy.qos rclpy.time rosidl_generator_py action_msgs.msg action_msgs.srv builtin_interfaces.msg
+    example_interfaces.action example_interfaces.srv geometry_msgs.msg rcl_interfaces.msg rcl_interfaces.srv
+    rosgraph_msgs.msg sensor_msgs.msg service_msgs.msg std_msgs.msg std_srvs.srv type_description_interfaces.srv
+    unique_identifier_msgs.msg
+"""
 START = "import sys; sys.path.insert(0, {!r}); from autograder.sandbox import forkserver; forkserver.serve({})"
 ROOM = " " * 4096  # for a program's own arguments and variables
 READY = 60.0  # s until it is loaded, on a busy machine
@@ -48,7 +49,6 @@ PR_SET_DUMPABLE = 4  # prctl(2)
 # CLONE_NEWNS, NEWCGROUP, NEWUTS, NEWIPC and NEWNET of setns(2)
 NAMESPACES = 0x00020000 | 0x02000000 | 0x04000000 | 0x08000000 | 0x40000000
 NEW_UTS, NEW_PID = 0x04000000, 0x20000000
-LTTNG_WAIT = "/dev/shm/lttng-ust-wait-8"  # of LTTng 2.8 to 2.12
 PROCESS, BEGINS, ENDED = "process", "begins", "ended"
 
 _libc = ctypes.CDLL(None, use_errno=True)
@@ -138,7 +138,7 @@ def serve(control: int) -> None:
     sys.path[:] = [entry for entry in sys.path[2:] if entry not in own]  # that of this package, and of this command
     installed = [*sys.path]
     sys.path[:0] = own
-    for name in LOADED:
+    for name in LOADED.split():
         importlib.import_module(name)
     for name in [name for name in sys.modules if name.partition(".")[0] in ("autograder", "course")]:
         del sys.modules[name]  # a program finds nothing of the grader by its name
@@ -150,12 +150,12 @@ def serve(control: int) -> None:
     gc.collect()
     gc.freeze()
     while True:
-        ready = select.select([channel, *reports], [], [])[0]
-        for ended in reports.keys() & {*ready}:
+        ready = select.select([channel.fileno(), *reports], [], [])[0]
+        for ended in reports.keys() & ready:
             child, report = reports.pop(ended)
             _report_end(child, report)
             os.close(ended)
-        if channel not in ready:
+        if channel.fileno() not in ready:
             continue
         message, (output, report, sandbox, *groups) = _receive(channel)
         try:
@@ -212,6 +212,8 @@ class _Tracing:
     def __init__(self) -> None:
         loaded = re.search(r"/\S*/liblttng-ust(-[0-9a-f]+)?\.so\S*", Path("/proc/self/maps").read_text())
         self._library = ctypes.CDLL(loaded[0]) if loaded else None
+        waits_at = re.search(rb"lttng-ust-wait-\d+", Path(loaded[0]).read_bytes()) if loaded else None
+        self._waits_at = f"/dev/shm/{waits_at[0].decode()}" if waits_at else ""
         self._prefix = "lttng_ust_" if hasattr(self._library, "lttng_ust_before_fork") else "ust_"
         self._signals = ctypes.create_string_buffer(1024)  # a sigset_t: what was blocked before the fork
 
@@ -222,9 +224,9 @@ class _Tracing:
         self._call("after_fork_parent")
 
     def after_fork_child(self) -> None:
-        for name in (LTTNG_WAIT, f"{LTTNG_WAIT}-{os.getuid()}"):
-            with contextlib.suppress(OSError):  # otherwise its threads fork a process each, which makes this file
-                Path(name).write_bytes(bytes(4))
+        for name in (self._waits_at, f"{self._waits_at}-{os.getuid()}") if self._waits_at else ():
+            with contextlib.suppress(OSError):  # otherwise its threads fork a process each, to make these files
+                Path(name).write_bytes(bytes(os.sysconf("SC_PAGE_SIZE")))
         self._call("after_fork_child")
 
     def _call(self, name: str) -> None:

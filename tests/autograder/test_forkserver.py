@@ -38,7 +38,7 @@ world = dict(
     root=sorted(os.listdir('/')), users=[len({*os.getresuid()}), len({*os.getresgid()}), os.getuid() == os.getgid()],
     threads=[thread.name for thread in threading.enumerate()],
     limits={name: resource.getrlimit(getattr(resource, name)) for name in limits}, mounts=mounts,
-    signals={number.name: str(signal.getsignal(number)) for number in signal.valid_signals() if hasattr(number, 'name')},
+    signals={str(number): str(signal.getsignal(number)) for number in signal.valid_signals()},
     masked=[str(number) for number in signal.pthread_sigmask(signal.SIG_BLOCK, [])],
     open=[os.readlink('/proc/self/fd/0'), *(os.readlink(f'/proc/self/fd/{n}').split(':')[0] for n in '12')],
     others=len(os.listdir('/proc/self/fd')), leader=os.getsid(0) == os.getpgid(0),
@@ -47,7 +47,7 @@ world = dict(
     interfaces=socket.if_nameindex(), host=socket.gethostname(), nice=os.nice(0), cores=len(os.sched_getaffinity(0)),
     grader=[name for name in (*sys.modules, 'autograder', 'course') if name.split('.')[0] in ('autograder', 'course')
             and (name in sys.modules or importlib.util.find_spec(name))],
-    collected=[gc.isenabled(), gc.get_threshold(), gc.get_debug()], locale=locale.getlocale(), stack=sys.getswitchinterval(),
+    collected=[gc.isenabled(), gc.get_threshold(), gc.get_debug()], locale=locale.getlocale(),
     debugger=[str(sys.gettrace()), str(sys.getprofile()), sys.breakpointhook.__module__, sys.excepthook.__module__],
 )
 print(json.dumps(world, default=str))
@@ -117,11 +117,17 @@ def test_it_really_is_a_fork(forkserver):
         "import os; os.abort()",
         "import ctypes; ctypes.string_at(0)",
         "import atexit; atexit.register(print, 'last'); raise Exception('first')",
-        "import threading, time\nthreading.Thread(target=lambda: (time.sleep(0.2), print('thread'))).start()\nprint('main')",
+        "import threading, time\nthreading.Thread(target=lambda: (time.sleep(0.2), print('b'))).start()\nprint('a')",
         "import sys\nsys.excepthook = lambda *error: print('mine', error[1])\nraise Exception('told')",
         "import runpy, sys\nprint(__name__)\nif __name__ == '__main__': runpy.run_path(sys.argv[0], run_name='again')",
-        "import multiprocessing as m\nif __name__ == '__main__':\n    p = m.get_context('spawn').Process(target=print, args=('c',))\n"
-        "    p.start()\n    p.join()\n    print(p.exitcode)",
+        """
+import multiprocessing
+if __name__ == '__main__':
+    process = multiprocessing.get_context('spawn').Process(target=print, args=('c',))
+    process.start()
+    process.join()
+    print(process.exitcode)
+""",
         "import pickle\nclass A: pass\nprint(type(pickle.loads(pickle.dumps(A()))).__module__)",
         "import os, sys; os.execv(sys.executable, [sys.executable, '-c', 'print(2)'])",
     ],
@@ -160,6 +166,21 @@ def test_forks_have_no_random_numbers_in_common(forkserver):
     assert len({*numbers}) == len(numbers) == 8
 
 
+def test_the_participants_of_forks_can_be_told_apart(forkserver):
+    """By the first twelve bytes of their GUIDs (DDSI-RTPS 2.5, 8.2.4.2), which all their endpoints have in common."""
+    text = """
+import rclpy
+from rclpy.node import Node
+rclpy.init()
+node = Node('a')
+while not (found := node.get_publishers_info_by_topic('/rosout')):
+    rclpy.spin_once(node, timeout_sec=0.1)
+print(bytes(found[0].endpoint_gid[:12]).hex())
+"""
+    prefixes = [run(forkserver, text).output for _ in range(4)]
+    assert len({*prefixes}) == 4
+
+
 def test_it_cannot_end_what_holds_its_sandbox(forkserver):
     text = """
 import os, signal
@@ -175,7 +196,9 @@ for process in [name for name in os.listdir('/proc') if name.isdigit() and os.st
 
 def test_what_it_leaves_running_ends_with_it(forkserver):
     marker = "left_by_a_forked_program"
-    program = run(forkserver, f"import subprocess, sys; subprocess.Popen([sys.executable, '-c', 'input()  # {marker}'])")
+    program = run(
+        forkserver, f"import subprocess, sys; subprocess.Popen([sys.executable, '-c', 'input()  # {marker}'])"
+    )
     assert program.exit_status == 0
     assert not [p for p in psutil.process_iter(["cmdline"]) if any(marker in word for word in p.info["cmdline"] or [])]
 
@@ -190,7 +213,14 @@ def test_it_can_be_stopped(forkserver):
 def test_it_is_stopped_when_it_takes_too_much(forkserver):
     processes = "import contextlib, os\nwhile True:\n    with contextlib.suppress(OSError):\n        os.fork()"
     assert "processes and threads" in run(forkserver, processes).stopped
-    memory = "import os\nfor _ in range(3):\n    if not os.fork(): break\nx = b'x' * (500 << 20)\nimport time; time.sleep(1000)"
+    memory = """
+import os, time
+for _ in range(3):
+    if not os.fork():
+        break
+x = b'x' * (500 << 20)
+time.sleep(1000)
+"""
     assert "GiB of memory" in run(forkserver, memory).stopped
     assert "MemoryError" in run(forkserver, f"x = b'x' * {LIMITS['data'] + 1}").output
 

@@ -12,10 +12,11 @@ import psutil
 import pytest
 
 from autograder.grading import single
+from autograder.grading.judging import LIMITS
 from autograder.grading.launcher import JUDGING
 from autograder.paths import HIDDEN, PACKAGE
 from autograder.records import BUSY_MACHINE, FAILED, GRADED, KILLED_JUDGE, NOT_RUN, PASSED, Submission, Verdict
-from autograder.sandbox import confine, machine, seccomp, users
+from autograder.sandbox import machine, seccomp, users
 from course.waiting import wait_until
 
 from .answers.services import REFERENCE
@@ -75,7 +76,7 @@ def test_it_is_confined_in_all_its_threads(box, grading):
             assert not status["CapBnd"].strip("0")
             assert {int(number) for number in status["Uid"].split()} <= set(users.SPARE)
     limits = Path(f"/proc/{judge}/limits").read_text()
-    assert f"Max data size             {confine.LIMITS['RLIMIT_DATA']} " in limits
+    assert f"Max data size             {LIMITS['data']} " in limits
     root = Path(f"/proc/{judge}/root")
     assert list((root / HIDDEN.relative_to("/")).iterdir()) == []
     for folder in ("notebooks", "solutions", "tests"):

@@ -123,9 +123,7 @@ def nothing_handed_in(pool, folder: Path) -> tuple[Path, Path]:
 def test_files_handed_in_since_are_named(pool, suite, tmp_path):
     submitted, out = nothing_handed_in(pool, tmp_path)
     shutil.copytree(SOLUTIONS / "services", submitted / "ada" / "services", dirs_exist_ok=True)
-    assert run(pool, out, students=["ada"])[0] == 1, (
-        "what was handed in since is graded again without being asked for"
-    )
+    assert run(pool, out, students=["ada"])[0] == 1, "what was handed in since is graded again without being asked for"
     _, (move,) = run(pool, out, everything=True)
     assert (move.old.status, move.new.status, move.new.score) == ("invalid_submission", "graded", 20)
     assert move.why[0] == "other files were handed in since" and move.moved
