@@ -108,8 +108,8 @@ class Forkserver:
     def run(self, request: Request, groups: Sequence[Path], output: int, sandbox: int) -> IO[bytes]:
         """Run a program that prints to `output`, in the namespaces of the process that the pidfd `sandbox` is of.
 
-        `groups` are the files to go into its control groups by (`cgroup.Group.doors`).  What is returned has
-        lines: PROCESS with the program's process id, BEGINS 0 when it does, and ENDED with its exit status, as
+        `groups` are the files to go into its control groups by (`cgroup.Group.doors`).  What is returned has lines:
+        PROCESS with the program's process id, BEGINS 0 when it does, and ENDED with its exit status, as
         `os.waitstatus_to_exitcode` has it.  Raises OSError.
         """
         message = json.dumps(asdict(request)).encode()
@@ -158,20 +158,17 @@ def serve(control: int) -> None:
         if channel.fileno() not in ready:
             continue
         message, (output, report, sandbox, *groups) = _receive(channel)
-        try:
+        child = -1
+        with contextlib.suppress(OSError):  # the sandbox has ended
             check(_libc.setns(sandbox, NEW_PID))  # for children alone
-            tracing.before_fork()
-            child = os.fork()
-        except OSError:
-            child = -1  # the sandbox has ended
+            child = tracing.fork()
         if not child:
             channel.detach()
             request = Request(**json.loads(message))
             _confine(request, output, report, sandbox, groups)
-            tracing.after_fork_child()
+            tracing.begin()
             sys.path[:] = [view.HOME, *_path(request.variables["PYTHONPATH"]), *installed]
             return _run(request.file, request.args)
-        tracing.after_fork_parent()
         check(_libc.setns(home, NEW_PID))
         for descriptor in (output, sandbox, *groups):
             os.close(descriptor)
@@ -217,15 +214,21 @@ class _Tracing:
         self._prefix = "lttng_ust_" if hasattr(self._library, "lttng_ust_before_fork") else "ust_"
         self._signals = ctypes.create_string_buffer(1024)  # a sigset_t: what was blocked before the fork
 
-    def before_fork(self) -> None:
+    def fork(self) -> int:
+        """os.fork(); the child, once it is confined, must `begin`."""
         self._call("before_fork")
+        child = -1
+        try:
+            child = os.fork()
+        finally:
+            if child:
+                self._call("after_fork_parent")
+        return child
 
-    def after_fork_parent(self) -> None:
-        self._call("after_fork_parent")
-
-    def after_fork_child(self) -> None:
+    def begin(self) -> None:
+        """Start the threads in a fork."""
         for name in (self._waits_at, f"{self._waits_at}-{os.getuid()}") if self._waits_at else ():
-            with contextlib.suppress(OSError):  # otherwise its threads fork a process each, to make these files
+            with contextlib.suppress(OSError):  # otherwise they fork a process each, to make these files
                 Path(name).write_bytes(bytes(os.sysconf("SC_PAGE_SIZE")))
         self._call("after_fork_child")
 
