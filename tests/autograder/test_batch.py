@@ -111,7 +111,7 @@ def test_a_second_coordinator_on_the_same_folder_refuses(box, submitted, tmp_pat
 
 
 def test_ctrl_c_stops_with_what_is_done_kept(box, submitted, tmp_path):
-    process = begin(submitted, tmp_path / "out", start_new_session=True)
+    process = begin(submitted, tmp_path / "out", "--jobs", "1", start_new_session=True)
     assert wait_until(lambda: results(tmp_path / "out"), 2 * SLOW)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does
     code, _, errors = end(process)
