@@ -17,7 +17,7 @@ from autograder.errors import AutograderError
 from autograder.gradebook.release import hand_out, names
 from autograder.results import storage
 
-PAGES = ("README.md", "when-it-goes-wrong.md")
+PAGES = ("README.md", "when-it-goes-wrong.md", "when-it-goes-wrong")
 # Who may do what there: nbgrader asks for these modes.  The first bit of `inbound` keeps students from removing what
 # others have handed in; that nobody can list it keeps them from finding it.
 EXCHANGE = {"": 0o2775, "outbound": 0o2775, "inbound": 0o3773, "feedback": 0o2771}

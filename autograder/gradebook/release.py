@@ -73,6 +73,7 @@ def hand_out(folder: Path, released: Iterable[Path]) -> None:
     (folder / "pyproject.toml").write_text(_students_project(root / "pyproject.toml"), encoding="utf-8")
     for page in ("student/README.md", "when-it-goes-wrong.md"):
         shutil.copy(root / "docs" / page, folder)
+    shutil.copytree(root / "docs/when-it-goes-wrong", folder / "when-it-goes-wrong", dirs_exist_ok=True)
 
 
 def start_page() -> str:

@@ -64,7 +64,7 @@ def lay_out(source: Path, released: Path) -> str:
             return found
     nbformat.write(_start(sections), source / START_PAGE)
     (source / "student.md").write_text(_text("student/README.md"), encoding="utf-8")
-    (source / "when-it-goes-wrong.md").write_text(_text("when-it-goes-wrong.md"), encoding="utf-8")
+    (source / "when-it-goes-wrong.md").write_text(_mistakes(source), encoding="utf-8")
     (source / "faq.md").write_text(_text("faq.md").partition("## From instructors")[0], encoding="utf-8")
     _draw(source)
     return ""
@@ -72,6 +72,14 @@ def lay_out(source: Path, released: Path) -> str:
 
 def _text(page: str) -> str:
     return (ROOT / "docs" / page).read_text(encoding="utf-8")
+
+
+def _mistakes(source: Path) -> str:
+    """Return the list of mistakes, and copy the pages that it links, in the order of the sections."""
+    text = _text("when-it-goes-wrong.md")
+    shutil.copytree(ROOT / "docs/when-it-goes-wrong", source / "when-it-goes-wrong")
+    pages = list(dict.fromkeys(re.findall(r"\]\((when-it-goes-wrong/\w+)\.md", text)))
+    return "\n".join([text, "```{toctree}", ":hidden:", "", *pages, "```", ""])
 
 
 def _shown(stored: Path, released: Path) -> nbformat.NotebookNode:

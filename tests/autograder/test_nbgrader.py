@@ -360,6 +360,7 @@ def test_what_students_get_can_be_set_up_and_holds_no_answer(course, tmp_path):
         "LICENSE",
         "README.md",
         "when-it-goes-wrong.md",
+        *(f"when-it-goes-wrong/{page.name}" for page in (repository() / "docs/when-it-goes-wrong").iterdir()),
         "pyproject.toml",
         "environment/install",
         "environment/shell",

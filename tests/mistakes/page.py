@@ -1,12 +1,23 @@
-"""docs/when-it-goes-wrong.md, made from the collection: `python -m tests.mistakes.page`."""
+"""docs/when-it-goes-wrong.md and the folder beside it, made from the collection: `python -m tests.mistakes.page`.
+
+The first page lists all mistakes with the words that they show, so one search finds the entry; each section's entries
+are a page of their own.
+"""
+
+from pathlib import Path
 
 from tests.mistakes import FOLDER, SOLUTIONS, Mistake, collection
 
-PAGE = FOLDER.parents[1] / "docs" / "when-it-goes-wrong.md"
+DOCS = FOLDER.parents[1] / "docs"
+CONTENTS = "when-it-goes-wrong.md"
 HEAD = """# When it goes wrong
 
-Look up what your notebook or your terminal says: search this page for a few words of it. Each entry tells the mistake,
-what to do, and what is shown. `...` stands for words that differ. The course's tests run every one of them.
+Search this page for a few words of what your notebook or your terminal says, and follow the link: the entry tells the
+mistake and what to do. `...` stands for words that differ. The course's tests run every one of them.
+"""
+SECTION = """# When it goes wrong: {title}
+
+Each entry tells the mistake, what to do, and what is shown. [All sections](../when-it-goes-wrong.md).
 """
 TITLES = {
     "services": "Services",
@@ -15,35 +26,54 @@ TITLES = {
     "ai_integration": "AI and ROS",
     "calculator": "The calculator",
 }
+WORDS = 110  # characters of a message in the list
 
 
-def page() -> str:
-    """The page's text."""
-    parts = [HEAD]
+def pages() -> dict[Path, str]:
+    """Return the text of each page, by its path below docs/."""
     known = list(collection())
+    folder = Path(CONTENTS).stem
+    contents, made = [HEAD], {}
     for exercise, title in TITLES.items():
-        parts.append(f"\n## {title}\n")
-        parts += [_entry(mistake) for mistake in known if mistake.exercise == exercise]
-    return "".join(parts)
+        mistakes = [mistake for mistake in known if mistake.exercise == exercise]
+        contents.append(f"\n## {title}\n\n")
+        contents += [_line(mistake, f"{folder}/{exercise}.md") for mistake in mistakes]
+        made[Path(folder, f"{exercise}.md")] = SECTION.format(title=title) + "".join(map(_entry, mistakes))
+    return {Path(CONTENTS): "".join(contents), **made}
+
+
+def _line(mistake: Mistake, page: str) -> str:
+    """Return a mistake's line in the list: its title, and the words by which somebody finds it."""
+    anchor = mistake.title.replace("`", "").replace(" ", "-")
+    shown = [line.strip() for lines in _shown(mistake) for line in lines if line.strip().strip(".")]
+    telling = next((line for line in shown if "Error: " in line or line.startswith("Hint: ")), shown[0])
+    words = telling if len(telling) <= WORDS else telling[:WORDS].rpartition(" ")[0] + " ..."
+    return f"- [{mistake.title}]({page}#{anchor}): `{words.replace('`', chr(39))}`\n"
 
 
 def _entry(mistake: Mistake) -> str:
-    """What went wrong, and what is shown: no code, for it is the reference answer's but for the mistake."""
+    """Return a mistake's entry: no code, because it would be the reference answer's but for the mistake."""
+    boxes = "".join("\n```text\n" + "\n".join(lines) + "\n```\n" for lines in _shown(mistake))
+    return f"\n## {mistake.title}\n\n{mistake.text}\n\nYou see:\n{boxes}"
+
+
+def _shown(mistake: Mistake) -> list[list[str]]:
+    """Return the lines that each step shows, without those of the reference answer and of cells that work."""
     own = {line.strip() for file in (SOLUTIONS / mistake.exercise).iterdir() for line in file.read_text().splitlines()}
-    shown = [
+    return [
         [f"{'':4}(your line)" if line.startswith("    ") and line.strip() in own else line for line in step.shown]
         for step in mistake.steps
         if step.shown and not _goes_well(step.shown)
     ]
-    boxes = "".join("\n```text\n" + "\n".join(lines) + "\n```\n" for lines in shown)
-    return f"\n### {mistake.title}\n\n{mistake.text}\n\nYou see:\n{boxes}"
 
 
 def _goes_well(lines: list[str]) -> bool:
-    """Whether this is only what a cell says that has worked: it is on the way to the message."""
+    """Return True if a cell says only that it has worked: it is on the way to the message."""
     return all(": written" in line for line in lines)
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
-    print(PAGE)
+    for path, text in pages().items():
+        (DOCS / path).parent.mkdir(exist_ok=True)
+        (DOCS / path).write_text(text, encoding="utf-8")
+        print(DOCS / path)

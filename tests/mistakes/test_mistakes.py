@@ -1,10 +1,12 @@
 """Every mistake of the collection tells its own story, in time; and the page made from it is up to date."""
 
+from pathlib import Path
+
 import pytest
 
 from autograder.gradebook.leaks import ANSWER, secrets
 from tests.mistakes import INTERRUPT, SOLUTIONS, Mistake, collection
-from tests.mistakes.page import PAGE, page
+from tests.mistakes.page import CONTENTS, DOCS, pages
 from tests.mistakes.run import Kernels
 
 ALL = list(collection())
@@ -44,13 +46,21 @@ def test_there_are_mistakes_of_every_exercise():
     assert len(ALL) >= 40 and min(counts.values()) >= 5, counts
 
 
-def test_the_page_is_made_from_the_collection():
-    assert PAGE.read_text(encoding="utf-8") == page(), "run: python -m tests.mistakes.page"
+def test_the_pages_are_made_from_the_collection():
+    stored = {path.relative_to(DOCS): path.read_text(encoding="utf-8") for path in DOCS.glob("when-it-goes-wrong/*")}
+    stored[Path(CONTENTS)] = (DOCS / CONTENTS).read_text(encoding="utf-8")
+    assert stored == pages(), "run: python -m tests.mistakes.page"
+
+
+def test_the_list_leads_to_every_mistake_by_its_words():
+    text = pages()[Path(CONTENTS)]
+    assert text.count("\n- [") == len(ALL)
+    assert all(f"\n- [{mistake.title}](when-it-goes-wrong/{mistake.exercise}.md#" in text for mistake in ALL)
 
 
 def test_the_page_gives_no_answer_away(tmp_path):
     """Students get it: of an exercise's solution it may show a line that a message quotes, and never two in a row."""
-    text = " ".join(page().split()).lower()
+    text = " ".join(" ".join(pages().values()).split()).lower()
     for name in sorted(path.name for path in SOLUTIONS.iterdir() if path.is_dir()):
         kept = secrets(name, SOLUTIONS.parent / "notebooks" / name / f"{name}.ipynb")
         shown = [line for line, what in kept.items() if what == ANSWER and line.lower() in text]
