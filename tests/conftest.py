@@ -34,11 +34,33 @@ def chromium():
         browser.close()
 
 
-def pytest_collection_modifyitems(items):
-    """Try twice what waits for a middleware, a browser or a hub; a fault of the course fails twice.
+# Tests that share what takes long to make run in one worker: a class's server, a JupyterLab with its browser, the queue
+# of gradings.  Those that take longest begin first.
+SHARED = {
+    "gradings": ("tests/attacks/", "tests/autograder/test_answers.py", "tests/autograder/test_shipped.py"),
+    "browser": ("tests/browser/",),
+    "classroom": ("tests/classroom/",),
+}
 
-    The cells of notebooks are run once: a student runs them once.
-    """
-    for item in items:
-        if item.path.suffix == ".py":
-            item.add_marker(pytest.mark.flaky(reruns=1))
+
+def group(nodeid: str) -> str:
+    """Return the group of tests that a test belongs to: what it shares, or else its file."""
+    return next((name for name, places in SHARED.items() if nodeid.startswith(places)), nodeid.partition("::")[0])
+
+
+def pytest_collection_modifyitems(items):
+    """Begin with the groups that take longest; the order within a file stays as it is written."""
+    first = [*SHARED]
+    items.sort(key=lambda item: first.index(name) if (name := group(item.nodeid)) in first else len(first))
+
+
+def pytest_xdist_make_scheduler(config, log):
+    """Give each worker whole groups of tests (environment/test runs several workers)."""
+    from xdist.scheduler.loadscope import LoadScopeScheduling
+
+    class ByGroup(LoadScopeScheduling):
+        def _split_scope(self, nodeid):
+            return group(nodeid)
+
+    config.option.loadscopereorder = False
+    return ByGroup(config, log)
