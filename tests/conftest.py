@@ -48,8 +48,17 @@ def group(nodeid: str) -> str:
     return next((name for name, places in SHARED.items() if nodeid.startswith(places)), nodeid.partition("::")[0])
 
 
+def pytest_configure(config):
+    """Tell pytest of the marker that grants a second try."""
+    config.addinivalue_line("markers", "drives(reason): drives a browser or a hub; a second try is granted, and named")
+
+
 def pytest_collection_modifyitems(items):
     """Begin with the groups that take longest; the order within a file stays as it is written."""
+    for item in items:
+        if driving := item.get_closest_marker("drives"):
+            assert driving.args, f"{item.nodeid}: the marker drives needs a reason"
+            item.add_marker(pytest.mark.flaky(reruns=1))
     first = [*SHARED]
     items.sort(key=lambda item: first.index(name) if (name := group(item.nodeid)) in first else len(first))
 
