@@ -105,7 +105,12 @@ def test_pre_commit_runs_the_guards_and_downloads_nothing():
 
 
 def test_the_workflow_calls_guards_and_tests_on_all_the_pythons_that_pyproject_allows():
-    job = yaml.safe_load((ROOT / ".github/workflows/ci.yml").read_text())["jobs"]["test"]
+    workflow = yaml.safe_load((ROOT / ".github/workflows/ci.yml").read_text())
+    job = workflow["jobs"]["test"]
     steps = [step["run"] for step in job["steps"] if "run" in step]
-    assert steps[-2:] == ["environment/check", "environment/test"]
+    assert steps[-2:] == [
+        "environment/check",
+        "environment/test ${{ github.event_name == 'schedule' && '--all' || '' }}",
+    ]
+    assert {"push", "schedule"} <= {*workflow[True]}  # YAML 1.1 reads `on` so
     assert job["strategy"]["matrix"]["python"] == ["3.11", "3.12", "3.13"]
