@@ -5,7 +5,6 @@ import os
 import signal
 import sys
 import time
-from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
@@ -38,22 +37,15 @@ def end(numbers: list[int], *, everything: bool) -> int:
         print(f"There is no session {unknown[0]}; `course sessions` lists them.", file=sys.stderr)
         return 2
     for pid in found if everything else numbers:
-        _end(pid)
+        _end(found[pid])
         registry.remove(pid)
         print(f"Ended: session {pid} in {found[pid].folder}, with {len(found[pid].nodes)} nodes.")
     return 0
 
 
-def _end(pid: int) -> None:
-    """End a process, by force when it does not end by itself; its nodes' processes end with it."""
+def _end(record: registry.SessionRecord) -> None:
+    """End a session's process, by force when it does not end by itself; its nodes' processes end with it."""
     with contextlib.suppress(ProcessLookupError):
-        os.kill(pid, signal.SIGTERM)
-        if not wait_until(lambda: not Path(f"/proc/{pid}").exists() or _is_zombie(pid), GRACE):
-            os.kill(pid, signal.SIGKILL)
-
-
-def _is_zombie(pid: int) -> bool:
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
-    except OSError:
-        return True
+        os.kill(record.pid, signal.SIGTERM)
+        if not wait_until(lambda: not registry.alive(record.pid, record.born), GRACE):
+            os.kill(record.pid, signal.SIGKILL)

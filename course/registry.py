@@ -108,7 +108,7 @@ def running() -> list[SessionRecord]:
     with contextlib.suppress(OSError):
         for path in folder().glob("[0-9]*.json"):
             record = _read(path)
-            if record is not None and _alive(record):
+            if record is not None and alive(record.pid, record.born):
                 found.append(record)
             elif record is not None:
                 remove(record.pid)
@@ -122,7 +122,7 @@ def shells() -> list[ShellRecord]:
         for path in folder().glob("shell-*.json"):
             with contextlib.suppress(OSError, ValueError, TypeError):
                 record = ShellRecord(**json.loads(path.read_text(encoding="utf-8")))
-                if _alive(record):
+                if alive(record.pid, record.born):
                     found.append(record)
                 else:
                     path.unlink(missing_ok=True)
@@ -142,14 +142,18 @@ def _read(path: Path) -> SessionRecord | None:
         return None
 
 
-def _alive(record: SessionRecord | ShellRecord) -> bool:
-    """Whether the process runs, and is not a later one of the same number."""
-    return birth(record.pid) == record.born
+def alive(pid: int, born: int) -> bool:
+    """Return True while the process of this `birth` runs; a later one of the same number is another."""
+    return born != 0 and birth(pid) == born
 
 
 def birth(pid: int) -> int:
-    """When a process was started, in clock ticks since the machine was (proc(5), `starttime`); 0 if there is none."""
+    """When a process was started, in clock ticks since the machine was (proc(5), `starttime`); 0 if it does not run.
+
+    A zombie does not run.  It may stay for good: in a container, the first process often waits for nobody.
+    """
     try:
-        return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[19])
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+        return 0 if fields[0] in ("Z", "X") else int(fields[19])
     except (OSError, IndexError, ValueError):
         return 0

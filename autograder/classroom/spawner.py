@@ -48,7 +48,7 @@ class Running:
     @property
     def alive(self) -> bool:
         """Whether its process is there."""
-        return self.pid > 0 and _state(self.pid) != "Z" and registry.birth(self.pid) == self.born
+        return self.pid > 0 and registry.alive(self.pid, self.born)
 
     def end(self) -> None:
         """End it with all that runs in its box."""
@@ -198,10 +198,3 @@ def _listen(path: Path) -> socket.socket:
 
 def _record(room: Classroom, name: str) -> Path:
     return room.state / "servers" / f"{name}.json"
-
-
-def _state(pid: int) -> str:
-    """The letter of proc(5) for what a process does, Z for a zombie; '' when there is none."""
-    with contextlib.suppress(OSError):
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
-    return ""

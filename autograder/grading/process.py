@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from autograder.errors import InfrastructureError, JudgeDied
 from autograder.records import UNSAFE, Ended, Finished, Job, Message, Verdict, from_line, to_line
 from autograder.sandbox.box import BOXES
+from autograder.sandbox.process import children
 from autograder.sandbox.variables import ros_variables
 from course.environment import prepare
 
@@ -40,6 +41,7 @@ class Worker:
 
     def __init__(self, box: str):
         prepare()
+        self._box = box
         environment = {
             name: value for name, value in os.environ.items() if not name.startswith(("PYTEST_", "ROS_DOMAIN"))
         }
@@ -66,7 +68,7 @@ class Worker:
         self._log.seek(0)
         self._log.truncate()
         ended: Message | None = None
-        timer = threading.Timer(job.limit + GRACE, self._process.kill)
+        timer = threading.Timer(job.limit + GRACE, self._kill)
         timer.start()
         try:
             self._jobs.write(to_line(job))
@@ -89,13 +91,29 @@ class Worker:
             raise InfrastructureError(f"the worker ended with status {status} before all tests were judged:\n{said}")
         return Answer(verdicts, finished, ended.busy)
 
+    def _kill(self) -> None:
+        """End the worker, by the child of `unshare` that is the first process of its namespace.
+
+        `unshare` waits for it.  Were `unshare` ended first, this child would be left to the machine's first process,
+        which in a container may wait for nobody: a zombie for good.
+        """
+        inside: list[int] = []
+        if self._box != UNSAFE:
+            with contextlib.suppress(OSError):
+                inside = children(self._process.pid)
+        for pid in inside:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        if not inside:  # not begun yet, or the worker itself
+            self._process.kill()
+
     def _last_log(self) -> str:
         size = os.fstat(self._log.fileno()).st_size
         return os.pread(self._log.fileno(), LOG_SHOWN, max(0, size - LOG_SHOWN)).decode(errors="replace")
 
     def close(self) -> None:
         """End the process, and the grading that it is doing."""
-        self._process.kill()
+        self._kill()
         self._process.communicate()
         self._log.close()
 

@@ -27,10 +27,24 @@ def tries(name):
             found.append(name + '=' + str(result)[:80])
     return decorate
 
+python = {{place for prefix in (sys.prefix, sys.base_prefix) for place in (prefix, os.path.realpath(prefix))}}
+
+# What is there besides Python, which every program sees, and the bare way to it: a checkout may be anywhere.
+def beside(path):
+    if not os.path.lexists(path) or any((path + '/').startswith(place + '/') for place in python):
+        return []
+    if os.path.islink(path) or not any(place.startswith(path + '/') for place in python):
+        return [path]
+    try:
+        return [found for name in os.listdir(path) for found in beside(os.path.join(path, name))]
+    except OSError:
+        return [path]
+
 @tries('path')
 def _():
-    return [path for path in ({str(REPOSITORY / "autograder" / "hidden")!r}, {str(SOLUTIONS)!r}, '/root', '/run',
-                              '/var', '/etc/shadow', '/sys/fs', '/home/instructor') if os.path.exists(path)]
+    return [found for path in ({str(REPOSITORY)!r}, {str(REPOSITORY / "autograder" / "hidden")!r}, {str(SOLUTIONS)!r},
+                               '/root', '/run', '/var', '/etc/shadow', '/sys/fs', '/home/instructor')
+            for found in beside(path)]
 
 @tries('imports')
 def _():
@@ -48,7 +62,7 @@ def _():
         folders[:] = [name for name in folders if not os.path.join(folder, name).startswith(own)]
         seen += [os.path.join(folder, name) for name in files if name in names]
         seen += [os.path.join(folder, name) for name in files if name.endswith('.py') and folder.startswith('/home')
-                 and folder != os.getcwd()]
+                 and folder != os.getcwd() and not (folder + '/').startswith(sys.prefix + '/')]
     return seen
 
 @tries('gradebook')

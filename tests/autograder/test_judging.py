@@ -52,12 +52,36 @@ def grading(box):
     thread.join()
 
 
+def zombies() -> set[int]:
+    """The dead below this process that nobody has waited for."""
+    return {child.pid for child in psutil.Process().children(recursive=True) if child.status() == psutil.STATUS_ZOMBIE}
+
+
 def test_a_worker_buries_what_programs_leave(box):
     """Each program ends with its wrapper, and what is left of that falls to the worker: a thousand in a large class."""
+    before = zombies()  # which other tests have left, where this is the first process of a container
     for _ in range(2):
         assert single.grade(Submission("s", "services", REFERENCE), box).score == 20
-    dead = [child for child in psutil.Process().children(recursive=True) if child.status() == psutil.STATUS_ZOMBIE]
-    assert not dead
+    assert zombies() <= before
+
+
+AS_FIRST = """
+import ctypes, psutil
+from autograder.grading.process import Worker
+from course.waiting import wait_until
+
+assert ctypes.CDLL(None).prctl(36, 1, 0, 0, 0) == 0  # PR_SET_CHILD_SUBREAPER: orphans below come to this process
+worker = Worker({box!r})
+assert wait_until(psutil.Process(worker._process.pid).children, 20)
+worker.close()
+print(psutil.Process().children(recursive=True))
+"""
+
+
+def test_a_worker_that_is_ended_leaves_nothing_to_the_first_process_of_a_container(box):
+    code = AS_FIRST.format(box=box)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert (done.stdout, done.stderr) == ("[]\n", "")
 
 
 def test_it_is_confined_in_all_its_threads(box, grading):

@@ -1,6 +1,7 @@
 """What runs on this machine is listed, told to other processes, and can be ended."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -12,6 +13,7 @@ from typer.testing import CliRunner
 from course import registry
 from course.cli import app
 from course.registry import NodeRecord, SessionRecord
+from course.session import domains
 from course.waiting import wait_until
 
 HOLDER = """
@@ -71,7 +73,7 @@ def test_a_forgotten_session_is_ended_with_its_nodes(session):
     done = run("--stop", str(session.pid))
     assert done.exit_code == 0 and f"Ended: session {session.pid}" in done.stdout
     assert session.wait(10) is not None
-    assert wait_until(lambda: not Path(f"/proc/{child}").exists(), 10)
+    assert wait_until(lambda: not registry.birth(child), 10)
     assert registry.running() == [] and "No live session" in run().stdout
 
 
@@ -92,6 +94,53 @@ def test_another_process_of_the_same_number_is_no_session():
     record = SessionRecord(os.getpid(), 7, "/", time.time(), registry.birth(os.getpid()) - 1)
     registry.write(record)
     assert registry.running() == []
+
+
+@pytest.fixture
+def zombie():
+    """A process that has ended, and that nobody waits for; and when it was started."""
+    process = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+    born = registry.birth(process.pid)
+    process.stdin.close()
+    os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)  # it stays what it is
+    assert Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+    yield process.pid, born
+    process.wait()
+
+
+def test_a_zombie_is_no_session_and_no_terminal(zombie, tmp_path):
+    """Where the first process of a container waits for nobody, each ended kernel stays one."""
+    pid, born = zombie
+    assert born and not registry.alive(pid, born)
+    registry.write(SessionRecord(pid, 7, str(tmp_path), time.time(), born))
+    registry.write(registry.ShellRecord(pid, born, str(tmp_path), 8))
+    assert registry.running() == [] and registry.shells() == [] and registry.of_domain(7) is None
+    assert list(registry.folder().glob("*.json")) == []
+
+
+def test_zombies_take_no_domain(zombie, tmp_path, monkeypatch):
+    free = next(domain for domain in domains.DOMAINS if not domains.participants_here(domain))
+    monkeypatch.setattr(domains, "DOMAINS", [free])
+    registry.write(registry.ShellRecord(*zombie, str(tmp_path), free))
+    claim, domain = domains.claim_domain()
+    claim.close()
+    assert domain == free
+
+
+def test_a_session_that_ended_before_it_was_written_down_is_none(zombie):
+    """A process without a birth is not alive because it has none now either."""
+    pid, _ = zombie
+    assert registry.birth(pid) == 0 and not registry.alive(pid, registry.birth(pid))
+
+
+def test_ending_a_session_does_not_wait_for_whoever_started_it(session, monkeypatch):
+    """It is a zombie then: no second signal, no time limit."""
+    (record,) = registry.running()
+    signals = []
+    kill = os.kill
+    monkeypatch.setattr(os, "kill", lambda pid, number: (signals.append(number), kill(pid, number)))
+    assert run("--stop", str(record.pid)).exit_code == 0
+    assert signals == [signal.SIGTERM] and not registry.alive(record.pid, record.born)
 
 
 def test_what_cannot_be_read_is_no_session():

@@ -1,13 +1,20 @@
 """The scripts in environment/, and the lock file."""
 
 import json
+import os
 import re
+import shutil
 import subprocess
+import tempfile
 import tomllib
+import urllib.request
 from pathlib import Path
 
 import pytest
 import yaml
+
+from course.waiting import wait_until
+from tests.ports import free_port
 
 ROOT = Path(__file__).parents[2]
 LOCK = (ROOT / "environment/requirements.lock").read_text()
@@ -56,6 +63,64 @@ def test_start_opens_the_start_page():
     done = run("environment/start", "developer", "--no-browser", "--show-config-json")
     assert json.loads(done.stdout)["LabApp"]["default_url"] == "/lab/tree/index.ipynb"
     assert (ROOT / "notebooks/index.ipynb").exists()
+
+
+ORDINARY = 65534  # nobody's
+
+
+@pytest.fixture
+def home():
+    """A home folder that an ordinary user may enter; pytest's own are closed to others."""
+    folder = Path(tempfile.mkdtemp(prefix="ros2-course-home-"))
+    yield folder
+    shutil.rmtree(folder)
+
+
+@pytest.mark.parametrize("ordinary", [False, True], ids=["as who runs this", "as an ordinary user"])
+def test_start_serves_the_start_page_to_this_machine_alone(ordinary, home):
+    become, root = [], os.geteuid() == 0 and not ordinary
+    if ordinary:
+        if os.geteuid() != 0:
+            pytest.skip("only root can become another user")
+        become = ["setpriv", f"--reuid={ORDINARY}", f"--regid={ORDINARY}", "--clear-groups", "--"]
+        if subprocess.run([*become, "test", "-x", ROOT]).returncode:
+            pytest.skip("an ordinary user may not enter the folder that this checkout is in")
+        os.chown(home, ORDINARY, ORDINARY)
+    port = free_port()
+    command = [*become, ROOT / "environment/start", "--no-browser", f"--port={port}", "--ServerApp.port_retries=0"]
+    with open(home / "log", "w+b") as log:
+        process = subprocess.Popen(
+            list(map(str, command)),
+            env={"PATH": os.environ["PATH"], "HOME": str(home), "LANG": "C.UTF-8"},
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=subprocess.STDOUT,
+        )
+        try:
+            begun = rf"http://127\.0\.0\.1:{port}(/lab/tree/index\.ipynb)\?token=\w+"
+
+            def address() -> re.Match[str] | None:
+                return re.search(begun, (home / "log").read_text())
+
+            found = wait_until(address, 60, unless=lambda: process.poll() is not None, alert=False)
+            assert found, (home / "log").read_text()
+            assert wait_until(lambda: listening(port), 20, alert=False), "it says where it is before it listens"
+            with urllib.request.urlopen(found[0], timeout=30) as answer:
+                page = answer.read().decode()
+            assert answer.geturl().partition("?")[0].endswith(found[1]) and "jupyter-config-data" in page
+            assert listening(port) <= {"0100007F", "00000000000000000000000001000000"}
+        finally:
+            process.terminate()
+            process.wait(20)
+    said = (home / "log").read_text()
+    assert ("can change anything on this machine" in said) is root, said
+    assert "Installing" not in said, "it set up again what was there"
+
+
+def listening(port: int) -> set[str]:
+    """The addresses, as the kernel writes them, at which somebody listens at a TCP port."""
+    lines = [line.split() for table in ("tcp", "tcp6") for line in Path("/proc/net", table).read_text().splitlines()]
+    return {words[1].split(":")[0] for words in lines if words[1].endswith(f":{port:04X}") and words[3] == "0A"}
 
 
 def test_an_unknown_profile_is_a_usage_error():
