@@ -1,4 +1,7 @@
-"""The same attacks through each file of the other exercises: what confines one program confines them all."""
+"""The same attacks through each file of the other exercises: what confines one program confines them all.
+
+One file shows it in each run; the others belong to the matrix.
+"""
 
 import pytest
 
@@ -10,6 +13,7 @@ from .programs import SPY
 
 OTHERS = [name for name in exercises.names() if name != "calculator"]
 FILES = [(name, file) for name in OTHERS for file in exercises.load(name).files]
+IN_EACH_RUN = {("services", "relay.py"), "ai_integration"}
 
 # Says in the grader's own words that every test has passed, to whoever may listen, and ends well.
 FORGER = """
@@ -35,6 +39,16 @@ def get_parameters(self, request, response):
 
 ParameterService._get_parameters_callback = get_parameters
 """
+
+
+def cases(chosen: list) -> list:
+    """Return parameters of which those not IN_EACH_RUN belong to the matrix."""
+    return [
+        pytest.param(
+            *(case if isinstance(case, tuple) else (case,)), marks=() if case in IN_EACH_RUN else pytest.mark.matrix
+        )
+        for case in chosen
+    ]
 
 
 def wanted(request, parameter: str) -> set[str]:
@@ -63,7 +77,7 @@ def forged(request, grade):
 KEPT = {"wall_agent.py": 0, "wall_follower.py": 6}
 
 
-@pytest.mark.parametrize(("name", "file"), FILES)
+@pytest.mark.parametrize(("name", "file"), cases(FILES))
 def test_forged_verdicts_earn_nothing(forged, name, file):
     """The other file of the exercise keeps its points."""
     report = forged[name, file].result()
@@ -74,7 +88,7 @@ def test_forged_verdicts_earn_nothing(forged, name, file):
     assert (report.status, report.score) == (GRADED, honest), [(test.id, test.outcome) for test in report.tests]
 
 
-@pytest.mark.parametrize("name", OTHERS)
+@pytest.mark.parametrize("name", cases(OTHERS))
 def test_whoever_looks_around_finds_nothing_and_loses_nothing(grade, name):
     """No suite, no verdict, no other submission, no grader; and a right answer stays right."""
     report = grade({file: SPY.encode() + content for file, content in solution(name).items()}, name).result()
