@@ -13,6 +13,7 @@ import signal
 import subprocess
 from pathlib import Path
 
+from autograder.classroom import homes
 from autograder.classroom.plan import Classroom
 from autograder.classroom.roster import Member
 from autograder.errors import AutograderError, UsageError
@@ -53,19 +54,12 @@ def make(room: Classroom) -> list[Member]:
         user = pwd.getpwnam(room.user(member))
         if not home.exists():
             home.mkdir(storage.PRIVATE_FOLDER)
-        if home.stat().st_uid != user.pw_uid:
-            own(home, user.pw_uid, user.pw_gid)
+            os.chown(home, user.pw_uid, user.pw_gid)
+        elif home.stat().st_uid != user.pw_uid:
+            homes.give(home, user.pw_uid, user.pw_gid)
         if (user.pw_name in grp.getgrnam(staff).gr_mem) != member.instructor:
             _run("usermod", "--groups", staff if member.instructor else "", user.pw_name)
     return new
-
-
-def own(folder: Path, uid: int, gid: int) -> None:
-    """Give a folder and all that is in it to a user; links are not followed."""
-    os.lchown(folder, uid, gid)
-    for at, folders, files in os.walk(folder):
-        for name in [*folders, *files]:
-            os.lchown(os.path.join(at, name), uid, gid)
 
 
 def without_password(room: Classroom, new: list[Member]) -> list[Member]:

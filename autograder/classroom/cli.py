@@ -113,7 +113,8 @@ def _up(room: Classroom) -> None:
     if released:
         print(f"Released {', '.join(released)}.")
     course_files.enrol(room)
-    course_files.hand_out_notebooks(room)
+    for line in course_files.hand_out_notebooks(room):
+        print(line)
     hub.stop(room)
     if room.passwords == "pam":
         if without := accounts.without_password(room, new):
@@ -141,9 +142,12 @@ def status(folder: Folder = DEFAULT) -> None:
     for name in alive:
         print(f"  {name}")
     used = course_files.disk(room)
-    most = ", ".join(f"{name} {size / MIB:,.0f} MiB" for name, size in list(used.items())[:MOST])
-    free = shutil.disk_usage(room.homes).free
-    print(f"Homes take {sum(used.values()) / MIB:,.0f} MiB, and {free / GIB:,.0f} GiB are free. Most: {most}.")
+    most = ", ".join(
+        f"{name} {'more than can be counted' if size is None else f'{size / MIB:,.0f} MiB'}"
+        for name, size in list(used.items())[:MOST]
+    )
+    free, total = shutil.disk_usage(room.homes).free, sum(size or 0 for size in used.values())
+    print(f"Homes take {total / MIB:,.0f} MiB, and {free / GIB:,.0f} GiB are free. Most: {most}.")
     raise typer.Exit(0 if up_ else 1)
 
 
@@ -171,7 +175,7 @@ def down(
         with contextlib.suppress(OSError):  # another class is there
             room.run.parent.rmdir()
         if delete_homes:
-            shutil.rmtree(room.folder)
+            course_files.remove(room)
     print(f"The class is ended; removed: {_listed(removed)}.")
     if not delete_homes:
         print(f"Homes, exchange and grades are in {room.folder}.")

@@ -3,24 +3,26 @@
 Whatever nbgrader does, it does in the box of an instructor, whose files these are.
 """
 
+import contextlib
+import errno
 import json
+import math
 import os
-import shutil
 import subprocess
 import sys
-from pathlib import Path
+from pathlib import PurePosixPath
 
-from autograder.classroom import accounts, box
+from autograder.classroom import accounts, box, homes
 from autograder.classroom.plan import COURSE_ID, Classroom
 from autograder.classroom.roster import Member
 from autograder.errors import AutograderError
-from autograder.gradebook.release import hand_out, names
+from autograder.gradebook.release import START_PAGE, names, pages, start_page
 from autograder.results import storage
+from course.notebook.stubs import RELEASED
 
-PAGES = ("README.md", "when-it-goes-wrong.md", "when-it-goes-wrong")
 # Who may do what there: nbgrader asks for these modes.  The first bit of `inbound` keeps students from removing what
 # others have handed in; that nobody can list it keeps them from finding it.
-EXCHANGE = {"": 0o2775, "outbound": 0o2775, "inbound": 0o3773, "feedback": 0o2771}
+EXCHANGE = {"outbound": 0o2775, "inbound": 0o3773, "feedback": 0o2771}
 ENROLLED = "enrolled.json"  # in `Classroom.state`: whom the gradebook knows
 LONGEST = 300  # s that one command in a box may take
 
@@ -42,25 +44,35 @@ def make_folders(room: Classroom) -> None:
 
 
 def make_shared(room: Classroom) -> None:
-    """The folders that instructors share, and those of the exchange."""
+    """The folders that instructors share, and those of the exchange.  Raises AutograderError."""
     staff = accounts.staff_id(room)
     room.grading.mkdir(exist_ok=True)
-    shared = {room.grading: 0o2770}
-    shared |= {room.exchange / COURSE_ID / name: mode for name, mode in EXCHANGE.items()}
-    for folder, mode in shared.items():
-        folder.mkdir(exist_ok=True)
-        os.chown(folder, 0, staff)
-        folder.chmod(mode)
+    os.chown(room.grading, 0, staff)
+    room.grading.chmod(0o2770)
+    course = room.exchange / COURSE_ID
+    course.mkdir(exist_ok=True)
+    opened = os.open(course, homes.FOLDER)
+    try:
+        os.fchown(opened, 0, 0)
+        os.fchmod(opened, 0o755)
+        for name, mode in EXCHANGE.items():
+            with contextlib.suppress(FileExistsError):
+                os.mkdir(name, dir_fd=opened)
+            _share(opened, name, staff, mode)
+    except OSError as error:
+        raise AutograderError(f"{course / name}: {error.strerror}; move it away, and give the command again") from None
+    finally:
+        os.close(opened)
+    for member in room.instructors:  # where it is seen; who puts the box together would make it as root
+        homes.make_folder(room.home(member), *accounts.ids(room, member), box.GRADING)
 
 
 def release(room: Classroom) -> list[str]:
     """Release the notebooks that are not yet in the exchange; their names."""
-    instructor = room.instructors[0]
-    there = {path.name for path in (room.exchange / COURSE_ID / "outbound").iterdir()}
+    there = {PurePosixPath(path).parts[0] for path in _outbound(room)}
     new = [name for name in names() if name not in there]
     if new:
-        run(room, instructor, ["python", "-m", "autograder.classroom.releasing", box.GRADING, *new])
-        (room.grading / "gradebook.db").chmod(0o660)  # nbgrader makes it for one instructor alone
+        run(room, room.instructors[0], ["python", "-m", "autograder.classroom.releasing", box.GRADING, *new])
     return new
 
 
@@ -74,28 +86,43 @@ def enrol(room: Classroom) -> None:
         storage.replace(done, text.encode(), storage.PRIVATE)
 
 
-def hand_out_notebooks(room: Classroom) -> None:
-    """Lay what students get into each home folder; what is there already is left as it is."""
-    outbound = room.exchange / COURSE_ID / "outbound"
-    hand_out(room.released, sorted(outbound.iterdir()))
+def hand_out_notebooks(room: Classroom) -> list[str]:
+    """Lay what students get into each home folder; what is there already is left as it is.
+
+    Returns a line for each member whose home folder could not take it.
+    """
+    things = {"notebooks/" + START_PAGE: {"": start_page().encode()}}
+    for path, content in _outbound(room).items():
+        name, *inner = PurePosixPath(path).parts
+        for thing in (f"notebooks/{name}", f"notebooks/{RELEASED}/{name}"):  # as in `hand_out`
+            things.setdefault(thing, {})["/".join(inner)] = content
+    for path, page in pages().items():
+        thing, _, inner = path.partition("/")
+        things.setdefault(thing, {})[inner] = page.read_bytes()
+    failed = []
     for member in room.members:
-        uid, gid = accounts.ids(room, member)
-        target = Path(room.home(member))
-        for source in [*sorted((room.released / "notebooks").iterdir()), *(room.released / page for page in PAGES)]:
-            _lay(source, target / source.relative_to(room.released), uid, gid)
+        try:
+            homes.lay(room.home(member), *accounts.ids(room, member), things)
+        except AutograderError as error:
+            failed.append(f"The notebooks could not be laid into the home folder of {member.name}: {error}.")
+    return failed
 
 
-def disk(room: Classroom) -> dict[str, int]:
-    """Bytes on the disk in the home folder of each member who has one, the largest first; raises AutograderError."""
-    homes = {str(room.home(member)): member.name for member in room.members if room.home(member).exists()}
-    command = ["du", "--summarize", "--one-file-system", "--block-size=1", "--files0-from=-"]
-    try:
-        text = "".join(f"{home}\0" for home in homes)
-        done = subprocess.run(command, input=text, capture_output=True, text=True, timeout=LONGEST)
-    except subprocess.TimeoutExpired:
-        raise AutograderError(f"the files in {room.homes} cannot be counted within {LONGEST} s") from None
-    found = {homes[path]: int(size) for size, path in (line.split("\t") for line in done.stdout.splitlines())}
-    return dict(sorted(found.items(), key=lambda each: -each[1]))
+def disk(room: Classroom) -> dict[str, int | None]:
+    """Bytes on the disk in the home folder of each member who has one, the largest first; None where it takes long."""
+    there = [member for member in room.members if room.home(member).exists()]
+    found = homes.sizes({member.name: (room.home(member), *accounts.ids(room, member)) for member in there})
+    return dict(sorted(found.items(), key=lambda each: -math.inf if each[1] is None else -each[1]))
+
+
+def remove(room: Classroom) -> None:
+    """Remove all files of the class, once nobody of it has a process; raises AutograderError.
+
+    `rm` follows no link, and goes as deep as somebody has made folders.
+    """
+    done = subprocess.run(["rm", "-rf", "--one-file-system", "--", room.folder], capture_output=True, text=True)
+    if done.returncode:
+        raise AutograderError((done.stderr.splitlines() or ["rm failed"])[-1])
 
 
 def run(room: Classroom, member: Member, argv: list[str], text: str = "") -> str:
@@ -125,24 +152,19 @@ def run(room: Classroom, member: Member, argv: list[str], text: str = "") -> str
     return done.stdout + done.stderr
 
 
-def _lay(source: Path, target: Path, uid: int, gid: int) -> None:
-    """Copy a file or folder into a home folder, for its user, unless something of that name is there.
+def _outbound(room: Classroom) -> dict[str, bytes]:
+    """The released files, by their paths in the exchange, as an instructor reads them."""
+    uid, gid = accounts.ids(room, room.instructors[0])
+    return homes.read(room.exchange / COURSE_ID, "outbound", uid, gid, [accounts.staff_id(room)])
 
-    The user may have laid links there: none is followed.
-    """
-    parent = target.parent
-    if parent.is_symlink() or os.path.lexists(target):
-        return
-    if not parent.exists():
-        parent.mkdir()
-        os.lchown(parent, uid, gid)
-    if source.is_dir():
-        shutil.copytree(source, target)
-        for path in target.rglob("*"):
-            path.chmod(0o700 if path.is_dir() else 0o600)
-        target.chmod(0o700)
-        accounts.own(target, uid, gid)
-    else:
-        shutil.copyfile(source, target, follow_symlinks=False)
-        target.chmod(0o600)
-        os.lchown(target, uid, gid)
+
+def _share(folder: int, name: str, staff: int, mode: int) -> None:
+    """Open a folder to the instructors; raises OSError, also when it is a link, or not root's."""
+    opened = os.open(name, homes.FOLDER, dir_fd=folder)
+    try:
+        if os.fstat(opened).st_uid:
+            raise PermissionError(errno.EPERM, "it is not root's")
+        os.fchown(opened, 0, staff)
+        os.fchmod(opened, mode)
+    finally:
+        os.close(opened)

@@ -73,11 +73,6 @@ class Classroom:
         return self.folder / "grading"
 
     @property
-    def released(self) -> Path:
-        """What students get, which is copied into each home folder."""
-        return self.folder / "released"
-
-    @property
     def run(self) -> Path:
         """The folder of the sockets."""
         return RUN / hashlib.sha256(str(self.folder).encode()).hexdigest()[:8]

@@ -15,6 +15,7 @@ def main(course: Path, names: list[str]) -> None:
         release(course, names)
     except UsageError as error:
         sys.exit(str(error))
+    (course / "gradebook.db").chmod(0o660)  # nbgrader makes it for one instructor alone
     app = NbGrader()
     app.load_config_file()  # which says where the exchange is
     nbgrader = NbGraderAPI(config=app.config)

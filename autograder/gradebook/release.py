@@ -71,9 +71,16 @@ def hand_out(folder: Path, released: Iterable[Path]) -> None:
     (folder / "notebooks" / START_PAGE).write_text(start_page(), encoding="utf-8")
     shutil.copy(root / "LICENSE", folder)
     (folder / "pyproject.toml").write_text(_students_project(root / "pyproject.toml"), encoding="utf-8")
-    for page in ("student/README.md", "when-it-goes-wrong.md"):
-        shutil.copy(root / "docs" / page, folder)
-    shutil.copytree(root / "docs/when-it-goes-wrong", folder / "when-it-goes-wrong", dirs_exist_ok=True)
+    for path, page in pages().items():
+        (folder / path).parent.mkdir(exist_ok=True)
+        shutil.copy(page, folder / path)
+
+
+def pages() -> dict[str, Path]:
+    """What students get to read beside the notebooks, by the path at which they find it."""
+    docs = repository() / "docs"
+    found = {"README.md": docs / "student" / "README.md", "when-it-goes-wrong.md": docs / "when-it-goes-wrong.md"}
+    return found | {f"{page.parent.name}/{page.name}": page for page in sorted(docs.glob("when-it-goes-wrong/*.md"))}
 
 
 def start_page() -> str:

@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import FrameLocator, Locator, Page, expect
 
 from autograder.classroom import hub
-from autograder.classroom.plan import Classroom
+from autograder.classroom.plan import COURSE_ID, Classroom
 from autograder.paths import repository
 from tests.browser.pages import choose
 
@@ -118,7 +118,8 @@ def test_from_the_work_to_the_returned_feedback(page, room, come_in, kernel):
 def begin_anew(room: Classroom, name: str) -> None:
     """The notebook as it was released: this test may be run a second time."""
     own = "notebooks/calculator/calculator.ipynb"
-    shutil.copyfile(room.released / own, room.home(room.find(name)) / own)
+    released = room.exchange / COURSE_ID / "outbound" / "calculator" / "calculator.ipynb"
+    shutil.copyfile(released, room.home(room.find(name)) / own)
 
 
 def open_calculator(page: Page) -> None:

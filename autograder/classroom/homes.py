@@ -1,0 +1,234 @@
+"""What root has done in folders of the members: a child does it that has become their owner, with no capability left.
+
+A member may turn any path below a folder of theirs elsewhere, at any moment.  So root opens that folder, which lies in
+one of root's, and acts on nothing below it; the child goes down from there, and follows no link.
+"""
+
+import contextlib
+import ctypes
+import json
+import os
+import select
+import signal
+import stat
+import subprocess
+import time
+from base64 import b64decode, b64encode
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path, PurePosixPath
+
+from autograder.errors import AutograderError
+
+LONGEST = 60.0  # s that one child may take
+MOST_FILES, MOST_BYTES = 2000, 200 << 20  # that are read of one folder
+COUNTED = 100.0  # s in which the files of all homes are counted
+FOLDER = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC
+FILE = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+NO_NEW_PRIVILEGES = 38  # PR_SET_NO_NEW_PRIVS of prctl(2)
+
+
+def act(
+    folder: Path, uid: int, gid: int, work: Callable[[int], bytes], groups: Sequence[int] = (), seconds: float = LONGEST
+) -> bytes:
+    """Run `work` with an open `folder` as another user, in a child of this process; what it returned.
+
+    Raises AutograderError when `work` fails, or takes longer than `seconds`.
+    """
+    opened = os.open(folder, FOLDER)
+    reading, writing = os.pipe()
+    child = os.fork()
+    if not child:
+        try:
+            _become(uid, gid, groups)
+            answer = b"+" + work(opened)
+        except OSError as error:
+            answer = f"-{error.strerror}".encode()
+        except BaseException as error:
+            answer = f"-{type(error).__name__}: {error}".encode(errors="replace")
+        with contextlib.suppress(BaseException), open(writing, "wb") as out:
+            out.write(answer)
+        os._exit(0)
+    os.close(opened)
+    os.close(writing)
+    try:
+        answer = _read(reading, time.monotonic() + seconds)
+    finally:
+        os.close(reading)
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+    if not answer:
+        raise AutograderError(f"it did not end within {seconds:g} s")
+    if answer[:1] != b"+":
+        raise AutograderError(answer[1:].decode(errors="replace"))
+    return answer[1:]
+
+
+def lay(home: Path, uid: int, gid: int, things: Mapping[str, Mapping[str, bytes]]) -> None:
+    """Lay files into a home folder, as its owner; raises AutograderError.
+
+    Each thing is left out when there is something of its name.  It is a file, by the name '', or a folder of files.
+    """
+    act(home, uid, gid, lambda opened: _lay(opened, things))
+
+
+def make_folder(home: Path, uid: int, gid: int, name: str) -> None:
+    """Make a folder in a home folder, as its owner, unless it is there; raises AutograderError."""
+    act(home, uid, gid, lambda opened: _make(opened, name))
+
+
+def read(folder: Path, name: str, uid: int, gid: int, groups: Sequence[int]) -> dict[str, bytes]:
+    """The regular files in `folder`/`name`, read as a user who may, by their paths in it; raises AutograderError.
+
+    Links are left out.
+    """
+    answer = act(folder, uid, gid, lambda opened: _tree(opened, name), groups)
+    return {path: b64decode(content) for path, content in json.loads(answer).items()}
+
+
+def sizes(homes: Mapping[str, tuple[Path, int, int]]) -> dict[str, int | None]:
+    """Bytes on the disk in home folders, by the name of each, which comes with its owner; None where that takes long.
+
+    What an owner has closed to themselves is not counted.
+    """
+    end = time.monotonic() + COUNTED
+    command = ["du", "--summarize", "--one-file-system", "--block-size=1", "."]
+
+    def count(home: tuple[Path, int, int]) -> int | None:
+        folder, uid, gid = home
+        try:
+            done = subprocess.run(
+                command,
+                cwd=folder,
+                user=uid,
+                group=gid,
+                extra_groups=[],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                text=True,
+                timeout=max(0.0, end - time.monotonic()),
+            )
+        except subprocess.TimeoutExpired:
+            return None
+        return int(done.stdout.split()[0]) if done.stdout else None
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return dict(zip(homes, pool.map(count, homes.values()), strict=True))
+
+
+def give(home: Path, uid: int, gid: int) -> None:
+    """Give a home folder that was kept, and all of its former owner's in it, to a user who has nothing running yet.
+
+    Each file is changed by a descriptor that was looked at, never by its path; one with several names is left, because
+    the others may be elsewhere.
+    """
+    opened = os.open(home, FOLDER)
+    try:
+        former = os.fstat(opened).st_uid
+        for _, _, names, at in os.fwalk(".", dir_fd=opened, follow_symlinks=False):
+            if os.fstat(at).st_uid == former:
+                os.fchown(at, uid, gid)
+            for name in names:
+                with contextlib.suppress(OSError):
+                    _give(name, at, former, uid, gid)
+    finally:
+        os.close(opened)
+
+
+def _give(name: str, at: int, former: int, uid: int, gid: int) -> None:
+    file = os.open(name, os.O_PATH | os.O_NOFOLLOW | os.O_CLOEXEC, dir_fd=at)
+    try:
+        known = os.fstat(file)
+        if stat.S_ISREG(known.st_mode) and known.st_uid == former and known.st_nlink == 1:
+            os.chown(f"/proc/self/fd/{file}", uid, gid)
+    finally:
+        os.close(file)
+
+
+def _become(uid: int, gid: int, groups: Sequence[int]) -> None:
+    if ctypes.CDLL(None, use_errno=True).prctl(NO_NEW_PRIVILEGES, 1, 0, 0, 0):
+        raise OSError(ctypes.get_errno(), "no_new_privs")
+    os.setgroups(groups)
+    os.setresgid(gid, gid, gid)
+    os.setresuid(uid, uid, uid)  # which takes all capabilities
+    os.umask(0o077)
+
+
+def _make(home: int, name: str) -> bytes:
+    if not _exists(home, name):
+        os.mkdir(name, 0o700, dir_fd=home)
+    return b""
+
+
+def _lay(home: int, things: Mapping[str, Mapping[str, bytes]]) -> bytes:
+    for thing, files in things.items():
+        *above, name = PurePosixPath(thing).parts
+        try:
+            folder = _below(home, above)
+        except OSError:  # what leads there is a link, or no folder
+            continue
+        try:
+            if not _exists(folder, name):
+                for path, content in files.items():
+                    _write(folder, PurePosixPath(name, path), content)
+        finally:
+            os.close(folder)
+    return b""
+
+
+def _write(folder: int, path: PurePosixPath, content: bytes) -> None:
+    at = _below(folder, path.parts[:-1])
+    try:
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
+        with open(os.open(path.name, flags, 0o600, dir_fd=at), "wb") as file:
+            file.write(content)
+    finally:
+        os.close(at)
+
+
+def _below(folder: int, names: Sequence[str]) -> int:
+    """A folder below an open one, made where need be; no link is followed.  Raises OSError."""
+    at = os.dup(folder)
+    for name in names:
+        try:
+            with contextlib.suppress(FileExistsError):
+                os.mkdir(name, 0o700, dir_fd=at)
+            below = os.open(name, FOLDER, dir_fd=at)
+        finally:
+            os.close(at)
+        at = below
+    return at
+
+
+def _exists(folder: int, name: str) -> bool:
+    with contextlib.suppress(FileNotFoundError):
+        return bool(os.stat(name, dir_fd=folder, follow_symlinks=False))
+    return False
+
+
+def _tree(folder: int, name: str) -> bytes:
+    found, room = {}, MOST_BYTES
+    for at, _, names, opened in os.fwalk(name, dir_fd=folder, follow_symlinks=False):
+        for each in names:
+            with contextlib.suppress(OSError), open(os.open(each, FILE, dir_fd=opened), "rb") as file:
+                if stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                    content = file.read(room + 1)
+                    room -= len(content)
+                    found[os.path.relpath(os.path.join(at, each), name)] = b64encode(content).decode()
+            if room < 0 or len(found) > MOST_FILES:
+                raise AutograderError(f"it holds more than {MOST_FILES} files or {MOST_BYTES >> 20} MiB")
+    return json.dumps(found).encode()
+
+
+def _read(descriptor: int, end: float) -> bytes:
+    """What comes until the other side is closed; b'' when that takes too long."""
+    parts: list[bytes] = []
+    while True:
+        ready, _, _ = select.select([descriptor], [], [], max(0.0, end - time.monotonic()))
+        if not ready:
+            return b""
+        part = os.read(descriptor, 1 << 20)
+        if not part:
+            return b"".join(parts)
+        parts.append(part)

@@ -1,0 +1,199 @@
+"""What root does for the class in a home folder, its owner turns elsewhere: root's files stay as they are.
+
+`renameat2` with RENAME_EXCHANGE changes a folder and a link for each other at once, in a loop.
+"""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from autograder.classroom import accounts, course_files, homes
+from autograder.classroom.plan import COURSE_ID, Classroom
+from autograder.errors import AutograderError
+from tests.classroom.conftest import classroom
+
+ROUNDS = 40  # as often as `up` would be given
+# In the student's kernel: `notebooks` and a link to root's folder change places, and what was laid goes away, so that
+# it is laid again.
+EXCHANGE = """
+import contextlib, ctypes, os, shutil, threading
+ending, turned = threading.Event(), 0
+def turn():
+    global turned
+    libc, here = ctypes.CDLL(None), -100
+    own, away = b"/home/ada/notebooks", b"/home/ada/away"
+    while not ending.is_set():
+        for _ in range(50):
+            libc.renameat2(here, own, here, away, 2)
+            turned += 1
+        for folder in (own, away):
+            if not os.path.islink(folder):
+                for name in (b"index.ipynb", b"services", b"actions"):
+                    path = os.path.join(folder, name)
+                    with contextlib.suppress(OSError):
+                        shutil.rmtree(path) if os.path.isdir(path) else os.unlink(path)
+    if os.path.islink(own):
+        libc.renameat2(here, own, here, away, 2)
+    os.unlink(away)
+os.symlink({canary!r}, "/home/ada/away")
+thread = threading.Thread(target=turn)
+thread.start()
+"""
+STOP = "ending.set(); thread.join(); print(turned > 1000)"
+
+
+@pytest.fixture
+def canary(room):
+    """A folder of root's on the host, with files of the names that `up` lays, as (owner, mode, content) by path."""
+    folder = room.folder / "canary"
+    folder.mkdir()
+    for name in ("index.ipynb", "calculator.txt"):
+        (folder / name).write_text("root's")
+        (folder / name).chmod(0o644)
+    yield folder
+    subprocess.run(["rm", "-rf", folder], check=True)
+
+
+def state(folder: Path) -> dict[str, tuple[int, int, bytes]]:
+    found = {}
+    for path in [folder, *folder.rglob("*")]:
+        known = path.lstat()
+        found[str(path)] = (known.st_uid, known.st_mode, path.read_bytes() if path.is_file() else b"")
+    return found
+
+
+def test_paths_that_turn_while_up_runs_lead_root_nowhere(up, room, ada, kernel, canary):
+    before = state(canary)
+    live = kernel(ada)
+    live.run(EXCHANGE.format(canary=str(canary)))
+    try:
+        done = classroom(*up)
+        assert done.returncode == 0, done.stderr
+        for _ in range(ROUNDS):
+            course_files.hand_out_notebooks(room)
+            course_files.disk(room)
+    finally:
+        live.connect()  # the proxy is a new one
+        assert live.run(STOP).text == "True\n"
+    assert state(canary) == before
+    course_files.hand_out_notebooks(room)
+    home, (uid, _) = room.home(room.find("ada")), accounts.ids(room, room.find("ada"))
+    assert {path.lstat().st_uid for path in home.rglob("*")} == {uid}
+    assert (home / "notebooks" / "services" / "services.ipynb").exists()
+
+
+OWNER, LATER = 61001, 61002  # numbers of users that this machine does not have
+
+
+@pytest.fixture
+def home(able, tmp_path):
+    folder = tmp_path / "home"
+    folder.mkdir()
+    os.chown(folder, OWNER, OWNER)
+    return folder
+
+
+def test_who_acts_in_a_home_has_no_rights_but_its_owners(home):
+    look = "CapEff|CapPrm|CapInh|CapAmb|NoNewPrivs|Groups"
+
+    def work(_: int) -> bytes:
+        lines = Path("/proc/self/status").read_text().splitlines()
+        return repr(
+            [os.getresuid(), os.getresgid(), *(line.split()[1:] for line in lines if line.split(":")[0] in look)]
+        ).encode()
+
+    said = homes.act(home, OWNER, OWNER, work).decode()
+    none = ["0" * 16]
+    assert said == repr([(OWNER,) * 3, (OWNER,) * 3, [], none, none, none, none, ["1"]])
+
+
+def test_who_does_not_end_is_ended(home):
+    begin = time.monotonic()
+    with pytest.raises(AutograderError, match="did not end within 0.2 s"):
+        homes.act(home, OWNER, OWNER, lambda _: time.sleep(600) or b"", seconds=0.2)
+    assert time.monotonic() - begin < 60
+
+
+def test_what_is_there_is_left_and_links_are_not_followed(home, tmp_path):
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir(0o777)
+    elsewhere.chmod(0o777)
+    for name, target in (("a", "nowhere"), ("b", elsewhere)):
+        (home / name).symlink_to(target)
+    (home / "c").write_text("own")
+    os.mkfifo(home / "d")
+    things = {name: {"": b"new"} for name in ("a", "b/file", "c", "d", "e/f/g")} | {"h": {"i/j": b"new", "k": b"new"}}
+    homes.lay(home, OWNER, OWNER, things)
+    assert not list(elsewhere.iterdir()) and not (home / "nowhere").exists()
+    assert (home / "c").read_text() == "own"
+    for name in ("e/f/g", "h/i/j", "h/k"):
+        assert (home / name).read_text() == "new" and (home / name).stat().st_uid == OWNER
+
+
+def test_a_full_home_is_told_and_hurts_nobody_else(home):
+    home.chmod(0o500)
+    with pytest.raises(AutograderError, match="Permission denied"):
+        homes.lay(home, OWNER, OWNER, {"a": {"": b""}})
+
+
+def test_a_home_that_was_kept_is_given_without_what_is_elsewhere_too(home, tmp_path):
+    outside = tmp_path / "outside"
+    outside.write_text("root's")
+    others = tmp_path / "others"
+    others.write_text("the former owner's")
+    os.chown(others, OWNER, OWNER)
+    (home / "folder").mkdir()
+    (home / "folder" / "file").write_text("")
+    for path in (home / "folder", home / "folder" / "file"):
+        os.chown(path, OWNER, OWNER)
+    (home / "root's").write_text("")
+    (home / "link").symlink_to(outside)
+    os.link(outside, home / "outside")
+    os.link(others, home / "others")
+    homes.give(home, LATER, LATER)
+    assert [path.stat().st_uid for path in (home, home / "folder", home / "folder" / "file")] == [LATER] * 3
+    assert [path.stat().st_uid for path in (outside, others, home / "root's")] == [0, OWNER, 0]
+
+
+def test_what_instructors_released_is_read_with_their_rights(able, tmp_path):
+    exchange, secret = tmp_path / "exchange", tmp_path / "secret"
+    (exchange / "outbound" / "one").mkdir(parents=True)
+    exchange.chmod(0o755)
+    secret.write_text("root's")
+    secret.chmod(0o600)
+    (exchange / "outbound" / "one" / "one.ipynb").write_text("{}")
+    (exchange / "outbound" / "one" / "linked").symlink_to(secret)
+    (exchange / "outbound" / "two").symlink_to(tmp_path)
+    os.link(secret, exchange / "outbound" / "one" / "hard")
+    os.mkfifo(exchange / "outbound" / "one" / "waits")
+    assert homes.read(exchange, "outbound", OWNER, OWNER, []) == {"one/one.ipynb": b"{}"}
+
+
+def test_the_exchanges_folders_are_roots_and_no_links(room, tmp_path):
+    course = room.exchange / COURSE_ID
+    assert course.stat().st_uid == 0 and course.stat().st_mode & 0o022 == 0, "an instructor could change what is in it"
+    target = tmp_path / "target"
+    target.mkdir(0o700)
+    (course / "feedback").rename(course / "kept")
+    (course / "feedback").symlink_to(target)
+    try:
+        with pytest.raises(AutograderError, match="move it away"):
+            course_files.make_shared(room)
+        assert target.stat().st_mode & 0o777 == 0o700 and target.stat().st_gid == 0
+    finally:
+        (course / "feedback").unlink()
+        (course / "kept").rename(course / "feedback")
+        course_files.make_shared(room)
+
+
+def test_a_deep_folder_does_not_keep_a_class_from_being_removed(tmp_path):
+    folder = tmp_path / "class"
+    script = f"import os\nos.mkdir({str(folder)!r})\nos.chdir({str(folder)!r})\n"
+    script += "for _ in range(3000):\n    os.mkdir('d')\n    os.chdir('d')\n"
+    subprocess.run([sys.executable, "-c", script], check=True)
+    course_files.remove(Classroom(folder, ()))
+    assert not folder.exists()
