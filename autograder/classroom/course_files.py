@@ -97,8 +97,8 @@ def hand_out_notebooks(room: Classroom) -> list[str]:
         for thing in (f"notebooks/{name}", f"notebooks/{RELEASED}/{name}"):  # as in `hand_out`
             things.setdefault(thing, {})["/".join(inner)] = content
     for path, page in pages().items():
-        thing, _, inner = path.partition("/")
-        things.setdefault(thing, {})[inner] = page.read_bytes()
+        thing, _, within = path.partition("/")
+        things.setdefault(thing, {})[within] = page.read_bytes()
     failed = []
     for member in room.members:
         try:
