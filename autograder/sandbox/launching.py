@@ -21,7 +21,7 @@ from autograder.sandbox.box import Sandbox, Started
 from autograder.sandbox.program import Program
 
 LONGEST = 1 << 17  # bytes of a message
-KEPT = 1 << 20  # bytes of all that a judge has to say
+KEPT = 4 << 20  # bytes of all that a judge has to say: of the longest verdicts on the most tests, and more
 STARTS = 100  # programs of one grading
 START, STOP, TELL = "start", "stop", "tell"
 

@@ -12,6 +12,7 @@ from rcl_interfaces.msg import Log
 from rclpy.context import Context
 from rclpy.exceptions import NameValidationException
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from course.rclpy_internals import NodeNameNonExistentError, RCLError, patch
@@ -25,6 +26,13 @@ LOG_LENGTH = 1000  # characters of a log message that are kept
 LONGEST = 100_000  # characters or elements of a field: no right answer comes near
 ARGUMENTS = ["--ros-args", "--disable-stdout-logs", "--disable-rosout-logs", "--disable-external-lib-logs"]
 
+# Of a node of the grader's: no service, by which a program that it speaks with could set its clock (`use_sim_time`).
+CLOSED: dict[str, Any] = {
+    "use_global_arguments": False,
+    "start_parameter_services": False,
+    "parameter_overrides": [Parameter("start_type_description_service", value=False)],
+}
+
 
 class Ros:
     """A node of the grader's in `domain`, with a random name, so that no program can treat it differently."""
@@ -37,7 +45,7 @@ class Ros:
         self.domain = domain
         self._context = Context()
         rclpy.init(args=ARGUMENTS, context=self._context, domain_id=domain)
-        self.node = Node(f"node_{secrets.token_hex(4)}", context=self._context, use_global_arguments=False)
+        self.node = Node(f"node_{secrets.token_hex(4)}", context=self._context, **CLOSED)
         self.names.add(self.node.get_name())
         self._heard: deque[str] = deque(maxlen=HEARD)
         self.node.create_subscription(

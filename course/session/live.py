@@ -29,7 +29,7 @@ from course.session.calls import Calls
 from course.session.domains import session_domain
 from course.session.following import LogFollower
 from course.session.guards import Guards
-from course.session.logs import Entry, LogBook, Logs, program_logs
+from course.session.logs import FLOOD, KEPT, NAME, Entry, LogBook, Logs, program_logs
 from course.session.node import LiveNode, in_context
 from course.session.presence import Presence, base, difference
 from course.session.process import NodeProcess
@@ -41,6 +41,8 @@ from course.session.table import Nodes, Row
 from course.session.uses import uses
 from course.session.watch import Watch
 from course.waiting import lookouts, wait_until
+
+FLOODS = 20  # nodes of which the reader is told that they log too much
 
 # Asked before a file is started; what they return is told to the reader.  The notebook's part of the course looks here
 # whether the file is what its cell says.
@@ -77,10 +79,11 @@ class Session:
         )
         self.node = Node("_course_session", context=self.context, enable_rosout=False, start_parameter_services=False)
         self._presence = Presence(self.node)
-        self._book = LogBook(self.node)
-        self._spinner = Spinner(self.node)
         self._handles: dict[str, LiveNode | NodeProcess] = {}
         self.watch = Watch(self._handles)
+        self._flooding: set[str] = set()  # nodes of which the reader was told that they log without measure
+        self._book = LogBook(self.node, self._flooded)
+        self._spinner = Spinner(self.node)
         self.introspecting = False  # whether the services of programs that are started publish what passes
         self._calls = Calls(self.node, self._handles, self.watch)
         self._closed = False
@@ -341,6 +344,22 @@ class Session:
         for line in kept.refresh(self._folder):
             self.watch.notice(line)
         kept.use(self._folder)
+
+    def _flooded(self, node: str) -> None:
+        """A node logs so much that most of it is lost: tell who does, and how to end it, once."""
+        if node in self._flooding or len(self._flooding) == FLOODS:
+            return
+        self._flooding.add(node)
+        key = next((key for key, handle in list(self._handles.items()) if node in map(base, handle.nodes)), "")
+        end = (
+            f"To end it: ros.stop('{key}')."
+            if key
+            else "This session has not started it: end its program where it was started (Ctrl-C in its terminal)."
+        )
+        self.watch.notice(
+            f"The node {node[:NAME]!r} logs more than {FLOOD:,.0f} lines a second. Only the newest {KEPT:,} lines of "
+            f"all nodes are kept. {end}"
+        )
 
     def _goal_failed(self, node: Node, error: Exception | None, result: bool) -> None:
         """An execute callback in this kernel has raised, or returned no result, or set no state of its goal."""

@@ -4,18 +4,29 @@ import html
 import math
 import re
 import threading
-from collections import deque
+import time
+from collections import Counter, deque
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Literal, TypeVar, cast
 
 from rcl_interfaces.msg import Log
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.serialization import deserialize_message
+from rclpy.serialization import deserialize_message, serialize_message
 
 from course.waiting import wait_until
 
 LEVELS = {10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
+Message = TypeVar("Message")
+
 KEPT = 5000
+LONGEST = 10_000  # characters of a line that are kept
+SHORT = 16_384  # bytes of a message that is kept as it came
+NAME = 256  # bytes of a node's name: more than ROS 2 allows
+SHOWN = 1_000_000  # characters that a notebook shows: JupyterLab gets slow, and keeps all of them in the file
+SAMPLE = 2000  # messages after which one looks how fast they come
+FLOOD = 1000.0  # lines a second: more than anybody reads, and than a node's timer logs
 
 
 @dataclass(frozen=True)
@@ -31,16 +42,26 @@ class Entry:
 
 
 class Logs(list[Entry]):
-    """Entries in the order in which they came; a notebook shows them folded."""
+    """Entries in the order in which they came; a notebook shows them folded, of very many the newest."""
 
     def __str__(self) -> str:
-        return "\n".join(map(str, self))
+        """The lines, as many of the newest as `SHOWN` characters hold."""
+        lines: list[str] = []
+        left = SHOWN
+        for entry in reversed(self):
+            lines.append(str(entry))
+            left -= len(lines[-1])
+            if left < 0 and len(lines) < len(self):
+                lines.append(
+                    f"({len(self) - len(lines):,} lines before these are not shown: `ros.logs()` is a list of them all)"
+                )
+                break
+        return "\n".join(reversed(lines))
 
     __repr__ = __str__
 
     def _repr_html_(self) -> str:
-        rows = "\n".join(html.escape(str(entry)) for entry in self)
-        return f"<details><summary>{len(self)} log lines</summary><pre>{rows}</pre></details>"
+        return f"<details><summary>{len(self)} log lines</summary><pre>{html.escape(str(self))}</pre></details>"
 
 
 LINE = re.compile(r"(?:\x1b\[\d*m)?\[(DEBUG|INFO|WARN|ERROR|FATAL)\] \[([\w./]+)\]: (.*?)(?:\x1b\[\d*m)?$")
@@ -65,8 +86,9 @@ def node_of_line(line: str) -> str | None:
 
 
 def entry_of(message: bytes) -> Entry:
-    """The entry in a message of /rosout."""
-    log = deserialize_message(message, Log)
+    """The entry in a message of /rosout; anybody can publish there, also what is no message of the topic's type."""
+    if (log := decoded(message, Log)) is None:
+        return Entry("WARN", node_of(message), f"(published {len(message):,} bytes on /rosout that are no log message)")
     return Entry(LEVELS.get(log.level, str(log.level)), log.name, log.msg)
 
 
@@ -75,26 +97,69 @@ def node_of(message: bytes) -> str:
 
     In the message's CDR encoding, four bytes of header, a stamp and the level come before the length of its name.
     """
-    end = 20 + int.from_bytes(message[16:20], "little" if message[1] else "big")
-    return message[20 : end - 1].decode(errors="replace")
+    return _text_at(message, 16, NAME)[0]
+
+
+def short(message: bytes) -> bytes:
+    """A message of /rosout, with the beginning of its text when it is a long one."""
+    if len(message) <= SHORT:
+        return message
+    name, end = _text_at(message, 16, NAME)
+    text, _ = _text_at(message, end + -end % 4, LONGEST)
+    log = Log(name=name, msg=f"{text}… (a message of {len(message):,} bytes)", level=message[12])
+    log.stamp.sec = int.from_bytes(message[4:8], _order(message), signed=True)
+    return serialize_message(log)
+
+
+def decoded(message: bytes, kind: type[Message]) -> Message | None:
+    """A message as it came; None when it is none of this kind: anybody may publish any bytes on any topic."""
+    try:
+        return cast(Message, deserialize_message(message, kind))
+    except (RuntimeError, MemoryError):  # the middleware's RMWError is a RuntimeError
+        return None
+
+
+def _text_at(message: bytes, start: int, most: int) -> tuple[str, int]:
+    """The text in a CDR encoding whose length stands at `start`, `most` bytes of it, and where it ends."""
+    end = start + 4 + int.from_bytes(message[start : start + 4], _order(message))
+    return message[start + 4 : min(end - 1, start + 4 + most)].decode(errors="replace"), end
+
+
+def _order(message: bytes) -> Literal["little", "big"]:
+    return "little" if message[1:2] != b"\0" else "big"
 
 
 class LogBook:
     """Collects /rosout on the given node: as bytes, because reading each line at once would slow every call down."""
 
-    def __init__(self, node: Node):
+    def __init__(self, node: Node, flooded: Callable[[str], None] = lambda node: None):
+        """`flooded` is called, in the thread that spins `node`, with the name of a node that logs without measure."""
         self._messages: deque[bytes] = deque(maxlen=KEPT)
         self.count = 0  # of all that have come
+        self._flooded, self._sampled = flooded, time.monotonic()
         self._changed = threading.Condition(threading.RLock())
         node.create_subscription(
             Log, "/rosout", self._on_log, QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL), raw=True
         )
 
     def _on_log(self, message: bytes) -> None:
+        message = short(message)
         with self._changed:
             self._messages.append(message)
             self.count += 1
             self._changed.notify_all()
+        if self.count % SAMPLE == 0:
+            self._look_for_floods()
+
+    def _look_for_floods(self) -> None:
+        """Tell who has logged most of the last messages, when they came faster than anybody reads."""
+        now = time.monotonic()
+        passed, self._sampled = now - self._sampled, now
+        if FLOOD * passed < SAMPLE:
+            _, messages = self.since(self.count - SAMPLE)
+            [(node, lines)] = Counter(map(node_of, messages)).most_common(1)
+            if FLOOD * passed < lines:
+                self._flooded(node)
 
     def read(self, node: str | None = None) -> Logs:
         """The entries of `node`, or all."""
@@ -111,11 +176,13 @@ class LogBook:
     def forget(self, node: str, before: float = math.inf) -> None:
         """Drop the entries of `node`: those stamped before a time (s, as `time.time()` gives it), or all."""
 
-        def stays(log: Log) -> bool:
-            return log.name != node or log.stamp.sec + 1e-9 * log.stamp.nanosec >= before
+        def stays(message: bytes) -> bool:
+            if node_of(message) != node or (log := decoded(message, Log)) is None:
+                return True
+            return log.stamp.sec + 1e-9 * log.stamp.nanosec >= before
 
         with self._changed:
-            kept = [m for m in self._messages if stays(deserialize_message(m, Log))]
+            kept = [message for message in self._messages if stays(message)]
             self._messages.clear()
             self._messages.extend(kept)
 

@@ -9,11 +9,12 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future
 from pathlib import Path
+from typing import IO
 
-from course.session.logs import node_of_line
+from course.session.logs import LONGEST, node_of_line
 from course.session.presence import base
 from course.session.story import GOAL_FAILED, MARK, STATE_NOT_SET, Story, failed_goals, of_program, text_at
 
@@ -88,9 +89,9 @@ class NodeProcess:
     def _read(self) -> None:
         assert self._popen.stdout is not None
         awaited = ""  # after a failed goal: the line that its traceback begins with, and then the one that it ends with
-        for line in self._popen.stdout:
+        for line in _lines(self._popen.stdout):
             with self._printing:
-                self._lines.append(line[:10_000])
+                self._lines.append(line)
                 self._read_lines += 1
                 if "]: " in line and (node := node_of_line(line)):
                     self._loggers.add(node)
@@ -201,3 +202,12 @@ class NodeProcess:
     def __repr__(self) -> str:
         nodes = f" as {', '.join(self.nodes)}" if self.alive else ""
         return f"<{self.name}: {self.state}{nodes}>"
+
+
+def _lines(output: IO[str]) -> Iterator[str]:
+    """The lines of a program's output, LONGEST characters of each: a line may be without end."""
+    while line := output.readline(LONGEST + 1):
+        rest = line
+        while len(rest) > LONGEST and not rest.endswith("\n"):
+            rest = output.readline(LONGEST + 1)
+        yield line if rest is line else f"{line[:LONGEST]}…\n"

@@ -4,6 +4,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor, ShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
@@ -12,6 +13,7 @@ from course.rclpy_internals import cancel_pending_requests, destroy, end_thread_
 from course.session.story import Story, of_exception
 
 KEPT = 100  # exceptions of one node
+STORIES = 20  # of these, that a reader is told: each may have another text
 
 
 class Spinner:
@@ -53,8 +55,12 @@ class Spinner:
 
     def tell(self, story: Story) -> None:
         """Keep a story for the reader, once for each place."""
-        if (story.error, story.frames) not in {(known.error, known.frames) for known in self.stories}:
-            self.stories.append(story)
+        if len(self.stories) < STORIES:
+            known = {(known.error, known.frames) for known in self.stories}
+            if (story.error, story.frames) not in known:
+                self.stories.append(story)
+            if len(self.stories) == STORIES:
+                self.stories[-1] = replace(story, hint="It may go on: what else it raises is in `ros.logs()` alone.")
         self.node.get_logger().error(story.line)
         self._changed()
 

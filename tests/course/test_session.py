@@ -23,6 +23,8 @@ from course.nodes.fibonacci_action_server import FibonacciActionServer
 from course.ros2.graph import participants_here
 from course.session.domains import DOMAINS, claim_domain
 from course.session.live import Session
+from course.session.spinner import STORIES
+from course.waiting import wait_until
 
 SERVER = """
 import sys
@@ -235,6 +237,24 @@ def test_a_callback_that_raises_is_kept_and_the_node_goes_on(session):
         session.call("careless", AddTwoInts, a=1, b=0, timeout=0.5)
     assert [type(error) for error in handle.errors] == [ZeroDivisionError]
     assert session.call("careless", AddTwoInts, a=8, b=4).sum == 2
+
+
+def test_a_callback_that_raises_something_else_each_time_tells_only_the_first(session):
+    class Raising(Node):
+        def __init__(self):
+            super().__init__("raising")
+            self.count = 0
+            self.create_timer(0.001, self.tick)
+
+        def tick(self):
+            self.count += 1
+            raise RuntimeError(f"number {self.count}")
+
+    handle = session.start(Raising)
+    assert wait_until(lambda: handle.node.count > 3 * STORIES, 20, alert=False)
+    assert len(handle.stories) == STORIES
+    assert "ros.logs()" in handle.stories[-1].hint
+    assert len(session.watch.pending()) == STORIES
 
 
 def test_a_node_that_blocks_for_ever_blocks_only_itself_and_can_be_stopped(session):

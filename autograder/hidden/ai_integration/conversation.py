@@ -37,6 +37,7 @@ from autograder.suitekit import (
     speaker,
 )
 from autograder.suitekit.lifecycle import Answer, Question
+from autograder.suitekit.ros import CLOSED
 from course.waiting import wait_until
 from course.world import Laser, Room, Simulation
 from course.world.node import World
@@ -364,13 +365,9 @@ class Follower(TopicProgram):
 
         def go(limit: float, alive: Alive) -> Simulation | None:
             self.fresh = False
-            world = World(
-                room,
-                laser,
-                context=self.ros.node.context,
-                use_global_arguments=False,
-                parameter_overrides=[Parameter("fast", value=True), Parameter("seed", value=seed)],
-            )
+            settings = [Parameter("fast", value=True), Parameter("seed", value=seed)]
+            own = CLOSED | {"parameter_overrides": CLOSED["parameter_overrides"] + settings}
+            world = World(room, laser, context=self.ros.node.context, **own)
             watch = StandstillWatch(world, alive)
             try:
                 with contextlib.suppress(TimeoutError, StandstillError):

@@ -23,6 +23,7 @@ INSPECTOR = "the Inspector"
 FIRST, LAST = 20, 180  # events of an exchange that are kept
 LONGEST = 2000  # characters of a message that are shown
 LENGTH = 100  # elements of an array that are shown
+LARGEST = 1 << 16  # bytes of a message that is kept as it was sent; of a larger one, what is shown
 
 _numbers = itertools.count(1)
 
@@ -152,8 +153,13 @@ class _Serialized:
 
     def __init__(self, message: Any):
         self._bytes, self._type = serialize_message(message), type(message)
+        self._text = ""
+        if len(self._bytes) > LARGEST:
+            self._text, self._bytes = str(self)[:LONGEST], b""
 
     def __str__(self) -> str:
+        if self._text:
+            return self._text
         message = deserialize_message(self._bytes, self._type)
         return messages.to_yaml(message, messages.Limits(LENGTH)).strip()
 

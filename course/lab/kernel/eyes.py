@@ -17,7 +17,6 @@ from nav_msgs.msg import Odometry
 from rclpy.client import Client
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
@@ -29,7 +28,7 @@ from course.robot.sectors import from_scan
 from course.ros2.graph import is_hidden
 from course.session.following import LogFollower
 from course.session.live import Session
-from course.session.logs import Entry
+from course.session.logs import Entry, decoded
 from course.world.controls import LATCHED
 from course.world.node import World, latest, watchers
 
@@ -37,6 +36,9 @@ NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 LOOK = 0.5  # s between two looks who publishes
 SHOWN = 720  # beams of a scan at most: of a finer scanner the page gets every second, third, ...
 HITS = 20  # collisions that are kept
+TOLD = 1000  # characters of a collision's text
+MOST = 100_000  # beams of a scan that are looked at: of a finer scanner every second, third, ...
+LONGEST = 1 << 20  # bytes of the walls, which are read for each picture
 TOPICS: dict[str, tuple[type, QoSProfile]] = {
     "/scan": (LaserScan, NEWEST),
     "/odom": (Odometry, NEWEST),
@@ -47,7 +49,7 @@ TOPICS: dict[str, tuple[type, QoSProfile]] = {
 NOTHING, NO_MEASUREMENT = -1, -2  # for a range: nothing in reach, and no value that one may use
 SILENT = 1.5  # s without news of a state, after which it is not known any more
 STATE = re.compile(r"State: ([A-Za-z]\w{0,39})\b")  # in a line of the driver's log, as in the chapter
-PLACE = re.compile(r"x=(-?[\d.]+) m, y=(-?[\d.]+) m")  # in the text of a collision
+PLACE = re.compile(r"x=(-?\d{1,9}(?:\.\d{1,9})?) m, y=(-?\d{1,9}(?:\.\d{1,9})?) m")  # in the text of a collision
 Source = tuple[str, tuple[int, ...]]  # a node's full name, and its publisher: a node that was started anew has a new
 
 
@@ -166,7 +168,7 @@ class Eyes:
             if topic == "/scan":
                 self._at = self._last.get("/odom", b"")
             elif topic == "/collision":
-                self.hits.append(deserialize_message(message, String).data)
+                self.hits.append((decoded(message, String) or String()).data[:TOLD])
 
         return hear
 
@@ -174,14 +176,16 @@ class Eyes:
 
     def scan(self) -> dict[str, Any] | None:
         """The last scan as a page draws it: ranges (cm), where it was seen from, the nearest of each sector (m)."""
-        if "/scan" not in self._last:
+        if "/scan" not in self._last or (scan := decoded(self._last["/scan"], LaserScan)) is None:
             return None
-        scan = deserialize_message(self._last["/scan"], LaserScan)
+        beams = len(scan.ranges)
+        if (thinned := math.ceil(beams / MOST)) > 1:
+            scan.ranges, scan.angle_increment = scan.ranges[::thinned], thinned * scan.angle_increment
         step = max(1, math.ceil(len(scan.ranges) / SHOWN))
         return {
             "first": _finite(scan.angle_min, 4),
             "step": _finite(scan.angle_increment * step, 6),
-            "beams": len(scan.ranges),
+            "beams": beams,
             "reach": _finite(scan.range_max, 2),
             "ranges": [_centimetres(value, scan.range_min, scan.range_max) for value in scan.ranges[::step]],
             "from": _pose(self._at),
@@ -190,16 +194,15 @@ class Eyes:
 
     def robot(self) -> dict[str, Any] | None:
         """Where the robot says that it is, [x m, y m, heading rad], and how it moves, [m/s, rad/s]."""
-        if "/odom" not in self._last:
+        if "/odom" not in self._last or (odometry := decoded(self._last["/odom"], Odometry)) is None:
             return None
-        twist = deserialize_message(self._last["/odom"], Odometry).twist.twist
+        twist = odometry.twist.twist
         return {"pose": _pose(self._last["/odom"]), "moves": [_finite(twist.linear.x, 3), _finite(twist.angular.z, 3)]}
 
     def command(self) -> list[float | None] | None:
         """The last command, [m/s, rad/s]."""
-        if "/cmd_vel" not in self._last:
+        if "/cmd_vel" not in self._last or (command := decoded(self._last["/cmd_vel"], Twist)) is None:
             return None
-        command = deserialize_message(self._last["/cmd_vel"], Twist)
         return [_finite(command.linear.x, 3), _finite(command.angular.z, 3)]
 
     def collisions(self) -> dict[str, Any]:
@@ -219,14 +222,19 @@ class Eyes:
         if "/walls" not in self._last:
             return None, "", []
         message = self._last["/walls"]
-        marker = deserialize_message(message, Marker)
-        return message, marker.ns, [round(value, 2) for point in marker.points for value in (point.x, point.y)]
+        marker = decoded(message, Marker) if len(message) <= LONGEST else None
+        if marker is None:
+            return message, "", []
+        # A wall with an end that is no number is left out: JSON cannot say it.
+        walls = zip(marker.points[::2], marker.points[1::2], strict=False)
+        ends = [(one.x, one.y, other.x, other.y) for one, other in walls]
+        return message, marker.ns, [round(value, 2) for wall in ends if all(map(math.isfinite, wall)) for value in wall]
 
 
 def _pose(odometry: bytes) -> list[float | None] | None:
-    if not odometry:
+    if not odometry or (read := decoded(odometry, Odometry)) is None:
         return None
-    pose = deserialize_message(odometry, Odometry).pose.pose
+    pose = read.pose.pose
     turn = pose.orientation
     heading = math.atan2(2.0 * (turn.w * turn.z + turn.x * turn.y), 1.0 - 2.0 * (turn.y**2 + turn.z**2))
     return [_finite(pose.position.x, 3), _finite(pose.position.y, 3), _finite(heading, 4)]

@@ -7,16 +7,21 @@ from typing import Any
 from rcl_interfaces.msg import ParameterDescriptor, ParameterEvent, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParametersAtomically
 from rclpy.parameter import Parameter, parameter_value_to_python
-from rclpy.qos import qos_profile_parameter_events
+from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
 from course.errors import LiveError
 from course.lab.kernel.eyes import Eyes, Source, close_eyes, eyes_in_use, open_eyes
 from course.lab.kernel.nodes import answer
 from course.lab.kernel.panels import Panels, Topic
+from course.session.logs import decoded
 from course.waiting import wait_until
 
 FOUND = 1.0  # s that a node's services may take to be found
+EVENTS = QoSProfile(depth=100)  # of /parameter_events, which a node may flood
+SHOWN = 200  # parameters of a node
+TOLD = 1000  # characters of a parameter's text, or it is not shown
+LONGEST = 1 << 16  # bytes of an event that is read: of a longer one, the parameters are read again
 KINDS = {
     ParameterType.PARAMETER_BOOL: "bool",
     ParameterType.PARAMETER_INTEGER: "integer",
@@ -80,14 +85,23 @@ class KnobsFeed:
         self._eyes, self._last = eyes, None
         self._known.clear()
         self._events = eyes.live.node.create_subscription(
-            ParameterEvent, "/parameter_events", self._hear, qos_profile_parameter_events
+            ParameterEvent, "/parameter_events", self._hear, EVENTS, raw=True
         )
 
-    def _hear(self, event: ParameterEvent) -> None:
+    def _hear(self, message: bytes) -> None:
+        """A node's parameters have changed; the name of the node stands in the first bytes, after a stamp."""
+        known = [source for source in list(self._known) if source[0].encode() in message[: 20 + len(source[0])]]
+        if not known:
+            return
+        event = decoded(message, ParameterEvent) if len(message) <= LONGEST else None
+        if event is None:
+            for source in known:
+                self._known.pop(source, None)
+            return
         for (name, _), parameters in list(self._known.items()):
             if name == event.node:
                 for changed in [*event.new_parameters, *event.changed_parameters]:
-                    if changed.name in parameters:
+                    if changed.name in parameters and _is_shown(changed.value):
                         parameters[changed.name]["value"] = _said(changed.value)
                     else:
                         self._known.pop((name, _), None)  # declared since: read them again
@@ -128,7 +142,7 @@ def _read(eyes: Eyes, node: str) -> dict[str, Any] | None:
     listed = _ask(eyes, node, ListParameters)
     if listed is None:
         return None
-    names = sorted(set(listed.result.names) - set(OF_EVERY_NODE))
+    names = sorted(set(listed.result.names) - set(OF_EVERY_NODE))[:SHOWN]
     described = _ask(eyes, node, DescribeParameters, names=names)
     got = _ask(eyes, node, GetParameters, names=names)
     if described is None or got is None:
@@ -136,7 +150,7 @@ def _read(eyes: Eyes, node: str) -> dict[str, Any] | None:
     return {
         each.name: _shown(each, value)
         for each, value in zip(described.descriptors, got.values, strict=False)
-        if value.type in KINDS
+        if _is_shown(value)
     }
 
 
@@ -150,8 +164,12 @@ def _shown(descriptor: ParameterDescriptor, value: ParameterValue) -> dict[str, 
         "to": _finite(limits[0].to_value) if limits else None,
         "step": (limits[0].step or None) if limits else None,
         "fixed": descriptor.read_only,
-        "about": descriptor.description,
+        "about": descriptor.description[:TOLD],
     }
+
+
+def _is_shown(value: ParameterValue) -> bool:
+    return value.type in KINDS and len(value.string_value) <= TOLD
 
 
 def _said(value: ParameterValue) -> Any:

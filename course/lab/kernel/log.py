@@ -9,6 +9,7 @@ from course.session.live import Session
 from course.session.logs import LEVELS, Entry
 
 LINES = 200  # from each source in an event
+LONGEST = 2000  # characters of a line that are shown
 SEVERITY = {"PRINT": 20, "ENDED": 50} | {name: number for number, name in LEVELS.items()}
 
 
@@ -40,7 +41,7 @@ class LogFeed:
         entries, lost = self._follower.read(LINES)
         if not entries and not lost:
             return None
-        return {"lines": [[entry.level, entry.node, entry.text] for entry in entries], "lost": lost}
+        return {"lines": [[entry.level, entry.node, _cut(entry.text)] for entry in entries], "lost": lost}
 
     def close(self) -> None:
         """Nothing is held."""
@@ -51,3 +52,7 @@ class LogFeed:
             and SEVERITY.get(entry.level, 0) >= self._level
             and self._text in entry.text.casefold()
         )
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}… ({len(text):,} characters; `ros.logs()` has more)"

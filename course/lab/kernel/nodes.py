@@ -4,6 +4,7 @@ import threading
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from rcl_interfaces.msg import ParameterValue
 from rcl_interfaces.srv import GetParameters, ListParameters
 from rclpy.action import get_action_client_names_and_types_by_node, get_action_server_names_and_types_by_node
 from rclpy.client import Client
@@ -17,6 +18,8 @@ from course.session.live import Session, current
 from course.session.presence import parts
 from course.session.table import Row
 
+SHOWN = 500  # parameters of a node
+LONGEST = 1000  # characters of a value that are shown
 ANSWER = 1.0  # s that a node may take to tell its parameters
 OF_NO_INTEREST = ("/rosout", "/parameter_events")  # topics that every node has
 
@@ -109,12 +112,20 @@ class Details:
         """{"parameters": names with values}, and {"silent": True} when the node does not answer."""
         listing, getting = self._clients
         listed = answer(listing, ListParameters.Request())
-        names = sorted(listed.result.names) if listed else []
+        names = sorted(listed.result.names)[:SHOWN] if listed else []
         got = answer(getting, GetParameters.Request(names=names)) if listed else None
         if got is None:
             return {"parameters": [], "silent": True}
-        values = [repr(parameter_value_to_python(value)) for value in got.values]
+        values = [_value(value) for value in got.values]
         return {"parameters": [list(each) for each in zip(names, values, strict=False)], "silent": False}
+
+
+def _value(value: ParameterValue) -> str:
+    try:
+        text = repr(parameter_value_to_python(value))
+    except RuntimeError:  # a program that is not rclpy's may answer with a type that does not exist
+        return f"(of type {value.type}, which rcl_interfaces/msg/ParameterType does not define)"
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}… ({len(text):,} characters)"
 
 
 def endpoints(live: Session, full_name: str, *, everything: bool = False) -> dict[str, list[list[str]]]:

@@ -19,20 +19,22 @@ from rclpy.action import ActionClient
 from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from rclpy.task import Future
 from service_msgs.msg import ServiceEventInfo
 
-from course.lab.kernel.exchange import Exchange, keep, summaries
+from course.lab.kernel.exchange import LARGEST, Exchange, keep, summaries
 from course.lab.kernel.panels import Changes
 from course.rclpy_internals import action_name, action_type, replace_in_rclpy, watch_clients
 from course.recorders import STATUS
 from course.ros2 import messages
 from course.session.live import Session, current
+from course.session.logs import decoded
 from course.session.presence import EVENTS
 from course.session.started import sitecustomize
 
+REQUEST = bytes([ServiceEventInfo.REQUEST_RECEIVED])
+HEAD = 64  # bytes of a message that is too long to be kept
 WAITING = 400  # messages that are kept between two looks
 OPEN = 100  # calls and goals without an end that are remembered
 SERVICE, STATUSES, FEEDBACK = "/_service_event", "/_action/status", "/_action/feedback"
@@ -65,7 +67,7 @@ class Passing:
 
     def __init__(self, live: Session):
         self.live = live
-        self._incoming: deque[tuple[float, str, str, type, bytes]] = deque(maxlen=WAITING)
+        self._incoming: deque[tuple[float, str, str, type, bytes, int]] = deque(maxlen=WAITING)
         self._subscriptions: dict[str, Subscription] = {}
         self._begun: set[str] = set()  # status topics of which a message was read
         self._callers: dict[bytes, str] = {}
@@ -126,9 +128,10 @@ class Passing:
     def _hear(self, name: str, end: str, kind: type) -> Callable[[bytes], None]:
         def hear(message: bytes) -> None:
             # A client of a moment, as that of `ros2 service call`, is known by its name now or never.
-            if end == SERVICE and message[4] == ServiceEventInfo.REQUEST_RECEIVED:
+            if end == SERVICE and message[4:5] == REQUEST:
                 self._caller(name, message[16:32])
-            self._incoming.append((time.monotonic(), name, end, kind, message))
+            long = len(message) if len(message) > LARGEST else 0
+            self._incoming.append((time.monotonic(), name, end, kind, message[:HEAD] if long else message, long))
 
         return hear
 
@@ -144,17 +147,27 @@ class Passing:
             self._callers[client] = _said(names)
         return self._callers[client]
 
-    def _read(self, at: float, name: str, end: str, kind: type, message: bytes) -> None:
-        read = deserialize_message(message, kind)
+    def _read(self, at: float, name: str, end: str, kind: type, message: bytes, long: int) -> None:
+        """Read a message; of a `long` one, of so many bytes, the beginning is there."""
+        if long:
+            if end == FEEDBACK:  # the goal's identifier comes first
+                self._read_feedback(message[4:20], name, f"(a message of {long:,} bytes: too long to be kept)", at)
+            return
+        read: Any = decoded(message, kind)
+        if read is None:
+            return
         if end == SERVICE:
             self._read_call(name, kind, read)
         elif end == STATUSES:
             self._read_statuses(name, at, read)
         else:
-            goal = self._goal(bytes(read.goal_id.uuid), name)
-            if goal.outside and goal.exchange and not goal.exchange.over:
-                self._follow(goal, GoalStatus.STATUS_EXECUTING, at)  # the news of it may come later
-                goal.exchange.add("feedback", read.feedback, at)
+            self._read_feedback(bytes(read.goal_id.uuid), name, read.feedback, at)
+
+    def _read_feedback(self, goal_id: bytes, name: str, feedback: Any, at: float) -> None:
+        goal = self._goal(goal_id, name)
+        if goal.outside and goal.exchange and not goal.exchange.over:
+            self._follow(goal, GoalStatus.STATUS_EXECUTING, at)  # the news of it may come later
+            goal.exchange.add("feedback", feedback, at)
 
     def _read_call(self, name: str, kind: type, event: Any) -> None:
         info = event.info
@@ -175,7 +188,7 @@ class Passing:
     def _read_statuses(self, name: str, at: float, message: GoalStatusArray) -> None:
         first = name not in self._begun
         self._begun.add(name)
-        for each in message.status_list:
+        for each in message.status_list[-OPEN:]:
             over = first and each.status in STATUS  # it was over before somebody looked
             self._follow(self._goal(bytes(each.goal_info.goal_id.uuid), name, over=over), each.status, at)
 

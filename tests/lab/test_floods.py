@@ -1,0 +1,247 @@
+"""A program that nobody of this session started floods its ROS domain, or publishes bytes that are no messages.
+
+The kernel keeps a bounded part, goes on running cells and telling its pages, and says which node floods.
+"""
+
+import os
+import subprocess
+import sys
+import threading
+from contextlib import contextmanager
+
+import pytest
+from rcl_interfaces.msg import Log
+from rclpy.serialization import serialize_message
+from visualization_msgs.msg import Marker
+
+from course import environment
+from course.lab.kernel.exchange import LARGEST, Exchange
+from course.lab.kernel.eyes import TOLD, Eyes
+from course.session import logs
+from course.session.logs import Entry, LogBook, Logs, entry_of, node_of, short
+from course.session.process import NodeProcess
+from course.waiting import wait_until
+from tests.kernels import Kernel
+from tests.lab.client import page_of
+
+STRANGER = """
+import array, math, sys, threading, time
+import rclpy
+from course_interfaces.action import Fibonacci
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from rcl_interfaces.msg import Log, Parameter, ParameterEvent, ParameterValue
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import String
+from visualization_msgs.msg import Marker
+
+rclpy.init()
+node = rclpy.create_node('stranger')
+threading.Thread(target=rclpy.spin, args=(node,), daemon=True).start()
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+def publisher(kind, topic, qos=10):
+    made = node.create_publisher(kind, topic, qos)
+    while not made.get_subscription_count():
+        time.sleep(0.01)
+    return made
+"""
+LINES = """
+log = publisher(Log, '/rosout', QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+long, line = (serialize_message(Log(level=20, name='stranger', msg=size * 'x')) for size in (1_000_000, 60))
+for _ in range(400):
+    log.publish(long)
+    time.sleep(0.002)
+while True:
+    for _ in range(100):
+        log.publish(line)
+    time.sleep(0.005)
+"""
+# Nine kinds of bytes that are no message: cut off, or with lengths that are longer than all, and negative as int32.
+BROKEN = """
+FEW, MANY = bytes([0, 1, 0, 0]) + bytes(7), bytes([0, 1, 0, 0]) + bytes(12) + bytes([255] * 4) + b'abc'
+made = [publisher(kind, topic, qos) for kind, topic, qos in (
+    (Log, '/rosout', LATCHED), (ParameterEvent, '/parameter_events', 10), (String, '/collision', LATCHED),
+    (Marker, '/walls', LATCHED), (LaserScan, '/scan', 10), (Odometry, '/odom', 10), (Twist, '/cmd_vel', 10),
+    (Fibonacci.Impl.FeedbackMessage, '/f/_action/feedback', 10))]
+for _ in range(20):
+    for each in made:
+        each.publish(FEW)
+        each.publish(MANY)
+    time.sleep(0.02)
+"""
+LARGE = """
+scan = publisher(LaserScan, '/scan')
+events = publisher(ParameterEvent, '/parameter_events')
+strings = [Parameter(name=f'p{n}', value=ParameterValue(type=4, string_value=90 * 'x')) for n in range(50_000)]
+event = serialize_message(ParameterEvent(node='/stranger', new_parameters=strings))
+for _ in range(10):
+    events.publish(event)
+events.wait_for_all_acked()
+ranges = array.array('f', [1.0, math.inf, math.nan, -math.inf]) * 60_000
+seen = serialize_message(LaserScan(angle_increment=1e-6, range_max=9.0, ranges=ranges))
+while True:
+    scan.publish(seen)
+    time.sleep(0.1)
+"""
+
+
+@pytest.fixture(scope="module")
+def kernel(tmp_path_factory):
+    kernel = Kernel(tmp_path_factory.mktemp("floods"))
+    kernel.run("import course\nros = course.live()")
+    yield kernel
+    kernel.stop()
+
+
+def memory(kernel: Kernel) -> int:
+    """What the kernel takes, in MiB."""
+    return int(kernel.run("import psutil\nprint(psutil.Process().memory_info().rss >> 20)").splitlines()[0])
+
+
+@contextmanager
+def stranger(kernel: Kernel, text: str):
+    """A program in the kernel's ROS domain that its session has not started."""
+    domain = int(kernel.run("print(ros.domain_id)"))
+    program = subprocess.Popen(
+        [sys.executable, "-c", STRANGER + text], env=os.environ | environment.session_variables(domain)
+    )
+    try:
+        yield program
+    finally:
+        program.kill()
+        program.wait()
+
+
+def test_a_flood_of_lines_is_cut_and_its_node_is_named(kernel):
+    page = page_of(kernel)
+    page.subscribe("log")
+    before = memory(kernel)
+    with stranger(kernel, LINES):
+        lost, longest = 0, 0
+        while lost < 5000:
+            data = page.event()["data"]
+            lost += data["lost"]
+            longest = max(longest, *(len(line[2]) for line in data["lines"]))
+        assert longest < 2100
+        # A cell that runs is still interrupted.
+        begun = threading.Event()
+        said = kernel.run(
+            "print('begun')\nwhile True:\n    pass",
+            seen=lambda text: begun.is_set() or (begun.set(), kernel.interrupt()),
+        )
+        assert "KeyboardInterrupt" in said
+        assert kernel.seconds < 5.0
+        said += kernel.run("pass")
+        assert "The node 'stranger' logs more than 1,000 lines a second" in said
+        assert "This session has not started it" in said
+        assert int(kernel.run("print(len(repr(ros.logs())))")) < 1_100_000
+    assert memory(kernel) < before + 250
+    page.close()
+
+
+def test_bytes_that_are_no_messages_end_no_panel(kernel):
+    page = page_of(kernel)
+    for topic in ("log", "robot", "robot.knobs", "inspector.exchanges"):
+        page.subscribe(topic)
+    with stranger(kernel, BROKEN) as program:
+        while program.poll() is None:
+            assert "error" not in page.event()
+    page.close()
+
+
+def test_scans_and_events_of_any_size_are_told(kernel):
+    before = memory(kernel)
+    page = page_of(kernel)
+    page.subscribe("robot")
+    page.subscribe("robot.knobs")
+    scan = None
+    with stranger(kernel, LARGE):
+        while not scan:  # which comes after all events
+            event = page.event()
+            assert "error" not in event
+            scan = event["data"].get("scan")
+    assert scan["beams"] == 240_000
+    assert len(scan["ranges"]) <= 1000
+    assert memory(kernel) < before + 250
+    page.close()
+
+
+def test_a_long_line_keeps_its_beginning_its_node_and_its_time():
+    message = serialize_message(Log(level=40, name="größe", msg="wörter" * 100_000, file="f.py", line=7))
+    kept = short(message)
+    assert len(kept) < 2 * logs.LONGEST
+    assert node_of(kept) == "größe"
+    entry = entry_of(kept)
+    assert (entry.level, entry.node) == ("ERROR", "größe")
+    assert entry.text.startswith("wörterwörter")
+    assert entry.text.endswith(f"… (a message of {len(message):,} bytes)")
+    assert short(kept) is kept
+
+
+@pytest.mark.parametrize(
+    "message", [b"", b"\0", bytes(4), bytes([0, 1, 0, 0]) + bytes(12) + b"\xff" * 40, bytes(20_000)]
+)
+def test_what_is_no_log_message_is_an_entry(message):
+    assert entry_of(short(message)).level in ("WARN", "0")
+
+
+def test_a_book_tells_of_a_flood_and_forgets_only_what_it_is_asked_to():
+    told = []
+
+    class Node:
+        def create_subscription(self, kind, topic, hear, *_, **__):
+            self.hear = hear
+
+    node = Node()
+    book = LogBook(node, told.append)
+    node.hear(b"no message")
+    for number in range(3 * logs.SAMPLE):
+        node.hear(serialize_message(Log(name="one" if number % 4 else "other", msg="text")))
+    assert set(told) == {"one"}
+    book.forget("one")
+    assert {entry.node for entry in book.read()} == {"other"}
+
+
+def test_many_long_lines_are_shown_in_part():
+    entries = Logs([Entry("INFO", "node", f"{number} " + 9000 * "x") for number in range(1000)])
+    shown = str(entries)
+    assert len(shown) < 1.1 * logs.SHOWN
+    assert shown.startswith("(889 lines before these are not shown")
+    assert "999 xxx" in shown
+    assert len(entries._repr_html_()) < 1.1 * logs.SHOWN
+    assert str(Logs(entries[:2])) == f"{entries[0]}\n{entries[1]}"
+
+
+def test_a_line_without_end_is_cut_where_it_comes_from(tmp_path):
+    (tmp_path / "endless.py").write_text(
+        "print('first')\nprint(30_000_000 * 'x')\nprint(10_000 * 'y')\nprint('last', end='')"
+    )
+    program = NodeProcess(tmp_path / "endless.py", [])
+    assert wait_until(lambda: program.ended, 20)
+    first, endless, whole, last = program.output.splitlines()
+    assert (first, whole, last) == ("first", 10_000 * "y", "last")
+    assert endless == f"{logs.LONGEST * 'x'}…"
+
+
+def test_a_large_message_of_an_exchange_is_kept_as_it_is_shown():
+    exchange = Exchange("topic", "/t", "rcl_interfaces/msg/Log")
+    for _ in range(300):
+        exchange.add("message", Log(msg=(LARGEST + 1) * "x"))
+    assert sum(len(row[2]._bytes) for row in (*exchange._first, *exchange._last)) == 0
+    assert exchange.state()["events"][0][2].splitlines()[-1]
+
+
+def test_walls_and_places_that_are_no_numbers_are_left_out():
+    eyes = object.__new__(Eyes)
+    marker = Marker(ns="room")
+    for x in (0.0, 1.0, float("nan"), 2.0, float("inf"), 3.0, 4.0, 5.0):
+        marker.points.append(type(marker.pose.position)(x=x, y=1.0))
+    eyes._last, eyes.fast_world = {"/walls": serialize_message(marker)}, lambda: None
+    assert eyes.walls()[1:] == ("room", [0.0, 1.0, 1.0, 1.0, 4.0, 1.0, 5.0, 1.0])
+    eyes.count = {"/collision": 1}
+    eyes.hits = ["at x=1.2.3 m, y=1 m", f"x={400 * '9'} m, y=1 m", "x=1.5 m, y=-2 m"]
+    assert eyes.collisions()["places"] == [[1.5, -2.0]]
+    assert TOLD < 10_000
