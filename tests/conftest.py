@@ -1,12 +1,18 @@
 """For every test: the course comes first, because it prepares the environment that message classes read."""
 
+import os
 import shutil
 import signal
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from playwright.sync_api import sync_playwright
 
 import course  # noqa: F401
+from autograder.errors import SandboxUnavailable
+from autograder.grading import single
+from autograder.records import Submission
+from autograder.sandbox import box as sandbox
 
 # A shell that starts the tests in the background has them, and all that they start, ignore Ctrl-C.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -34,10 +40,30 @@ def chromium():
         browser.close()
 
 
+@pytest.fixture(scope="session")
+def box() -> str:
+    """How this machine confines programs."""
+    try:
+        return sandbox.choose()
+    except SandboxUnavailable as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture(scope="session")
+def grade(box):
+    """A function that begins to grade files, several at a time, and returns the future report."""
+    with ThreadPoolExecutor(os.cpu_count() + 1) as pool:
+
+        def begin(files, exercise="calculator", **options):
+            return pool.submit(single.grade, Submission("student", exercise, files), box, **options)
+
+        yield begin
+
+
 # Tests that share what takes long to make run in one worker: a class's server, a JupyterLab with its browser, the queue
 # of gradings.  Those that take longest begin first.
 SHARED = {
-    "gradings": ("tests/attacks/", "tests/autograder/test_answers.py", "tests/autograder/test_shipped.py"),
+    "gradings": ("tests/attacks/", "tests/hidden/test_answers.py", "tests/hidden/test_shipped.py"),
     "browser": ("tests/browser/",),
     "classroom": ("tests/classroom/",),
 }

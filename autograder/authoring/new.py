@@ -57,7 +57,7 @@ def _places(name: str) -> dict[str, Path]:
         "notebook": root / "notebooks" / name,
         "solution": root / "solutions" / name,
         "hidden": PACKAGE / "hidden" / name,
-        "answers": root / "tests" / "autograder" / "answers" / f"{name}.py",
+        "answers": root / "tests" / "hidden" / "answers" / f"{name}.py",
     }
     taken = [path for path in (*places.values(), places["answers"].with_suffix("")) if path.exists()]
     if taken:

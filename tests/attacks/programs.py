@@ -1,14 +1,14 @@
 """Submissions that try to get more than they earn, or to do harm.  Each attack is bounded in time and effect.
 
 What a program that takes too much does (forks, memory, a SIGSTOP of itself, output without end) is in
-tests/autograder/test_bad_input.py.
+tests/grading/test_bad_input.py.
 """
 
 from pathlib import Path
 
 import autograder
-from tests.autograder.answers import SOLUTIONS, changed
-from tests.autograder.answers.calculator import CLIENT, REFERENCE, SERVER, SRV
+from tests.hidden.answers import SOLUTIONS, changed
+from tests.hidden.answers.calculator import CLIENT, REFERENCE, SERVER, SRV
 
 REPOSITORY = Path(autograder.__file__).resolve().parents[1]
 

@@ -6,8 +6,8 @@ import pytest
 
 from autograder.records import GRADED
 from autograder.results import feedback
-from tests.autograder.answers.calculator import REFERENCE
-from tests.autograder.conftest import no_program_is_left
+from tests.hidden.answers.calculator import REFERENCE
+from tests.processes import no_program_is_left
 
 from .programs import ATTACKS, DAEMONS, IDLE_SERVER, LARGE, REPOSITORY, handed_in
 

@@ -7,7 +7,7 @@ import pytest
 
 from autograder.records import GRADED
 from autograder.submissions import exercises
-from tests.autograder.answers import solution
+from tests.hidden.answers import solution
 
 from .programs import SPY
 

@@ -7,7 +7,7 @@ fragments is written beyond the end of the sample, and memory is taken for a sam
 import pytest
 
 from autograder.records import GRADED, KILLED_JUDGE, NOT_RUN
-from tests.autograder.answers.services import REFERENCE
+from tests.hidden.answers.services import REFERENCE
 
 ATTACK = """
 import os, socket, struct, time

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from autograder.sandbox import cgroup
-from tests.autograder.answers import SOLUTIONS, solution
+from tests.hidden.answers import SOLUTIONS, solution
 
 AUTOGRADER = str(Path(sys.executable).with_name("autograder"))
 BUSY = """

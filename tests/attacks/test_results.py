@@ -9,7 +9,7 @@ from pathlib import Path
 from autograder.grading import single
 from autograder.records import Submission
 from autograder.sandbox import cleaning
-from tests.autograder.answers.calculator import CLIENT, REFERENCE, SERVER, SRV
+from tests.hidden.answers.calculator import CLIENT, REFERENCE, SERVER, SRV
 
 from .programs import RETURN, handed_in, text
 

@@ -22,7 +22,7 @@ sys.path.insert(0, str(ROOT))
 
 def right_answers(exercise: str) -> list[dict[str, bytes]]:
     """The files of right answers in several styles."""
-    from tests.autograder import answers
+    from tests.hidden import answers
 
     return [files for files in answers.load(exercise).RIGHT.values() if in_a_cell(files)]
 

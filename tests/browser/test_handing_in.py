@@ -12,12 +12,9 @@ import nbformat
 import pytest
 from nbgrader.api import Gradebook
 
-from tests.autograder.conftest import box
 from tests.browser.conftest import ROOT, serving
 from tests.browser.pages import choose, open_page, run_cell
 from tests.browser.test_one_world import tabs
-
-__all__ = ["box"]
 
 PROGRAMS = Path(sys.executable).parent
 FAULT = ("response.message = f'Motors {self.state()}'", "response.message = 'no state'")  # the motors' answers

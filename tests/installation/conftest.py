@@ -11,9 +11,6 @@ from pathlib import Path
 import pytest
 
 from autograder.submissions import exercises
-from tests.autograder.conftest import box
-
-__all__ = ["box"]
 
 ROOT = Path(__file__).parents[2]
 HERE = Path(sys.prefix)

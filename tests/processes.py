@@ -1,39 +1,13 @@
-"""Grading in the tests: several at a time, each kind of answer once."""
+"""The processes of this machine, for tests that ask what is left running."""
 
 import contextlib
 import os
-from concurrent.futures import ThreadPoolExecutor
 
 import psutil
-import pytest
 
-from autograder.errors import SandboxUnavailable
-from autograder.grading import single
 from autograder.grading.process import WORKER
-from autograder.records import Submission
-from autograder.sandbox import box as sandbox
 from autograder.submissions import exercises
 from course.waiting import wait_until
-
-
-@pytest.fixture(scope="session")
-def box() -> str:
-    """How this machine confines programs."""
-    try:
-        return sandbox.choose()
-    except SandboxUnavailable as error:
-        pytest.skip(str(error))
-
-
-@pytest.fixture(scope="session")
-def grade(box):
-    """A function that begins to grade files, and returns the future report."""
-    with ThreadPoolExecutor(os.cpu_count() + 1) as pool:
-
-        def begin(files, exercise="calculator", **options):
-            return pool.submit(single.grade, Submission("student", exercise, files), box, **options)
-
-        yield begin
 
 
 def no_program_is_left() -> bool:

@@ -1,4 +1,4 @@
-"""What the files that students get would earn as answers: `python -m tests.autograder.shipped [EXERCISE]...`
+"""What the files that students get would earn as answers: `python -m tests.hidden.shipped [EXERCISE]...`
 
 It makes the student release, takes from it every ROS program, the shown code of every page, and what a student could
 paste together of both, and hands each in under every file name of every exercise.  It prints what each earns, and exits
@@ -276,7 +276,7 @@ def score(grading: "Future[Report]") -> float:
 
 def main() -> int:
     """Print what is earned in each exercise that is asked for."""
-    parser = argparse.ArgumentParser(prog="python -m tests.autograder.shipped", description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(prog="python -m tests.hidden.shipped", description=__doc__.partition("\n")[0])
     parser.add_argument("exercise", nargs="*", help=f"of {', '.join(exercises.names())}; by default all")
     parser.add_argument("--jobs", type=int, default=(os.cpu_count() or 1) + 1, help="gradings at a time (%(default)s)")
     options = parser.parse_args()

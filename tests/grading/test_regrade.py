@@ -17,8 +17,7 @@ from autograder.paths import HIDDEN
 from autograder.records import FAILED, PASSED, Report
 from autograder.results import output, summary
 from autograder.submissions import exercises, listing
-
-from .answers import SOLUTIONS
+from tests.hidden.answers import SOLUTIONS
 
 
 @pytest.fixture

@@ -18,10 +18,9 @@ from autograder.sandbox import core, seccomp, view
 from autograder.sandbox.box import BOXES
 from autograder.sandbox.variables import ros_prefixes
 from course.waiting import wait_until
-
-from .answers import SOLUTIONS
-from .answers.calculator import REFERENCE, SERVER
-from .conftest import no_program_is_left, processes
+from tests.hidden.answers import SOLUTIONS
+from tests.hidden.answers.calculator import REFERENCE, SERVER
+from tests.processes import no_program_is_left, processes
 
 AUTOGRADER = str(Path(sys.executable).with_name("autograder"))
 ORDINARY_USER = 61150  # a host user that is not root, and none of the sandbox's own

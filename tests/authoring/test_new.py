@@ -21,7 +21,7 @@ MADE = [
     f"autograder/hidden/{NAME}/conversation.py",
     f"autograder/hidden/{NAME}/conftest.py",
     f"autograder/hidden/{NAME}/suite.py",
-    f"tests/autograder/answers/{NAME}.py",
+    f"tests/hidden/answers/{NAME}.py",
 ]
 
 
@@ -89,8 +89,8 @@ def test_its_own_tests_pass(made, run, box):
     """Its notebook by nbval, its right and wrong answers, and what is held of every notebook and suite."""
     done = run(
         "-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "matrix or not matrix", "-k", NAME, f"notebooks/{NAME}",
-        "tests/test_notebooks.py", "tests/test_pages.py", "tests/autograder/test_answers.py",
-        "tests/autograder/test_exercises.py",
+        "tests/test_notebooks.py", "tests/test_pages.py", "tests/hidden/test_answers.py",
+        "tests/submissions/test_exercises.py",
     )  # fmt: skip
     assert done.returncode == 0 and "skipped" not in done.stdout, done.stdout
     (made / f"notebooks/{NAME}/{NAME}.py").unlink()  # nbval ran the notebook in its folder

@@ -19,9 +19,8 @@ from autograder.paths import COURSE, PACKAGE
 from autograder.results import output
 from autograder.submissions import exercises, listing
 from course.waiting import wait_until
-
-from .answers import SOLUTIONS
-from .conftest import processes, runs
+from tests.hidden.answers import SOLUTIONS
+from tests.processes import processes, runs
 
 BIN = Path(sys.executable).parent
 STUDENTS = ["ada", "bob", "cyd", "dan"]

@@ -1,4 +1,4 @@
-"""Which hidden test finds which mistake: `python -m tests.autograder.table [EXERCISE]...` grades all answers.
+"""Which hidden test finds which mistake: `python -m tests.hidden.table [EXERCISE]...` grades all answers.
 
 It prints a table with a row for each answer and a column for each test: `x` was lost as it should be, `!` was lost but
 should not be, `?` should have been lost.  Below it stand the points that an answer with one mistake loses.
@@ -24,7 +24,7 @@ from . import answers, sentences
 
 def main() -> int:
     """Print a table for each exercise that is asked for."""
-    parser = argparse.ArgumentParser(prog="python -m tests.autograder.table", description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(prog="python -m tests.hidden.table", description=__doc__.partition("\n")[0])
     parser.add_argument("exercise", nargs="*", help=f"of {', '.join(answers.names())}; by default all")
     parser.add_argument("--answer", metavar="TEXT", default="", help="only the answers with TEXT in their name")
     parser.add_argument("--messages", action="store_true", help="show what the student is told, too")

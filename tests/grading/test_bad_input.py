@@ -10,9 +10,8 @@ import pytest
 
 from autograder.records import CRASHED, GRADED, INVALID_SUBMISSION, NOT_RUN, PASSED, TIMED_OUT
 from autograder.submissions import listing, notebook, reading
-
-from .answers.calculator import CLIENT, REFERENCE, SERVER, SRV
-from .conftest import no_program_is_left
+from tests.hidden.answers.calculator import CLIENT, REFERENCE, SERVER, SRV
+from tests.processes import no_program_is_left
 
 AUTOGRADER = [str(Path(sys.executable).with_name("autograder"))]
 FILES = (SRV, SERVER, CLIENT)

@@ -1,4 +1,4 @@
-"""What each sentence of a task is guarded by: `python -m tests.autograder.sentences [EXERCISE]...` prints the table.
+"""What each sentence of a task is guarded by: `python -m tests.hidden.sentences [EXERCISE]...` prints the table.
 
 `sentences/EXERCISE.toml` has an entry for each sentence, list item and table row of the exercise's task, in the order
 of the notebook, word for word:
@@ -281,9 +281,7 @@ def show(exercise: str, console: Console) -> None:
 
 def main() -> int:
     """Print the table of each exercise that is asked for; 1 when something is wrong with one."""
-    parser = argparse.ArgumentParser(
-        prog="python -m tests.autograder.sentences", description=__doc__.partition("\n")[0]
-    )
+    parser = argparse.ArgumentParser(prog="python -m tests.hidden.sentences", description=__doc__.partition("\n")[0])
     parser.add_argument("exercise", nargs="*", help=f"of {', '.join(names())}; by default all")
     parser.add_argument("--task", action="store_true", help="print the sentences of the task, as TOML to begin with")
     options = parser.parse_args()

@@ -19,7 +19,7 @@ def exercise(request):
 
 
 def test_every_sentence_of_the_task_is_guarded(exercise):
-    assert exercise in sentences.names(), f"there is no tests/autograder/sentences/{exercise}.toml yet"
+    assert exercise in sentences.names(), f"there is no tests/hidden/sentences/{exercise}.toml yet"
     assert sentences.faults(exercise) == []
 
 

@@ -20,8 +20,7 @@ from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.submissions import exercises, notebook, reading
 from course.errors import UnreadableNotebook
 from course.notebook.cells import exercise_file
-
-from .answers.calculator import CLIENT, REFERENCE, SERVER, SRV, server
+from tests.hidden.answers.calculator import CLIENT, REFERENCE, SERVER, SRV, server
 
 pytestmark = pytest.mark.filterwarnings("ignore:Object of type")  # nbgrader's own, about its sessions
 SEED = 20

@@ -18,8 +18,7 @@ from autograder.paths import HIDDEN, PACKAGE
 from autograder.records import BUSY_MACHINE, FAILED, GRADED, KILLED_JUDGE, NOT_RUN, PASSED, Submission, Verdict
 from autograder.sandbox import machine, seccomp, users
 from course.waiting import wait_until
-
-from .answers.services import REFERENCE
+from tests.hidden.answers.services import REFERENCE
 
 THREADS = 40  # of the judge at least, one for each ROS domain
 

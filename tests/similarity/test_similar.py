@@ -17,8 +17,7 @@ from autograder.similarity import find, presenting, sources
 from autograder.similarity.comparing import compare
 from autograder.similarity.tokens import clean, tokens
 from autograder.submissions import exercises
-
-from . import answers
+from tests.hidden import answers
 
 STYLES = answers.load("calculator").RIGHT
 REFERENCE = STYLES["reference"]
