@@ -88,14 +88,6 @@ while True:
 """
 
 
-@pytest.fixture(scope="module")
-def kernel(tmp_path_factory):
-    kernel = Kernel(tmp_path_factory.mktemp("floods"))
-    kernel.run("import course\nros = course.live()")
-    yield kernel
-    kernel.stop()
-
-
 def memory(kernel: Kernel) -> int:
     """What the kernel takes, in MiB."""
     return int(kernel.run("import psutil\nprint(psutil.Process().memory_info().rss >> 20)").splitlines()[0])

@@ -1,10 +1,7 @@
 """The graph, from the kernel's side: who is there and what passes between them, as they come and go."""
 
-import pytest
-
 from tests.browser.pages import SERVER
-from tests.kernels import Kernel
-from tests.lab.client import Client, page_of
+from tests.lab.client import Client
 
 CROWD = """import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -20,21 +17,6 @@ for number in range(50):
     executor.add_node(node)
 executor.spin()
 """
-
-
-@pytest.fixture(scope="module")
-def kernel(tmp_path_factory):
-    kernel = Kernel(tmp_path_factory.mktemp("graph"))
-    kernel.run("import course\nros = course.live()")
-    yield kernel
-    kernel.stop()
-
-
-@pytest.fixture
-def page(kernel):
-    client = page_of(kernel)
-    yield client
-    client.close()
 
 
 def graph_until(page: Client, there: object) -> dict:

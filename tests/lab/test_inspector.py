@@ -4,7 +4,6 @@ import pytest
 
 from course.errors import LiveError
 from course.lab.kernel import forms, programs
-from tests.kernels import Kernel
 from tests.lab.client import Client, page_of
 
 SERVERS = """import time
@@ -64,19 +63,10 @@ SPEED = {"kind": "parameter", "name": "/servers", "type_name": "float64"}
 
 
 @pytest.fixture(scope="module")
-def kernel(tmp_path_factory):
-    kernel = Kernel(tmp_path_factory.mktemp("inspector"))
+def kernel(kernel):
     (kernel.folder / "servers.py").write_text(SERVERS)
-    kernel.run("import course\nros = course.live()\nros.start('servers.py')")
-    yield kernel
-    kernel.stop()
-
-
-@pytest.fixture
-def page(kernel):
-    client = page_of(kernel)
-    yield client
-    client.close()
+    kernel.run("ros.start('servers.py')")
+    return kernel
 
 
 def follow(page: Client, until: str, **sent: object) -> dict:

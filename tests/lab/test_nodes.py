@@ -13,7 +13,7 @@ from course.session.process import NodeProcess
 from course.waiting import wait_until
 from tests.browser.pages import SERVER
 from tests.kernels import Kernel
-from tests.lab.client import WAIT, Client, page_of
+from tests.lab.client import WAIT, Client
 
 FLOOD = """import rclpy
 from rclpy.node import Node
@@ -33,20 +33,9 @@ rclpy.spin(node)
 """
 
 
-@pytest.fixture(scope="module")
-def kernel(tmp_path_factory):
-    kernel = Kernel(tmp_path_factory.mktemp("nodes"))
-    kernel.run("import course\nros = course.live()")
-    yield kernel
-    kernel.stop()
-
-
-@pytest.fixture
-def page(kernel):
+@pytest.fixture(autouse=True)
+def nothing_runs(kernel):
     kernel.run("ros.stop()")
-    client = page_of(kernel)
-    yield client
-    client.close()
 
 
 def start(kernel: Kernel, name: str, text: str) -> None:

@@ -52,26 +52,21 @@ COMMAND = "!ros2 service call /{name} example_interfaces/srv/AddTwoInts '{{a: 20
 
 
 @pytest.fixture(scope="module")
-def kernel(tmp_path_factory):
-    kernel = Kernel(tmp_path_factory.mktemp("passing"))
+def kernel(kernel):
     (kernel.folder / "servers.py").write_text(SERVERS)
     (kernel.folder / "caller.py").write_text(CALLER)
-    kernel.run("import course\nros = course.live()")
     page = page_of(kernel)
     page.subscribe("inspector.exchanges")
     page.event()  # from now on somebody looks
     kernel.run("ros.start('servers.py')")
     yield kernel
     page.close()
-    kernel.stop()
 
 
 @pytest.fixture
-def page(kernel):
-    client = page_of(kernel)
-    client.subscribe("inspector.exchanges")
-    yield client
-    client.close()
+def page(page):
+    page.subscribe("inspector.exchanges")
+    return page
 
 
 def newest(page: Client, **wanted: object) -> dict:

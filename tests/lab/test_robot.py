@@ -6,7 +6,6 @@ import math
 import pytest
 
 from course.world import ROOMS
-from tests.kernels import Kernel
 from tests.lab.client import Client, page_of
 
 DRIVER = """import rclpy
@@ -34,20 +33,15 @@ rclpy.spin(Driver())
 
 
 @pytest.fixture(scope="module")
-def kernel(tmp_path_factory):
-    kernel = Kernel(tmp_path_factory.mktemp("robot"))
+def kernel(kernel):
     (kernel.folder / "driver.py").write_text(DRIVER)
-    kernel.run("import course\nros = course.live()\nfrom course.world.node import World")
-    yield kernel
-    kernel.stop()
+    kernel.run("from course.world.node import World")
+    return kernel
 
 
-@pytest.fixture
-def page(kernel):
+@pytest.fixture(autouse=True)
+def nothing_runs(kernel):
     kernel.run("ros.stop()")
-    client = page_of(kernel)
-    yield client
-    client.close()
 
 
 def shown_until(page: Client, condition) -> dict:
