@@ -43,6 +43,7 @@ LIMITS = {  # of the process, by prlimit(1)
     "nproc": 1024,  # threads: Fast DDS has ten or so for each domain
     "fsize": 16 << 20,  # bytes
     "core": 0,
+    "msgqueue": 0,  # bytes
 }
 
 _libc = ctypes.CDLL(None, use_errno=True)

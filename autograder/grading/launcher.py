@@ -22,7 +22,7 @@ from autograder.sandbox.box import MEMORY, Sandbox
 from autograder.sandbox.forkserver import Forkserver
 from autograder.sandbox.launching import LaunchServer
 from autograder.sandbox.machine import Load
-from autograder.sandbox.process import GLANCE, children, processes, takes_more
+from autograder.sandbox.process import GLANCE, children, of_sandbox, of_user, processes, takes_more
 from course.waiting import wait_until
 
 JUDGING = f"{__package__}.judging"  # loads ROS 2 and pytest, which this process does not need
@@ -71,7 +71,7 @@ class Launcher:
             server = LaunchServer(channel, sandbox, self._networks)
             with theirs:
                 self._hand_over(job, user, theirs)
-            ended = self._serve(server, channel, job.limit)
+            ended = self._serve(server, channel, user, job.limit)
         wait_until(self._orphans_are_gone, ORPHANED, alert=False)
         return ended
 
@@ -96,8 +96,11 @@ class Launcher:
             descriptors = [file.fileno(), channel.fileno(), *(self._networks or {}).values()]
             socket.send_fds(self._control, [str(user or "").encode()], descriptors)
 
-    def _serve(self, server: LaunchServer, channel: socket.socket, limit: float) -> Ended | None:
-        """Do what the judging process asks for until it has ended; None when stdin has ended before."""
+    def _serve(self, server: LaunchServer, channel: socket.socket, user: int | None, limit: float) -> Ended | None:
+        """Do what the judging process, which runs as `user`, asks for until it has ended.
+
+        Returns None when stdin has ended before.
+        """
         stopped, end, look, load = "", time.monotonic() + limit, 0.0, Load()
         waiting = [channel, self._control, sys.stdin]
         while True:
@@ -106,23 +109,24 @@ class Launcher:
                 waiting.remove(channel)
             elif self._control in ready:
                 status = int(self._control.recv(100) or -signal.SIGKILL)
-                while channel in waiting and server.serve():
-                    pass  # what it has told before
+                if channel in waiting:
+                    server.finish()
                 return Ended(status, bytes(server.said).decode(errors="replace"), stopped, round(load.average, 1))
             elif sys.stdin in ready:
                 return None
             if not stopped and time.monotonic() > look:
                 look = time.monotonic() + GLANCE
                 load.look()
-                stopped = self._too_much(end)
+                stopped = self._too_much(user, end)
                 if stopped:
                     self._control.send(b"end")
 
-    def _too_much(self, end: float) -> str:
+    def _too_much(self, user: int | None, end: float) -> str:
         """Why the judging process must be ended; empty while it need not."""
         if time.monotonic() > end:
             return "it did not come to an end"
-        if takes_more(processes(self._judging.pid), MEMORY):
+        judging = self._judging.pid
+        if takes_more(of_user(user) if user else processes(judging) | of_sandbox(judging), MEMORY):
             return f"it took more than {MEMORY >> 30} GiB of memory"
         return ""
 

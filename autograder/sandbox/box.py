@@ -10,6 +10,7 @@ Started by root, the program becomes a host user of its own (`users`).  Started 
 host id, inside user namespaces.
 """
 
+import contextlib
 import os
 import shutil
 import subprocess
@@ -24,7 +25,7 @@ from typing import IO, NamedTuple, Self
 from autograder.errors import SandboxUnavailable
 from autograder.sandbox import cgroup, core, seccomp, users, variables, view
 from autograder.sandbox.forkserver import Forkserver, Request
-from autograder.sandbox.process import HOLD, Process
+from autograder.sandbox.process import HOLD, Process, of_sandbox, of_user
 from course import environment
 from course.interfaces.builder import cache_folder
 
@@ -45,6 +46,7 @@ LIMITS = {  # of each process, by prlimit(1)
     "fsize": 16 << 20,  # bytes
     "nofile": 128,  # a program with ten nodes has 19; what waits in sockets is the kernel's memory
     "core": 0,
+    "msgqueue": 0,  # bytes
 }
 
 # Of the process that judges: to go into the networks of the ROS domains, to become another user, to end its children.
@@ -110,7 +112,8 @@ class Sandbox:
         self.descriptors: list[int] = []  # of the next program: what bubblewrap reads files from
         self._started: list[Process] = []
         self._group: cgroup.Group | None = None
-        self._locks: list[int] = []
+        self._grouped = False  # whether there was a try to make the group
+        self._users: dict[int, int] = {}  # the programs' users, with their locks
         self._folder = tempfile.TemporaryDirectory(prefix="autograder-") if box == "unsafe" else None
 
     def __enter__(self) -> Self:
@@ -132,32 +135,38 @@ class Sandbox:
             self._group.close()
             self._group = None
         self._release()
-        for lock in self._locks:
-            os.close(lock)
-        self._locks.clear()
+        users.give_back(self._users)
+        self._users.clear()
         if self._folder:
             self._folder.cleanup()
 
-    def launch(self, file: str, *args: str, domain: int, files: Mapping[str, bytes] | None = None) -> Started:
+    def launch(
+        self, file: str, *args: str, domain: int, files: Mapping[str, bytes] | None = None, afresh: bool = False
+    ) -> Started:
         """Start `python FILE ARGS` in ROS domain `domain`, for somebody else to talk to.  Call it from the main thread.
 
         The program ends with the thread that started it.  `files` are laid into its home folder too, for this program
-        alone.
+        alone.  With `afresh` it is not forked, so that no module is loaded but what it imports.  When this raises,
+        nothing is left of the start.
         """
-        status, status_write = os.pipe()
-        if not self._folder and not self._started:
-            self._group = cgroup.make()
-        all_files = {**self.files, **(files or {})}
-        fork = None
-        if self.forkserver and self.forkserver.runs(file, all_files):
-            command, fork = self._forked(file, list(args), domain, status_write, all_files)
-        else:
-            command = self._together(self.command([file, *args], domain, status=status_write, files=files))
-        output, output_write = os.pipe()
-        end, end_write = os.pipe()
-        if self._folder:
-            os.close(status)
-        try:
+        if not self._folder and not self._grouped:
+            self._group, self._grouped = cgroup.make(), True
+        users_before = {*self._users}
+        with contextlib.ExitStack() as made, contextlib.ExitStack() as undo:
+            made.callback(self._release)
+            status, status_write = _pipe(undo, made)
+            output, output_write = _pipe(undo, made)
+            end, end_write = os.pipe()
+            for descriptor in (end, end_write):
+                undo.callback(os.close, descriptor)
+            undo.callback(self._give_back_all_but, users_before)
+            all_files = {**self.files, **(files or {})}
+            fork = None
+            if self.forkserver and not afresh and self.forkserver.runs(file, all_files):
+                command, fork = self._forked(file, list(args), domain, status_write, all_files)
+            else:
+                command = self._together(self.command([file, *args], domain, status=status_write, files=files))
+            user = next(iter({*self._users} - users_before), None)
             process = Process(
                 command,
                 output=output_write,
@@ -165,18 +174,22 @@ class Sandbox:
                 pass_fds=(*self.descriptors, status_write),
                 memory=MEMORY,
                 tasks=LIMITS["nproc"],
+                measured=of_sandbox if user is None else lambda _: of_user(user),
                 killed=self._why_killed,
                 status=None if self._folder else status,
                 cwd=self._folder.name if self._folder else None,
                 env=self._variables(domain) if self._folder else {"PATH": os.defpath},
                 fork=fork,
             )
-        finally:
-            os.close(status_write)
-            os.close(output_write)
-            self._release()
+            undo.pop_all()
+        if self._folder:
+            os.close(status)
         self._started.append(process)
         return Started(process, output, end)
+
+    def _give_back_all_but(self, kept: set[int]) -> None:
+        taken = {user: self._users.pop(user) for user in {*self._users} - kept}
+        users.give_back(taken)
 
     def command(
         self, argv: list[str], domain: int, status: int | None = None, files: Mapping[str, bytes] | None = None
@@ -215,7 +228,7 @@ class Sandbox:
     def _take_user(self) -> int:
         """A host user for one program, until this is closed."""
         uid, lock = users.take()
-        self._locks.append(lock)
+        self._users[uid] = lock
         return uid
 
     def _confined(
@@ -291,3 +304,11 @@ class Sandbox:
         for descriptor in self.descriptors:
             os.close(descriptor)
         self.descriptors.clear()
+
+
+def _pipe(undo: contextlib.ExitStack, made: contextlib.ExitStack) -> tuple[int, int]:
+    """A new pipe: `undo` closes the end to read from, `made` the one to write to."""
+    read, write = os.pipe()
+    undo.callback(os.close, read)
+    made.callback(os.close, write)
+    return read, write

@@ -3,27 +3,40 @@
 Loading rclpy takes three times the processor that a small program then needs.  The `Forkserver` is a process without
 anything of the grader's: it has a clean environment, and runs nothing of a student's.  Asked for a program, it forks;
 the fork goes into the namespaces that bubblewrap has made for that program, becomes its user, gives up all else
-(`confine`), and has Python run the file as its main program.  Such a program cannot tell that it was not started as
-`python FILE ARGS`, but that more modules are loaded: one with a file that has the name of a loaded module is started.
+(`confine`), and has Python run the file as its main program, with no other frame below it.
+
+Such a program can tell that it was not started as `python FILE ARGS`: its parent is process 0, more modules are loaded,
+and among the subclasses of `object` are classes of this module.  It finds nothing there that was meant for somebody
+else: what the process is asked for is parsed in the fork alone, and wiped.  A program is started instead where the
+difference could matter: one with a file that has the name of a loaded module, and one that uses a module that it has
+not imported (`rclpy.node` after `import rclpy`).
 """
 
+import _thread
+import atexit
 import builtins
 import contextlib
 import ctypes
+import errno
 import gc
 import importlib
 import json
 import os
 import re
 import select
+import signal
 import socket
 import subprocess
 import sys
+import threading
 import types
+from array import array
+from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from itertools import starmap
 from pathlib import Path, PurePath
-from typing import IO
+from typing import IO, NoReturn
 
 from autograder.paths import PACKAGE
 from autograder.sandbox import variables, view
@@ -44,12 +57,18 @@ ROOM = " " * 4096  # for a program's own arguments and variables
 READY = 60.0  # s until it is loaded, on a busy machine
 LONGEST = 1 << 17  # bytes of a request
 DESCRIPTORS = 16  # that come with a request: output, report, sandbox, control groups
+REAPED = 1000  # of the dead that are buried in one turn, before other requests have theirs
+LEAST = 3  # the same without control groups
+FAILED = 125  # exit status of a fork that does not come to be a program
+GLANCE = 0.1  # s between two looks at children that nobody has asked for
 
 PR_SET_DUMPABLE = 4  # prctl(2)
 # CLONE_NEWNS, NEWCGROUP, NEWUTS, NEWIPC and NEWNET of setns(2)
 NAMESPACES = 0x00020000 | 0x02000000 | 0x04000000 | 0x08000000 | 0x40000000
 NEW_UTS, NEW_PID = 0x04000000, 0x20000000
-PROCESS, BEGINS, ENDED = "process", "begins", "ended"
+BEGINS, ENDED = "begins", "ended"
+
+IMPORT = re.compile(r"\s*(?:from|import)\s+([\w.]+)")
 
 _libc = ctypes.CDLL(None, use_errno=True)
 
@@ -73,6 +92,7 @@ class Forkserver:
         """Start it; it ends when this process does, or closes it."""
         self._control, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._modules: frozenset[str] | None = None  # known when it has loaded them
+        self._used = re.compile("")  # finds the use of one of them that is in a package
         with theirs:
             self._process = subprocess.Popen(
                 [sys.executable, "-c", START.format(str(PACKAGE.parent), theirs.fileno()), ROOM],
@@ -98,21 +118,45 @@ class Forkserver:
             except OSError:
                 self._modules = frozenset()
             self._control.settimeout(None)
+            packages = {name.partition(".")[0] for name in LOADED.split()}
+            inner = [name for name in self._modules if "." in name and name.partition(".")[0] in packages]
+            # The second: a package under another name, whose uses cannot be seen.
+            self._used = re.compile(
+                rf"(?<![\w.])({'|'.join(map(re.escape, sorted(inner)))})\b"
+                rf"|^\s*import\s+((?:{'|'.join(sorted(packages))})\s+as)\b"
+            )
         names = {PurePath(name).name.partition(".")[0] for name in files}
         try:
-            text = files[file].decode()
+            texts = {name: content.decode() for name, content in files.items() if name.endswith(".py")}
         except UnicodeDecodeError:
             return False
-        return bool(self._modules) and file.endswith(".py") and "\0" not in text and not names & self._modules
+        if not self._modules or names & self._modules or "\0" in texts.get(file, "\0"):
+            return False
+        return all(self._imports_what_it_uses(text) for text in texts.values())
+
+    def _imports_what_it_uses(self, text: str) -> bool:
+        """Whether each loaded module that a text names stands in an import there, too.
+
+        In a fork, `rclpy.node` is there after `import rclpy` already.
+        """
+        used, imported = set[str](), set[str]()
+        for line in text.splitlines():
+            start = IMPORT.match(line)
+            if start:
+                imported.add(start[1])
+            rest = line[start.end() :] if start and not self._used.match(line) else line
+            used |= {found[1] or found[2] for found in self._used.finditer(rest)}
+        return all(any(f"{known}.".startswith(f"{name}.") for known in imported) for name in used)
 
     def run(self, request: Request, groups: Sequence[Path], output: int, sandbox: int) -> IO[bytes]:
         """Run a program that prints to `output`, in the namespaces of the process that the pidfd `sandbox` is of.
 
         `groups` are the files to go into its control groups by (`cgroup.Group.doors`).  What is returned has lines:
-        PROCESS with the program's process id, BEGINS 0 when it does, and ENDED with its exit status, as
-        `os.waitstatus_to_exitcode` has it.  Raises OSError.
+        BEGINS 0 when it does, and ENDED with its exit status, as `os.waitstatus_to_exitcode` has it.  Raises OSError.
         """
         message = json.dumps(asdict(request)).encode()
+        if len(message) > LONGEST:
+            raise OSError(errno.EMSGSIZE, os.strerror(errno.EMSGSIZE))
         with contextlib.ExitStack() as doors:
             opened = [doors.enter_context(group.open("wb")).fileno() for group in groups]
             report, report_write = os.pipe()
@@ -143,56 +187,99 @@ def serve(control: int) -> None:
     for name in [name for name in sys.modules if name.partition(".")[0] in ("autograder", "course")]:
         del sys.modules[name]  # a program finds nothing of the grader by its name
     check(_libc.setns(os.pidfd_open(os.getpid()), NEW_UTS))  # fails before Linux 5.8
-    channel.send(" ".join({name.partition(".")[0] for name in sys.modules}).encode())
-    home = os.pidfd_open(os.getpid())
-    tracing = _Tracing()
-    reports: dict[int, tuple[int, int]] = {}  # by pidfd: the program's process id, and where to report its end
+    channel.send(" ".join(sys.modules).encode())
     gc.collect()
     gc.freeze()
+    # What has called them is among the frames of a thread.  In a fork only this thread goes on, in which nothing has
+    # been called but what is written in C.
+    run = ctypes.pythonapi.PyRun_AnyFileExFlags
+    run.argtypes = [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_void_p]
+    _thread.start_new_thread(deque, (map(_end, starmap(run, map(_become_program, [channel], [installed]))), 0))
     while True:
-        ready = select.select([channel.fileno(), *reports], [], [])[0]
-        for ended in reports.keys() & ready:
-            child, report = reports.pop(ended)
-            _report_end(child, report)
-            os.close(ended)
-        if channel.fileno() not in ready:
-            continue
-        message, (output, report, sandbox, *groups) = _receive(channel)
-        child = -1
-        with contextlib.suppress(OSError):  # the sandbox has ended
-            check(_libc.setns(sandbox, NEW_PID))  # for children alone
-            child = tracing.fork()
-        if not child:
-            channel.detach()
-            request = Request(**json.loads(message))
-            _confine(request, output, report, sandbox, groups)
-            tracing.begin()
-            sys.path[:] = [view.HOME, *_path(request.variables["PYTHONPATH"]), *installed]
-            return _run(request.file, request.args)
-        check(_libc.setns(home, NEW_PID))
-        for descriptor in (output, sandbox, *groups):
-            os.close(descriptor)
-        if child > 0:
-            reports[os.pidfd_open(child)] = child, report
-            _tell(report, PROCESS, child)
-        else:
-            os.close(report)
+        signal.pause()
 
 
-def _receive(channel: socket.socket) -> tuple[bytes, list[int]]:
-    """The next request, with its descriptors; ends this process when the launcher is gone."""
+def _become_program(channel: socket.socket, installed: list[str]) -> tuple[int, bytes, int, None]:
+    """Fork for each request; returns in forks only: how the interpreter is told to run the program."""
     try:
-        message, descriptors, _, _ = socket.recv_fds(channel, LONGEST, DESCRIPTORS)
+        request = _fork_for_each(channel)
+        sys.path[:] = [view.HOME, *_path(request.variables["PYTHONPATH"]), *installed]
+        return _prepared(request.file, request.args)
+    except BaseException as error:
+        os.write(2, f"{type(error).__name__}: {error}\n".encode(errors="replace"))
+        os._exit(FAILED)
+
+
+def _fork_for_each(channel: socket.socket) -> Request:
+    """Fork for each request that comes through the socket; returns in forks only, which are confined by then."""
+    home = os.pidfd_open(os.getpid())
+    tracing = _Tracing()
+    programs: dict[int, tuple[int, int]] = {}  # by process id: a pidfd, and where to report its end
+    room = bytearray(LONGEST)
+    while True:
+        timeout = _bury(programs)
+        waiting = [channel.fileno(), *(ended for ended, _ in programs.values())]
+        if channel.fileno() not in select.select(waiting, [], [], timeout)[0]:
+            continue
+        message, descriptors = _receive(channel, room)
+        if len(descriptors) >= LEAST:
+            output, report, sandbox, *groups = descriptors
+            child = -1
+            with contextlib.suppress(OSError):  # the sandbox has ended
+                check(_libc.setns(sandbox, NEW_PID))  # for children alone
+                child = tracing.fork()
+            if not child:
+                request = Request(**json.loads(bytes(message)))
+                _confine(request, output, report, sandbox, groups)
+                tracing.begin()
+                return request
+            check(_libc.setns(home, NEW_PID))
+            if child > 0:
+                descriptors.remove(report)
+                programs[child] = os.pidfd_open(child), report
+        message[:] = bytes(len(message))  # the next program finds nothing of it
+        for descriptor in descriptors:
+            os.close(descriptor)
+
+
+def _bury(programs: dict[int, tuple[int, int]]) -> float | None:
+    """Wait for the dead, and report those that are programs; returns after how many seconds to look again.
+
+    Others are children of a program's that it made this process's (`clone` with CLONE_PARENT), where the filter of
+    system calls does not keep it from that.  Unburied, they would count for their user.
+    """
+    with contextlib.suppress(ChildProcessError):
+        for _ in range(REAPED):
+            child, status = os.waitpid(-1, os.WNOHANG)
+            if not child:
+                return GLANCE
+            if child in programs:
+                ended, report = programs.pop(child)
+                _tell(report, ENDED, os.waitstatus_to_exitcode(status))
+                os.close(report)
+                os.close(ended)
+        return 0.0
+    return None
+
+
+def _receive(channel: socket.socket, room: bytearray) -> tuple[memoryview, list[int]]:
+    """The next request, in `room`, with its descriptors; ends this process when the launcher is gone.
+
+    There are no descriptors with a request that has come in part.
+    """
+    descriptors = array("i")
+    try:
+        size, extra, flags, _ = channel.recvmsg_into([room], socket.CMSG_LEN(DESCRIPTORS * descriptors.itemsize))
     except ConnectionResetError:
-        descriptors = []
-    if not descriptors:
         os._exit(0)
-    return message, descriptors
-
-
-def _report_end(child: int, report: int) -> None:
-    _tell(report, ENDED, os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
-    os.close(report)
+    for _, _, data in extra:
+        descriptors.frombytes(data[: len(data) - len(data) % descriptors.itemsize])
+    if not size:
+        os._exit(0)
+    if flags & (socket.MSG_TRUNC | socket.MSG_CTRUNC):
+        while descriptors:
+            os.close(descriptors.pop())
+    return memoryview(room)[:size], [*descriptors]
 
 
 def _tell(report: int, what: str, number: int = 0) -> None:
@@ -246,23 +333,23 @@ def _confine(request: Request, output: int, report: int, sandbox: int, groups: l
 
     Nothing but what it prints to is open then.
     """
-    try:
-        for standard in (1, 2):
-            os.dup2(output, standard)
-        os.setsid()
-        for group in groups:
-            os.write(group, b"0")
-        if request.core is not None:
-            os.sched_setaffinity(0, {request.core})
-        check(_libc.setns(sandbox, NAMESPACES))
-        os.chdir(view.HOME)
-        confine(request.user, request.limits)
-        check(_libc.prctl(PR_SET_DUMPABLE, 1, 0, 0, 0))  # as after execve(2): it may read its own /proc
-        _tell(report, BEGINS)
-        os.closerange(3, os.sysconf("SC_OPEN_MAX"))
-    except BaseException as error:
-        os.write(1, f"{type(error).__name__}: {error}\n".encode())
-        os._exit(125)
+    for standard in (1, 2):
+        os.dup2(output, standard)
+    os.setsid()
+    for group in groups:
+        os.write(group, b"0")
+    if request.core is not None:
+        os.sched_setaffinity(0, {request.core})
+    check(_libc.setns(sandbox, NAMESPACES))
+    os.chdir(view.HOME)
+    for name in os.listdir("/proc/self/fd"):  # now: what has a number beyond the limit is open all the same
+        if int(name) not in (0, 1, 2, report):
+            with contextlib.suppress(OSError):  # the list's own
+                os.close(int(name))
+    confine(request.user, request.limits)
+    check(_libc.prctl(PR_SET_DUMPABLE, 1, 0, 0, 0))  # as after execve(2): it may read its own /proc
+    _tell(report, BEGINS)
+    os.close(report)
     os.environ.clear()
     os.environ.update(request.variables)
     places = Path("/proc/self/stat").read_text().rpartition(")")[2].split()  # see proc(5)
@@ -277,18 +364,28 @@ def _show(words: Sequence[str], start: int, end: int) -> None:
     ctypes.memmove(start, text.ljust(end - start, b"\0"), end - start)
 
 
-def _run(file: str, args: list[str]) -> None:
-    """Be `python FILE ARGS` from here on; returns, if at all, for this process to end without a further word."""
+def _prepared(file: str, args: list[str]) -> tuple[int, bytes, int, None]:
+    """Have this process look like `python FILE ARGS`; returns how PyRun_AnyFileExFlags is told to run it.
+
+    The interpreter itself runs it, tells of its exceptions, and ends when it says so.
+    """
     sys.argv = [file, *args]
     sys.orig_argv = [sys.executable, *sys.argv]
     main = types.ModuleType("__main__")
     vars(main).update(__annotations__={}, __builtins__=builtins)
+    vars(sys.modules["__main__"]).clear()  # of the command that this process was started with
     sys.modules["__main__"] = main
     path = os.path.abspath(file).encode()
     _libc.fopen.restype = ctypes.c_void_p
-    # The interpreter itself runs it, tells of its exceptions, and ends when it says so.
-    run = ctypes.pythonapi.PyRun_AnyFileExFlags
-    run.argtypes = [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_void_p]
-    failed = run(_libc.fopen(path, b"rb"), path, 1, None)
-    if failed and sys.last_type is not KeyboardInterrupt:  # for which the interpreter has an end of its own
-        sys.exit(1)
+    return _libc.fopen(path, b"rb"), path, 1, None
+
+
+def _end(failed: int) -> NoReturn:
+    """End a program as the interpreter does once the main file has been run."""
+    if failed and sys.last_type is KeyboardInterrupt:
+        threading._shutdown()  # type: ignore[attr-defined]  # waits for the program's threads
+        atexit._run_exitfuncs()
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        os.kill(os.getpid(), signal.SIGINT)
+    ctypes.pythonapi.Py_Exit(int(bool(failed)))
+    raise AssertionError("the interpreter has not ended")

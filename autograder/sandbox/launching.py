@@ -18,11 +18,15 @@ from typing import Any
 from autograder.errors import SandboxError
 from autograder.sandbox import networks
 from autograder.sandbox.box import Sandbox, Started
+from autograder.sandbox.process import WHY
 from autograder.sandbox.program import Program
 
 LONGEST = 1 << 17  # bytes of a message
 KEPT = 4 << 20  # bytes of all that a judge has to say: of the longest verdicts on the most tests, and more
-STARTS = 100  # programs of one grading
+STARTS = 100  # of programs in one grading, and tries to start one
+FILES = 16  # that may be laid beside a program
+NAME = 255  # bytes of a file's name
+ARGUMENTS = 10_000  # bytes of all arguments of a program
 START, STOP, TELL = "start", "stop", "tell"
 
 
@@ -37,6 +41,7 @@ class LaunchServer:
         self.said = bytearray()  # what the judge has told, a line for each message
         self._channel, self._sandbox, self._domains = channel, sandbox, domains
         self._started: list[Started] = []
+        self._tries = 0
 
     def serve(self) -> bool:
         """Do what the next message asks; False when the judge has gone."""
@@ -52,33 +57,48 @@ class LaunchServer:
             if kind == TELL:
                 self._keep(str(asked["line"]))
             elif kind == STOP:
-                self._started[int(asked["program"])].process.stop(str(asked["why"])[:1000])
+                self._started[int(asked["program"])].process.stop(str(asked["why"])[:WHY])
             elif kind == START:
                 self._start(asked)
-        except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
+            else:
+                raise ValueError("no such request")
+        except Exception as error:  # whatever it was, the next grading needs this process
             with contextlib.suppress(OSError):
-                self._channel.send(f"refused: {error}".encode()[:1000], socket.MSG_DONTWAIT)
+                self._channel.send(f"refused: {error}".encode(errors="replace")[:1000], socket.MSG_DONTWAIT)
         return True
+
+    def finish(self) -> None:
+        """Do what was asked before the judge has ended; whoever has its end of the socket now is not heard any more."""
+        self._channel.shutdown(socket.SHUT_RD)
+        while self.serve():
+            pass
 
     def _keep(self, line: str) -> None:
         if len(self.said) < KEPT:
             self.said += line.encode(errors="replace").replace(b"\n", b" ") + b"\n"
 
     def _start(self, asked: dict[str, Any]) -> None:
+        self._tries += 1
+        if self._tries > STARTS:
+            raise ValueError(f"no more than {STARTS} programs can be started")
         file, args, domain = str(asked["file"]), [str(arg) for arg in asked["args"]], int(asked["domain"])
+        if len(asked["files"]) > FILES:
+            raise ValueError(f"no more than {FILES} files can be laid beside a program")
         files = {_plain(name): base64.b64decode(content) for name, content in asked["files"].items()}
-        if file not in {*self._sandbox.files, *files} or len(self._started) >= STARTS:
+        if file not in {*self._sandbox.files, *files}:
             raise ValueError(f"the program {file!r} cannot be started")
-        if any("\0" in arg for arg in args):
-            raise ValueError("an argument has a zero byte")
-        place = networks.inside(self._domains[domain]) if self._domains else contextlib.nullcontext()
-        with place:
-            started = self._sandbox.launch(file, *args, domain=domain, files=files)
-        self._started.append(started)
-        with contextlib.suppress(OSError):  # a judge that does not read has no program
-            socket.send_fds(self._channel, [b"started"], [started.output, started.end], socket.MSG_DONTWAIT)
-        for descriptor in (started.output, started.end):
-            os.close(descriptor)
+        if any("\0" in arg for arg in args) or sum(len(os.fsencode(arg)) + 1 for arg in args) > ARGUMENTS:
+            raise ValueError("an argument has a zero byte, or all of them are too long")
+        with contextlib.ExitStack() as given:
+            with networks.inside(self._domains[domain]) if self._domains else contextlib.nullcontext():
+                started = self._sandbox.launch(
+                    file, *args, domain=domain, files=files, afresh=asked.get("afresh") is True
+                )
+            for descriptor in (started.output, started.end):
+                given.callback(os.close, descriptor)
+            self._started.append(started)
+            with contextlib.suppress(OSError):  # a judge that does not read has no program
+                socket.send_fds(self._channel, [b"started"], [started.output, started.end], socket.MSG_DONTWAIT)
 
 
 class LaunchClient:
@@ -88,14 +108,17 @@ class LaunchClient:
         self.programs: list[Program] = []
         self._channel, self._lock = channel, threading.Lock()
 
-    def start(self, file: str, *args: str, domain: int, files: Mapping[str, bytes] | None = None) -> Program:
+    def start(
+        self, file: str, *args: str, domain: int, files: Mapping[str, bytes] | None = None, afresh: bool = False
+    ) -> Program:
         """Start `python FILE ARGS` in ROS domain `domain`; raises SandboxError.
 
-        `files` are laid into its home folder too, for this program alone.
+        `files` are laid into its home folder too, for this program alone.  With `afresh` it has nothing loaded, see
+        `Sandbox.launch`.
         """
         extra = {name: base64.b64encode(content).decode() for name, content in (files or {}).items()}
         with self._lock:
-            self._send({"do": START, "file": file, "args": args, "domain": domain, "files": extra})
+            self._send({"do": START, "file": file, "args": args, "domain": domain, "files": extra, "afresh": afresh})
             answer, descriptors, _, _ = socket.recv_fds(self._channel, 1000, 2)
             number = len(self.programs)
             if len(descriptors) != 2:
@@ -124,6 +147,6 @@ class LaunchClient:
 
 
 def _plain(name: str) -> str:
-    if name != PurePath(name).name or name in ("", "."):
+    if name != PurePath(name).name or name in ("", ".", "..") or "\0" in name or len(os.fsencode(name)) > NAME:
         raise ValueError(f"{name!r} is no plain file name")
     return name

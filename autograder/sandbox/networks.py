@@ -42,11 +42,13 @@ def make(count: int) -> list[int]:
 def inside(network: int) -> Iterator[None]:
     """This thread is in that network meanwhile; raises OSError."""
     home = _here()
-    enter(network)
     try:
-        yield
+        enter(network)
+        try:
+            yield
+        finally:
+            enter(home)
     finally:
-        enter(home)
         os.close(home)
 
 

@@ -11,15 +11,14 @@ import signal
 import subprocess
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import IO
 
-from autograder.sandbox.forkserver import BEGINS, ENDED, PROCESS
+from autograder.sandbox.forkserver import BEGINS, ENDED
 
 GLANCE = 0.1  # s between two looks at memory and processes
-WRAPPERS = 1  # of bubblewrap's own two processes, the inner one counts towards an ordinary user's limit
-HOLDERS = 2  # bubblewrap's inner process and HOLD count for no user, where programs are forked
+WHY = 300  # characters of why a program was ended: with them an End fits into any pipe at once
 
 # Run by bubblewrap in place of a program: tells that the sandbox is there, and keeps it until stdin ends.
 HOLD = ["sh", "-c", "echo; exec >&-; read -r _"]
@@ -35,7 +34,7 @@ class End:
 
     def to_bytes(self) -> bytes:
         """As it travels through the pipe."""
-        return json.dumps(asdict(self)).encode()
+        return json.dumps(asdict(replace(self, stopped=self.stopped[:WHY]))).encode()
 
     @classmethod
     def from_bytes(cls, text: bytes) -> "End":
@@ -56,6 +55,7 @@ class Process:
         cwd: str | None,
         memory: int,
         tasks: int,
+        measured: Callable[[int], dict[int, int]],
         killed: Callable[[], str],
         status: int | None,
         pass_fds: Sequence[int],
@@ -63,28 +63,36 @@ class Process:
     ):
         """Start `command`, and stop it when it takes more than `memory` bytes or `tasks` processes and threads.
 
-        It prints to the descriptor `output`; its `End` is written to `end`, which is closed then.  `killed` tells why,
-        when somebody else has killed it.  `status` is the descriptor on which bubblewrap reports that it has started
-        the program itself.  With `fork`, `command` only makes the sandbox, by HOLD, and the program is what
-        `fork(output, sandbox)` begins there, see `Forkserver.run`.
+        `measured` tells its processes with the number of threads of each, given that of `command`.  It prints to the
+        descriptor `output`; its `End` is written to `end`, which is closed then.  `killed` tells why, when somebody
+        else has killed it.  `status` is the descriptor on which bubblewrap reports that it has started the program
+        itself.  With `fork`, `command` only makes the sandbox, by HOLD, and the program is what `fork(output, sandbox)`
+        begins there, see `Forkserver.run`.
         """
         self._why, self._killed = "", killed
         self._status, self._fork = status, fork
-        self._fork_output = os.dup(output) if fork else -1
-        self._forked: int | None = None  # the program, if it was forked: no child of bubblewrap's
-        self._process = subprocess.Popen(
-            command,
-            stdin=subprocess.PIPE if fork else subprocess.DEVNULL,
-            stdout=subprocess.PIPE if fork else output,
-            stderr=output,
-            start_new_session=True,
-            pass_fds=pass_fds,
-            cwd=cwd,
-            env=env,
-        )
-        self._waiter = threading.Thread(target=self._wait, args=(end,), daemon=True)
-        self._waiter.start()
-        threading.Thread(target=self._watch, args=(memory, tasks), daemon=True).start()
+        self._measured = measured
+        self._fork_output = -1
+        with contextlib.ExitStack() as undo:
+            if fork:
+                self._fork_output = os.dup(output)
+                undo.callback(os.close, self._fork_output)
+            self._process = subprocess.Popen(
+                command,
+                stdin=subprocess.PIPE if fork else subprocess.DEVNULL,
+                stdout=subprocess.PIPE if fork else output,
+                stderr=output,
+                start_new_session=True,
+                pass_fds=pass_fds,
+                cwd=cwd,
+                env=env,
+            )
+            undo.callback(self._process.communicate)
+            undo.callback(self._process.kill)
+            watch = threading.Thread(target=self._watch, args=(memory, tasks), daemon=True)
+            self._waiter = threading.Thread(target=self._wait, args=(end, watch), daemon=True)
+            self._waiter.start()
+            undo.pop_all()  # from here on all this is the waiter's
 
     @property
     def alive(self) -> bool:
@@ -102,7 +110,11 @@ class Process:
         """Wait until it has ended."""
         self._waiter.join()
 
-    def _wait(self, end: int) -> None:
+    def _wait(self, end: int, watch: threading.Thread) -> None:
+        try:
+            watch.start()
+        except RuntimeError:  # this machine has no room for one more thread
+            self.stop("this machine is too busy to watch it")
         code, begun = self._run_fork(self._fork) if self._fork else self._run()
         if code in (-signal.SIGKILL, 128 + signal.SIGKILL):  # of bubblewrap, or as it reports it of the program
             self._why = self._why or self._killed()
@@ -130,8 +142,6 @@ class Process:
                 with report:
                     for line in report:
                         what, number = line.decode().split()
-                        if what == PROCESS:
-                            self._forked = int(number)
                         begun = begun or what == BEGINS
                         status = int(number) if what == ENDED else status
         finally:
@@ -161,14 +171,44 @@ class Process:
 
     def _watch(self, most_memory: int, most_tasks: int) -> None:
         while self.alive:
-            tree = processes(self._process.pid)
-            if self._forked:
-                tree |= processes(self._forked)
-            if sum(tree.values()) >= most_tasks + (HOLDERS if self._fork else WRAPPERS):
+            tasks = self._measured(self._process.pid)
+            if sum(tasks.values()) >= most_tasks:
                 self.stop(f"it started {most_tasks} processes and threads; do not start processes in an endless loop")
-            if takes_more(tree, most_memory):
+            if takes_more(tasks, most_memory):
                 self.stop(f"it took more than {most_memory >> 30} GiB of memory; keep only what you need")
             self._waiter.join(GLANCE)
+
+
+def of_user(user: int) -> dict[int, int]:
+    """All processes that this one sees of a host user, with the number of threads of each; zombies, too."""
+    found = {}
+    for pid in _numbers():
+        with contextlib.suppress(OSError):  # it has ended meanwhile
+            if os.stat(f"/proc/{pid}").st_uid == user:
+                found[pid] = len(os.listdir(f"/proc/{pid}/task"))
+    return found
+
+
+def of_sandbox(root: int) -> dict[int, int]:
+    """All processes in the namespaces that bubblewrap, process `root`, has made, with the number of threads of each.
+
+    Whatever their parents are: a process can have itself left to another, and a list of children is not complete while
+    they come and go (proc(5)).
+    """
+    namespaces: set[str] = set()
+    with contextlib.suppress(OSError):
+        namespaces = {os.readlink(f"/proc/{pid}/ns/pid") for pid in children(root)}
+        namespaces.discard(os.readlink(f"/proc/{root}/ns/pid"))
+    found = processes(root) if not namespaces else {}
+    for pid in _numbers() if namespaces else []:
+        with contextlib.suppress(OSError):
+            if os.readlink(f"/proc/{pid}/ns/pid") in namespaces:
+                found[pid] = len(os.listdir(f"/proc/{pid}/task"))
+    return found
+
+
+def _numbers() -> list[int]:
+    return [int(name) for name in os.listdir("/proc") if name.isdigit()]
 
 
 def processes(root: int) -> dict[int, int]:

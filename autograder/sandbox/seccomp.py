@@ -49,6 +49,9 @@ DENIED = {
     "memfd_create": (319, 279),
     "memfd_secret": (447, 447),
     "shmget": (29, 194),
+    "msgget": (68, 186),
+    "semget": (64, 190),
+    "mq_open": (240, 180),
     # parts of the kernel with a history of holes
     "keyctl": (250, 219),
     "add_key": (248, 217),
@@ -84,7 +87,8 @@ DENIED = {
     "setdomainname": (171, 162),
 }
 CLONE, SOCKET, IOCTL, CLONE3 = (56, 220), (41, 198), (16, 29), (435, 435)
-NAMESPACES = 0x7E020000 | 0x80  # CLONE_NEW*: a process may have children, but no namespace of its own
+NAMESPACES = 0x7E020000 | 0x80  # CLONE_NEW*: a process may have children, but no namespace of its own,
+PARENT = 0x8000  # CLONE_PARENT: and no siblings, which would be children of whoever has forked it
 FAMILIES = (1, 2, 10, 16)  # AF_UNIX, AF_INET, AF_INET6, AF_NETLINK (to list interfaces); not AF_VSOCK, AF_ALG, ...
 TIOCSTI, TIOCLINUX = 0x5412, 0x541C  # type into a terminal
 X32 = 0x40000000  # x86_64: the bit of a second ABI with numbers of its own
@@ -112,7 +116,7 @@ def program(machine: str | None = None) -> bytes:
         number = numbers[column]
         if number is not None:
             code += _when(EQUAL, number, _error(errno.EPERM))
-    code += _arguments(CLONE[column], ARGUMENT[0], _when(ANY_BIT, NAMESPACES, _error(errno.EPERM)))
+    code += _arguments(CLONE[column], ARGUMENT[0], _when(ANY_BIT, NAMESPACES | PARENT, _error(errno.EPERM)))
     code += _arguments(
         IOCTL[column],
         ARGUMENT[1],

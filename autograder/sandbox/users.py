@@ -5,13 +5,24 @@ bubblewrap's `--uid` alone would leave such a program root on the host.
 
 import contextlib
 import fcntl
+import logging
 import os
-from collections.abc import Iterator
+import signal
+import subprocess
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+
+from autograder.errors import SandboxUnavailable
+from autograder.sandbox.process import of_user
+from course.waiting import wait_until
 
 INSIDE = 65534  # what a program is inside a user namespace, where it is started by anybody but root
 SPARE = range(60600, 61100)  # left alone by Debian's and systemd's own allocations
 LOCKS = Path("/run/lock/ros2-autograder")
+TAKEN = b"taken\n"  # in a lock's file until nothing of its user is left
+GONE = 5.0  # s until the processes of a user that were killed are gone
+
+log = logging.getLogger("autograder")
 
 
 def available() -> bool:
@@ -33,21 +44,67 @@ def borrowed(box: str) -> Iterator[int | None]:
     try:
         yield uid
     finally:
-        os.close(lock)
+        give_back({uid: lock})
 
 
 def take() -> tuple[int, int]:
-    """A user id that no other program on this machine has, and the open lock that keeps it: close it to free the id.
+    """A user id that no other program on this machine has, and the open lock that keeps it: `give_back` frees the id.
 
-    Raises RuntimeError when all are taken.
+    No process of that user is left: the kernel would count it among the next program's.  Raises RuntimeError when all
+    are taken, and SandboxUnavailable when the locks are not root's.
     """
-    LOCKS.mkdir(parents=True, exist_ok=True)
+    _make_folder()
     for uid in SPARE:
-        lock = os.open(LOCKS / str(uid), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        lock = os.open(LOCKS / str(uid), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             os.close(lock)
             continue
+        if os.fstat(lock).st_size and not _is_unused(uid):  # whoever had it was killed, or could not end all of it
+            os.close(lock)
+            continue
+        os.pwrite(lock, TAKEN, 0)
         return uid, lock
     raise RuntimeError(f"all {len(SPARE)} user ids for students' programs are taken")
+
+
+def give_back(taken: Mapping[int, int]) -> None:
+    """Free these users, given with their locks, once nothing of them is left.
+
+    A worker, which is the first process of its namespace, ends what there is of them.  One of whom something is left
+    all the same, dead or alive, has no next program until the kernel counts none.
+    """
+    wait_until(lambda: not _end_all(taken), GONE, alert=False)
+    for uid, lock in taken.items():
+        left = of_user(uid)
+        if left:
+            log.warning("processes %s of user %d have not ended: it gets no program until they have", [*left], uid)
+        else:
+            os.ftruncate(lock, 0)
+        os.close(lock)
+
+
+def _end_all(taken: Mapping[int, int]) -> bool:
+    """Whether there is a process of these users; zombies count, as they do for the kernel.
+
+    It gets SIGKILL where it is certainly of this worker's: elsewhere, a container's users may have the same numbers.
+    """
+    left = [process for uid in taken for process in of_user(uid)]
+    for process in left if os.getpid() == 1 else []:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(process, signal.SIGKILL)
+    return bool(left)
+
+
+def _make_folder() -> None:
+    LOCKS.mkdir(mode=0o755, parents=True, exist_ok=True)
+    made = os.lstat(LOCKS)
+    if made.st_uid != os.geteuid() or not LOCKS.is_dir() or made.st_mode & 0o022:
+        raise SandboxUnavailable(f"{LOCKS} must belong to root alone, as it does when the grader makes it: remove it")
+
+
+def _is_unused(uid: int) -> bool:
+    """Whether the kernel counts no process of that user, in whatever process namespace: then it may run a program."""
+    become = ["setpriv", f"--reuid={uid}", f"--regid={uid}", "--clear-groups", "true"]
+    return not subprocess.run(["prlimit", "--nproc=0", "--", *become], capture_output=True).returncode

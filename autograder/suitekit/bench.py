@@ -62,9 +62,14 @@ class Bench:
         """Begin a run of a handed-in program that must end on its own."""
         return Run(file, lambda: self.start(file, *args, domain=domain), self.clock)
 
-    def start(self, file: str, *args: str, domain: int, files: Mapping[str, bytes] | None = None) -> Program:
-        """Start one of the handed-in programs in that domain, with the grader's `files` laid beside it."""
-        program = self.sandbox.start(file, *args, domain=domain, files=files)
+    def start(
+        self, file: str, *args: str, domain: int, files: Mapping[str, bytes] | None = None, afresh: bool = False
+    ) -> Program:
+        """Start one of the handed-in programs in that domain, with the grader's `files` laid beside it.
+
+        Programs may begin with ROS 2 loaded.  Who asks which modules a program has, or can import, starts it `afresh`.
+        """
+        program = self.sandbox.start(file, *args, domain=domain, files=files, afresh=afresh)
         program.hidden = self._hidden
         self.hide(*(float(arg) for arg in args if NUMBER.fullmatch(arg)))
         return program

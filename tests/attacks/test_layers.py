@@ -49,6 +49,7 @@ def test_filter(machine):
     assert run(rules, seccomp.CLONE3[column], abi) == seccomp._error(38)
     assert run(rules, clone, abi, 0x3D0F00) == ALLOWED  # a thread, as glibc starts it
     assert run(rules, clone, abi, 0x10000011) == DENIED  # a user namespace
+    assert run(rules, clone, abi, 0x8011) == DENIED  # a child of its parent's
     assert run(rules, socket, abi, 2) == ALLOWED
     assert run(rules, socket, abi, 40) == seccomp._error(97)  # AF_VSOCK, which no network namespace holds
     assert run(rules, ioctl, abi, 1, 0x5412) == DENIED

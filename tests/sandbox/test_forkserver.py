@@ -21,7 +21,7 @@ ENDED = 30.0  # s
 
 # What a program can see of itself and of the machine.  Numbers of processes, descriptors and users differ by chance.
 WORLD = """
-import __main__, gc, importlib.util, json, locale, os, re, resource, signal, socket, sys, threading
+import __main__, gc, importlib.util, json, locale, os, re, resource, signal, socket, sys, threading, traceback
 status = dict(line.split(':', 1) for line in open('/proc/self/status').read().splitlines())
 limits = [name for name in dir(resource) if name.startswith('RLIMIT_')]
 mounts = sorted(line.split(' ', 5)[4:6] for line in open('/proc/self/mountinfo'))
@@ -36,7 +36,8 @@ world = dict(
     comm=open('/proc/self/comm').read(), cwd=os.getcwd(), umask=os.umask(0), files=sorted(os.listdir('.')),
     status={name: status[name].split() for name in status if name.startswith(('Cap', 'NoNew', 'Seccomp', 'Groups'))},
     root=sorted(os.listdir('/')), users=[len({*os.getresuid()}), len({*os.getresgid()}), os.getuid() == os.getgid()],
-    threads=[thread.name for thread in threading.enumerate()],
+    threads=[thread.name for thread in threading.enumerate()], stack=traceback.format_stack(),
+    main_thread=threading.current_thread() is threading.main_thread(), frames=len(sys._current_frames()),
     limits={name: resource.getrlimit(getattr(resource, name)) for name in limits}, mounts=mounts,
     signals={str(number): str(signal.getsignal(number)) for number in signal.valid_signals()},
     masked=[str(number) for number in signal.pthread_sigmask(signal.SIG_BLOCK, [])],
@@ -182,11 +183,11 @@ print(bytes(found[0].endpoint_gid[:12]).hex())
 
 
 def test_its_memory_holds_no_secret(box, monkeypatch):
-    """Neither a variable of whoever starts the forkserver, nor what another program was given."""
-    secrets = ["said only to", "the grader", "printed by another", " program"]
+    """Neither a variable of whoever starts the forkserver, nor what another program was given or has printed."""
+    secrets = ["said only to", " the grader", "printed by another", " program", "an argument of", " another"]
     monkeypatch.setenv("SECRET_OF_THE_GRADER", "".join(secrets[:2]))
     server = Forkserver()
-    run(server, f"print({''.join(secrets[2:])!r})", "".join(secrets[2:]))
+    run(server, f"print({''.join(secrets[2:4])!r})", "".join(secrets[4:]))
     text = f"""
 found = set()
 memory = open('/proc/self/mem', 'rb', 0)
@@ -196,7 +197,7 @@ for line in open('/proc/self/maps'):
         start, end = (int(word, 16) for word in span.split('-'))
         memory.seek(start)
         content = memory.read(end - start)
-        for secret in ({secrets[:2]}, {secrets[2:]}, ['not se', 'cret']):
+        for secret in ({secrets[:2]}, {secrets[2:4]}, {secrets[4:]}, ['not se', 'cret']):
             if ''.join(secret).encode() in content:
                 found.add(secret[0])
         known = 'not secret'  # read in the regions that follow, or the next time
@@ -205,6 +206,69 @@ print(found)
 """
     assert run(server, text).output == "{'not se'}\n"
     server.close()
+
+
+def test_no_frame_and_no_request_of_the_forkserver_can_be_reached(forkserver):
+    run(forkserver, "print(1)", "an argument of another")
+    text = """
+import gc, sys, types
+gc.unfreeze()
+known = {id(known) for known in (sys._getframe(), globals())}
+frames = [each for each in gc.get_objects() if isinstance(each, types.FrameType) and id(each) not in known]
+named = ('Request', 'Forkserver')
+of_forkserver = [each for each in gc.get_objects() if type(each).__name__ in named]
+print(sys._getframe().f_back, frames, of_forkserver, 'an argument of' + ' another' in map(str, gc.get_objects()))
+"""
+    program = run(forkserver, text)
+    assert program.output == "None [] [] False\n"
+
+
+def test_no_descriptor_is_inherited_whatever_its_number(box):
+    """A process may have open what is beyond a limit that was set later: pipes and control groups of other programs."""
+    with contextlib.ExitStack() as held:
+        for _ in range(2 * LIMITS["nofile"]):
+            held.enter_context(open(os.devnull, "rb"))
+        server = Forkserver()  # its own socket has a high number
+    text = """
+import os
+print(sorted(name for name in os.listdir('/proc/self/fd') if os.path.exists(f'/proc/self/fd/{name}')))
+"""
+    assert run(server, text).output == "['0', '1', '2']\n"
+    server.close()
+
+
+@pytest.mark.parametrize(
+    ("text", "is_fork"),
+    [
+        ("import rclpy", True),
+        ("from rclpy.node import Node\nNode", True),
+        ("import rclpy.node\nrclpy.node.Node", True),
+        ("import rclpy.action.server\nrclpy.action.server", True),
+        ("import rclpy\nrclpy.node.Node", False),
+        ("import rclpy; rclpy.node.Node", False),
+        ("import rclpy as r\nr.node.Node", False),
+        ("import std_srvs\nstd_srvs.srv.SetBool", False),
+    ],
+)
+def test_a_module_that_is_used_and_not_imported_is_missing(forkserver, text, is_fork):
+    """As where the program is started as `python FILE`: in a robot's terminal, in the notebook."""
+    forked = run(forkserver, f"import sys; print('rclpy' in sys.modules)\n{text}")
+    plain = run(None, text)
+    assert forked.output.startswith(str(is_fork))
+    assert forked.exit_status == plain.exit_status == (0 if is_fork else 1), forked.output
+    assert run(forkserver, "import helper", helper=text).exit_status == plain.exit_status
+
+
+def test_a_program_can_be_started_afresh(forkserver):
+    (network,) = networks.make(1)
+    with Sandbox(
+        "root", {"program.py": b"import sys; print('rclpy' in sys.modules)"}, forkserver=forkserver
+    ) as sandbox:
+        with networks.inside(network):
+            started = sandbox.launch("program.py", domain=7, afresh=True)
+        program = Program("program.py", started.output, started.end, started.process.stop)
+        assert program.wait(ENDED) and program.output == "False\n"
+    os.close(network)
 
 
 def test_it_cannot_end_what_holds_its_sandbox(forkserver):

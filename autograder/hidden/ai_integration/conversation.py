@@ -116,9 +116,8 @@ class Agent:
         questions = json.dumps([{"front": front, "right": right} for front, right in asked])
 
         def start() -> Program:
-            program = self._bench.start(
-                ASK, "ros" if ros else "no-ros", questions, domain=self._bench.new_domain(), files=laid(ASK)
-            )
+            domain, mode = self._bench.new_domain(), "ros" if ros else "no-ros"
+            program = self._bench.start(ASK, mode, questions, domain=domain, files=laid(ASK), afresh=not ros)
             program.name = AGENT
             return program
 

@@ -896,3 +896,4 @@ SEVERAL = {
     "an agent of its own in the node's file",
 }  # with more than one mistake
 SILENT = {"another topic", "another topic of scans", "topics in a namespace"}  # the grader waits for it in vain
+QUICK = {"the agent imports rclpy"}  # which forked programs have loaded

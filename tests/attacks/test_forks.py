@@ -1,0 +1,243 @@
+"""A forked program, and one in a sandbox without the filter of system calls, that turn against whoever forks them.
+
+What a program can see of the process that forked it is in tests/sandbox/test_forkserver.py.
+"""
+
+import contextlib
+import os
+import platform
+import re
+import subprocess
+import time
+from collections.abc import Iterator
+
+import pytest
+
+from autograder.errors import SandboxUnavailable
+from autograder.sandbox import cgroup, forkserver, networks, seccomp, users
+from autograder.sandbox import process as watching
+from autograder.sandbox.box import LIMITS, Sandbox
+from autograder.sandbox.forkserver import Forkserver
+from autograder.sandbox.program import Program
+from course.waiting import wait_until
+
+CLONE = seccomp.CLONE[seccomp.MACHINES.get(platform.machine(), (0, 0))[1]]
+ENDED = 30.0  # s
+SOON = 5.0  # s: an attack that is over holds nobody up
+
+# Makes children of whoever has forked this process: by clone, as it is, or by clone3 where there is that.
+SIBLINGS = f"""
+import ctypes, os, signal, struct, time
+CLONE_PARENT = 0x8000
+libc = ctypes.CDLL(None, use_errno=True)
+
+def sibling():
+    flags = CLONE_PARENT | signal.SIGCHLD
+    return libc.syscall({CLONE}, flags, 0, 0, 0, 0)
+
+def modern_sibling():
+    arguments = struct.pack('11Q', CLONE_PARENT, 0, 0, 0, signal.SIGCHLD, 0, 0, 0, 0, 0, 0)
+    return libc.syscall(435, arguments, len(arguments))
+"""
+# As many as it can, which end at once: unburied, they would count for the user that the next program gets.
+ZOMBIES = (
+    SIBLINGS
+    + """
+made = 0
+for make in (sibling, modern_sibling):
+    for _ in range(60):
+        child = make()
+        if child == 0:
+            os._exit(0)
+        made += child > 0
+print('siblings:', made)
+"""
+)
+# The same, which live: they take no place among its descendants.
+HIDDEN = (
+    SIBLINGS
+    + """
+for _ in range({processes}):
+    if sibling() == 0:
+        held = bytearray({memory})
+        for page in range(0, len(held), 4096):
+            held[page] = 1
+        time.sleep(1000)
+print('made', flush=True)
+time.sleep(1000)
+"""
+)
+# Their parent ends, so that others become it: a process of the sandbox, or whoever is outside of it.
+ORPHANS = """
+import os, time
+for _ in range({processes}):
+    if not os.fork():
+        os.setsid()
+        if os.fork():
+            os._exit(0)
+        held = bytearray({memory})
+        for page in range(0, len(held), 4096):
+            held[page] = 1
+        time.sleep(1000)
+print('made', flush=True)
+time.sleep(1000)
+"""
+# Children that come and go faster than anybody counts them.
+CHURN = (
+    SIBLINGS
+    + """
+end = time.time() + 2
+while time.time() < end:
+    if sibling() == 0:
+        os._exit(0)
+print('done', flush=True)
+"""
+)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def forks(box):
+    if box != "root" or not seccomp.available():
+        pytest.skip("only root's programs are forked, and each variant is tried with and without the filter")
+
+
+@pytest.fixture(autouse=True)
+def own_users(monkeypatch):
+    """Users that the gradings of another root on this machine, with locks of its own, do not come to take."""
+    monkeypatch.setattr(users, "SPARE", range(61000, 61090))
+
+
+@pytest.fixture(params=["with the filter", "without the filter"])
+def filtered(request, monkeypatch) -> bool:
+    """Whether this test's programs have the filter of system calls: some machines have none."""
+    if request.param == "without the filter":
+        monkeypatch.setattr(seccomp, "available", lambda: False)
+        without = "from autograder.sandbox import forkserver, seccomp; seccomp.available = bool; "
+        monkeypatch.setattr(
+            forkserver, "START", forkserver.START.replace("from autograder.sandbox import forkserver; ", without)
+        )
+    return request.param == "with the filter"
+
+
+@pytest.fixture
+def server(filtered) -> Iterator[Forkserver]:
+    """A forking process for one test."""
+    server = Forkserver()
+    yield server
+    server.close()
+
+
+@contextlib.contextmanager
+def running(server: Forkserver | None, text: str) -> Iterator[tuple[Program, int]]:
+    """A program, and its host user."""
+    (network,) = networks.make(1)
+    with Sandbox("root", {"program.py": text.encode()}, forkserver=server) as sandbox:
+        with networks.inside(network):
+            started = sandbox.launch("program.py", domain=7)
+        (user,) = sandbox._users
+        yield Program("program.py", started.output, started.end, started.process.stop), user
+    os.close(network)
+
+
+def test_siblings_leave_nothing_behind(server, filtered):
+    """Not even the dead: the kernel counts them among the processes of the user that another program gets."""
+    with running(server, ZOMBIES) as (program, user):
+        assert program.wait(ENDED), program.output
+        made = int(re.fullmatch(r"siblings: (\d+)\n", program.output)[1])
+        assert (made == 0) == filtered, "with the filter there must be none, without it the attack must be one"
+        ended = time.monotonic()
+    assert time.monotonic() - ended < SOON
+    assert not watching.of_user(user) and users._is_unused(user)
+    with running(server, "import os\nprint(sum(os.fork() == 0 and os._exit(0) or 1 for _ in range(50)))") as (after, _):
+        assert after.wait(ENDED) and after.output == "50\n"
+
+
+def test_siblings_that_come_and_go_hold_nobody_up(server, filtered):
+    """Other programs begin and end meanwhile."""
+    with running(server, CHURN) as (program, _):
+        while program.alive:
+            began = time.monotonic()
+            with running(server, "print(1)") as (other, _):
+                assert other.wait(ENDED) and other.output == "1\n"
+            assert time.monotonic() - began < SOON
+        assert program.output in ("done\n", "")
+    assert not filtered or program.output == "done\n"
+
+
+@pytest.mark.parametrize("attack", [HIDDEN, ORPHANS], ids=["siblings", "orphans"])
+@pytest.mark.parametrize(
+    ("processes", "memory", "why"),
+    [(4, 300 << 20, "GiB of memory"), (LIMITS["nproc"] + 10, 1, "processes and threads")],
+    ids=["memory", "processes"],
+)
+def test_what_has_another_parent_counts(server, filtered, monkeypatch, attack, processes, memory, why):
+    """Where this machine gives no control group, nothing else bounds what a program's processes take together."""
+    monkeypatch.setattr(cgroup, "make", lambda: None)
+    if filtered and attack is HIDDEN:
+        pytest.skip("there are none, see above")
+    with running(server, attack.format(processes=processes, memory=memory)) as (program, user):
+        assert program.wait(ENDED) and why in program.stopped
+    assert not watching.of_user(user)
+
+
+@pytest.fixture
+def few_users(own_users, monkeypatch, tmp_path) -> range:
+    """Two users, with locks that are nobody else's."""
+    few = range(61098, 61100)
+    monkeypatch.setattr(users, "SPARE", few)
+    monkeypatch.setattr(users, "LOCKS", tmp_path / "locks")
+    return few
+
+
+def left_over(user: int) -> subprocess.Popen:
+    """A process of that user, which nobody waits for."""
+    left = subprocess.Popen(["setpriv", f"--reuid={user}", f"--regid={user}", "--clear-groups", "sleep", "60"])
+    assert wait_until(lambda: watching.of_user(user), SOON)
+    return left
+
+
+def test_a_user_of_whom_a_killed_worker_has_left_something_is_not_given(few_users):
+    """Its lock is free, and its processes may be in a namespace that nobody else sees: the kernel is asked."""
+    user, lock = users.take()
+    left = left_over(user)
+    os.close(lock)
+    other, lock = users.take()
+    assert [user, other] == [*few_users]
+    with pytest.raises(RuntimeError, match="taken"):
+        users.take()
+    left.kill()
+    left.wait()
+    again, second_lock = users.take()
+    assert again == user
+    users.give_back({other: lock, again: second_lock})
+    assert [(users.LOCKS / str(each)).stat().st_size for each in few_users] == [0, 0]
+
+
+def test_a_user_of_whom_a_zombie_is_left_is_not_given(few_users, monkeypatch, caplog):
+    monkeypatch.setattr(users, "GONE", 0.1)
+    user, lock = users.take()
+    left = left_over(user)
+    left.kill()
+    users.give_back({user: lock})
+    assert f"processes [{left.pid}] of user {user}" in caplog.text
+    other, lock = users.take()
+    assert other != user
+    users.give_back({other: lock})
+    left.wait()
+    again, lock = users.take()
+    assert again == user
+    users.give_back({again: lock})
+
+
+def test_locks_that_somebody_else_has_made_are_refused(few_users, tmp_path):
+    """/run/lock is everybody's on many machines: a link there would have root write into another file."""
+    users.LOCKS.mkdir()
+    precious = tmp_path / "precious"
+    precious.write_text("kept")
+    (users.LOCKS / str(few_users[0])).symlink_to(precious)
+    with pytest.raises(OSError, match="symbolic"):
+        users.take()
+    os.chown(users.LOCKS, few_users[1], -1)
+    with pytest.raises(SandboxUnavailable, match="must belong to root"):
+        users.take()
+    assert precious.read_text() == "kept"
