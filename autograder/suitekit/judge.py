@@ -6,7 +6,9 @@ answer.  Anything else that it raises is a failure of the grader itself, and no 
 
 import functools
 import os
+import resource
 import signal
+import sys
 import traceback
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
@@ -16,9 +18,11 @@ import pytest
 
 from autograder.errors import Fault, TimedOut, Wrong
 from autograder.records import PASSED, Verdict
+from autograder.sandbox.box import MEMORY
 from autograder.suitekit.bench import Bench
 
 BENCH = pytest.StashKey[Bench]()
+FULL = MEMORY // 2  # bytes: several times what judging takes, and half of what the launcher allows
 POSTPONED = 1.0  # s until the time is looked at again, when it was used up between two tests
 
 Parameters = ParamSpec("Parameters")
@@ -124,8 +128,17 @@ class Judge:
             self.report(Verdict(item.name, PASSED))
         elif isinstance(end, Fault):
             self.report(Verdict(item.name, end.outcome, end.message, end.detail))
-        elif isinstance(end, MemoryError):
-            os.abort()  # the student's program has sent more than this process can hold: an end as after a crash
+        elif isinstance(end, MemoryError) or _has_taken() > FULL:
+            # The student's program has sent more than this process can hold: an end as after a crash.  Want of memory
+            # has many names: no thread can be started, no node can be made.
+            sys.stderr.write("".join(traceback.format_exception(end)))
+            sys.stderr.flush()
+            os.abort()
         else:
             self.fault = "".join(traceback.format_exception(end))
             item.session.shouldstop = "the grader itself failed"
+
+
+def _has_taken() -> int:
+    """How much memory (bytes) this process has had at most."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss << 10
