@@ -140,12 +140,22 @@ def test_ci_runs_readmes_test_command():
     assert "environment/start" in (ROOT / "README.md").read_text()
 
 
-def test_the_test_command_begins_with_the_guards_unless_tests_are_named():
-    lines = (ROOT / "environment/test").read_text().splitlines()
-    assert "if [ $# -eq 0 ]; then environment/check; fi" in lines
-    assert lines.index("if [ $# -eq 0 ]; then environment/check; fi") < lines.index(
-        'exec .venv/bin/python -m pytest "$@"'
-    )
+def test_the_test_command_begins_with_the_guards_unless_tests_are_named(tmp_path):
+    """Of a copy of the script, with stand-ins for what it calls."""
+    (tmp_path / ".venv/bin").mkdir(parents=True)
+    (tmp_path / "environment").mkdir()
+    shutil.copy(ROOT / "environment/test", tmp_path / "environment")
+    for name in ("environment/install", "environment/check", ".venv/bin/python"):
+        (tmp_path / name).write_text(f'#!/bin/sh\necho {name} "$@"\n')
+        (tmp_path / name).chmod(0o755)
+
+    def called(*arguments):
+        return run(tmp_path / "environment/test", *arguments).stdout.splitlines()
+
+    installs, python = "environment/install developer", ".venv/bin/python -m pytest"
+    assert called() == [installs, "environment/check", f"{python} -n 3"]
+    assert called("--all") == [installs, "environment/check", f"{python} -n 3 -m "]
+    assert called("tests/course", "-k", "a b") == [installs, f"{python} tests/course -k a b"]
 
 
 def guards() -> list[str]:

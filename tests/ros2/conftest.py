@@ -6,6 +6,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from course.environment import prepare
-from course.ros2.graph import participants_here
+from course.session.domains import claim_domain
 from course.waiting import wait_until
 
 HERE = Path(__file__).parent
@@ -89,13 +90,17 @@ class Command:
         return child.returncode, said + rest, errors
 
 
-def free_domain(taken: tuple[int, ...] = ()) -> int:
-    """Return a ROS domain that no process of this machine is in."""
-    return next(domain for domain in range(60, 80) if domain not in taken and participants_here(domain) == 0)
+@pytest.fixture(scope="session")
+def domains() -> Iterator[tuple[int, int]]:
+    """Two ROS domains that nobody else takes meanwhile: one for the live nodes, one without any node."""
+    claims, found = zip(*(claim_domain() for _ in range(2)), strict=True)
+    yield found
+    for claim in claims:
+        claim.close()
 
 
 @pytest.fixture(scope="session")
-def environment(tmp_path_factory) -> dict[str, str]:
+def environment(tmp_path_factory, domains) -> dict[str, str]:
     """The environment of the tests' processes: a domain of their own, and no settings of the caller's."""
     prepare()
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("ROS_", "RMW_", "FASTDDS_"))}
@@ -108,7 +113,7 @@ def environment(tmp_path_factory) -> dict[str, str]:
         # The commands start faster from compiled modules, and leave none in the environment.
         "PYTHONPYCACHEPREFIX": str(tmp_path_factory.getbasetemp() / "compiled"),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        "ROS_DOMAIN_ID": str(free_domain()),
+        "ROS_DOMAIN_ID": str(domains[0]),
         "COLUMNS": "200",
     }
 
@@ -136,10 +141,9 @@ def ros2(environment, live) -> Command:
 
 
 @pytest.fixture(scope="session")
-def alone(environment) -> Command:
+def alone(environment, domains) -> Command:
     """The command in a domain without any node."""
-    domain = free_domain((int(environment["ROS_DOMAIN_ID"]),))
-    return Command({**environment, "ROS_DOMAIN_ID": str(domain)})
+    return Command({**environment, "ROS_DOMAIN_ID": str(domains[1])})
 
 
 @pytest.fixture
