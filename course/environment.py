@@ -48,8 +48,9 @@ def workspace_variables() -> dict[str, str]:
 def session_variables(domain: int) -> dict[str, str]:
     """What the processes of a session and of its terminals share: the ROS domain, how to discover, speak and log.
 
-    They speak by UDP.  Fast DDS's shared memory is open to all users of a machine, keeps the segments of processes that
-    were killed, and its error messages would reach the cells.
+    Fast DDS's shared memory may be read by all users of a machine, keeps the segments of processes that were killed,
+    and its error messages would reach the cells.  It is left out where the range is not LOCALHOST: for that one
+    rmw_fastrtps (of Jazzy) brings transports of its own, shared memory among them, whatever this variable says.
     """
     return {
         "ROS_DOMAIN_ID": str(domain),

@@ -7,6 +7,7 @@ that only its user may enter, and says nothing once its process has ended.
 import contextlib
 import json
 import os
+import stat
 import tempfile
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -53,14 +54,37 @@ class SessionRecord:
 
 
 def folder() -> Path:
-    """The folder of the files, made if need be: `$XDG_RUNTIME_DIR/ros2-course`, or one in /tmp of this user's alone."""
+    """The folder of the files, made if need be: `$XDG_RUNTIME_DIR/ros2-course`, or one in /tmp of this user's alone.
+
+    Anybody can have taken a name in /tmp before: then it is a folder in the user's cache.  Raises PermissionError when
+    none of them can be had.
+    """
     runtime = os.environ.get("XDG_RUNTIME_DIR")
-    base = Path(runtime) if runtime and os.access(runtime, os.W_OK) else Path(tempfile.gettempdir())
-    folder = base / ("ros2-course" if base != Path(tempfile.gettempdir()) else f"ros2-course-{os.getuid()}")
-    folder.mkdir(mode=0o700, exist_ok=True)
-    if folder.stat().st_uid != os.getuid():
-        raise PermissionError(f"{folder} belongs to another user")
-    return folder
+    if runtime and _is_own(Path(runtime)) and os.access(runtime, os.W_OK):
+        places = [Path(runtime, "ros2-course")]
+    else:
+        places = [Path(tempfile.gettempdir(), f"ros2-course-{os.getuid()}"), _in_cache()]
+    for place in places:
+        with contextlib.suppress(FileExistsError):
+            place.mkdir(mode=0o700, parents=place == _in_cache())
+        if _is_own(place):
+            place.chmod(0o700)
+            return place
+    raise PermissionError(f"{places[-1]} belongs to another user")
+
+
+def _is_own(place: Path) -> bool:
+    """Return True for a folder of this user; a link is none, wherever it leads."""
+    with contextlib.suppress(OSError):
+        found = place.lstat()
+        return stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
+    return False
+
+
+def _in_cache() -> Path:
+    """A folder for this start of this machine: a home may be seen by several machines, and outlives their processes."""
+    start = Path("/proc/sys/kernel/random/boot_id").read_text().strip()
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ros2-course" / f"run-{start}"
 
 
 def lock() -> contextlib.AbstractContextManager[object]:
