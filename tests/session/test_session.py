@@ -20,8 +20,7 @@ from std_srvs.srv import Trigger
 
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.nodes.fibonacci_action_server import FibonacciActionServer
-from course.ros2.graph import participants_here
-from course.session.domains import DOMAINS, claim_domain
+from course.session.domains import claim_domain
 from course.session.live import Session
 from course.session.spinner import STORIES
 from course.waiting import wait_until
@@ -374,7 +373,10 @@ def test_logs_are_kept_by_node_and_begin_anew_with_it(session):
 def test_a_domain_that_others_are_in_is_left_to_them(monkeypatch):
     """Whoever set ROS_DOMAIN_ID by hand has claimed nothing, but holds a participant's port (RTPS 2.5, 9.6.2.3)."""
     monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
-    _, *others = domains = [domain for domain in DOMAINS if not participants_here(domain)][:3]
+    claims = [claim_domain() for _ in range(3)]  # others may hold domains that nobody is in yet
+    _, *others = domains = [domain for _, domain in claims]
+    for claim, _ in claims:
+        claim.close()
     monkeypatch.setattr("course.session.domains.DOMAINS", domains)
     monkeypatch.setattr(os, "getpid", lambda: 0)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
