@@ -365,7 +365,7 @@ def main() -> None:
 
 
 def _fail(message: str, code: int = USAGE) -> NoReturn:
-    print(f"autograder: {message}", file=sys.stderr)
+    print(printable(f"autograder: {message}"), file=sys.stderr)
     raise SystemExit(code)
 
 

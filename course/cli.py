@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from course.untrusted import printable
+
 app = typer.Typer(no_args_is_help=True, add_completion=False, help="The ROS 2 course's own command.")
 
 
@@ -56,7 +58,7 @@ def export(
     try:
         lines = export_files(exercise, workspace, folder, package=package, force=force)
     except CourseError as error:
-        print(f"course export: {error}", file=sys.stderr)
+        print(printable(f"course export: {error}"), file=sys.stderr)
         raise typer.Exit(1) from None
     print("\n".join(lines))
 
@@ -80,7 +82,7 @@ def hand_in_command(
     try:
         status = hand_in(folder, name or student(), yes=yes, check=check)
     except CourseError as error:
-        print(f"course hand-in: {error}", file=sys.stderr)
+        print(printable(f"course hand-in: {error}"), file=sys.stderr)
         raise typer.Exit(1) from None
     raise typer.Exit(status)
 
@@ -104,7 +106,7 @@ def feedback_command(
     try:
         page, found = reading.take(file, Path()) if file else reading.find(Path())
     except CourseError as error:
-        print(f"course feedback: {error}", file=sys.stderr)
+        print(printable(f"course feedback: {error}"), file=sys.stderr)
         raise typer.Exit(1) from None
     first, _, rest = shown.text(found).partition("\n")
     console = Console(highlight=False, soft_wrap=True)

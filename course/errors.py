@@ -7,6 +7,7 @@ CourseError                 something that the reader can put right; a notebook 
         ExerciseError       an exercise's cell could not become the file it names
     InterfaceError          a .msg, .srv or .action file that ROS 2 cannot build
     UnreadableNotebook      a file that is no notebook
+    BadArchive              a zip archive that is none, or must not be unpacked
     WorkspaceError          an exercise that cannot be laid out as ROS 2 packages
     HandInError             a folder whose exercise cannot be handed in
     FeedbackError           what came back cannot be shown
@@ -43,6 +44,10 @@ class InterfaceError(CourseError, ValueError):
 
 class UnreadableNotebook(CourseError, ValueError):
     """It is no notebook; the message says why."""
+
+
+class BadArchive(CourseError, ValueError):
+    """It is no zip archive, or one that must not be unpacked; the message says why, in a few words."""
 
 
 class WorkspaceError(CourseError):

@@ -7,9 +7,11 @@ import sys
 import time
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from course import registry
+from course.untrusted import one_line
 from course.waiting import wait_until
 
 GRACE = 5.0  # s for a kernel to end by itself
@@ -24,8 +26,8 @@ def show() -> int:
     table = Table("number", "ROS domain", "since", "folder", "nodes")
     for record in found:
         since = time.strftime("%Y-%m-%d %H:%M", time.localtime(record.since))
-        nodes = "\n".join(f"{node.name}: {node.state}" for node in record.nodes) or "none"
-        table.add_row(str(record.pid), str(record.domain), since, record.folder, nodes)
+        nodes = "\n".join(one_line(f"{node.name}: {node.state}") for node in record.nodes) or "none"
+        table.add_row(str(record.pid), str(record.domain), since, escape(one_line(record.folder)), escape(nodes))
     Console(width=None if sys.stdout.isatty() else 160).print(table)
     return 0
 

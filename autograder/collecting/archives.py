@@ -1,27 +1,23 @@
-"""Reading a zip archive without trusting it: ordinary files of sane names, number and size, into bytes.
-
-Nothing is written to the disk under a name from an archive: whoever wants files asks for them by names of his own.
-"""
+"""What was handed in as a zip archive: ordinary files of sane names, number and size, into bytes."""
 
 import io
-import stat
 import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
+from typing import BinaryIO
 
-from autograder.errors import UsageError
+from course.errors import BadArchive
+from course.untrusted import Allowance, Archive, shortened
 
-MAX_FILES = 20_000  # in a bulk download of a class
-MAX_FILE = 50_000_000  # bytes of a file in it; a student's archive is one
-MAX_BYTES = 2_000_000_000  # of all files together
+MAX_STUDENT = 50_000_000  # bytes of all that one student handed in, unpacked; an exercise has up to 1,000,000
+MAX_CLASS = 2_000_000_000  # bytes of all that a bulk download holds, unpacked
+MAX_FILES = 1_000  # of one student's archive
+MAX_CLASS_FILES = 20_000
 DEEPEST = 8  # folders in each other
 JUNK = {"__MACOSX", ".DS_Store", "Thumbs.db", "desktop.ini"}
-BROKEN = (zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, RuntimeError, EOFError, ValueError, OSError)
-
-
-class BadArchive(UsageError):
-    """It is no archive, or one that must not be opened; the message says why, in a few words."""
 
 
 @dataclass(frozen=True)
@@ -33,22 +29,64 @@ class Member:
     changed: datetime  # as the archive says, taken as UTC
 
 
-def members(data: bytes) -> list[Member]:
-    """The files of a zip archive, without what file managers leave; raises BadArchive."""
+@dataclass(frozen=True)
+class Packed:
+    """A file that has not been unpacked yet."""
+
+    path: PurePosixPath
+    changed: datetime
+    _archive: Archive
+    _info: zipfile.ZipInfo
+
+    def unpack(self, allowance: Allowance) -> Member:
+        """Read it; raises BadArchive."""
+        return Member(self.path, self._archive.read(self._info, allowance), self.changed)
+
+
+def contents(file: BinaryIO, most: int = MAX_CLASS_FILES) -> Iterator[Packed | str]:
+    """The files of an open archive, without what file managers leave; for one of no sane name, what is wrong with it.
+
+    Raises BadArchive for what is no archive and for one of more than `most` files.
+    """
+    archive = Archive(file)
+    infos = [info for info in archive.files if not _is_junk(info.filename)]
+    if len(infos) > most:
+        raise BadArchive(f"more than {most:,} files")
+    seen = set()
+    for info in infos:
+        path = PurePosixPath(info.filename.replace("\\", "/"))
+        if path.is_absolute() or ".." in path.parts or not path.parts or "\0" in info.orig_filename:
+            yield f"the path {shortened(info.orig_filename)} leads out of it"
+        elif len(path.parts) > DEEPEST:
+            yield f"the path {shortened(info.filename)} is too deep"
+        elif path in seen:
+            yield f"{shortened(str(path))} is there twice"
+        else:
+            seen.add(path)
+            yield Packed(path, _changed(info), archive, info)
+
+
+def members(file: BinaryIO, allowance: Allowance) -> list[Member]:
+    """Unpack one student's archive; raises BadArchive when anything in it is not as it should be."""
+    found = list(contents(file, MAX_FILES))
+    if wrong := [each for each in found if isinstance(each, str)]:
+        raise BadArchive(wrong[0])
+    return [each.unpack(allowance) for each in found if isinstance(each, Packed)]
+
+
+def members_of(content: bytes, allowance: Allowance) -> list[Member]:
+    """Unpack an archive that lay in another; they share the allowance.  Raises BadArchive."""
+    return members(io.BytesIO(content), allowance)
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[BinaryIO]:
+    """An archive's file; raises BadArchive when there is none to read."""
     try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            infos = [info for info in archive.infolist() if not info.is_dir() and not _is_junk(info.filename)]
-            if len(infos) > MAX_FILES:
-                raise BadArchive(f"more than {MAX_FILES:,} files")
-            if sum(info.file_size for info in infos) > MAX_BYTES:
-                raise BadArchive(f"more than {MAX_BYTES / 1e9:.0f} GB when it is unpacked")
-            return [_member(archive, info) for info in infos]
-    except BadArchive:
-        raise
-    except BROKEN as error:
-        raise BadArchive(f"not a zip archive that can be read ({error})") from None
-    except Exception as error:  # zlib.error, struct.error and whatever a crafted header leads to
-        raise BadArchive(f"not a zip archive that can be read ({type(error).__name__})") from None
+        with path.open("rb") as file:
+            yield file
+    except OSError as error:
+        raise BadArchive(f"cannot be read ({error.strerror})") from None
 
 
 def flat(inside: list[Member]) -> list[Member]:
@@ -58,28 +96,11 @@ def flat(inside: list[Member]) -> list[Member]:
     return inside
 
 
-def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Member:
-    path = _path(info.filename)
-    if stat.S_ISLNK(info.external_attr >> 16):
-        raise BadArchive(f"{path} is a link")
-    if info.flag_bits & 1:
-        raise BadArchive(f"{path} needs a password")
-    with archive.open(info) as file:  # what a header says of a size is not believed
-        content = file.read(MAX_FILE + 1)
-    if len(content) > MAX_FILE:
-        raise BadArchive(f"{path} is larger than {MAX_FILE / 1e6:.0f} MB")
+def _changed(info: zipfile.ZipInfo) -> datetime:
     try:
-        changed = datetime(*info.date_time, tzinfo=UTC)
+        return datetime(*info.date_time, tzinfo=UTC)
     except ValueError:
-        changed = datetime(1980, 1, 1, tzinfo=UTC)
-    return Member(path, content, changed)
-
-
-def _path(name: str) -> PurePosixPath:
-    path = PurePosixPath(name.replace("\\", "/"))
-    if path.is_absolute() or ".." in path.parts or not path.parts or "\0" in name or len(path.parts) > DEEPEST:
-        raise BadArchive("a path in it leads out of it, or is too deep")
-    return path
+        return datetime(1980, 1, 1, tzinfo=UTC)
 
 
 def _is_junk(name: str) -> bool:

@@ -4,20 +4,53 @@ import contextlib
 import json
 import tempfile
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path, PurePath, PurePosixPath
-from typing import Any
+from typing import Any, TypeVar
 
-from autograder.collecting.archives import MAX_FILE, BadArchive, Member, flat, members
+from autograder.collecting.archives import (
+    MAX_CLASS,
+    MAX_CLASS_FILES,
+    MAX_STUDENT,
+    Member,
+    Packed,
+    contents,
+    flat,
+    members,
+    members_of,
+    opened,
+)
 from autograder.collecting.origins import Origin, origin
 from autograder.errors import UsageError
 from autograder.submissions import exercises, notebook, reading
+from course.errors import BadArchive
 from course.hand_in import RECEIPT
+from course.untrusted import Allowance, shortened
 
-MAX_SOURCE = 4_000_000_000  # bytes of one archive
+File = TypeVar("File", Member, Packed)
 WRAPPED = 3  # archives around each other
+
+
+@dataclass(frozen=True)
+class Loose:
+    """A file that a browser has unpacked, and that has not been read yet."""
+
+    path: PurePosixPath
+    changed: datetime
+    _file: Path
+
+    def unpack(self, allowance: Allowance) -> Member:
+        """Read it; raises BadArchive."""
+        try:
+            content = reading.read_file(self._file, MAX_STUDENT)
+        except OSError as error:
+            raise BadArchive(f"cannot be read ({error.strerror})") from None
+        except ValueError as error:
+            raise BadArchive(str(error)) from None
+        allowance.spend(len(content))
+        return Member(self.path, content, self.changed)
 
 
 @dataclass(frozen=True)
@@ -38,7 +71,10 @@ def bundles(source: Path, unplaced: list[str]) -> Iterator[Bundle]:
     """
     if source.is_dir():
         for student, assignment in _laid_out_already(source):
-            yield _folder(source / student / assignment, student, source)
+            try:
+                yield _folder(source / student / assignment, student, source)
+            except BadArchive as error:
+                unplaced.append(f"{source / student / assignment}: {error.args[0]}")
         for path in sorted(source.iterdir()):
             if path.is_file() and not path.is_symlink() and _is_archive(path):
                 yield from _archive(path, unplaced)
@@ -53,18 +89,20 @@ def bundles(source: Path, unplaced: list[str]) -> Iterator[Bundle]:
 def unpacked(path: Path, assignment: str) -> Iterator[Path]:
     """A folder, for as long as it is needed, with the files of an exercise that an archive has.
 
-    Raises BadArchive, also for what says that it is of another exercise.
+    Raises UsageError, also for what says that it is of another exercise.
     """
     try:
-        inside = _unwrapped(members(path.read_bytes()))
+        allowance = Allowance(MAX_STUDENT)
+        with opened(path) as file:
+            inside = _unwrapped(members(file, allowance), allowance)
     except BadArchive as error:
-        raise BadArchive(f"{path}: {error.args[0]}") from None
+        raise UsageError(f"{path}: {error.args[0]}") from None
     wanted = exercises.load(assignment).taken
     with tempfile.TemporaryDirectory(prefix="handed-in-") as folder:
         for member in inside:
             if str(member.path) == RECEIPT and (claimed := receipt(member.content).get("assignment")) != assignment:
                 other = claimed if claimed in exercises.names() else "no exercise of this course"
-                raise BadArchive(f"{path} is a hand-in of {other}, not of {assignment}")
+                raise UsageError(f"{path} is a hand-in of {other}, not of {assignment}")
             if str(member.path) in wanted:
                 (Path(folder) / member.path.name).write_bytes(member.content)
         yield Path(folder)
@@ -89,7 +127,11 @@ def _laid_out_already(source: Path) -> Iterator[tuple[str, str]]:
 
 
 def _folder(folder: Path, student: str, source: Path) -> Bundle:
-    found = [Member(PurePosixPath(path.name), content, _changed(path)) for path, content in files_of(folder)]
+    allowance = Allowance(MAX_STUDENT)
+    found = []
+    for path, content in files_of(folder):
+        allowance.spend(len(content))
+        found.append(Member(PurePosixPath(path.name), content, _changed(path)))
     at = max((member.changed for member in found), default=_changed(folder))
     return Bundle(str(folder), str(source), found, Origin((student,), ""), at)
 
@@ -108,14 +150,8 @@ def _downloaded(source: Path, unplaced: list[str]) -> Iterator[Bundle]:
         if path.is_symlink() or not _named_by_platform(path) or (path.is_file() and _is_archive(path)):
             continue
         for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
-            if file.is_symlink() or not file.is_file():
-                continue
-            try:
-                content = reading.read_file(file, MAX_FILE)
-            except (OSError, ValueError) as error:
-                unplaced.append(f"{file.relative_to(source)}: cannot be read ({error})")
-            else:
-                found.append(Member(PurePosixPath(file.relative_to(source)), content, _changed(file)))
+            if not file.is_symlink() and file.is_file():
+                found.append(Loose(PurePosixPath(file.relative_to(source)), _changed(file), file))
     yield from _of_platform(source.name, found, unplaced)
 
 
@@ -128,54 +164,74 @@ def _is_archive(path: PurePath) -> bool:
 
 
 def _archive(path: Path, unplaced: list[str]) -> Iterator[Bundle]:
+    """The bundle of one student's archive, or those of a bulk download.
+
+    What a platform named after a student is that student's, whatever the names in it say.
+    """
+    whose = origin(PurePosixPath(path.name))
+    allowance = Allowance(MAX_STUDENT)
     try:
-        if path.stat().st_size > MAX_SOURCE:
-            raise BadArchive(f"larger than {MAX_SOURCE / 1e9:.0f} GB")
-        inside = members(path.read_bytes())
+        with opened(path) as file:
+            if not whose:
+                found = list(contents(file))
+                packed = [each for each in found if isinstance(each, Packed)]
+                if any(origin(each.path) for each in packed) or len(_archives_in(packed)) > 1:
+                    unplaced += [f"{path.name}: {each}" for each in found if isinstance(each, str)]
+                    yield from _of_platform(path.name, packed, unplaced)
+                    return
+            inside = _unwrapped(members(file, allowance), allowance)
     except BadArchive as error:
         unplaced.append(f"{path.name}: {error.args[0]}")
-        return
-    except OSError as error:
-        unplaced.append(f"{path.name}: cannot be read ({error.strerror})")
-        return
-    if any(origin(member.path) for member in inside) or len(_archives_in(inside)) > 1:
-        yield from _of_platform(path.name, inside, unplaced)
-        return
-    try:
-        yield Bundle(path.name, path.name, _unwrapped(inside), origin(PurePosixPath(path.name)), _changed(path))
-    except BadArchive as error:
-        unplaced.append(f"{path.name}: {error.args[0]}")
+    else:
+        yield Bundle(path.name, path.name, inside, whose, _changed(path))
 
 
-def _of_platform(download: str, inside: list[Member], unplaced: list[str]) -> Iterator[Bundle]:
-    """What each student uploaded, of the files of a bulk download."""
-    loose: dict[tuple[str, ...], list[tuple[Member, Origin]]] = defaultdict(list)
-    for member in inside:
-        where, whose = f"{download}, {member.path}", origin(member.path)
-        if _is_archive(member.path):
+def _of_platform(download: str, inside: Iterable[Packed | Loose], unplaced: list[str]) -> Iterator[Bundle]:
+    """What each student uploaded, of the files of a bulk download.
+
+    One after the other is unpacked, and what is wrong with one is no other's loss.
+    """
+    everybody = Allowance(MAX_CLASS)
+    each_student: dict[object, Allowance] = defaultdict(lambda: Allowance(MAX_STUDENT, everybody))
+    loose: dict[tuple[str, ...], list[tuple[Packed | Loose, Origin]]] = defaultdict(list)
+    for number, file in enumerate(inside):
+        where, whose = f"{download}, {shortened(str(file.path))}", origin(file.path)
+        if number >= MAX_CLASS_FILES:
+            unplaced.append(f"{download}: only the first {MAX_CLASS_FILES:,} files were looked at")
+            break
+        if _is_archive(file.path):
+            own = each_student[whose.names if whose else number]
             try:
-                yield Bundle(where, download, _unwrapped(members(member.content)), whose, member.changed)
+                unpacked = members_of(file.unpack(own).content, own)
+                yield Bundle(where, download, _unwrapped(unpacked, own), whose, file.changed)
             except BadArchive as error:
                 unplaced.append(f"{where}: {error.args[0]}")
         elif whose:
-            loose[whose.names].append((member, whose))
+            loose[whose.names].append((file, whose))
         else:
             unplaced.append(f"{where}: no platform names a file so")
-    for uploaded in loose.values():
-        yield _uploaded(download, uploaded)
+    for names, uploaded in loose.items():
+        found = []
+        for file, whose in uploaded:
+            try:
+                found.append((file.unpack(each_student[names]), whose))
+            except BadArchive as error:
+                unplaced.append(f"{download}, {shortened(str(file.path))}: {error.args[0]}")
+        if found:
+            yield _uploaded(download, found)
 
 
-def _unwrapped(inside: list[Member], depth: int = WRAPPED) -> list[Member]:
+def _unwrapped(inside: list[Member], allowance: Allowance, depth: int = WRAPPED) -> list[Member]:
     """The files of what may be an archive around one other archive, such as a hand-in that was zipped again."""
     inner = _archives_in(inside)
     if len(inner) == 1 and all(member.path.suffix.lower() not in (".py", ".ipynb") for member in inside):
         if not depth:
             raise BadArchive(f"more than {WRAPPED} archives in each other")
-        return _unwrapped(members(inner[0].content), depth - 1)
+        return _unwrapped(members_of(inner[0].content, allowance), allowance, depth - 1)
     return flat(inside)
 
 
-def _archives_in(inside: list[Member]) -> list[Member]:
+def _archives_in(inside: list[File]) -> list[File]:
     return [member for member in inside if _is_archive(member.path)]
 
 
@@ -188,7 +244,7 @@ def _uploaded(download: str, uploaded: list[tuple[Member, Origin]]) -> Bundle:
     late = any(whose.late for _, whose in uploaded)
     found = list(newest.values())
     at = max(member.changed for member in found)
-    source = f"{download}, files of {last.names[-1]}"
+    source = f"{download}, files of {shortened(last.names[-1])}"
     return Bundle(source, download, found, replace(last, file="", late=late), at)
 
 

@@ -10,6 +10,7 @@ import os
 import re
 import shutil
 import tempfile
+import zlib
 from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -25,6 +26,7 @@ from autograder.collecting.remembered import Source
 from autograder.errors import UsageError
 from autograder.submissions import exercises, reading
 from course.hand_in import RECEIPT
+from course.untrusted import one_line, shortened
 
 OTHERS = ".others"  # hand-ins that do not count
 TIME = "%Y-%m-%d %H:%M:%S UTC"
@@ -38,7 +40,7 @@ class HandedIn:
     """One hand-in, and what is known of it."""
 
     source: str  # where it was found, for messages
-    files: dict[str, bytes]
+    packed: dict[str, bytes]  # compressed: a class must fit into memory, also when one of it hands in zeros
     student: str
     assignment: str
     at: datetime
@@ -46,6 +48,11 @@ class HandedIn:
     download: str = ""
     receipt: str = NONE  # VERIFIED, NONE, or what is wrong with it
     ahead: datetime | None = None  # what its time says, when that lies in the future
+
+    @property
+    def files(self) -> dict[str, bytes]:
+        """What was handed in."""
+        return {name: zlib.decompress(content) for name, content in self.packed.items()}
 
     @property
     def remark(self) -> str:
@@ -144,7 +151,7 @@ def _identify(bundle: Bundle, roster: Roster | None) -> HandedIn:
         raise LookupError("nothing tells who handed it in")
     student = roster.find(names) if roster else folder_name(names[-1])
     if not student:
-        raise LookupError(f"{names[-1]!r} cannot be the name of a folder")
+        raise LookupError(f"{shortened(names[-1])!r} cannot be the name of a folder")
     wanted = exercises.load(assignment).taken
     at, state = bundle.at, NONE
     if receipt:
@@ -157,7 +164,7 @@ def _identify(bundle: Bundle, roster: Roster | None) -> HandedIn:
     came = bundle.origin or Origin(names, bundle.source)
     return HandedIn(
         bundle.source,
-        {name: content for name, content in files.items() if name in wanted},
+        {name: zlib.compress(content, 1) for name, content in files.items() if name in wanted},
         student,
         assignment,
         min(at, now).replace(microsecond=0),
@@ -178,7 +185,7 @@ def _assignment(files: dict[str, bytes], receipt: dict[str, Any]) -> str:
         return claimed
     best = max(owned, key=lambda name: len(owned[name] & files.keys()), default="")
     if not best or not owned[best] & files.keys():
-        shown = ", ".join(sorted(files)[:5]) or "no file"
+        shown = ", ".join(map(shortened, sorted(files)[:5])) or "no file"
         raise LookupError(f"it has no file of an exercise of this course, but {shown}")
     return best
 
@@ -191,9 +198,9 @@ def _verify(receipt: dict[str, Any], files: dict[str, bytes], student: str, rost
     for name, entry in listed.items():
         digest = entry.get("sha256") if isinstance(entry, dict) else None
         if name not in files or hashlib.sha256(files[name]).hexdigest() != digest:
-            return f"does not match {name}"
+            return f"does not match {shortened(name)}"
     if more := sorted(files.keys() - listed.keys()):
-        return f"does not list {more[0]}"
+        return f"does not list {shortened(more[0])}"
     if roster:
         with contextlib.suppress(LookupError):  # a login name need not be in the roster
             if (owner := roster.find((str(receipt.get("student")),))) != student:
@@ -282,9 +289,11 @@ def describe(collection: Collection) -> str:
         for each in handed_in:
             verified = ", receipt verified" if each.receipt == VERIFIED else ""
             look = f"  LOOK: {each.remark}" if each.remark else ""
-            lines.append(f"  {each.student}/{each.assignment}, {each.at:{TIME}}{verified} ({each.source}){look}")
+            lines.append(
+                one_line(f"  {each.student}/{each.assignment}, {each.at:{TIME}}{verified} ({each.source}){look}")
+            )
     lines += ["Could not be placed:"] * bool(collection.unplaced)
-    lines += [f"  {line}" for line in collection.unplaced]
+    lines += [one_line(f"  {line}") for line in collection.unplaced]
     count, students = len(collection.laid_out), len({each.student for each in collection.laid_out})
     return "\n".join([*lines, f"{count} submissions of {students} students; {len(collection.unplaced)} not placed."])
 

@@ -17,8 +17,12 @@ from pathlib import Path, PurePosixPath
 
 from autograder.errors import UsageError
 
-CANVAS = re.compile(r"(?P<name>[^_/]+)_(?:(?P<late>LATE)_)?(?P<user>\d+)_(?P<upload>\d+)_(?P<file>.+)", re.DOTALL)
-MOODLE = re.compile(r"(?P<name>[^/]+)_(?P<user>\d+)_assignsubmission_file_?(?P<file>.*)", re.DOTALL)
+NUMBER = r"[0-9]{1,18}"
+CANVAS = re.compile(
+    rf"(?P<name>[^_/]+)_(?:(?P<late>LATE)_)?(?P<user>{NUMBER})_(?P<upload>{NUMBER})_(?P<file>.+)", re.DOTALL
+)
+MOODLE = re.compile(rf"(?P<name>[^/]+)_(?P<user>{NUMBER})_assignsubmission_file_?(?P<file>.*)", re.DOTALL)
+MOODLE_MARK = re.compile(rf"_{NUMBER}_assignsubmission_file")
 AGAIN = re.compile(r"-(?P<number>\d{1,3})(?=\.[A-Za-z]+$)")  # Canvas's mark of a file that was handed in again
 ID = re.compile(r"[\w.@+-]+(?: [\w.@+-]+)*")
 
@@ -35,9 +39,14 @@ class Origin:
 
 
 def origin(path: PurePosixPath) -> Origin | None:
-    """What the path of a file in a bulk download tells; None when it is of no known form."""
+    """What the path of a file in a bulk download tells; None when it is of no known form.
+
+    Students choose how their files are called.  A name that could be of two people is nobody's.
+    """
     for number, part in enumerate(path.parts):
         rest = path.parts[number + 1 :]
+        if len(MOODLE_MARK.findall(part)) + bool(not rest and CANVAS.fullmatch(part)) > 1:
+            return None
         if found := MOODLE.fullmatch(part):
             own = rest[-1] if rest else found["file"]
             return Origin((found["user"], found["name"]), own, platform="Moodle") if own else None

@@ -2,6 +2,8 @@
 
 from collections.abc import Iterable
 
+from markupsafe import escape
+
 from autograder.records import Report
 from autograder.results import pages
 from autograder.submissions.exercises import load
@@ -24,7 +26,7 @@ def page(report: Report, by_hand: Iterable[Mark] = ()) -> str:
         points=found.points,
         most=found.max_points,
         meta=record.META,
-        data=found.to_text(),
+        data=escape(found.to_text()),  # whole, and as it is
         number=lambda points: f"{points:g}",
     )
 

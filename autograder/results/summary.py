@@ -25,7 +25,7 @@ from autograder.records import (
     Result,
 )
 from autograder.results import pages, storage
-from autograder.results.text import printable
+from autograder.results.text import one_line
 
 ODD = -0.2  # a correlation below this is unlikely to be chance
 BARS = 10  # of the histogram of scores
@@ -147,7 +147,10 @@ def show(reports: list[Report], console: Console | None = None) -> None:
     if found := needs_a_look(reports):
         console.print("\n[bold]Needs a look[/bold]")
         for report, why in found:
-            console.print(f" {escape(printable(f'{report.student}/{report.assignment}'))}: {why}", highlight=False)
+            console.print(
+                f" {escape(one_line(f'{report.student}/{report.assignment}'))}: {escape(one_line(why))}",
+                highlight=False,
+            )
 
 
 def students(reports: Iterable[Report]) -> dict[str, dict[str, Report]]:

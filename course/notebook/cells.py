@@ -10,9 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from course.errors import UnreadableNotebook
+from course.untrusted import read_regular
 
 # nbgrader's marks around what is taken out of the released notebook: they are not part of the file.
 MARKERS = re.compile(r"^[ \t]*### (?:BEGIN|END) SOLUTION[ \t]*\n", re.MULTILINE)
+MOST = 100_000_000  # bytes of a notebook; one with many pictures has some 10,000,000
 PASSED = "passed"  # how a public check has ended, if not with "not yet: ..."
 SOLUTION = re.compile(r"^[ \t]*### BEGIN SOLUTION[ \t]*\n(.*?)^[ \t]*### END SOLUTION", re.MULTILINE | re.DOTALL)
 
@@ -56,7 +58,11 @@ def parse(text: bytes | str) -> list[Cell]:
 
 def read(path: Path) -> list[Cell]:
     """The cells of the notebook at `path`; raises UnreadableNotebook and OSError."""
-    return parse(path.read_bytes())
+    try:
+        content = read_regular(path, MOST)
+    except ValueError as error:
+        raise UnreadableNotebook(str(error)) from None
+    return parse(content)
 
 
 def text_of(value: Any) -> str:

@@ -5,6 +5,7 @@ from pathlib import Path
 from course.errors import UnreadableNotebook
 from course.interfaces.definition import SECTIONS
 from course.notebook import cells
+from course.untrusted import read_regular
 
 SUFFIXES = (".py", *(f".{kind}" for kind in SECTIONS))
 
@@ -53,9 +54,9 @@ def unlike(folder: Path, known: list[cells.Cell]) -> dict[str, str]:
     for cell in known:
         if name := written_by(cell):
             try:
-                same = (folder / name).read_bytes() == cells.exercise_file([cell], name)
+                same = read_regular(folder / name, cells.MOST) == cells.exercise_file([cell], name)
                 found[name] = "" if same else EDITED
-            except OSError:
+            except (OSError, ValueError):
                 found[name] = NOT_WRITTEN
     return found
 
@@ -69,11 +70,13 @@ def written_by(cell: cells.Cell) -> str:
 
 def _difference(file: Path, notebook: Path, written: bytes) -> str:
     try:
-        content, changed = file.read_bytes(), file.stat().st_mtime
+        content, changed = read_regular(file, cells.MOST), file.stat().st_mtime
     except FileNotFoundError:
         return f"{file.name} is not there: run its cell."
     except OSError as error:
         return f"{file.name} cannot be read ({error.strerror})."
+    except ValueError as error:
+        return f"{file.name} cannot be handed in: {error}."
     newer = changed > notebook.stat().st_mtime
     if content == written or (newer and content == _written.get(file.resolve())):
         return ""

@@ -4,28 +4,29 @@ import contextlib
 import io
 import os
 import re
-import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from course.errors import FeedbackError
+from course.errors import BadArchive, FeedbackError
 from course.returned.record import Feedback, read
+from course.untrusted import Allowance, Archive, read_regular
 
 FOLDER = "feedback"  # in the exercise's folder; nbgrader puts pages there too
 LARGEST = 5_000_000  # bytes of a page
 LARGEST_ARCHIVE = 50_000_000  # bytes
 MOST = 100  # files that are looked at in an archive
+ZIP = b"PK"  # how a zip archive begins
 
 
 def take(file: Path) -> tuple[Feedback, bytes]:
     """The page that `file` is, or that an archive holds; raises FeedbackError."""
     try:
-        if file.stat().st_size > LARGEST_ARCHIVE:
-            raise FeedbackError(f"{file} is too large for feedback")
-        content = file.read_bytes()
+        content = read_regular(file, LARGEST_ARCHIVE)
     except OSError as error:
         raise FeedbackError(f"{file} cannot be read: {error.strerror}") from None
-    if not zipfile.is_zipfile(io.BytesIO(content)):
+    except ValueError as error:
+        raise FeedbackError(f"{file} is no feedback: {error}") from None
+    if not content.startswith(ZIP):
         try:
             return read(content[:LARGEST]), content
         except FeedbackError as error:
@@ -86,13 +87,11 @@ def place_of(feedback: Feedback, start: Path) -> Path:
 def _pages_in(file: Path, content: bytes) -> Iterator[bytes]:
     """The pages of an archive, of a sane number and size, one after the other."""
     try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            for info in archive.infolist()[:MOST]:
-                if info.filename.lower().endswith((".html", ".htm")):
-                    with archive.open(info) as member:
-                        page = member.read(LARGEST)
-                    yield page
-    except Exception as error:  # zlib.error, struct.error and whatever a crafted archive leads to
+        archive, allowance = Archive(io.BytesIO(content)), Allowance(LARGEST_ARCHIVE)
+        for info in archive.files[:MOST]:
+            if info.filename.lower().endswith((".html", ".htm")):
+                yield archive.read(info, allowance)
+    except BadArchive as error:
         raise FeedbackError(f"{file} cannot be unpacked: {error}") from None
 
 

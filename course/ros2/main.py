@@ -11,6 +11,7 @@ import warnings
 
 from course.environment import prepare
 from course.ros2 import grammar
+from course.untrusted import guard_terminal
 
 # Each command is the module of this package with its name, or with that in ALIASES.
 COMMANDS = {
@@ -114,6 +115,7 @@ def main() -> int | str | None:
             f"ros2 {selected} needs a full installation of ROS 2 (https://docs.ros.org/en/jazzy/Installation.html): "
             f"this ros2 has {', '.join(COMMANDS)}"
         )
+    guard_terminal()  # names, logs, parameters and messages come from any program
     args = parser.parse_args()
     if not args.use_python_default_buffering:
         sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]  # a TextIOWrapper unless replaced

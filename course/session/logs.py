@@ -15,6 +15,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message, serialize_message
 
+from course.untrusted import visible
 from course.waiting import wait_until
 
 LEVELS = {10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
@@ -61,7 +62,8 @@ class Logs(list[Entry]):
     __repr__ = __str__
 
     def _repr_html_(self) -> str:
-        return f"<details><summary>{len(self)} log lines</summary><pre>{html.escape(str(self))}</pre></details>"
+        shown = html.escape(visible(str(self), 2 * SHOWN))
+        return f"<details><summary>{len(self)} log lines</summary><pre>{shown}</pre></details>"
 
 
 LINE = re.compile(r"(?:\x1b\[\d*m)?\[(DEBUG|INFO|WARN|ERROR|FATAL)\] \[([\w./]+)\]: (.*?)(?:\x1b\[\d*m)?$")

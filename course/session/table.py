@@ -5,6 +5,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from course.untrusted import one_line
+
 
 @dataclass(frozen=True)
 class Row:
@@ -23,7 +25,7 @@ class Row:
     def texts(self) -> tuple[str, str, str, str]:
         """What the table shows."""
         since = time.strftime("%H:%M:%S", time.localtime(self.since)) if self.since else ""
-        return self.name, self.state, since, self.where
+        return one_line(self.name), one_line(self.state), since, one_line(self.where)
 
 
 HEAD = ("node", "state", "since", "where")

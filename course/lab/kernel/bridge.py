@@ -18,6 +18,7 @@ from course.errors import CourseError
 from course.lab import protocol
 from course.lab.kernel.panels import Feed, Panels, Topic
 from course.rclpy_internals import unwatched
+from course.untrusted import all_visible
 
 REQUESTS = 16  # of a page at a time
 AHEAD = 2  # events of a subscription that the page may have not taken in yet
@@ -142,7 +143,7 @@ class Page:
             feed.close()
 
     async def _send(self, message: dict[str, Any]) -> None:
-        line = protocol.encoded(message)
+        line = protocol.encoded(all_visible(message))  # names, values and logs come from any program
         with contextlib.suppress(OSError):  # it has left
             self._writer.write(line)
             await self._writer.drain()

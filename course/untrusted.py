@@ -1,0 +1,172 @@
+"""Reading what anybody may have made, at a cost that is known beforehand: a file, a zip archive, a text for a terminal.
+
+Nothing is written under a name from an archive: whoever wants files asks for them by names of their own.
+"""
+
+import io
+import os
+import re
+import stat
+import sys
+import zipfile
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from course.errors import BadArchive
+
+MOST_DIRECTORY = 8_000_000  # bytes of an archive's table of contents; an entry has some 100, and some 700 in memory
+METHODS = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}  # bzip2 and LZMA unpack without a limit in Python's zipfile
+CHUNK = 65_536  # bytes
+ENCRYPTED = 0x1  # of a zip entry's flags
+LONGEST_NAME = 80  # characters of a name in a message
+LONGEST_TEXT = 100_000  # characters of a text in a page
+# Controls, the marks that turn the direction of what follows, halves of pairs, and invisible tags.
+UNSEEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u202a-\u202e\u2066-\u2069\ud800-\udfff\U000e0000-\U000e007f]")
+
+
+class Allowance:
+    """The number of bytes that may still be unpacked; archives in each other share one.
+
+    What is taken from it is taken from that `within` which it lies, too: a student's from their class's.
+    """
+
+    def __init__(self, most: int, within: "Allowance | None" = None):
+        self._most, self._left, self._within = most, most, within
+
+    def require(self, count: int) -> None:
+        """Raise BadArchive unless `count` bytes are left."""
+        if count > self._left:
+            raise BadArchive(f"more than {self._most / 1e6:,.0f} MB when it is unpacked")
+        if self._within:
+            self._within.require(count)
+
+    def spend(self, count: int) -> None:
+        """Take `count` bytes; raises BadArchive when fewer are left."""
+        self.require(count)
+        self._left -= count
+        if self._within:
+            self._within.spend(count)
+
+
+class Archive:
+    """The files of an open zip archive, without its folders; raises BadArchive for what is none."""
+
+    def __init__(self, file: BinaryIO):
+        try:
+            self._zip = zipfile.ZipFile(_Guarded(file))
+        except BadArchive:
+            raise
+        except Exception as error:  # BadZipFile, struct.error and whatever a crafted table of contents leads to
+            raise BadArchive(_unreadable(error)) from None
+        self.files = [info for info in self._zip.infolist() if not info.is_dir()]
+
+    def read(self, info: zipfile.ZipInfo, allowance: Allowance) -> bytes:
+        """Return a file's content; raises BadArchive for a link, a password, damage, and more than is allowed."""
+        name = shortened(info.filename)
+        if stat.S_IFMT(info.external_attr >> 16) not in (0, stat.S_IFREG):
+            kind = "a link" if stat.S_ISLNK(info.external_attr >> 16) else "not an ordinary file"
+            raise BadArchive(f"{name} is {kind}")
+        if info.flag_bits & ENCRYPTED:
+            raise BadArchive(f"{name} needs a password")
+        if info.compress_type not in METHODS:
+            raise BadArchive(f"{name} is compressed in an unusual way: make an ordinary zip archive")
+        allowance.require(info.file_size)
+        chunks = []
+        try:
+            with self._zip.open(info) as file:  # gives no more than what the table of contents says
+                while chunk := file.read(CHUNK):
+                    allowance.spend(len(chunk))
+                    chunks.append(chunk)
+        except BadArchive:
+            raise
+        except Exception as error:  # zlib.error, EOFError, BadZipFile and whatever a crafted header leads to
+            raise BadArchive(_unreadable(error)) from None
+        return b"".join(chunks)
+
+
+class _Guarded:
+    """A file that refuses to be read in one piece larger than any honest table of contents."""
+
+    def __init__(self, file: BinaryIO):
+        self._file = file
+        self.seek, self.tell, self.seekable = file.seek, file.tell, file.seekable
+
+    def read(self, size: int = -1) -> bytes:
+        content = self._file.read(MOST_DIRECTORY + 1 if size < 0 else min(size, MOST_DIRECTORY + 1))
+        if len(content) > MOST_DIRECTORY:
+            raise BadArchive("too many files in it")
+        return content
+
+
+def read_regular(path: Path, most: int) -> bytes:
+    """Return the content of an ordinary file, or of one that a link leads to.
+
+    Raises OSError, or ValueError for anything else (a pipe would keep one waiting) and for more than `most` bytes.
+    """
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    with open(descriptor, "rb") as file:
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            raise ValueError("it is not an ordinary file")
+        content = file.read(most + 1)
+    if len(content) > most:
+        raise ValueError(f"it is larger than {most / 1e6:.0f} MB")
+    return content
+
+
+def printable(text: str) -> str:
+    """Return the text with escapes in place of control characters, which a terminal would obey; lines stay lines."""
+    return "".join(c if c == "\n" or c.isprintable() else f"\\x{ord(c):02x}" for c in text)
+
+
+def visible(text: str, longest: int = LONGEST_TEXT) -> str:
+    """Return the text for a page: with escapes in place of what would turn or hide the rest, and not without end."""
+    if len(text) > longest:
+        text = f"{text[:longest]} ... ({len(text) - longest:,} more characters)"
+    return text if text.isprintable() else UNSEEN.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
+
+
+def all_visible(data: Any) -> Any:
+    """Return what JSON can say with all its texts made `visible`."""
+    if isinstance(data, str):
+        return visible(data)
+    if isinstance(data, dict):
+        return {all_visible(name): all_visible(value) for name, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [all_visible(value) for value in data]
+    return data
+
+
+class _Escaping(io.TextIOWrapper):
+    """A stream to a terminal, in which control characters are shown."""
+
+    def write(self, text: str) -> int:
+        super().write("\t".join(map(printable, text.split("\t"))))
+        return len(text)
+
+
+def guard_terminal() -> None:
+    """From now on show control characters in what is printed, where a terminal would obey them.
+
+    What goes to a file or another program stays as it is.
+    """
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if isinstance(stream, io.TextIOWrapper) and stream.isatty():
+            stream.flush()
+            guarded = _Escaping(stream.detach(), stream.encoding, "backslashreplace", line_buffering=True)
+            setattr(sys, name, guarded)
+
+
+def one_line(text: str) -> str:
+    """Return the text with escapes in place of control characters and of ends of lines."""
+    return printable(text).replace("\n", "\\x0a")
+
+
+def shortened(name: str) -> str:
+    """Return a name for a message: in one line, and not longer than a reader needs."""
+    return one_line(name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 4]} ...")
+
+
+def _unreadable(error: Exception) -> str:
+    why = str(error) if isinstance(error, (zipfile.BadZipFile, NotImplementedError)) else type(error).__name__
+    return f"not a zip archive that can be read ({shortened(why)})"
