@@ -1,7 +1,10 @@
 """What a student reads of one cause that cost several tests, and an instructor of each student."""
 
+import io
 from html.parser import HTMLParser
 from urllib.parse import unquote
+
+from rich.console import Console
 
 from autograder.records import CRASHED, GRADED, PASSED, Report, Result
 from autograder.results import feedback, summary
@@ -58,3 +61,14 @@ def test_each_student_has_a_line_with_a_link_to_their_page(tmp_path):
         links = Links(target.read_text()).found
         assert len(links) == len(students)
         assert all((target.parent / link).is_file() for link in links)
+
+
+def test_the_summary_in_a_terminal_obeys_no_name():
+    """Neither the terminal's escapes nor rich's own markup, which would end the command."""
+    evil = "\x1b]52;c;cm0=\x07\x1b[2J\u202e\r[/][link=x]"
+    refused = Report(evil, "services", "invalid_submission", 0, 20, 1, 0, [], [Result("", "", "not_run", 0, 20, evil)])
+    text = io.StringIO()
+    summary.show([refused], Console(file=text, force_terminal=True, width=200))
+    assert "\\x1b]52;c;cm0=\\x07" in text.getvalue()
+    assert "[/][link=x]" in text.getvalue()
+    assert not {"\x07", "\u202e", "\r"} & set(text.getvalue())
