@@ -57,6 +57,19 @@ def test_what_every_node_has_and_the_courses_own_are_shown_when_asked_for(kernel
     kernel.run("ros.stop()")
 
 
+def test_a_graph_without_end_is_told_in_part_with_how_much_is_left_out(kernel, page):
+    page.subscribe("graph")
+    kernel.run(
+        "from rclpy.node import Node\nfrom std_msgs.msg import String\n"
+        "class Many(Node): pass\n"
+        "node = ros.start(Many, 'many').node\n"
+        "made = [node.create_publisher(String, f'topic_{number}', 1) for number in range(320)]"
+    )
+    graph = graph_until(page, lambda graph: graph.get("left_out") == 20)
+    assert len(graph["things"]) == len(graph["edges"]) == 300
+    kernel.run("ros.stop()")
+
+
 def test_fifty_nodes_are_told_and_the_end_of_the_session(kernel, page):
     (kernel.folder / "crowd.py").write_text(CROWD)
     page.subscribe("graph")

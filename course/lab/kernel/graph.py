@@ -8,6 +8,7 @@ from course.session.live import Session, current
 from course.session.presence import base
 
 PERIOD = 0.5  # s
+NODES, THINGS = 100, 300  # that a page draws: with more it stands still, and nobody finds anything
 # What a node does with a thing: its kind, and whether messages, requests and goals go from the node to it.
 ROLES = {
     "publishes": ("topic", True),
@@ -27,6 +28,8 @@ def add(panels: Panels) -> None:
 def state(everything: bool) -> dict[str, Any]:
     """{"nodes": names, "things": [[kind, name, type], ...], "edges": [[node, role, kind, name], ...]}.
 
+    Of very many nodes and things the first are told, and how many there are more: "left_out".
+
     Left out are hidden nodes, as those of the course itself, and what every node has, unless `everything` is wanted.
     Nodes is None without a session.
     """
@@ -35,13 +38,19 @@ def state(everything: bool) -> dict[str, Any]:
     things: dict[tuple[str, str], str] = {}
     edges = []
     names = _names(live, everything)
+    names, left_out = names[:NODES], len(names[NODES:])
     for node in names:
         for role, found in endpoints(live, node, everything=everything).items():
             kind, _ = ROLES[role]
             for name, kind_of_it in found:
                 things[kind, name] = kind_of_it
                 edges.append([node, role, kind, name])
-    return {"nodes": names, "things": [[*key, kind] for key, kind in sorted(things.items())], "edges": edges}
+    if len(things) > THINGS:
+        left_out += len(things) - THINGS
+        things = dict(sorted(things.items())[:THINGS])
+        edges = [edge for edge in edges if (edge[2], edge[3]) in things]
+    told = {"nodes": names, "things": [[*key, kind] for key, kind in sorted(things.items())], "edges": edges}
+    return told | ({"left_out": left_out} if left_out else {})
 
 
 def _names(live: Session, everything: bool) -> list[str]:

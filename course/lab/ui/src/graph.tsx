@@ -25,6 +25,7 @@ interface Graph {
   nodes: string[] | null; // null: the session has ended
   things: [Kind, string, string][];
   edges: [string, Role, Kind, string][];
+  left_out?: number; // of very many nodes, topics, services and actions
 }
 
 // In these roles, what passes goes from the node to the topic, service or action.
@@ -81,6 +82,12 @@ function GraphView({ current, open }: { current: Current; open: Open }): JSX.Ele
       </div>
       {nodes.length > 0 && (
         <>
+          {graph!.left_out && (
+            <p className="ros-quiet">
+              {graph!.left_out} more nodes, topics, services and actions are not shown. In a cell, !ros2 node list and
+              !ros2 topic list name them all.
+            </p>
+          )}
           <Picture graph={graph!} selected={selected} open={open} />
           <List graph={graph!} selected={selected} choose={choose} />
         </>
