@@ -63,6 +63,7 @@ class Job:
     limit: float  # s after which the judging has failed
     core: int  # of the processor, for the programs, where this machine gives no control group
     patience: float = 1.0  # stretches every wait, for slow machines
+    chosen: list[str] = field(default_factory=list)  # the only hidden tests to run; if empty, all
 
 
 # From the process that judges, by way of the launcher: a Verdict for each test, and one Finished.
@@ -140,6 +141,8 @@ def _fits(value: object, annotation: Any) -> bool:
     if kind is dict:
         pairs = value.items() if isinstance(value, dict) else [(None, None)]
         return all(_fits(key, parts[0]) and _fits(content, parts[1]) for key, content in pairs)
+    if kind is list:
+        return isinstance(value, list) and all(_fits(item, parts[0]) for item in value)
     return isinstance(value, (int, float) if annotation is float else annotation)
 
 

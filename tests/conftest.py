@@ -1,6 +1,7 @@
 """For every test: the course comes first, because it prepares the environment that message classes read."""
 
 import os
+import secrets
 import shutil
 import signal
 from concurrent.futures import ThreadPoolExecutor
@@ -13,6 +14,7 @@ from autograder.errors import SandboxUnavailable
 from autograder.grading import single
 from autograder.records import Submission
 from autograder.sandbox import box as sandbox
+from autograder.submissions import exercises
 
 # A shell that starts the tests in the background has them, and all that they start, ignore Ctrl-C.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -50,14 +52,31 @@ def box() -> str:
 
 
 @pytest.fixture(scope="session")
-def grade(box):
-    """A function that begins to grade files, several at a time, and returns the future report."""
+def gradings():
+    """The queue of all gradings: a few at a time, in the order in which they are asked for."""
     with ThreadPoolExecutor(os.cpu_count() + 1) as pool:
+        yield pool
 
-        def begin(files, exercise="calculator", **options):
-            return pool.submit(single.grade, Submission("student", exercise, files), box, **options)
 
-        yield begin
+@pytest.fixture(scope="session")
+def grade(box, gradings):
+    """A function that begins to grade files, and returns the future report."""
+
+    def begin(files, exercise="calculator", **options):
+        return gradings.submit(single.grade, Submission("student", exercise, files), box, **options)
+
+    return begin
+
+
+@pytest.fixture(scope="session")
+def judge(box, gradings):
+    """A function that begins to judge files by some hidden tests alone, and returns the future judgement."""
+
+    def begin(files, exercise, *tests, seed=None, patience=1.0):
+        seed = secrets.randbits(32) if seed is None else seed
+        return gradings.submit(single.judge, exercises.load(exercise).part(*tests), files, box, seed, patience)
+
+    return begin
 
 
 # Tests that share what takes long to make run in one worker: a class's server, a JupyterLab with its browser, the queue

@@ -128,12 +128,13 @@ def run_suite(job: Job, hidden: Path, client: LaunchClient, threads: Threads | N
     logs: dict[str, str] = {}
     signal.signal(signal.SIGALRM, judge.interrupt)
     signal.setitimer(signal.ITIMER_REAL, clock.left + OVERTIME)
-    suite = str(exercise.folder / "suite.py")
+    suite = exercise.folder / "suite.py"
+    chosen = [f"{suite}::{test}" for test in job.chosen] or [str(suite)]
     options = ["-c", f"{hidden}/pytest.ini", "--rootdir", str(exercise.folder)]
     options += ["--assert=plain", "-q", "-p", "no:cacheprovider"]
     try:
         bench.begin(exercise.early)
-        status = pytest.main([*options, suite], plugins=[judge, fixtures])
+        status = pytest.main([*options, *chosen], plugins=[judge, fixtures])
         logs = bench.logs()
     finally:
         bench.close()

@@ -69,9 +69,12 @@ def grade(
     """Grade a submission of `exercise` (by default this installation's) in `box` (see `sandbox.box.choose`).
 
     The hidden inputs are drawn from `seed`, or from a new one; `patience` stretches every wait.  When the grader itself
-    fails, it tries again; the last failure is reported as such, and never becomes a score.
+    fails, it tries again; the last failure is reported as such, and never becomes a score.  Raises ValueError when
+    `exercise` is only a part of one.
     """
     exercise = exercise or load(submission.assignment)
+    if not exercise.whole:
+        raise ValueError(f"{exercise.name}: a grade needs all hidden tests")
     seed = secrets.randbits(32) if seed is None else seed
     start = time.monotonic()
     if submission.problems:
@@ -138,17 +141,21 @@ def _brought_down(exercise: Exercise, deaths: list[JudgeDied]) -> Judgement:
 
 
 def judge(exercise: Exercise, files: dict[str, bytes], box: str, seed: int, patience: float) -> Judgement:
-    """Run the hidden suite once; raises InfrastructureError unless every test has exactly one verdict."""
+    """Run the hidden suite once, or the tests of it that a part of the exercise has (see `Exercise.part`).
+
+    Raises InfrastructureError unless each of these tests has exactly one verdict, and no other test has any.
+    """
     prefix = ""
     if exercise.package:
         prefix = str(build(exercise.package, exercise.interfaces, use=False).prefix)
     limit = exercise.time_limit * max(1.0, patience) + GRACE
+    expected = [test.id for test in exercise.tests]
+    chosen = [] if exercise.whole else expected
     with core.taken() as number, worker(box) as process:
-        job = Job(exercise.name, contents(exercise), files, seed, box, prefix, limit, number, patience)
+        job = Job(exercise.name, contents(exercise), files, seed, box, prefix, limit, number, patience, chosen)
         answer = process.run(job)
     if answer.finished.fault:
         raise InfrastructureError(answer.finished.fault)
-    expected = [test.id for test in exercise.tests]
     given = [verdict.id for verdict in answer.verdicts]
     if sorted(given) != sorted(expected):
         raise InfrastructureError(

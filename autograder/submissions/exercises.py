@@ -11,7 +11,7 @@ import math
 import tempfile
 import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, TypeVar
@@ -37,6 +37,7 @@ class Exercise:
     time_limit: float  # s, for all tests together
     early: dict[str, list[str]]  # command lines, by name, that are started before all else
     tests: tuple[Test, ...]
+    whole: bool = True  # or has only some of the suite's tests, see `part`
 
     @property
     def taken(self) -> frozenset[str]:
@@ -60,6 +61,15 @@ class Exercise:
     def max_score(self) -> float:
         """The points of all tests together."""
         return sum(test.points for test in self.tests)
+
+    def part(self, *tests: str) -> "Exercise":
+        """Return the exercise with only these hidden tests, named by their ids; raises ValueError for others.
+
+        The project's own tests judge answers by it.  It makes no grades: `grading.single.grade` refuses it.
+        """
+        if not tests or not {*tests} <= {test.id for test in self.tests}:
+            raise ValueError(f"{self.name} must be judged by some of its hidden tests, not by {', '.join(tests)!r}")
+        return replace(self, tests=tuple(test for test in self.tests if test.id in tests), whole=False)
 
 
 def names() -> list[str]:

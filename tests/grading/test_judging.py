@@ -6,17 +6,20 @@ import signal
 import subprocess
 import sys
 import threading
+from dataclasses import replace
 from pathlib import Path
 
 import psutil
 import pytest
 
+from autograder.errors import InfrastructureError
 from autograder.grading import single
 from autograder.grading.judging import LIMITS
 from autograder.grading.launcher import JUDGING
 from autograder.paths import HIDDEN, PACKAGE
 from autograder.records import BUSY_MACHINE, FAILED, GRADED, KILLED_JUDGE, NOT_RUN, PASSED, Submission, Verdict
 from autograder.sandbox import machine, seccomp, users
+from autograder.submissions import exercises
 from course.waiting import wait_until
 from tests.hidden.answers.services import REFERENCE
 
@@ -135,6 +138,47 @@ def test_dying_each_time_is_the_doing_of_what_was_handed_in(grading):
     assert graded.score == sum(test.points for test in graded.tests if test.outcome == PASSED) < graded.max_score
     assert all("brought down" in test.message for test in graded.tests if test.outcome == NOT_RUN)
     assert "SIGSEGV" in graded.details["fault"]
+
+
+def test_chosen_tests_are_judged_alone_and_make_no_grade(judge):
+    chosen = ["test_status", "test_relay_answers"]
+    judgement = judge(REFERENCE, "services", *chosen).result()
+    assert judgement.status == GRADED
+    assert {test: verdict.outcome for test, verdict in judgement.verdicts.items()} == dict.fromkeys(chosen, PASSED)
+    part = exercises.load("services").part(*chosen)
+    with pytest.raises(ValueError, match="a grade needs all hidden tests"):
+        single.grade(Submission("s", "services", REFERENCE), "root", exercise=part)
+
+
+@pytest.mark.parametrize("names", [[], ["test_of_nothing"], ["test_status", "test_of_nothing"]])
+def test_only_tests_of_the_exercise_can_be_chosen(names):
+    with pytest.raises(ValueError, match="must be judged by some of its hidden tests"):
+        exercises.load("services").part(*names)
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_verdicts_on_other_tests_than_the_expected_are_no_judgement(box, whole):
+    """More tests than expected when all are run, and fewer when the suite lacks a chosen one."""
+    exercise = exercises.load("services")
+    missing = replace(exercise.tests[0], id="test_of_nothing")
+    expected = exercise.tests[:1] if whole else (*exercise.tests[:1], missing)
+    with pytest.raises(InfrastructureError, match="not on"):
+        single.judge(replace(exercise, tests=expected, whole=whole), REFERENCE, box, 1, 1.0)
+
+
+def test_a_grade_is_always_by_the_whole_suite(monkeypatch):
+    """Whatever the files are called: nothing of a submission decides which tests are run."""
+    jobs = []
+
+    class Process:
+        def run(self, job):
+            jobs.append(job)
+            raise InfrastructureError("not run")
+
+    monkeypatch.setattr(single, "worker", lambda box: contextlib.nullcontext(Process()))
+    files = REFERENCE | {"chosen": b"test_status", "suite.py": b"", "job.json": b'{"chosen": ["test_status"]}'}
+    single.grade(Submission("s", "services", files), "root")
+    assert [job.chosen for job in jobs] == [[]] * single.TRIES
 
 
 def judgements(monkeypatch, *each: tuple[float, int]) -> list[float]:

@@ -6,6 +6,7 @@ from autograder.records import Ended, Finished, Job, Verdict, from_line, to_line
 
 MESSAGES = [
     Job("services", {"services/suite.py": b""}, {"relay.py": b"\xff\0", "empty.py": b""}, 7, "root", "", 60.0, 1, 0.5),
+    Job("services", {}, {}, 7, "root", "", 60.0, 1, 0.5, ["test_status"]),
     Verdict("test_a", "failed", "What\nthe student reads \ud800", "the instructor's"),
     Finished(1, "", {"relay.py": "printed"}),
     Ended(-9, "a line\nanother\n", "it took too much"),
@@ -30,6 +31,10 @@ def test_a_line_says_which_record_it_is(message):
         b'{"record": "Ended"}\n',
         b'{"record": "Ended", "status": 0, "score": 20}\n',
         b'{"record": "Job", "files": {"a": 5}}\n',
+        (
+            b'{"record": "Job", "exercise": "services", "hidden": {}, "files": {}, "seed": 7, "box": "root", '
+            b'"interfaces": "", "limit": 60.0, "core": 1, "chosen": [5]}\n'
+        ),
         b'{"record": "Verdict", "id": "test_a", "outcome": "passed", "message": ["not", "a", "text"]}\n',
         b'{"record": "Finished", "exit_status": 0, "fault": "", "logs": {"relay.py": 5}}\n',
         b'{"record": "Finished", "exit_status": 0, "fault": "", "logs": "printed"}\n',

@@ -30,6 +30,12 @@ def load(exercise: str):
     return importlib.import_module(f"{__name__}.{exercise}")
 
 
+def files(exercise: str, name: str) -> dict[str, bytes]:
+    """Return the files of an answer."""
+    module = load(exercise)
+    return module.RIGHT[name] if name in module.RIGHT else module.WRONG[name][0]
+
+
 def seed(exercise: str, name: str) -> int | None:
     """What the hidden inputs are drawn from: for wrong answers the SEED of the module that has one, else anything."""
     return getattr(load(exercise), "SEED", None) if name in load(exercise).WRONG else None
@@ -41,8 +47,21 @@ def patience(exercise: str, name: str) -> float:
 
 
 def is_quick(exercise: str, name: str) -> bool:
-    """Whether an answer is graded in every run of the tests: the QUICK of its module are."""
-    return name in getattr(load(exercise), "QUICK", ())
+    """Return True for an answer that every run of the tests judges by the whole suite: those in its module's QUICK."""
+    return name in load(exercise).QUICK
+
+
+def proofs(exercise: str) -> dict[str, str]:
+    """Return for each hidden test (without "test_") a wrong answer that it alone catches.
+
+    Every run of the tests judges it by that test.  It is the first in WRONG, those that do not keep the grader waiting
+    before the others, or the one that the module's CHEAPER names because judging it takes less time.
+    """
+    silent, found = named(exercise, "SILENT"), {}
+    for name, (_, lost) in sorted(load(exercise).WRONG.items(), key=lambda answer: answer[0] in silent):
+        if len(lost) == 1:
+            found.setdefault(*lost, name)
+    return found | getattr(load(exercise), "CHEAPER", {})
 
 
 def named(exercise: str, kind: str) -> set[str]:

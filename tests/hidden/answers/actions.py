@@ -1620,3 +1620,5 @@ SILENT = {
     "client waits for a server for ever",
     "client waits for N messages for ever",
 }
+# Judged by the whole suite in every run of the tests: what is right, and partial credit of each kind.
+QUICK = {"reference", "feedback before the step", "goals move the cabin side by side", "client shows no outcome"}

@@ -862,6 +862,36 @@ WRONG = {
         remembering("if self.asked > 50:", "    right = 0.6"),
         {"hall"},
     ),
+    "the node stops for good when it has turned right for 3 s in all": (
+        node(
+            ("        self.scan_time = None\n", "        self.scan_time, self.right = None, 0\n"),
+            (
+                "            cmd.linear.x = action['linear']\n",
+                (
+                    "            self.right += action['angular'] < -0.3\n"
+                    "            if self.right > 30:\n"
+                    "                action = {'linear': 0.0, 'angular': 0.0}\n"
+                    "            cmd.linear.x = action['linear']\n"
+                ),
+            ),
+        ),
+        {"block"},
+    ),
+    "the node goes straight on when it has turned at walls for 2.5 s in all": (
+        node(
+            ("        self.scan_time = None\n", "        self.scan_time, self.turned = None, 0\n"),
+            (
+                "            cmd.linear.x = action['linear']\n",
+                (
+                    "            self.turned += action == {'linear': 0.0, 'angular': 0.5}\n"
+                    "            if self.turned > 24:\n"
+                    "                action = {'linear': 0.3, 'angular': 0.0}\n"
+                    "            cmd.linear.x = action['linear']\n"
+                ),
+            ),
+        ),
+        {"bend"},
+    ),
     "stands still, whatever it sees": (files(constant(0.0, 0.0), DEAF), EVERYTHING),
     "always turns, and the node says nothing": (files(constant(0.0, 0.5), DEAF), EVERYTHING - {"wall_ahead"}),
     "always looks for a wall, and the node stands still": (
@@ -896,4 +926,10 @@ SEVERAL = {
     "an agent of its own in the node's file",
 }  # with more than one mistake
 SILENT = {"another topic", "another topic of scans", "topics in a namespace"}  # the grader waits for it in vain
-QUICK = {"the agent imports rclpy"}  # which forked programs have loaded
+# Judged by the whole suite in every run of the tests: what is right, and partial credit of each kind.
+QUICK = {
+    "reference",
+    "angles not brought back to one turn",
+    "a scan is old after 0.1 s",
+    "the node mixes the speeds up",
+}

@@ -1219,3 +1219,10 @@ SILENT = {
     "right parameters, and no efforts",
     "Float32 efforts",
 }  # the grader waits for these in vain
+# Judged by the whole suite in every run of the tests: what is right, and partial credit of each kind.
+QUICK = {
+    "reference",
+    "a limit forgotten",
+    "one limit alone is compared with the default of the other",
+    "accepts everything, and the effort is the time",
+}

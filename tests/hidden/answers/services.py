@@ -1227,25 +1227,5 @@ SILENT = {
     "relay lets a set wait until no call waits",
     "relay remembers that there was a server",
 }
-# Each style, and a mistake for each test.
-QUICK = {
-    *RIGHT,
-    "motors start enabled",
-    "success only when nothing changes",
-    "enable says the state before",
-    "status is of a state of its own",
-    "the beginning of a stop says nothing",
-    "a refused enable is remembered",
-    "success is always True",
-    "stops are counted",
-    "enable counts",
-    "relay shows its own sum",
-    "relay asks twice",
-    "relay mixes up a and b",
-    "relay gives answers to whoever asked first",
-    "relay refuses to be set while a call waits",
-    "relay reads b once",
-    "relay waits 8 s for a server",
-    "relay remembers that there was a server",
-    "refuses everything",
-}
+# Judged by the whole suite in every run of the tests: what is right, and partial credit of each kind.
+QUICK = {"reference", "status is of a state of its own", "relay raises without a server", "refuses everything"}
