@@ -54,14 +54,14 @@ def is_quick(exercise: str, name: str) -> bool:
 def proofs(exercise: str) -> dict[str, str]:
     """Return for each hidden test (without "test_") a wrong answer that it alone catches.
 
-    Every run of the tests judges it by that test.  It is the first in WRONG, those that do not keep the grader waiting
-    before the others, or the one that the module's CHEAPER names because judging it takes less time.
+    Every run of the tests judges it by that test.  It is the first in WRONG, unless that keeps the grader
+    waiting and another does not.
     """
     silent, found = named(exercise, "SILENT"), {}
     for name, (_, lost) in sorted(load(exercise).WRONG.items(), key=lambda answer: answer[0] in silent):
         if len(lost) == 1:
             found.setdefault(*lost, name)
-    return found | getattr(load(exercise), "CHEAPER", {})
+    return found
 
 
 def named(exercise: str, kind: str) -> set[str]:
