@@ -11,7 +11,7 @@ import pytest
 from autograder.records import BUSY_MACHINE, FAILED, GRADED, KILLED_JUDGE, NOT_RUN, Verdict, to_line
 from autograder.sandbox.launching import KEPT, LONGEST, TELL
 from autograder.submissions import exercises
-from tests.autograder.answers.services import REFERENCE
+from tests.hidden.answers.services import REFERENCE
 
 HEAD = """
 import threading, time
