@@ -52,6 +52,7 @@ _libc = ctypes.CDLL(None, use_errno=True)
 def main() -> None:
     """Do what the launcher sends through the socket CONTROL, and send it the exit status of each job."""
     control = socket.socket(fileno=int(sys.argv[1]))
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # which the first process of a namespace does not get from inside
     gc.freeze()
     while True:
         user, descriptors, _, _ = socket.recv_fds(control, 100, DESCRIPTORS)

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from autograder.errors import InfrastructureError, JudgeDied
 from autograder.records import UNSAFE, Ended, Finished, Job, Message, Verdict, from_line, to_line
 from autograder.sandbox.box import BOXES
+from autograder.sandbox.cleaning import CONTROL
 from autograder.sandbox.process import children
 from autograder.sandbox.variables import ros_variables
 from course.environment import prepare
@@ -109,7 +110,8 @@ class Worker:
 
     def _last_log(self) -> str:
         size = os.fstat(self._log.fileno()).st_size
-        return os.pread(self._log.fileno(), LOG_SHOWN, max(0, size - LOG_SHOWN)).decode(errors="replace")
+        said = os.pread(self._log.fileno(), LOG_SHOWN, max(0, size - LOG_SHOWN)).decode(errors="replace")
+        return CONTROL.sub("", said)  # whoever has taken the judge over writes there, too
 
     def close(self) -> None:
         """End the process, and the grading that it is doing."""

@@ -180,6 +180,111 @@ def test_what_has_another_parent_counts(server, filtered, monkeypatch, attack, p
     assert not watching.of_user(user)
 
 
+# Tries to reach every process that it can see or name but its own, and says what it could do.
+REACHING = """
+import ctypes, os, signal
+libc = ctypes.CDLL(None, use_errno=True)
+found = []
+
+def tries(what, attempt):
+    try:
+        if attempt() is not False:
+            found.append(what)
+    except OSError:
+        pass
+
+def call(number, *arguments):
+    return libc.syscall(number, *arguments) != -1
+
+own = os.getpid()
+others = [int(name) for name in os.listdir('/proc') if name.isdigit() and int(name) != own]
+for other in [*others, os.getppid() or 1]:
+    for number in (0, signal.SIGSTOP, signal.SIGINT, signal.SIGCHLD, signal.SIGKILL):
+        tries(f'signal {number}', lambda: os.kill(other, number))
+        tries(f'signal {number} by pidfd', lambda: signal.pidfd_send_signal(os.pidfd_open(other), number))
+    tries('priority', lambda: os.setpriority(os.PRIO_PROCESS, other, 19))
+    tries('scheduler', lambda: os.sched_setscheduler(other, os.SCHED_IDLE, os.sched_param(0)))
+    tries('attach', lambda: libc.ptrace(0x4206, other, 0, 0) == 0)
+    tries('limits', lambda: __import__('resource').prlimit(other, 7, (3, 3)))
+    tries('descriptor', lambda: call(438, os.pidfd_open(other), 0, 0))
+    for name in ('mem', 'environ', 'maps', 'root/etc', 'cwd/.', 'fd/0', 'exe', 'io', 'ns/net', 'ns/mnt', 'map_files'):
+        tries(name, lambda: os.close(os.open(f'/proc/{other}/{name}', os.O_RDONLY)))
+    for name in ('oom_score_adj', 'comm', 'timerslack_ns', 'clear_refs', 'coredump_filter'):
+        tries(f'writes {name}', lambda: os.write(os.open(f'/proc/{other}/{name}', os.O_WRONLY), b'1'))
+    for kind in ('net', 'pid', 'mnt', 'ipc', 'uts', 'cgroup'):
+        tries(f'joins {kind}', lambda: libc.setns(os.open(f'/proc/{other}/ns/{kind}', os.O_RDONLY), 0) == 0)
+print(len(others), sorted({*found}))
+"""
+# Takes of all that the kernel counts for a host user as much as it can get, in several processes, and says how much.
+TAKING = """
+import array, ctypes, fcntl, mmap, os, select, signal, socket, time
+libc = ctypes.CDLL(None, use_errno=True)
+
+def until_refused(take, most=200):
+    held = []
+    try:
+        while len(held) < most and (got := take()) not in (None, -1):
+            held.append(got)
+    except OSError:
+        pass
+    return held
+
+def large_pipe():
+    read, write = os.pipe()
+    return read, write, fcntl.fcntl(write, fcntl.F_SETPIPE_SZ, 1 << 20) >= 1 << 20 or None
+
+def in_flight():
+    one, other = socket.socketpair()
+    one.sendmsg([b'x'], [(socket.SOL_SOCKET, socket.SCM_RIGHTS, array.array('i', [0] * 50))])
+    return one, other
+
+def queued():
+    return libc.sigqueue(os.getpid(), signal.SIGRTMAX, None) or True
+
+def locked():
+    memory = mmap.mmap(-1, 1 << 20)
+    return memory if libc.mlock(ctypes.addressof(ctypes.c_char.from_buffer(memory)), 1 << 20) == 0 else None
+
+signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGRTMAX])
+KINDS = dict(inotify=lambda: libc.inotify_init1(0), epoll=select.epoll, pipe=large_pipe, flight=in_flight,
+             signals=queued, locked=locked, queue=lambda: libc.msgget(0, 0o1600),
+             semaphores=lambda: libc.semget(0, 9, 0o1600))
+counts = {}
+for kind, take in KINDS.items():
+    # One process after the other takes, and all hold it until they are killed.
+    for number in range(3):
+        read, write = os.pipe()
+        if not os.fork():
+            held = until_refused(take, 40_000 if kind == 'signals' else 200)
+            os.write(write, len(held).to_bytes(4, 'little'))
+            time.sleep(1000)
+        counts[f'{kind} {number}'] = int.from_bytes(os.read(read, 4), 'little')
+        os.close(read)
+        os.close(write)
+print(counts, flush=True)
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_it_reaches_no_other_process(server):
+    with running(server, REACHING) as (program, _):
+        assert program.wait(ENDED), program.output
+    seen, _, reached = program.output.partition(" ")
+    assert int(seen) >= 1 and reached == "[]\n"
+
+
+def test_what_counts_for_a_user_does_not_outlive_a_program(server, filtered, few_users, monkeypatch):
+    """The next program of the same user gets as much."""
+    monkeypatch.setattr(users, "SPARE", few_users[:1])
+    outputs = []
+    for _ in range(3):
+        with running(server, TAKING) as (program, _):
+            assert program.wait(ENDED), program.output
+        outputs.append(program.output)
+    assert outputs[0].startswith("{") and outputs == outputs[:1] * 3
+    assert not filtered or ("'queue 0': 0" in outputs[0] and "'semaphores 0': 0" in outputs[0]), "the kernel's memory"
+
+
 @pytest.fixture
 def few_users(own_users, monkeypatch, tmp_path) -> range:
     """Two users, with locks that are nobody else's."""
