@@ -8,6 +8,7 @@ import os
 import platform
 import re
 import subprocess
+import sys
 import time
 from collections.abc import Iterator
 
@@ -16,13 +17,14 @@ import pytest
 from autograder.errors import SandboxUnavailable
 from autograder.sandbox import cgroup, forkserver, networks, seccomp, users
 from autograder.sandbox import process as watching
-from autograder.sandbox.box import LIMITS, Sandbox
+from autograder.sandbox.box import BOXES, LIMITS, Sandbox
 from autograder.sandbox.forkserver import Forkserver
 from autograder.sandbox.program import Program
 from course.waiting import wait_until
 
 CLONE = seccomp.CLONE[seccomp.MACHINES.get(platform.machine(), (0, 0))[1]]
 ENDED = 30.0  # s
+MUCH = [(4, 300 << 20, "GiB of memory"), (LIMITS["nproc"] + 10, 1, "processes and threads")]
 SOON = 5.0  # s: an attack that is over holds nobody up
 
 # Makes children of whoever has forked this process: by clone, as it is, or by clone3 where there is that.
@@ -165,11 +167,7 @@ def test_siblings_that_come_and_go_hold_nobody_up(server, filtered):
 
 
 @pytest.mark.parametrize("attack", [HIDDEN, ORPHANS], ids=["siblings", "orphans"])
-@pytest.mark.parametrize(
-    ("processes", "memory", "why"),
-    [(4, 300 << 20, "GiB of memory"), (LIMITS["nproc"] + 10, 1, "processes and threads")],
-    ids=["memory", "processes"],
-)
+@pytest.mark.parametrize(("processes", "memory", "why"), MUCH, ids=["memory", "processes"])
 def test_what_has_another_parent_counts(server, filtered, monkeypatch, attack, processes, memory, why):
     """Where this machine gives no control group, nothing else bounds what a program's processes take together."""
     monkeypatch.setattr(cgroup, "make", lambda: None)
@@ -178,6 +176,31 @@ def test_what_has_another_parent_counts(server, filtered, monkeypatch, attack, p
     with running(server, attack.format(processes=processes, memory=memory)) as (program, user):
         assert program.wait(ENDED) and why in program.stopped
     assert not watching.of_user(user)
+
+
+# A worker's part, as an ordinary user has it: starts the program that is its argument, and says why it was stopped.
+ORDINARY = """
+import sys
+from autograder.sandbox import cgroup
+from autograder.sandbox.box import Sandbox
+from autograder.sandbox.program import Program
+cgroup.make = lambda: None
+with Sandbox('user', {'program.py': sys.argv[1].encode()}) as sandbox:
+    started = sandbox.launch('program.py', domain=7)
+    program = Program('program.py', started.output, started.end, started.process.stop)
+    program.wait(30)
+print(program.stopped, program.output)
+"""
+
+
+@pytest.mark.parametrize(("processes", "memory", "why"), MUCH, ids=["memory", "processes"])
+def test_what_has_another_parent_counts_for_an_ordinary_user_too(processes, memory, why):
+    """Whose programs are no users of their own: their process namespace is measured."""
+    text = ORPHANS.format(processes=processes, memory=memory)
+    done = subprocess.run(
+        [*BOXES["user"], sys.executable, "-c", ORDINARY, text], capture_output=True, text=True, timeout=2 * ENDED
+    )
+    assert why in done.stdout, done.stdout + done.stderr
 
 
 # Tries to reach every process that it can see or name but its own, and says what it could do.
