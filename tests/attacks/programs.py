@@ -4,9 +4,11 @@ What a program that takes too much does (forks, memory, a SIGSTOP of itself, out
 tests/grading/test_bad_input.py.
 """
 
+import platform
 from pathlib import Path
 
 import autograder
+from autograder.sandbox import seccomp
 from tests.hidden.answers import SOLUTIONS, changed
 from tests.hidden.answers.calculator import CLIENT, REFERENCE, SERVER, SRV
 
@@ -235,6 +237,36 @@ def serve_elsewhere(answer, seconds, most=4):
         executor.add_node(node)
         threading.Thread(target=executor.spin, daemon=True).start()
 """
+
+CLONE = seccomp.CLONE[seccomp.MACHINES.get(platform.machine(), (0, 0))[1]]
+# Makes children of whoever has forked this process: by clone, as it is, or by clone3 where there is that.
+SIBLINGS = f"""
+import ctypes, os, signal, struct, time
+CLONE_PARENT = 0x8000
+libc = ctypes.CDLL(None, use_errno=True)
+
+def sibling():
+    flags = CLONE_PARENT | signal.SIGCHLD
+    return libc.syscall({CLONE}, flags, 0, 0, 0, 0)
+
+def modern_sibling():
+    arguments = struct.pack('11Q', CLONE_PARENT, 0, 0, 0, signal.SIGCHLD, 0, 0, 0, 0, 0, 0)
+    return libc.syscall(435, arguments, len(arguments))
+"""
+# As many as it can, which end at once: unburied, they would count for the user that the next program gets.
+ZOMBIES = (
+    SIBLINGS
+    + """
+made = 0
+for make in (sibling, modern_sibling):
+    for _ in range(60):
+        child = make()
+        if child == 0:
+            os._exit(0)
+        made += child > 0
+print('siblings:', made)
+"""
+)
 
 QUIET_CLIENT = "import sys\nprint('no')\nsys.exit(1)\n"  # earns nothing: it never calls the server
 IDLE_SERVER = "import rclpy\nrclpy.init()\nrclpy.spin(rclpy.create_node('calculator_server'))\n"
@@ -561,5 +593,6 @@ ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
         ),
         0,
     ),
+    "leaves the dead to whoever has forked it": (handed_in(ZOMBIES + text(SERVER), ZOMBIES + text(CLIENT)), 20),
     "shows every number there is": (handed_in(*_every_number()), 17),
 }

@@ -5,7 +5,6 @@ What a program can see of the process that forked it is in tests/sandbox/test_fo
 
 import contextlib
 import os
-import platform
 import re
 import subprocess
 import sys
@@ -22,40 +21,13 @@ from autograder.sandbox.forkserver import Forkserver
 from autograder.sandbox.program import Program
 from course.waiting import wait_until
 
-CLONE = seccomp.CLONE[seccomp.MACHINES.get(platform.machine(), (0, 0))[1]]
+from .programs import SIBLINGS, ZOMBIES
+
 ENDED = 30.0  # s
 MUCH = [(4, 300 << 20, "GiB of memory"), (LIMITS["nproc"] + 10, 1, "processes and threads")]
 SOON = 5.0  # s: an attack that is over holds nobody up
 
-# Makes children of whoever has forked this process: by clone, as it is, or by clone3 where there is that.
-SIBLINGS = f"""
-import ctypes, os, signal, struct, time
-CLONE_PARENT = 0x8000
-libc = ctypes.CDLL(None, use_errno=True)
-
-def sibling():
-    flags = CLONE_PARENT | signal.SIGCHLD
-    return libc.syscall({CLONE}, flags, 0, 0, 0, 0)
-
-def modern_sibling():
-    arguments = struct.pack('11Q', CLONE_PARENT, 0, 0, 0, signal.SIGCHLD, 0, 0, 0, 0, 0, 0)
-    return libc.syscall(435, arguments, len(arguments))
-"""
-# As many as it can, which end at once: unburied, they would count for the user that the next program gets.
-ZOMBIES = (
-    SIBLINGS
-    + """
-made = 0
-for make in (sibling, modern_sibling):
-    for _ in range(60):
-        child = make()
-        if child == 0:
-            os._exit(0)
-        made += child > 0
-print('siblings:', made)
-"""
-)
-# The same, which live: they take no place among its descendants.
+# Siblings that live: they take no place among its descendants.
 HIDDEN = (
     SIBLINGS
     + """
