@@ -64,5 +64,6 @@ def claim_domain() -> tuple[socket.socket, int]:
         claim.close()
     raise LiveError(
         f"all {len(DOMAINS)} ROS domains of this machine are in use: close some notebooks, or shut down their kernels; "
-        "`course sessions` lists those of yours"
+        "`course sessions` lists those of yours. If others have taken them, choose one: set ROS_DOMAIN_ID in the "
+        "terminal before you start JupyterLab"
     )

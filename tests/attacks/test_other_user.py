@@ -229,6 +229,41 @@ def test_names_of_shared_memory_that_another_user_took_stop_no_session(homes):
     assert done.stdout == "5\n", done.stdout + done.stderr
 
 
+# Holds all domains of this machine, without a node in any.
+HOLD = """
+import socket
+held = [socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) for _ in range(1, 101)]
+for domain, claim in enumerate(held, 1):
+    claim.bind(f"\\0ros2-course-domain-{domain}")
+print("held", flush=True)
+input()
+"""
+LIVE = "import course; print(course.live().domain_id)"
+
+
+def test_who_finds_all_domains_held_by_another_user_can_choose_one(homes):
+    """In a network of the test's own, so that no other session is stopped."""
+    script = f"""
+ip link set lo up
+coproc OTHER {{ exec setpriv --reuid={OTHER} --regid={OTHER} --clear-groups "$1" -S -c "$2"; }}
+read -r -u "${{OTHER[0]}}"
+become="setpriv --reuid={STUDENT} --regid={STUDENT} --clear-groups"
+$become "$1" -c "$3" 2>&1 | tail -n 1
+ROS_DOMAIN_ID=7 $become "$1" -c "$3"
+"""
+    home = str(homes / str(STUDENT))
+    done = subprocess.run(
+        ["unshare", "--net", "bash", "-ec", script, "bash", sys.executable, HOLD, LIVE],
+        cwd=home,
+        env={"PATH": os.environ["PATH"], "HOME": home, "LANG": "C.UTF-8"},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    refused, chosen = done.stdout.splitlines() or [done.stderr, ""]
+    assert "set ROS_DOMAIN_ID" in refused and chosen == "7", done.stdout + done.stderr
+
+
 @pytest.fixture
 def shared(tmp_path, monkeypatch):
     """A folder in the place of /tmp, and no runtime folder; the home is the test's."""
