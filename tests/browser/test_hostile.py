@@ -1,0 +1,271 @@
+"""Texts that are made to do something, in every panel and page: they are shown, and nothing is run or loaded."""
+
+import contextlib
+from collections.abc import Iterator
+
+import nbformat
+import pytest
+from nbconvert.exporters import HTMLExporter
+from nbgrader.server_extensions.formgrader import handlers
+from playwright.sync_api import Page, expect
+
+from autograder.records import Report, Result
+from autograder.results import feedback, summary
+from autograder.similarity import comparing, presenting
+from autograder.submissions import notebook
+from course.notebook.cells import Cell
+from course.returned import pages
+from course.returned.record import Mark
+from tests.browser.conftest import WAIT
+from tests.browser.pages import cell, choose, mark, open_page, run_from_palette, show_panel, slowest_frame
+
+expect.set_options(timeout=WAIT)
+
+RUN = "window.owned=1;alert(1)"
+EVIL = (
+    f'</script><script>{RUN}</script><img src="https://evil.example/x.png" onerror="{RUN}"><svg onload="{RUN}">'
+    f"<iframe srcdoc='<script>parent.{RUN}</script>'></iframe><style>*{{display:none}}</style>"
+    f'<form action=https://evil.example><a href="javascript:{RUN}">[x](javascript:{RUN}) ![x](https://evil.example/y)'
+    "{{ 7*7 }} ${7*7} %(x)s \" ' ` \x1b]52;c;cm0=\x07\x1b]0;title\x07\x1b[2J\u202egnp.exe\u2066"
+)
+END = "the end of it"
+FILE = "'<img src=x onerror=window.owned=1>\\u202e.py'"  # a name of a file has no slash
+PROGRAM = f"""import math
+import rclpy
+from geometry_msgs.msg import Point, Twist
+from nav_msgs.msg import Odometry
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+from visualization_msgs.msg import Marker
+
+EVIL = {EVIL!r}
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class Hostile(Node):
+    def __init__(self):
+        super().__init__('hostile')
+        told = ParameterDescriptor(description=EVIL, additional_constraints=EVIL)
+        self.declare_parameter('a' + EVIL, EVIL + {END!r}, told)
+        self.declare_parameter('long', 'x' * 3_000_000)
+        for number in range(300):
+            self.declare_parameter(f'p{{number}}', EVIL)
+        self.create_service(Trigger, 'ask', self.ask)
+        for number in range(60):
+            self.create_service(Trigger, f'{{"deep/" * 20}}service_{{number}}', self.ask)
+        self.topics = [
+            self.create_publisher(LaserScan, 'scan', 1),
+            self.create_publisher(Odometry, 'odom', 1),
+            self.create_publisher(Twist, 'cmd_vel', 1),
+            self.create_publisher(String, 'collision', LATCHED),
+            self.create_publisher(Marker, 'walls', LATCHED),
+        ]
+        self.create_timer(0.5, self.tell)
+        self.get_logger().info('W' * 2_000_000)
+        print('<b>' + EVIL + 'printed ' + {END!r}, flush=True)
+
+    def ask(self, request, response):
+        response.message = EVIL + 'x' * 1_000_000
+        return response
+
+    def tell(self):
+        self.get_logger().error(EVIL + 'State: <b>logged ' + {END!r})
+        scan, odom, go, wall = LaserScan(), Odometry(), Twist(), Marker()
+        scan.header.frame_id = odom.header.frame_id = wall.header.frame_id = EVIL
+        scan.ranges, scan.angle_increment, scan.range_max = [math.nan, math.inf, -1.0, 3e38] * 25_000, math.inf, 3e38
+        odom.pose.pose.position.x = odom.pose.pose.orientation.w = math.nan
+        go.linear.x, go.angular.z = math.inf, 1e300
+        wall.points = [Point(x=math.nan, y=1e308), Point(x=-1e308, y=math.inf)] * 500 + [Point()]
+        wall.text = EVIL
+        for topic, message in zip(self.topics, (scan, odom, go, String(data=EVIL + ' x=9.9.9 m, y=- m'), wall)):
+            topic.publish(message)
+
+
+def main(args=None):
+    rclpy.init(args=args)
+    rclpy.spin(Hostile())
+
+
+main()
+"""
+DYING = f"import rclpy\nrclpy.init()\nrclpy.create_node('dying')\nraise ValueError({EVIL!r})"
+CELLS = (
+    "import course\n\nros = course.live()",
+    f"%%exercise hostile.py\n{PROGRAM}",
+    f"dying = {DYING!r}\nopen({FILE}, 'w').write(dying)",
+    f"try:\n    ros.start({FILE})\nexcept Exception as error:\n    print(error)",
+    "ros.logs()",
+    "ros.nodes()",
+    f"print({EVIL!r} + {END!r})",
+    f"raise RuntimeError({EVIL!r})",
+)
+
+
+class Watch:
+    """What a page must not do, as it does it: run a script of ours, ask, open, leave, or load from elsewhere."""
+
+    def __init__(self, page: Page):
+        self.seen: list[str] = []
+        page.on("dialog", lambda dialog: (self.seen.append(f"dialog {dialog.message}"), dialog.dismiss()))
+        page.on("popup", lambda popup: self.seen.append(f"popup {popup.url}"))
+        page.on("request", lambda request: self._loads(request.url))
+        self._page = page
+
+    def _loads(self, url: str) -> None:
+        if not url.startswith(("http://127.0.0.1:", "ws://127.0.0.1:", "file:///", "data:", "blob:", "about:")):
+            self.seen.append(f"load {url}")
+
+    def check(self) -> None:
+        """Fail if anything was seen, or a script has run."""
+        assert self.seen == []
+        assert not any(frame.evaluate("() => window.owned") for frame in self._page.frames)
+
+
+@contextlib.contextmanager
+def watched(page: Page) -> Iterator[Watch]:
+    watch = Watch(page)
+    yield watch
+    watch.check()
+
+
+def obeyed(text: str) -> set[str]:
+    """The characters in what a page shows that would turn or hide the rest of it."""
+    return set(text) & {"\x1b", "\x07", "\u202e", "\u2066"}
+
+
+def test_the_watch_sees_what_it_looks_for(page):
+    watch = Watch(page)
+    page.goto("about:blank")
+    page.set_content(f"<!DOCTYPE html><body>{EVIL}", wait_until="commit")
+    page.wait_for_function("() => window.owned")
+    assert {"dialog 1", "load https://evil.example/x.png"} <= set(watch.seen)
+    with pytest.raises(AssertionError):
+        watch.check()
+
+
+def test_a_hostile_session_is_shown_by_every_panel_and_obeyed_by_none(lab, page):
+    folder = lab[2] / "hostile"
+    folder.mkdir()
+    cells = [nbformat.v4.new_code_cell(source) for source in CELLS]
+    cells[1].metadata = mark("hostile-file", solution=True)
+    for each in cells[2:]:
+        each.metadata = {"tags": ["raises-exception"]}
+    kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
+    nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=kernel), folder / "hostile.ipynb")
+    with watched(page) as watch:
+        open_page(page, lab, "hostile/hostile.ipynb")
+        nodes = show_panel(page, "Nodes")
+        expect(nodes).to_contain_text("Run the notebook’s first cell: ros = course.live()")
+        choose(page, "Run", "Run All Cells")
+        expect(nodes.get_by_role("button", name="/hostile running")).to_be_visible()
+        expect(nodes.get_by_role("log")).to_contain_text(f"logged {END}")
+        expect(nodes.get_by_role("log")).to_contain_text(f"printed {END}")
+        expect(nodes.get_by_role("log")).to_contain_text("\\x1b]52;c;cm0=\\x07")
+        expect(nodes.get_by_role("log")).to_contain_text("characters; `ros.logs()` has more)")
+        expect(nodes.get_by_role("button", name="dead")).to_be_visible()
+        nodes.get_by_role("button", name="/hostile running").click()
+        expect(nodes).to_contain_text("p299 = ")
+        nodes.get_by_role("button", name="dead").first.click()
+        expect(nodes.locator(".ros-story")).to_contain_text("\\x1b]52;c;cm0=\\x07")
+        assert not obeyed(nodes.inner_text())
+        assert nodes.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
+        assert slowest_frame(page) < 3000  # ms, on a busy machine
+        expect(cell(page, 7).locator(".jp-OutputArea-output").first).to_contain_text("RuntimeError")
+        watch.check()
+
+        inspector = show_panel(page, "Inspector")
+        inspector.get_by_role("combobox", name="Service", exact=True).select_option("/ask std_srvs/srv/Trigger")
+        inspector.get_by_role("button", name="Call", exact=True).click()
+        expect(inspector.get_by_role("region", name="What passed")).to_contain_text("</script><script>")
+        assert not obeyed(inspector.inner_text())
+        assert inspector.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
+        watch.check()
+
+        graph = show_panel(page, "Graph")
+        expect(graph.get_by_role("list", name="The graph as a list")).to_contain_text("service_59")
+        assert slowest_frame(page) < 3000  # ms
+        watch.check()
+
+        run_from_palette(page, "ROS course", "Robot")
+        robot = page.get_by_role("tabpanel", name="Robot", exact=True)
+        expect(robot).to_contain_text("hostile")
+        assert slowest_frame(page) < 3000  # ms
+        assert not obeyed(robot.inner_text())
+        exercise = show_panel(page, "Exercise")
+        expect(exercise).to_contain_text("hostile.py")
+        page.get_by_role("tab", name="hostile.ipynb").click()
+        page.get_by_role("button", name="Hand in", exact=True).click()
+        expect(page.get_by_role("dialog")).to_contain_text("hostile.py")
+        page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
+        watch.check()
+        expect(show_panel(page, "Nodes").get_by_role("button", name="/hostile running")).to_be_visible()
+
+
+def hostile_report(student: str) -> Report:
+    """A report whose every text is hostile."""
+    tests = [Result(EVIL, EVIL, outcome, 0, 4, EVIL * 3) for outcome in ("failed", "crashed", "passed")]
+    return Report(student, "services", "graded", 3.0, 12.0, 1, 1.0, [EVIL], tests, {EVIL: EVIL}, {EVIL: EVIL})
+
+
+def test_a_hostile_class_is_shown_by_the_pages_for_students_and_instructors(page, tmp_path):
+    """The student's page, report.html, and the page of similar submissions."""
+    report = hostile_report(EVIL.replace("/", ""))
+    refused = Report(
+        EVIL, "services", "invalid_submission", 0.0, 12.0, 1, 0.0, [], [Result("", EVIL, "not_run", 0, 12, EVIL)]
+    )
+    by_hand = [Mark("why" + EVIL, 1.0, 3.0, EVIL + END)]
+    feedback_page = feedback.page(report, by_hand)
+    text = f"{EVIL!r}\n" + "def f(a):\n    return [b * a for b in range(a) if b % 2]\n" * 30
+    finding = comparing.compare("services", [(EVIL, {"relay.py": text}), ("x" + EVIL, {"relay.py": text})], [], 5)
+    assert finding.pairs
+    for name, content in {
+        "feedback": feedback_page,
+        "report": summary.page([report, refused]),
+        "similar": presenting.page([finding]),
+    }.items():
+        (tmp_path / f"{name}.html").write_bytes(content.encode(errors="replace"))
+        with watched(page):
+            page.goto((tmp_path / f"{name}.html").as_uri())
+            body = page.locator("body")
+            expect(body).to_contain_text("<svg onload=")
+            expect(body).to_contain_text("\\x1b]52;c;cm0=\\x07")
+            assert not obeyed(body.inner_text())
+            for link in page.locator("a").all():
+                assert not (link.get_attribute("href") or "").strip().lower().startswith("javascript:")
+    found, _ = pages.take(tmp_path / "feedback.html")  # the data in the page stay what they are
+    assert found.marks[0].comment.endswith(END)
+    assert found.student.startswith("<script>")
+
+
+def test_a_hostile_notebook_does_nothing_in_formgrader(page, tmp_path):
+    """The notebook as Formgrader shows it: markdown, outputs of each kind, names of cells and of the student."""
+    outputs = [
+        {"output_type": "stream", "name": "stdout", "text": EVIL},
+        {"output_type": "error", "ename": EVIL, "evalue": EVIL, "traceback": [EVIL]},
+        *(
+            {"output_type": "display_data", "data": {kind: EVIL, "text/plain": EVIL}, "metadata": {}}
+            for kind in ("text/html", "image/svg+xml", "application/javascript", "text/latex", "text/markdown")
+        ),
+    ]
+    formula = f"$\\href{{javascript:{RUN}}}{{x}}$ <a href=j&#97;vascript:{RUN}>x</a>"
+    told = [
+        Cell("markdown", EVIL + formula + END, {"grade_id": EVIL}),
+        Cell("raw", EVIL),
+        Cell("code", EVIL, {"grade_id": EVIL}, 1, outputs),
+    ]
+    nbformat.write(notebook.safe(told), tmp_path / "shown.ipynb")
+    exporter = HTMLExporter(template_name="formgrade", extra_template_basedirs=[handlers.template_path])
+    about = {"base_url": "/", "student": "ada", "notebook_path": "n", "index": 0, "total": 1}
+    shown, _ = exporter.from_filename(str(tmp_path / "shown.ipynb"), resources=about)
+    (tmp_path / "shown.html").write_text(shown, encoding="utf-8")
+    watch = Watch(page)
+    page.goto((tmp_path / "shown.html").as_uri(), wait_until="domcontentloaded")
+    expect(page.locator("body")).to_contain_text(END)
+    for link in page.locator("a[href]").all():
+        assert not (link.get_attribute("href") or "").strip().lower().startswith("javascript:")
+    assert not [seen for seen in watch.seen if "evil.example" in seen or "dialog" in seen or "popup" in seen]
+    assert not any(frame.evaluate("() => window.owned") for frame in page.frames)
