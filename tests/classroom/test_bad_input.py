@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from autograder.classroom import roster
+from autograder.classroom import hub, roster
 from autograder.errors import UsageError
 from tests.classroom.conftest import COMMAND, ROSTER, classroom
 from tests.ports import free_port
@@ -84,17 +84,35 @@ def test_a_port_that_is_in_use(arguments, tmp_path):
     assert not (tmp_path / "class").exists()
 
 
-def test_without_npm(arguments, tmp_path):
-    programs = tmp_path / "bin"
-    programs.mkdir()
-    for folder in ("/usr/sbin", "/usr/bin"):
-        for program in Path(folder).iterdir():
-            link = programs / program.name
-            if program.name not in ("npm", "node") and not link.exists():
+def path_without(folder: Path, *names: str) -> dict[str, str]:
+    """An environment whose PATH has the system's programs but these."""
+    folder.mkdir()
+    for system in ("/usr/sbin", "/usr/bin"):
+        for program in Path(system).iterdir():
+            link = folder / program.name
+            if program.name not in names and not link.exists():
                 link.symlink_to(program)
+    return os.environ | {"PATH": str(folder)}
+
+
+def test_without_a_tool(arguments, tmp_path):
     run = [COMMAND, *arguments]
-    done = subprocess.run(run, capture_output=True, text=True, env=os.environ | {"PATH": str(programs)}, timeout=60)
-    assert done.returncode == 2 and "npm is not installed" in done.stderr and "node is not installed" in done.stderr
+    variables = path_without(tmp_path / "bin", "bwrap", "useradd")
+    done = subprocess.run(run, capture_output=True, text=True, env=variables, timeout=60)
+    assert done.returncode == 2 and "bwrap is not installed (package bubblewrap)" in done.stderr
+    assert "useradd is not installed (package passwd)" in done.stderr and not (tmp_path / "class").exists()
+
+
+def test_the_systems_nodejs_is_not_needed(arguments, tmp_path):
+    run = [COMMAND, *arguments, "--dry-run"]
+    variables = path_without(tmp_path / "bin", "node", "npm")
+    done = subprocess.run(run, capture_output=True, text=True, env=variables, timeout=60)
+    assert done.returncode == 0, done.stderr
+
+
+def test_without_the_nodejs_that_is_installed_with_the_course(able, tmp_path, monkeypatch):
+    monkeypatch.setattr(hub, "node", lambda: tmp_path / "node")
+    assert hub.missing_tools() == ["Node.js is not installed: run environment/install classroom"]
 
 
 def test_a_user_of_somebody_else_is_not_taken(arguments):
