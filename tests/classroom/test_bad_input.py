@@ -124,7 +124,7 @@ def test_a_user_of_somebody_else_is_not_taken(arguments):
 def test_without_root(able):
     command = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", sys.executable, "-m"]
     done = subprocess.run([*command, "autograder.classroom.cli", "status"], capture_output=True, text=True, timeout=60)
-    if "Permission denied" in done.stderr:
+    if "Permission denied" in done.stderr or "No module named 'autograder'" in done.stderr:
         pytest.skip("the checkout can be read by root alone")
     assert done.returncode == 2 and "run it as root" in done.stderr
 
