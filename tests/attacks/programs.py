@@ -596,3 +596,15 @@ ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
     "leaves the dead to whoever has forked it": (handed_in(ZOMBIES + text(SERVER), ZOMBIES + text(CLIENT)), 20),
     "shows every number there is": (handed_in(*_every_number()), 17),
 }
+
+# Each is like another that is graded in every run, and belongs to the matrix.
+ALIKE = {
+    "ends early with 0; a definition without end": "pytest.exit and pytest.skip; 60,000 fields",
+    "the server's file serves in the grader's place": "the client's file serves in the server's place",
+    "answers seven times and ends": "answers once and ends",
+    "right for 5 ms": "right to the first 30 requests",
+    "right from the tenth request on": "right to the first 30 requests",
+    "numbers that are none": "shows every number there is",
+    "a client that answers itself": "the client's file serves in the server's place",
+    "arrays without end; YAML, templates and formats": "script in its messages; 60,000 fields",
+}

@@ -9,7 +9,9 @@ from autograder.results import feedback
 from tests.hidden.answers.calculator import REFERENCE
 from tests.processes import no_program_is_left
 
-from .programs import ATTACKS, DAEMONS, IDLE_SERVER, LARGE, REPOSITORY, handed_in
+from .programs import ALIKE, ATTACKS, DAEMONS, IDLE_SERVER, LARGE, REPOSITORY, handed_in
+
+CASES = [pytest.param(name, marks=pytest.mark.matrix if name in ALIKE else ()) for name in ATTACKS]
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +26,7 @@ def reports(request, grade):
     return begun | {"honest": grade(REFERENCE)}
 
 
-@pytest.mark.parametrize("name", ATTACKS)
+@pytest.mark.parametrize("name", CASES)
 def test_earns_no_more_than_its_honest_part(reports, name):
     report = reports[name].result()
     assert report.status == GRADED
@@ -38,7 +40,7 @@ def test_earns_no_more_than_its_honest_part(reports, name):
         assert all("SPY held" in log for log in report.logs.values()) and len(report.logs) == 2, report.logs
 
 
-@pytest.mark.parametrize("name", ATTACKS)
+@pytest.mark.parametrize("name", CASES)
 def test_its_page_is_safe(reports, name):
     report = reports[name].result()
     page = feedback.page(report)
@@ -58,6 +60,10 @@ def test_a_former_grading_answers_no_other(grade):
     assert grade(handed_in(*DAEMONS), seed=1).result().score <= 2
     assert no_program_is_left()
     assert grade(handed_in(IDLE_SERVER), seed=1).result().score == 2
+
+
+def test_what_is_alike_is_an_attack():
+    assert {*ALIKE} <= {*ATTACKS}
 
 
 def test_others_are_not_disturbed(reports):
