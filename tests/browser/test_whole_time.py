@@ -2,12 +2,15 @@
 
 import dataclasses
 
+import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import WAIT, LeftOpen
 from tests.browser.pages import FILE, cell, run_cell, slowest_frame
 
 expect.set_options(timeout=WAIT)
+
+pytestmark = pytest.mark.matrix  # the page draws all the time, and takes half a core from the other tests
 
 LARGER = {"heap": 10e6, "elements": 1000, "resident": 40e6}  # bytes, nodes of the page's tree, and bytes at most
 
