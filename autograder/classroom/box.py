@@ -83,6 +83,11 @@ def variables(member: Member) -> dict[str, str]:
     }
 
 
+def configured_by(member: Member) -> dict[str, str]:
+    """The variable of a student's server that keeps it from reading configuration at home; an instructor's does."""
+    return {} if member.instructor else {serve.ALONE: CONFIGURATION}
+
+
 def umask(member: Member) -> int:
     """What others may not do with a member's new files: instructors share theirs."""
     return 0o007 if member.instructor else 0o077

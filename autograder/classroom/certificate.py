@@ -24,6 +24,18 @@ def paths(certificate: Path | None, key: Path | None) -> tuple[str, str]:
     return str(certificate.resolve()), str(key.resolve())
 
 
+def check_covers(certificate: Path, host: str) -> None:
+    """Raise UsageError unless a certificate holds for a name and its subdomains."""
+    try:
+        found = x509.load_pem_x509_certificates(certificate.read_bytes())[0]
+        names = found.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+        known = {name.lower() for name in names.get_values_for_type(x509.DNSName)}
+    except (OSError, ValueError, x509.ExtensionNotFound):
+        known = set()
+    if missing := [name for name in (host.lower(), f"*.{host.lower()}") if name not in known]:
+        raise UsageError(f"{certificate} is not for {' and '.join(missing)}: --host needs one for the name and *.name")
+
+
 def warning(certificate: str, now: datetime) -> str:
     """What an instructor should know about the certificate at this path, '' for none; '' when all is well."""
     if not certificate:

@@ -10,12 +10,13 @@ from typing import Annotated, NoReturn, cast
 
 import typer
 
-from autograder.classroom import accounts, certificate, course_files, hub, roster, spawner
-from autograder.classroom.plan import GIB, Classroom, Limits
+from autograder.classroom import accounts, attempts, certificate, course_files, hub, roster, spawner
+from autograder.classroom.plan import GIB, LOCAL, Classroom, Limits
 from autograder.errors import AutograderError, UsageError
 
 DEFAULT = Path("/srv/ros2-classroom")
 PASSWORDS = ("pam", "dummy")
+LOOPBACK = "127.0.0.1"
 USAGE, FAILED = 2, 3  # exit codes
 MIB = 1 << 20
 MOST = 5  # members who are named for what they have on the disk
@@ -50,6 +51,13 @@ def up(
         str | None,
         typer.Option(help="The address to listen on; default: all with a certificate, and 127.0.0.1 without."),
     ] = None,
+    host: Annotated[
+        str | None,
+        typer.Option(help="A name of this machine whose subdomains (*.NAME) lead here, too: each server has one."),
+    ] = None,
+    instructors_port: Annotated[
+        int | None, typer.Option(min=1, max=65535, help="Without --host: where instructors come in; default: port + 1.")
+    ] = None,
     passwords: Annotated[
         str, typer.Option(help="pam: of the Unix users, who are given one each; dummy: one for all, for trying.")
     ] = "pam",
@@ -69,22 +77,30 @@ def up(
         raise UsageError(f"--passwords {passwords}: it is pam or dummy")
     if wrong := roster.wrong(prefix):
         raise UsageError(f"--prefix: {wrong}")
+    ip = ip if ip is not None else ("" if certificate_file else LOOPBACK)
+    if host is None:
+        host = LOCAL if ip == LOOPBACK and not certificate_file else ""
+    elif certificate_file:
+        certificate.check_covers(certificate_file, host)
     room = Classroom(
         folder.resolve(),
         tuple(roster.read(roster_file, instructor or [])),
-        ip if ip is not None else ("" if certificate_file else "127.0.0.1"),
+        ip,
         port,
         *certificate.paths(certificate_file, key),
         passwords,
         prefix,
         Limits(round(memory * GIB), tasks, cores, round(60 * idle), round(120 * idle)),
+        host,
+        0 if host else instructors_port or port + 1,
     )
     if missing := hub.missing_tools():
         raise UsageError("; ".join(missing))
     before = _before(room)
     new = accounts.missing(room)
-    if not before and not hub.port_is_free(room):
-        raise UsageError(f"port {room.port} is in use: end what listens there, or give another --port")
+    if taken := hub.taken_port(room, before):
+        option = "--port" if taken == room.port else "--instructors-port"
+        raise UsageError(f"port {taken} is in use: end what listens there, or give another {option}")
     if dry_run:
         _tell_plan(room, new)
         return
@@ -127,6 +143,7 @@ def _up(room: Classroom) -> None:
     hub.start(room)
     _warn_of_certificate(room)
     print(f"The class is at {room.url}")
+    print(_origins(room))
 
 
 @app.command()
@@ -137,6 +154,7 @@ def status(folder: Folder = DEFAULT) -> None:
     up_ = hub.running(room) is not None
     alive = sorted(name for name, server in spawner.servers(room).items() if server.alive)
     print(f"The hub {f'is at {room.url}' if up_ else 'does not run; `environment/classroom up` starts it'}.")
+    print(_origins(room))
     _warn_of_certificate(room)
     print(f"Students: {len(room.students)}; instructors: {len(room.instructors)}; running servers: {len(alive)}.")
     for name in alive:
@@ -149,6 +167,19 @@ def status(folder: Folder = DEFAULT) -> None:
     free, total = shutil.disk_usage(room.homes).free, sum(size or 0 for size in used.values())
     print(f"Homes take {total / MIB:,.0f} MiB, and {free / GIB:,.0f} GiB are free. Most: {most}.")
     raise typer.Exit(0 if up_ else 1)
+
+
+@app.command()
+def unlock(
+    name: Annotated[str, typer.Argument(help="The member's name, as in the roster.")], folder: Folder = DEFAULT
+) -> None:
+    """Let a member log in at once again, after too many wrong passwords."""
+    _root()
+    room = Classroom.load(folder.resolve())
+    if name not in {member.name for member in room.members}:
+        raise UsageError(f"{name} is not in the class")
+    attempts.unlock(room, name)
+    print(f"{name} may try again.")
 
 
 @app.command()
@@ -247,15 +278,25 @@ def _warn_of_certificate(room: Classroom) -> None:
         print(said)
 
 
+def _origins(room: Classroom) -> str:
+    """What keeps a student's pages from acting as whoever opens them, in a line."""
+    if room.host:
+        return f"Each server has an address of its own, NAME.{room.host}: no page of a student's acts as who opens it."
+    return (
+        f"Students' servers share an address, so instructors come in at http://{room.staff_address}/ alone, from here "
+        f"or by `ssh -L {room.staff_port}:localhost:{room.staff_port} THIS-MACHINE`."
+    )
+
+
 def _before(room: Classroom) -> Classroom | None:
-    """The classroom that the hub in this folder serves now, if it runs on the same port."""
+    """The classroom that the hub in this folder serves now, if it runs."""
     try:
         before = Classroom.load(room.folder)
     except UsageError:
         return None
     if before.prefix != room.prefix:
         raise UsageError(f"this classroom's prefix is {before.prefix}: `down` first, to change it")
-    return before if before.port == room.port and hub.running(before) else None
+    return before if hub.running(before) else None
 
 
 def _tell_plan(room: Classroom, new: list[roster.Member]) -> None:

@@ -43,6 +43,11 @@ def proxy_pid(room: Classroom) -> Path:
     return room.state / "proxy.pid"
 
 
+def staff_proxy_pid(room: Classroom) -> Path:
+    """The same of the instructors' proxy, where they have one of their own."""
+    return room.state / "staff-proxy.pid"
+
+
 def missing_tools() -> list[str]:
     """What must be installed before a classroom can be started, a line each."""
     packages = {"bwrap": "bubblewrap", "unshare": "util-linux", "ip": "iproute2", "useradd": "passwd"}
@@ -82,15 +87,19 @@ def shared_passwords(room: Classroom) -> dict[str, str]:
     return dict(json.loads(path.read_text()))
 
 
-def port_is_free(room: Classroom) -> bool:
-    """Whether somebody could listen on the classroom's port."""
-    with socket.socket() as trying:
-        trying.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            trying.bind((room.ip, room.port))
-        except OSError:
-            return False
-    return True
+def taken_port(room: Classroom, before: Classroom | None) -> int:
+    """The port of the classroom on which somebody else listens, or 0; those of `before` are its own."""
+    wanted = {(room.ip, room.port)} | ({("127.0.0.1", room.staff_port)} if room.staff_address else set())
+    own = {before.port, before.staff_port} if before else set()
+    for ip, port in sorted(wanted):
+        with socket.socket() as trying:
+            trying.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                trying.bind((ip, port))
+            except OSError:
+                if port not in own:
+                    return port
+    return 0
 
 
 def running(room: Classroom) -> spawner.Running | None:
@@ -104,7 +113,8 @@ def running(room: Classroom) -> spawner.Running | None:
 def start(room: Classroom) -> None:
     """Start the hub, which starts the proxy, and wait until it answers; raises AutograderError."""
     room.hub_socket.unlink(missing_ok=True)
-    (room.run / "proxy.sock").unlink(missing_ok=True)
+    for name in ("proxy.sock", "staff-proxy.sock"):
+        (room.run / name).unlink(missing_ok=True)
     path = room.state / LOG
     with open(path, "ab") as log:
         begin = log.tell()
@@ -133,12 +143,13 @@ def stop(room: Classroom) -> None:
         if not wait_until(lambda: not process.alive, END, alert=False):
             os.kill(process.pid, signal.SIGKILL)
             wait_until(lambda: not process.alive, END, alert=False)
-    with contextlib.suppress(OSError, ValueError):
-        pid = int(proxy_pid(room).read_text())
-        if str(proxy()).encode() in Path(f"/proc/{pid}/cmdline").read_bytes():
-            os.kill(pid, signal.SIGKILL)
-            wait_until(lambda: not Path(f"/proc/{pid}/exe").exists(), END, alert=False)
-    proxy_pid(room).unlink(missing_ok=True)
+    for path in (proxy_pid(room), staff_proxy_pid(room)):
+        with contextlib.suppress(OSError, ValueError):
+            pid = int(path.read_text())
+            if str(proxy()).encode() in Path(f"/proc/{pid}/cmdline").read_bytes():
+                os.kill(pid, signal.SIGKILL)
+                wait_until(lambda pid=pid: not Path(f"/proc/{pid}/exe").exists(), END, alert=False)  # type: ignore[misc]
+        path.unlink(missing_ok=True)
     (room.state / RECORD).unlink(missing_ok=True)
 
 

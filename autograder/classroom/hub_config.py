@@ -3,34 +3,16 @@
 import json
 import os
 from pathlib import Path
-from typing import Any
 
-from jupyterhub.auth import PAMAuthenticator
 from traitlets.config import Config
 
-from autograder.classroom import box, hub
+from autograder.classroom import authenticators, box, hub, origins
 from autograder.classroom.plan import Classroom, as_url
 from autograder.classroom.spawner import VARIABLE, BoxSpawner
 from course.environment import prepare
 
 START, ANSWER = 60, 120  # s until a server's process is started, and until it answers
 LOOK = 5  # s between two looks at each server
-
-
-class MembersPAM(PAMAuthenticator):
-    """Passwords of the Unix users, whose names have a prefix; nobody types it."""
-
-    prefix = ""
-
-    async def authenticate(self, handler: Any, data: dict[str, str]) -> str | None:
-        """The member's name when the password is right."""
-        name = data["username"]
-        known = await super().authenticate(handler, data | {"username": self.prefix + name})
-        return name if known else None
-
-    def system_user_exists(self, user: Any) -> bool:
-        """A member's Unix user was made before the hub was started; it is called otherwise than the member."""
-        return True
 
 
 def configure(c: Config, room: Classroom) -> None:
@@ -49,7 +31,8 @@ def configure(c: Config, room: Classroom) -> None:
     c.ConfigurableHTTPProxy.command = [str(hub.node()), str(hub.proxy())]
     c.ConfigurableHTTPProxy.api_url = as_url(room.run / "proxy.sock")
     c.ConfigurableHTTPProxy.pid_file = str(hub.proxy_pid(room))
-    # All servers have one origin: a page that a student's own handlers make could act as whoever opens it.
+    # Whatever answers behind a student's address is the student's: nobody else is to be logged in at that address.
+    origins.keep_apart(c, room)
     c.Spawner.disable_user_config = True
     c.Spawner.start_timeout, c.Spawner.http_timeout = START, ANSWER
     c.Spawner.poll_interval = LOOK
@@ -60,12 +43,13 @@ def configure(c: Config, room: Classroom) -> None:
     c.Authenticator.admin_users = instructors
     c.Authenticator.allow_existing_users = False  # who has left the class stays outside
     c.Authenticator.post_auth_hook = lambda _, handler, known: known | {"admin": known["name"] in instructors}
+    authenticators.Careful.room = room
     if room.passwords == "pam":
-        MembersPAM.prefix = room.prefix
-        c.JupyterHub.authenticator_class = MembersPAM
+        c.MembersPAM.prefix = room.prefix
+        c.JupyterHub.authenticator_class = authenticators.MembersPAM
     else:
         known = json.loads((state / hub.SHARED).read_text())
-        c.JupyterHub.authenticator_class = "shared-password"
+        c.JupyterHub.authenticator_class = authenticators.SharedPassword
         c.SharedPasswordAuthenticator.user_password = known["students"]
         c.SharedPasswordAuthenticator.admin_password = known["instructors"]
 

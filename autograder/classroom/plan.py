@@ -15,6 +15,8 @@ COURSE_ID = "ros2"  # nbgrader's name for the course, as in `autograder.gradeboo
 SETTINGS = "classroom.json"
 RUN = Path("/run/ros2-classroom")  # sockets: a path in here is short enough for one, and gone after a restart
 GIB = 1 << 30
+LOCAL = "localhost"  # whose subdomains browsers look for on their own machine
+STAFF_HOST = f"instructors.{LOCAL}"
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,8 @@ class Classroom:
     passwords: str = "pam"
     prefix: str = "ros-"  # of the Unix users
     limits: Limits = Limits()
+    host: str = ""  # whose subdomains are the servers' addresses, one each; '' when they share that of the hub
+    staff_port: int = 0  # without `host`: where the instructors' own address is, on the machine itself alone
 
     @property
     def students(self) -> list[Member]:
@@ -85,7 +89,21 @@ class Classroom:
     @property
     def url(self) -> str:
         """Where a browser on this machine finds it."""
-        return f"{'https' if self.certificate else 'http'}://{self.ip or 'localhost'}:{self.port}/"
+        scheme, usual = ("https", 443) if self.certificate else ("http", 80)
+        port = "" if self.port == usual else f":{self.port}"
+        return f"{scheme}://{self.host or self.ip or LOCAL}{port}/"
+
+    @property
+    def staff_address(self) -> str:
+        """Where instructors find it when the servers share an address: as the header `Host` says it; '' otherwise.
+
+        It is a name of its own, because browsers send cookies to all ports of a name.
+        """
+        return "" if self.host else f"{STAFF_HOST}:{self.staff_port}"
+
+    def address_of(self, member: Member) -> str:
+        """The URL at which a member finds the class."""
+        return f"http://{self.staff_address}/" if member.instructor and self.staff_address else self.url
 
     def home(self, member: Member) -> Path:
         """The home folder of a member, as this machine sees it."""

@@ -12,6 +12,7 @@ from jupyterhub.singleuser.extension import JupyterHubSingleUser
 from tornado.ioloop import PeriodicCallback
 
 SOCKET = "CLASSROOM_SOCKET"  # the environment variable with its descriptor
+ALONE = "CLASSROOM_CONFIGURATION"  # the same for the only folder in which configuration is looked for, if there is one
 
 
 def every(idle: float) -> int:
@@ -34,6 +35,19 @@ class Server(ServerApp):
             PeriodicCallback(self.shutdown_no_activity, 1000 * every(self.shutdown_no_activity_timeout)).start()
 
 
+def read_configuration_only_from(folder: str) -> None:
+    """Read nbgrader's configuration there, and in no home folder, as `Spawner.disable_user_config` has Jupyter's read.
+
+    Its assignment list runs `nbgrader_config.py` of the server's folder and of the assignment's, too.
+    """
+    from nbgrader.apps import NbGrader
+
+    NbGrader.load_cwd_config = False
+    NbGrader.config_file_paths = property(lambda _: [folder])
+
+
 if __name__ == "__main__":
+    if folder := os.environ.pop(ALONE, ""):
+        read_configuration_only_from(folder)
     JupyterHubSingleUser.serverapp_class = Server  # not in a subclass: an extension is found by its class's package
     JupyterHubSingleUser.launch_instance()

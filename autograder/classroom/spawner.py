@@ -157,7 +157,7 @@ def start(room: Classroom, member: Member, env: dict[str, str]) -> tuple[subproc
             stderr=subprocess.STDOUT,
             start_new_session=True,
             pass_fds=(*contents.descriptors, listening.fileno()),
-            env=env | box.variables(member) | {serve.SOCKET: str(listening.fileno())},
+            env=env | box.variables(member) | {serve.SOCKET: str(listening.fileno())} | box.configured_by(member),
             umask=box.umask(member),
             cwd="/",
         )

@@ -14,6 +14,8 @@ from nbgrader.exchange.default.collect import ExchangeCollect
 from autograder.results import storage
 
 MOST_FILES, MOST_BYTES = 200, 100 << 20  # of one submission
+MOST_ENTRIES, DEEPEST = 2000, 20  # files and folders that are looked at, and folders in each other
+MOST_TOLD = 20  # files that were left out
 TIMESTAMP, SECRETS = "timestamp.txt", "submission_secret.txt"
 SECRET = re.compile(r"[\w-]{16,200}")
 SLOW = timedelta(minutes=10)  # that a hand-in may take, before its time is doubted
@@ -28,31 +30,65 @@ class OwnersCollect(ExchangeCollect):
     """
 
     def _path_to_record(self, path: str) -> dict[str, Any]:
-        number = os.lstat(path).st_uid
+        try:
+            number = os.lstat(path).st_uid
+        except OSError:  # it was there a moment ago
+            return {"filename": os.path.basename(path), "timestamp": NO_TIME, "username": ""}
         try:
             owner = pwd.getpwuid(number).pw_name
         except KeyError:
             owner = f"user-{number}"
         try:
             record: dict[str, Any] = super()._path_to_record(path)
-        except ValueError:  # what should be a time is none: the oldest
+        except (ValueError, OverflowError):  # what should be a time is none: the oldest
             record = {"filename": os.path.basename(path), "timestamp": NO_TIME, "username": ""}
         if owner != record["username"]:
-            self.log.warning("%s was put there by %s, and is taken for theirs", path, owner)
+            self.log.warning("%s was put there by %s, and is taken for theirs", shown(path), owner)
         return record | {"username": owner}
+
+    def init_src(self) -> None:
+        """Find what was handed in: folders, and nothing else that somebody has put there."""
+        self.check_owner = False  # which would follow a link, and stops the whole class where there is nothing behind
+        super().init_src()
+        records: list[dict[str, Any]] = self.src_records  # type: ignore[has-type]
+        newest: dict[str, dict[str, Any]] = {}
+        for record in sorted(records, key=self._in_time):  # nbgrader has several of one student when others lie between
+            path = os.path.join(self.inbound_path, record["filename"])
+            if is_folder(path):
+                newest[record["username"]] = record
+            else:
+                self.log.warning("%s was left out: it is no folder", shown(path))
+        self.src_records = list(newest.values())
+
+    def _in_time(self, record: dict[str, Any]) -> tuple[bool, Any]:
+        """What sorts hand-ins, with those after the due date first where they do not count."""
+        late = bool(self.before_duedate and self.duedate and record["timestamp"] > self.duedate)
+        return not late, record["timestamp"]
 
     def do_copy(self, src: str, dest: str, log: object = None) -> None:
         """Copy the regular files; what is too large, and what cannot be read, is left out and told."""
         Path(dest).mkdir(parents=True)
-        files, room = MOST_FILES, MOST_BYTES
-        for folder, _, names, descriptor in os.fwalk(src, follow_symlinks=False):
+        files, room, told, seen = MOST_FILES, MOST_BYTES, 0, 0
+        for folder, below, names, descriptor in os.fwalk(src, follow_symlinks=False):
+            seen += 1 + len(names)
+            if seen > MOST_ENTRIES:
+                self.log.warning("%s was left out, and what follows: there are too many files", shown(folder))
+                break
+            if folder.count(os.sep) - src.count(os.sep) >= DEEPEST:
+                self.log.warning("%s was left out: folders in each other go too deep", shown(folder))
+                below.clear()
             for name in sorted(names):
                 copy = Path(dest, os.path.relpath(folder, src), name)
                 try:
                     room -= _copy(name, descriptor, copy, room if files else 0)
                     files -= 1
                 except OSError as error:
-                    self.log.warning("%s was left out: %s", os.path.join(folder, name), error.strerror or error)
+                    told += 1
+                    if told <= MOST_TOLD:
+                        why = error.strerror or error
+                        self.log.warning("%s was left out: %s", shown(os.path.join(folder, name)), why)
+        if told > MOST_TOLD:
+            self.log.warning("%s: %d more were left out", shown(src), told - MOST_TOLD)
         self._complete(src, Path(dest))
 
     def _complete(self, src: str, copy: Path) -> None:
@@ -64,7 +100,22 @@ class OwnersCollect(ExchangeCollect):
             storage.replace(copy / SECRETS, secrets.token_hex(64).encode())
         changed = datetime.fromtimestamp(os.lstat(src).st_ctime, UTC).replace(tzinfo=None)
         if changed - claimed > SLOW:
-            self.log.warning("%s says %s, and was last changed at %s", src, claimed, changed.replace(microsecond=0))
+            self.log.warning(
+                "%s says %s, and was last changed at %s", shown(src), claimed, changed.replace(microsecond=0)
+            )
+
+
+def shown(path: str) -> str:
+    """A path as a line of a log may show it, whatever characters somebody has put into it."""
+    return path if path.isprintable() else ascii(path)
+
+
+def is_folder(path: str) -> bool:
+    """Whether there is a folder, and no link to one."""
+    try:
+        return stat.S_ISDIR(os.lstat(path).st_mode)
+    except OSError:
+        return False
 
 
 def _text(path: Path) -> str | None:
@@ -82,6 +133,8 @@ def _copy(name: str, folder: int, copy: Path, room: int) -> int:
         known = os.fstat(source.fileno())
         if not stat.S_ISREG(known.st_mode):
             raise OSError("it is no file")
+        if known.st_nlink > 1:
+            raise OSError("it has another name elsewhere, and may be somebody else's")
         if known.st_size > room:
             raise OSError("the submission is too large")
         copy.parent.mkdir(parents=True, exist_ok=True)

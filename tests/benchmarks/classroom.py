@@ -59,7 +59,7 @@ def steps() -> dict[str, str]:
 
 def work(room: Classroom, name: str, password: str, pause: float) -> Worked:
     """One student, from logging in to handing in."""
-    visitor = Visitor(room.url, name)
+    visitor = Visitor(room.address_of(room.find(name)), name)
     begin = time.monotonic()
     assert visitor.log_in(password)
     visitor.start()

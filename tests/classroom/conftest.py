@@ -1,6 +1,7 @@
 """A class on this machine, for all tests of this folder together.
 
-ada, bob and the teacher are everybody's; carol and dan hand in and are graded in the tests of the pages alone.
+ada, bob and the teacher are everybody's; carol and dan hand in and are graded in the tests of the pages alone; erin
+forgets her password.
 """
 
 import os
@@ -41,7 +42,7 @@ def up(able, tmp_path_factory):
         if around.stat().st_mode & 0o005 != 0o005 and around.is_relative_to("/tmp"):
             around.chmod(around.stat().st_mode | 0o011)
     roster = folder / "roster.csv"
-    roster.write_text(ROSTER.replace("role", "role,first_name,last_name") + "carol,,Carol,Lovelace\ndan,,,\n")
+    roster.write_text(ROSTER.replace("role", "role,first_name,last_name") + "carol,,Carol,Lovelace\ndan,,,\nerin,,,\n")
     arguments = ["up", "--roster", str(roster), "--folder", str(folder / "class"), "--passwords", "dummy"]
     arguments += ["--port", str(free_port()), "--prefix", f"t{secrets.token_hex(2)}-"]
     done = classroom(*arguments)
@@ -66,7 +67,7 @@ def come_in(room):
 
     def visit(name: str) -> Visitor:
         known = hub.shared_passwords(room)
-        visitor = Visitor(room.url, name)
+        visitor = Visitor(room.address_of(room.find(name)), name)
         assert visitor.log_in(known["instructors" if room.find(name).instructor else "students"])
         return visitor.start()
 

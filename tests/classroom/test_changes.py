@@ -23,6 +23,7 @@ from autograder.classroom.certificate import warning
 from autograder.classroom.plan import RUN, Classroom
 from course.waiting import wait_until
 from tests.browser.pages import SERVER
+from tests.classroom import theft
 from tests.classroom.conftest import ROSTER, classroom
 from tests.classroom.visitor import Kernel, Visitor
 from tests.ports import free_port
@@ -57,7 +58,7 @@ def ended(able, tmp_path_factory):
 
 
 def come_in(room: Classroom, name: str, password: str) -> Visitor:
-    visitor = Visitor(room.url, name)
+    visitor = Visitor(room.address_of(room.find(name)), name)
     visitor.session.verify = room.certificate or True
     assert visitor.log_in(password)
     return visitor.start()
@@ -144,6 +145,27 @@ def test_with_a_certificate_everything_is_encrypted(ended, certificate):
         requests.get(room.url, timeout=WAIT)
     with pytest.raises(requests.ConnectionError):
         requests.get(room.url.replace("https", "http"), timeout=WAIT)
+
+
+def test_without_names_instructors_have_an_address_that_no_students_server_shares(ended, chromium):
+    """With the certificate of the test before, on a plain address."""
+    room = Classroom.load(ended[0].folder)
+    assert room.staff_address and room.address_of(room.find("teacher")) == f"http://{room.staff_address}/"
+    students, instructors = (hub.shared_passwords(room)[who] for who in ("students", "instructors"))
+    there = Visitor(room.url, "teacher")
+    there.session.verify = room.certificate
+    assert not there.log_in(instructors) and f"You come in at http://{room.staff_address}/" in there.answer.text
+    assert not Visitor(f"http://{room.staff_address}/", "bob").log_in(students)
+    bob = come_in(room, "bob", students)
+    teacher = come_in(room, "teacher", instructors)
+    assert teacher.call("GET", "api/status").ok
+    assert "theirs" not in teacher.session.get(f"{teacher.hub}user/bob/api/status").text
+    assert not teacher.session.get(f"{teacher.hub}user/bob/api/status").ok, "bob's server is behind the same address"
+    theirs, same = theft.steal(chromium, room, bob, instructors)
+    assert any('"token":' in text and "stolen" in text for text in same), "what a page of the hub's own could do"
+    assert theft.loot(theirs) == []
+    said = classroom("status", *ended[2]).stdout
+    assert f"instructors come in at http://{room.staff_address}/ alone" in said
 
 
 def test_a_wrong_certificate_is_told_in_a_line(ended, certificate, tmp_path):

@@ -1,16 +1,42 @@
 """Somebody in a browser, without the browser: logs in at the hub, starts a server, opens notebooks, runs cells."""
 
 import json
+import socket
 import time
 import uuid
 from dataclasses import dataclass, field
+from http.cookiejar import Cookie, DefaultCookiePolicy
 from typing import Any, Self
+from urllib.parse import urlsplit
+from urllib.request import Request
 
 import requests
 import websocket
 
 SPAWNED = 180.0  # s until a server answers
 RUN = 180.0  # s until a cell has run
+
+
+LOCAL = ".localhost"  # the end of names that browsers look for on their own machine; the C library asks for them
+_look_up = socket.getaddrinfo
+
+
+def _look_up_as_browsers_do(host: Any, *arguments: Any, **options: Any) -> Any:
+    local = isinstance(host, str) and host.endswith(LOCAL)
+    return _look_up("127.0.0.1" if local else host, *arguments, **options)
+
+
+socket.getaddrinfo = _look_up_as_browsers_do
+
+
+class AsBrowsersDo(DefaultCookiePolicy):
+    """Takes a cookie of `localhost` as that of this host alone; for Python's own it is of a whole top-level domain."""
+
+    def set_ok_domain(self, cookie: Cookie, request: Request) -> bool:
+        """Whether a cookie may be set."""
+        if cookie.domain == LOCAL == f".{urlsplit(request.get_full_url()).hostname}":
+            cookie.domain, cookie.domain_specified = "localhost.local", False
+        return super().set_ok_domain(cookie, request)
 
 
 @dataclass
@@ -29,17 +55,19 @@ class Visitor:
     hub: str  # its URL, with / at its end
     name: str
     session: requests.Session = field(default_factory=requests.Session)
+    answer: requests.Response | None = None  # to the last try to log in
 
     def __post_init__(self) -> None:
         """What the environment says of proxies and certificates is not for this machine's own pages."""
         self.session.trust_env = False
+        self.session.cookies.set_policy(AsBrowsersDo())
 
     def log_in(self, password: str) -> bool:
         """Log in as a browser does; whether the hub has accepted it."""
         self.session.get(f"{self.hub}hub/login").raise_for_status()
         data = {"username": self.name, "password": password, "_xsrf": self.session.cookies.get("_xsrf", path="/hub/")}
-        answer = self.session.post(f"{self.hub}hub/login", params={"next": "/hub/home"}, data=data)
-        return answer.url.endswith("/hub/home")
+        self.answer = self.session.post(f"{self.hub}hub/login", params={"next": "/hub/home"}, data=data)
+        return self.answer.url.endswith("/hub/home")
 
     def start(self) -> Self:
         """Start the server, and wait until it answers."""
@@ -61,8 +89,9 @@ class Visitor:
 
     @property
     def base(self) -> str:
-        """Where the own server is."""
-        return f"{self.hub}user/{self.name}/"
+        """Where the own server is: on `localhost`, each has an address of its own."""
+        local = self.hub.replace("://localhost:", f"://{self.name}{LOCAL}:")
+        return f"{local}user/{self.name}/"
 
     def call(self, method: str, path: str, **options: Any) -> requests.Response:
         """Ask the own server; any of its answers is returned."""
@@ -80,7 +109,8 @@ class Visitor:
         return Kernel(self, model["id"])
 
     def _headers(self, path: str) -> dict[str, str]:
-        return {"X-XSRFToken": self.session.cookies.get("_xsrf", path=path) or "", "Referer": self.hub}
+        referer = self.hub if path == "/hub/" else self.base
+        return {"X-XSRFToken": self.session.cookies.get("_xsrf", path=path) or "", "Referer": referer}
 
 
 class Kernel:
@@ -101,7 +131,7 @@ class Kernel:
             f"{url}?_xsrf={xsrf}",
             timeout=RUN,
             cookie="; ".join(f"{name}={value}" for name, value in cookies.items()),
-            origin=visitor.hub.rstrip("/"),
+            origin="{0.scheme}://{0.netloc}".format(urlsplit(visitor.base)),
             sslopt={"ca_certs": visitor.session.verify} if isinstance(visitor.session.verify, str) else {},
         )
 

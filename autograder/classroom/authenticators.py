@@ -1,0 +1,85 @@
+"""Who may come in at the hub: with the right password, after not too many wrong ones, and at their own address."""
+
+import contextlib
+import secrets
+from typing import Any
+
+from jupyterhub.auth import Authenticator, PAMAuthenticator
+from jupyterhub.authenticators.shared import SharedPasswordAuthenticator
+from tornado.web import HTTPError
+from traitlets import Unicode
+
+from autograder.classroom import attempts, origins
+from autograder.classroom.plan import Classroom
+
+KNOWN = "classroom-known"  # the cookie of a browser in which somebody has logged in
+DAYS = 200
+
+
+class Careful(Authenticator):
+    """Counts wrong passwords, and sends instructors to their own address; `check` tries a password."""
+
+    room: Classroom
+
+    def __init__(self, **kwargs: Any):
+        super().__init__(**kwargs)
+        self._attempts = attempts.Attempts()
+
+    async def authenticate(self, handler: Any, data: dict[str, str]) -> str | None:
+        """The member's name when the password is right; raises HTTPError when it is not even tried."""
+        name = self.normalize_username(data.get("username", ""))
+        try:
+            member = self.room.find(name)
+        except KeyError:
+            return None
+        if not origins.belongs(self.room, member.instructor, handler.request.host):
+            raise HTTPError(403, f"You come in at {self.room.address_of(member)}")
+        browser = _browser(handler, name)
+        self._attempts.forget_before(name, attempts.unlocked(self.room, name))
+        if wait := self._attempts.begin(name, browser or handler.request.remote_ip, bool(browser)):
+            raise HTTPError(429, f"Too many wrong passwords: try again in {wait:.0f} s, or ask your instructor.")
+        if not await self.check(handler, data):
+            return None
+        self._attempts.succeeded(name, browser or handler.request.remote_ip)
+        if not browser:
+            options = {"httponly": True, "samesite": "Lax", "secure": bool(self.room.certificate), "path": "/hub/"}
+            value = f"{name}:{secrets.token_hex(16)}"
+            handler.set_secure_cookie(KNOWN, value, expires_days=DAYS, **options)
+        return name
+
+    async def check(self, handler: Any, data: dict[str, str]) -> bool:
+        """Whether the password is right."""
+        raise NotImplementedError
+
+
+class MembersPAM(Careful, PAMAuthenticator):
+    """Passwords of the Unix users, whose names have a prefix; nobody types it."""
+
+    prefix = Unicode().tag(config=True)
+
+    async def check(self, handler: Any, data: dict[str, str]) -> bool:
+        """Whether PAM knows the password."""
+        return bool(
+            await PAMAuthenticator.authenticate(self, handler, data | {"username": self.prefix + data["username"]})
+        )
+
+    def system_user_exists(self, user: Any) -> bool:
+        """A member's Unix user was made before the hub was started; it is called otherwise than the member."""
+        return True
+
+
+class SharedPassword(Careful, SharedPasswordAuthenticator):
+    """One password for all students, and one for the instructors."""
+
+    async def check(self, handler: Any, data: dict[str, str]) -> bool:
+        """Whether it is theirs."""
+        return bool(await SharedPasswordAuthenticator.authenticate(self, handler, data))
+
+
+def _browser(handler: Any, name: str) -> str:
+    """What tells a browser in which somebody has logged in before; '' for another one."""
+    with contextlib.suppress(ValueError):
+        found = (handler.get_secure_cookie(KNOWN, max_age_days=DAYS) or b"").decode()
+        if found.startswith(f"{name}:"):
+            return found
+    return ""

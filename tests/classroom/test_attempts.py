@@ -1,0 +1,88 @@
+"""Wrong passwords: some at once, then ever more slowly; nobody keeps another one out for long."""
+
+import pytest
+
+from autograder.classroom import attempts, hub
+from autograder.classroom.attempts import EVERYWHERE, FREE, FREE_TOGETHER, LONGEST, MOST, Attempts
+from tests.classroom.conftest import classroom
+from tests.classroom.visitor import Visitor
+
+
+@pytest.fixture
+def clock():
+    return [1000.0]
+
+
+@pytest.fixture
+def tried(clock):
+    return Attempts(lambda: clock[0])
+
+
+def test_after_some_wrong_ones_each_takes_longer_up_to_a_limit(tried, clock):
+    assert [tried.begin("ada", "lab", False) for _ in range(FREE)] == [0.0] * FREE
+    waits = []
+    for _ in range(8):
+        waits.append(tried.begin("ada", "lab", False))
+        clock[0] += waits[-1]
+        assert tried.begin("ada", "lab", False) == 0.0
+    assert waits == [10, 20, 40, 80, 160, LONGEST, LONGEST, LONGEST]
+
+
+def test_many_at_the_same_time_are_no_more_than_one_after_the_other(tried):
+    """None has ended when the next one begins."""
+    assert sum(tried.begin("ada", "lab", False) == 0.0 for _ in range(100)) == FREE
+
+
+def test_the_right_one_ends_it(tried):
+    for _ in range(FREE):
+        tried.begin("ada", "lab", False)
+        tried.succeeded("ada", "lab")
+    assert tried.begin("ada", "lab", False) == 0.0
+
+
+def test_who_guesses_keeps_the_owner_out_nowhere_else(tried):
+    for _ in range(FREE + 1):
+        tried.begin("ada", "of eve", False)
+    assert tried.begin("ada", "of eve", False) > 0
+    assert tried.begin("ada", "lab", False) == tried.begin("bob", "of eve", False) == 0.0
+
+
+def test_many_places_are_counted_together_and_a_known_browser_is_not_kept_out(tried):
+    assert not any(tried.begin("ada", f"{number}", False) for number in range(FREE_TOGETHER))
+    assert tried.begin("ada", "one more", False) > 0
+    assert tried.begin("ada", "ada:browser", True) == 0.0
+
+
+def test_a_known_browser_waits_too(tried):
+    assert sum(tried.begin("ada", "ada:browser", True) == 0.0 for _ in range(100)) == FREE
+
+
+def test_counts_are_forgotten_and_bounded(tried, clock):
+    for number in range(MOST + 10):
+        tried.begin("ada", f"{number}", True)
+    assert len(tried._counts) <= MOST
+    tried.forget_before("ada", clock[0])
+    assert not tried._counts and EVERYWHERE == ""
+
+
+def test_twelve_wrong_ones_lock_and_an_instructor_unlocks(room):
+    right = hub.shared_passwords(room)["students"]
+    visitor = Visitor(room.url, "erin")
+    assert not any(visitor.log_in("guessed") for _ in range(12))
+    assert not visitor.log_in(right)
+    assert visitor.answer.status_code == 429 and "Too many wrong passwords: try again in " in visitor.answer.text
+    assert Visitor(room.url, "carol").log_in(right), "another one is kept out"
+    done = classroom("unlock", "erin", "--folder", str(room.folder))
+    assert done.returncode == 0 and done.stdout == "erin may try again.\n"
+    assert visitor.log_in(right)
+    later = Visitor(room.url, "erin")
+    assert not any(later.log_in("guessed") for _ in range(12))
+    assert not later.log_in(right)
+    visitor.session.get(f"{room.url}hub/logout").raise_for_status()
+    assert visitor.log_in(right), "a browser in which erin has been is kept out"
+    attempts.unlock(room, "erin")
+
+
+def test_nobody_else_can_be_unlocked(room):
+    done = classroom("unlock", "eve", "--folder", str(room.folder))
+    assert done.returncode == 2 and done.stderr == "classroom: eve is not in the class\n"

@@ -1,0 +1,117 @@
+"""What anybody of a class may lay into the exchange stops nobody's hand-in from being collected."""
+
+import os
+import resource
+
+import pytest
+from nbgrader.auth import Authenticator
+from nbgrader.coursedir import CourseDirectory
+from traitlets.config import Config
+
+from autograder.gradebook import exchange
+from autograder.gradebook.exchange import MOST_ENTRIES, OwnersCollect
+from course.environment import prepare
+
+ADA, EVE = 61001, 61002  # users that this machine does not have
+TIME = "2026-01-0{} 10:00:00.000000 UTC"
+
+
+@pytest.fixture
+def inbound(tmp_path):
+    if os.geteuid() != 0:
+        pytest.skip("hand-ins of several users take root")
+    folder = tmp_path / "exchange" / "ros2" / "inbound"
+    folder.mkdir(parents=True)
+    return folder
+
+
+@pytest.fixture
+def collect(tmp_path, inbound):
+    """Collects, and returns what came of whom, as text by path; and what was said."""
+
+    def run():
+        prepare()
+        config = Config()
+        config.Exchange.root = str(tmp_path / "exchange")
+        config.CourseDirectory.course_id, config.CourseDirectory.assignment_id = "ros2", "calculator"
+        config.CourseDirectory.root = str(tmp_path / "course")
+        (tmp_path / "course").mkdir(exist_ok=True)
+        own = CourseDirectory(config=config)
+        collecting = OwnersCollect(coursedir=own, authenticator=Authenticator(config=config), config=config)
+        collecting.start()
+        submitted = tmp_path / "course" / "submitted"
+        return {
+            str(path.relative_to(submitted)).replace("/calculator/", ": "): path.read_bytes()
+            for path in submitted.rglob("*")
+            if path.is_file() and path.name not in (exchange.TIMESTAMP, exchange.SECRETS)
+        }
+
+    return run
+
+
+def hand_in(inbound, uid, name, **files):
+    folder = inbound / name
+    folder.mkdir()
+    for file, text in files.items():
+        (folder / f"{file}.py").write_text(text)
+        os.chown(folder / f"{file}.py", uid, uid)
+    os.chown(folder, uid, uid)
+    return folder
+
+
+def test_links_and_pipes_in_place_of_a_folder_and_times_that_are_none(inbound, collect, tmp_path):
+    secret = tmp_path / "secret"
+    secret.mkdir()
+    (secret / "a.py").write_text("root's")
+    hand_in(inbound, ADA, f"ada+calculator+{TIME.format(1)}+x", a="ada's")
+    (inbound / f"eve+calculator+{TIME.format(2)}+gone").symlink_to("nowhere")
+    (inbound / f"eve+calculator+{TIME.format(2)}+link").symlink_to(secret)
+    os.mkfifo(inbound / f"eve+calculator+{TIME.format(2)}+pipe")
+    for time in ("9999-12-31 23:59:59 -12:00", "99999999999999999999", "", "\udcff", "never\nFAILED"):
+        hand_in(inbound, EVE, f"eve\n+calculator+{time}+x", b="eve's")
+    found = collect()
+    assert found[f"user-{ADA}: a.py"] == b"ada's"
+    assert {name for name in found if str(EVE) in name} == {f"user-{EVE}: b.py"} and b"root's" not in found.values()
+
+
+def test_the_last_hand_in_counts_whatever_lies_between(inbound, collect, monkeypatch):
+    for day in (1, 3, 2):
+        hand_in(inbound, ADA, f"ada+calculator+{TIME.format(day)}+x{day}", a=f"day {day}")
+        hand_in(inbound, EVE, f"eve+calculator+{TIME.format(day)}+x{day}", a=f"day {day}")
+    names = [f"{who}+calculator+{TIME.format(day)}+x{day}" for day in (1, 3, 2) for who in ("ada", "eve")]
+    monkeypatch.setattr("glob.glob", lambda _: [str(inbound / name) for name in names])
+    assert collect() == {f"user-{ADA}: a.py": b"day 3", f"user-{EVE}: a.py": b"day 3"}
+
+
+def test_hard_links_pipes_and_huge_files_in_a_folder(inbound, collect, tmp_path):
+    secret = tmp_path / "secret"
+    secret.write_text("root's")
+    folder = hand_in(inbound, EVE, f"eve+calculator+{TIME.format(1)}+x", a="eve's")
+    os.link(secret, folder / "hard.py")
+    (folder / "soft.py").symlink_to(secret)
+    os.mkfifo(folder / "pipe.py")
+    with open(folder / "huge.py", "wb") as huge:
+        huge.truncate(1 << 40)
+    (folder / "line\nbreak.py").write_text("eve's")
+    assert collect() == {f"user-{EVE}: a.py": b"eve's", f"user-{EVE}: line\nbreak.py": b"eve's"}
+
+
+def test_folders_too_deep_and_files_too_many(inbound, collect):
+    hand_in(inbound, ADA, f"ada+calculator+{TIME.format(1)}+x", a="ada's")
+    deep = hand_in(inbound, EVE, f"eve+calculator+{TIME.format(1)}+x", a="eve's")
+    many = hand_in(inbound, EVE + 1, f"mallory+calculator+{TIME.format(1)}+x", a="mallory's")
+    (many / "b").mkdir()
+    for number in range(MOST_ENTRIES + 1):
+        (many / "b" / f"{number}").touch()
+    here = os.open(".", os.O_RDONLY)
+    try:
+        os.chdir(deep)
+        for _ in range(min(1500, resource.getrlimit(resource.RLIMIT_NOFILE)[0] * 2)):
+            os.mkdir("d")
+            os.chdir("d")
+    finally:
+        os.fchdir(here)
+        os.close(here)
+    assert collect() == {
+        f"user-{who}: a.py": f"{name}'s".encode() for who, name in ((ADA, "ada"), (EVE, "eve"), (EVE + 1, "mallory"))
+    }

@@ -1,0 +1,44 @@
+"""A student's server is the student's: a page of it gets nothing from the instructor who opens it."""
+
+from autograder.classroom import hub
+from tests.classroom import theft
+from tests.classroom.conftest import classroom
+from tests.classroom.visitor import Visitor
+
+
+def test_a_students_page_gets_nothing_of_an_instructor(chromium, room, ada):
+    password = hub.shared_passwords(room)["instructors"]
+    theirs, same = theft.steal(chromium, room, ada, password)
+    assert any('"token":' in text and "stolen" in text for text in same), "what a page of the hub's own could do"
+    assert theft.loot(theirs) == []
+
+
+def test_up_and_status_say_what_keeps_servers_apart(room):
+    said = classroom("status", "--folder", str(room.folder)).stdout
+    assert "Each server has an address of its own, NAME.localhost: no page of a student's acts as who opens it." in said
+
+
+def test_nobody_is_logged_in_at_a_students_address(room, ada):
+    there = Visitor(ada.base.partition("user/")[0], "ada")
+    assert not there.log_in(hub.shared_passwords(room)["students"])
+    assert f"You come in at {room.url}" in there.answer.text
+
+
+def test_a_server_runs_no_configuration_of_nbgraders_from_the_home_folder(ada, kernel):
+    """Its assignment list asks for it in the server's folder, which is the one of the assignments, too."""
+    live = kernel(ada)
+    put = """
+import os
+for folder in ("/home/ada/notebooks", "/home/ada/.jupyter"):
+    os.makedirs(folder, exist_ok=True)
+    with open(f"{folder}/nbgrader_config.py", "w") as file:
+        file.write("open('/home/ada/ran', 'w')")
+"""
+    assert live.run(put).error == ""
+    try:
+        for path in ("assignments", "assignments?course_id=ros2", "courses"):
+            answer = ada.call("GET", path)
+            assert answer.ok and answer.json()["success"], answer.text
+        assert live.run("import os; print(os.path.exists('/home/ada/ran'))").text == "False\n"
+    finally:
+        live.run("import os\nfor f in ('notebooks', '.jupyter'): os.remove(f'/home/ada/{f}/nbgrader_config.py')")
