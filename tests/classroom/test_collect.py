@@ -2,6 +2,7 @@
 
 import os
 import resource
+import subprocess
 
 import pytest
 from nbgrader.auth import Authenticator
@@ -22,7 +23,8 @@ def inbound(tmp_path):
         pytest.skip("hand-ins of several users take root")
     folder = tmp_path / "exchange" / "ros2" / "inbound"
     folder.mkdir(parents=True)
-    return folder
+    yield folder
+    subprocess.run(["rm", "-rf", folder], check=True)  # pytest's own way does not go deep enough
 
 
 @pytest.fixture
