@@ -1,8 +1,11 @@
 """What cells, nodes and other programs send is drawn from what passed; nothing of that is left when nobody looks."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from course.lab.kernel.exchange import Exchange
+from course.lab.kernel.passing import Passing
 from tests.kernels import Kernel
 from tests.lab.client import Client, page_of
 from tests.lab.test_inspector import SERVERS
@@ -198,6 +201,19 @@ def test_a_goal_of_another_program_is_drawn_from_status_and_feedback(kernel, pag
     assert len(feedback) == 4 and feedback[-1].endswith("- 5")
     assert "not seen there" in exchange["about"]
     assert exchange["type"] == "example_interfaces/action/Fibonacci"
+
+
+def test_a_client_is_known_before_its_node_on_a_busy_machine():
+    """Seen with rmw_fastrtps 8.4: the middleware calls its node _NODE_NAME_UNKNOWN_ until it hears of it."""
+    unknown = SimpleNamespace(
+        endpoint_gid=bytes(16), node_name="_NODE_NAME_UNKNOWN_", node_namespace="_NODE_NAMESPACE_UNKNOWN_"
+    )
+    node = SimpleNamespace(
+        get_subscriptions_info_by_topic=lambda topic, no_mangle: [unknown], get_topic_names_and_types=list
+    )
+    passing = Passing.__new__(Passing)
+    passing.live, passing._own = SimpleNamespace(node=node), set()
+    assert passing._outside("/fibonacci").by == "another program"
 
 
 def test_an_answer_that_can_no_more_come_is_told(kernel, page):

@@ -10,7 +10,7 @@ results travel in services, which nobody else hears.
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +21,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.subscription import Subscription
 from rclpy.task import Future
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 from service_msgs.msg import ServiceEventInfo
 
 from course.lab.kernel.exchange import LARGEST, Exchange, keep, summaries
@@ -139,12 +140,7 @@ class Passing:
         """The node whose client has sent a request, by what the middleware calls the client."""
         if self._callers.get(client, OTHER) == OTHER:
             infos = self.live.node.get_subscriptions_info_by_topic(f"rr{service}Reply", no_mangle=True)
-            names = [
-                f"{each.node_namespace.rstrip('/')}/{each.node_name}"
-                for each in infos
-                if bytes(each.endpoint_gid) == client and "UNKNOWN" not in each.node_name
-            ]
-            self._callers[client] = _said(names)
+            self._callers[client] = _said(_names(each for each in infos if bytes(each.endpoint_gid) == client))
         return self._callers[client]
 
     def _read(self, at: float, name: str, end: str, kind: type, message: bytes, long: int) -> None:
@@ -220,10 +216,9 @@ class Passing:
         """An exchange for a goal of another program, from its client if there is but one."""
         node = self.live.node
         infos = node.get_subscriptions_info_by_topic(f"rr{name}/_action/send_goalReply", no_mangle=True)
-        others = [each for each in infos if bytes(each.endpoint_gid[:12]) not in self._own]
-        names = {f"{each.node_namespace.rstrip('/')}/{each.node_name}" for each in others}
+        names = _names(each for each in infos if bytes(each.endpoint_gid[:12]) not in self._own)
         kinds = dict(node.get_topic_names_and_types()).get(f"{name}{FEEDBACK}", [""])
-        by = _said(list(names) if len(names) == 1 else [])
+        by = _said(names if len(names) == 1 else [])
         return keep(Exchange("action", name, kinds[0].removesuffix("_FeedbackMessage"), by, OF_AN_ACTION))
 
     def _look_after_servers(self) -> None:
@@ -335,6 +330,16 @@ def _here() -> str:
     if thread is threading.main_thread():
         return "a cell"
     return f"/{thread.name.removeprefix('spin ')}" if thread.name.startswith("spin ") else "a node of this kernel"
+
+
+def _names(ends: Iterable[TopicEndpointInfo]) -> list[str]:
+    """Return the full names of the nodes that have these ends of a topic.
+
+    The middleware may know an end before it knows its node: such a node has no name yet.
+    """
+    return sorted(
+        {f"{each.node_namespace.rstrip('/')}/{each.node_name}" for each in ends if "UNKNOWN" not in each.node_name}
+    )
 
 
 def _said(names: list[str]) -> str:
