@@ -1,4 +1,4 @@
-"""What a student imports: a live ROS 2 session in the notebook's kernel, and the chapter's nodes, agent and figures."""
+"""The students' interface: a live ROS 2 session in the notebook's kernel, and a chapter's nodes, agent, figures."""
 
 import sys
 from typing import TYPE_CHECKING
@@ -56,7 +56,7 @@ def feedback(cell: str = "") -> "Shown":
 
 
 def progress() -> "Progress":
-    """What the public checks of all sections said when their notebooks were last saved, and the points of each part."""
+    """Return the results of all sections' public checks when the notebooks were last saved, with the points."""
     from course.notebook.progress import progress as read
 
     return read()

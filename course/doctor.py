@@ -35,7 +35,7 @@ def interpreter() -> str:
 
 
 def client_library() -> str:
-    """Where rclpy comes from."""
+    """Return the source of rclpy."""
     import rclpy
 
     from course import environment
@@ -44,7 +44,7 @@ def client_library() -> str:
 
 
 def middleware() -> str:
-    """Which middleware rclpy uses."""
+    """Return the name of the middleware that rclpy uses."""
     from rclpy.utilities import get_rmw_implementation_identifier
 
     return get_rmw_implementation_identifier()
@@ -61,7 +61,7 @@ def interfaces() -> str:
 
 
 def build() -> str:
-    """Whether a student's definition can be compiled."""
+    """Check that a student's definition can be compiled."""
     from course.interfaces import build as build_interface
 
     with tempfile.TemporaryDirectory() as cache:
@@ -70,7 +70,7 @@ def build() -> str:
 
 
 def round_trip() -> str:
-    """Whether a service call gets its answer."""
+    """Check that a service call gets its response."""
     from example_interfaces.srv import AddTwoInts
     from rclpy.node import Node
 
@@ -97,7 +97,7 @@ def round_trip() -> str:
 
 
 def kernel() -> str:
-    """Whether a notebook's kernel starts and holds a live session."""
+    """Check that a notebook's kernel starts and holds a live session."""
     from jupyter_client.manager import start_new_kernel
 
     manager, client = start_new_kernel(kernel_name="python3", startup_timeout=30, stderr=subprocess.DEVNULL)
@@ -120,7 +120,7 @@ def bubblewrap() -> str:
 
 
 def namespaces() -> str:
-    """Whether this user may make the namespaces that confine a program."""
+    """Check that this user may make the namespaces that confine a program."""
     command = ["unshare", "-n"] if os.getuid() == 0 else ["unshare", "-Urn"]
     inner = (
         "ip link set lo up && bwrap --ro-bind / / --dev /dev --proc /proc --unshare-user --unshare-pid "

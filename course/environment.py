@@ -1,4 +1,4 @@
-"""What a ROS 2 process needs in its environment, whether ROS 2 comes from the wheels or from a sourced installation."""
+"""The environment variables of a ROS 2 process, with ROS 2 from the wheels or from a sourced installation."""
 
 import os
 import sys
@@ -10,7 +10,7 @@ TOOLCHAIN = Path(__file__).parent / "interfaces" / "toolchain.cmake"
 
 
 def sourced() -> bool:
-    """Whether a ROS 2 installation, other than this environment's wheels, was sourced before this interpreter started.
+    """Return True if a ROS 2 installation, not this environment's wheels, was sourced before this interpreter started.
 
     The course's own shell names a distribution, too (`workspace_variables`); a workspace has no client library.
     """
@@ -25,7 +25,7 @@ def foreign_distribution() -> str:
 
 
 def workspace_variables() -> dict[str, str]:
-    """What a shell needs besides `prepare` for `colcon build` and CMake to work as they do on a robot, without options.
+    """Return the variables, besides those of `prepare`, for `colcon build` and CMake to work as they do on a robot.
 
     With a sourced ROS 2 that is nothing.  With the wheels: where the packages are, as a sourced ROS 2 would say, and a
     file that adapts CMake to the wheels (`interfaces/toolchain.cmake`).  CMake finds this interpreter by VIRTUAL_ENV,
@@ -46,7 +46,7 @@ def workspace_variables() -> dict[str, str]:
 
 
 def session_variables(domain: int) -> dict[str, str]:
-    """What the processes of a session and of its terminals share: the ROS domain, how to discover, speak and log.
+    """Return the variables that a session and its terminals share: the ROS domain, how to discover, speak and log.
 
     Fast DDS's shared memory may be read by all users of a machine, keeps the segments of processes that were killed,
     and its error messages would reach the cells.  It is left out where the range is not LOCALHOST: for that one

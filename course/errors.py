@@ -18,7 +18,7 @@ class CourseError(RuntimeError):
     """Something that the reader can put right; a notebook shows its message, without a traceback."""
 
     def _render_traceback_(self) -> list[str]:
-        """What IPython shows of it."""
+        """Return the lines that IPython shows of the error."""
         return [f"{type(self).__name__}: {self}"]
 
 
@@ -59,4 +59,4 @@ class HandInError(CourseError):
 
 
 class FeedbackError(CourseError):
-    """What came back is no feedback that can be shown; the message says why."""
+    """The file cannot be shown as feedback; the message says why."""

@@ -39,7 +39,7 @@ PACKAGES = ("ros2-course", "ros-jazzy-rclpy", "nbgrader")
 
 @dataclass(frozen=True)
 class HandIn:
-    """What lies in an exercise's folder."""
+    """The contents of an exercise's folder."""
 
     assignment: str
     cells: list[cells.Cell]
@@ -49,7 +49,7 @@ class HandIn:
 
 @dataclass(frozen=True)
 class HandedIn:
-    """What was handed in."""
+    """A submission that was handed in."""
 
     archive: Path
     files: list[str]
@@ -58,24 +58,24 @@ class HandedIn:
 
     @property
     def summary(self) -> str:
-        """How many of the checks have passed, or why they could not be run; '' when nobody asked for them."""
+        """Return how many checks have passed, or why they could not be run; '' when they were not requested."""
         passed = sum(outcome == cells.PASSED for outcome in self.checks.values())
         return f"{passed} of {len(self.checks)} public checks passed." if self.checks else self.unchecked
 
 
 def kept() -> str:
-    """What the student is told about an archive that was written."""
+    """Return the message to the student about an archive that was written."""
     sent = "It is in the exchange of your class. " if known() else ""
     return f"{sent}Keep the archive: it is your receipt. You can hand in again; the newest counts."
 
 
 def student() -> str:
-    """What the student is called on the course: $COURSE_STUDENT, or the login name."""
+    """Return the student's name on the course: $COURSE_STUDENT, or the login name."""
     return os.environ.get("COURSE_STUDENT") or getuser()
 
 
 def known() -> bool:
-    """Whether the student has logged in where the class works, so that there is no name to ask for."""
+    """Return True if the student is logged in where the class works, so that no name has to be asked for."""
     return bool(os.environ.get(EXCHANGE))
 
 
@@ -141,7 +141,7 @@ def deliver(
 
 
 def read(folder: Path) -> HandIn:
-    """What is to be handed in from `folder`, as saved; raises HandInError."""
+    """Return what is to be handed in from `folder`, as saved; raises HandInError."""
     found = {}
     for path in sorted(folder.glob("*.ipynb")):
         try:
@@ -212,7 +212,7 @@ def submit(found: HandIn, archive: Path) -> None:
 
 
 def receipt(found: HandIn, name: str, checks: dict[str, str], now: datetime) -> dict[str, Any]:
-    """What the archive says of itself: who, what and when, each file's size and digest, checks, doubts and versions."""
+    """Return the archive's description: who, what and when, each file's size and digest, checks, doubts, versions."""
     return {
         "format": FORMAT,
         "student": name,

@@ -64,7 +64,7 @@ def _lock_action_clients(action_client: type) -> None:
 
 
 def is_initialized(node: Node) -> bool:
-    """Whether `Node.__init__` has made the node behind a Node object.  Seen in 7.1.6: nothing public tells."""
+    """Return True if `Node.__init__` has made the node behind a Node object.  Seen in 7.1.6: nothing public tells."""
     return hasattr(node, "_Node__node")
 
 
@@ -92,7 +92,7 @@ def end_thread_pool(executor: MultiThreadedExecutor) -> Iterable[threading.Threa
 
 
 def is_shut_down(executor: Executor) -> bool:
-    """Whether `executor.shutdown` was called.  Seen in 7.1.6: nothing public tells."""
+    """Return True if `executor.shutdown` was called.  Seen in 7.1.6: nothing public tells."""
     return executor._is_shutdown
 
 
@@ -221,7 +221,7 @@ _threads = threading.local()
 
 @contextlib.contextmanager
 def unwatched() -> Iterator[None]:
-    """What this thread sends in the block is the course's own business: a `ClientWatcher` is not told of it."""
+    """Hide what this thread sends in the block from every `ClientWatcher`: it is the course's own."""
     before = getattr(_threads, "unwatched", False)
     _threads.unwatched = True
     try:

@@ -152,7 +152,7 @@ class GoalRecorder(Recorder):
         self.add(event=event, message=message, sequence=lists[0] if lists else None)
 
     def count(self, event: str) -> int:
-        """How often `event` has been seen."""
+        """Return how often `event` has been seen."""
         return self.table()["event"].count(event)
 
     def wait_feedback(self, count: int, timeout: float = 10.0) -> bool:
@@ -185,7 +185,7 @@ class GoalRecorder(Recorder):
         return next((value for event, value in rows if event in self.END), None)
 
     def time_of(self, event: str) -> float | None:
-        """When `event` was first seen (s since the recorder was made); None when it was not."""
+        """Return when `event` was first seen (s since the recorder was made), or None if it was not."""
         table = self.table()
         return next((time for time, each in zip(table["time"], table["event"], strict=True) if each == event), None)
 

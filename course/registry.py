@@ -1,4 +1,4 @@
-"""Which live sessions run on this machine: each keeps a small file up to date, which other processes read.
+"""The registry of live sessions on this machine: each keeps a small file up to date, which other processes read.
 
 The file tells the session's process, ROS domain, folder and nodes, and how nodes came to their ends.  It is in a folder
 that only its user may enter, and says nothing once its process has ended.
@@ -172,7 +172,7 @@ def alive(pid: int, born: int) -> bool:
 
 
 def birth(pid: int) -> int:
-    """When a process was started, in clock ticks since the machine was (proc(5), `starttime`); 0 if it does not run.
+    """Return when a process started, in clock ticks since boot (proc(5), `starttime`); 0 if it does not run.
 
     A zombie does not run.  It may stay for good: in a container, the first process often waits for nobody.
     """

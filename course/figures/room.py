@@ -97,7 +97,7 @@ def _strip(axes: Axes, stamps: Floats, decided: list[str], lanes: Mapping[str, s
 
 
 def _motions(path: Floats) -> list[str]:
-    """How the robot moved from each point of the path to the next."""
+    """Describe how the robot moved from each point of the path to the next."""
     moved = np.any(path[1:, 1:3] != path[:-1, 1:3], axis=1)
     turned = wrap(np.diff(path[:, 3])) / np.maximum(np.diff(path[:, 0]), 1e-9)
     sides = np.where(turned > STRAIGHT, "to the left", "to the right")

@@ -41,7 +41,7 @@ exec {python} -P -m course.nodes.{node} "$@"
 
 
 def provided_elsewhere(package: str) -> bool:
-    """Whether a ROS 2 prefix other than this interpreter's has the package."""
+    """Return True if a ROS 2 prefix other than this interpreter's has the package."""
     prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
     return any(
         (Path(prefix) / "share" / package / "package.xml").exists()

@@ -31,7 +31,7 @@ class Kept:
 
 
 def record_file(folder: Path) -> Path:
-    """Where the packages of `folder` are remembered."""
+    """Return the path of the file that records the packages of `folder`."""
     return folder / RECORD
 
 

@@ -1,4 +1,4 @@
-"""What JupyterLab shows beside a notebook: panels on the live session, and the hand-in button.
+"""The course's additions to JupyterLab: panels on the live session, and the hand-in button.
 
 `kernel` runs in the notebook's kernel, `server` in the Jupyter server, and `ui` in the browser.  A page speaks with a
 kernel through the server, by `protocol`, while a cell runs too.

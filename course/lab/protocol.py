@@ -1,4 +1,4 @@
-"""What a page and a kernel say to each other: lines of JSON, through a Unix socket that the Jupyter server relays.
+"""The protocol between a page and a kernel: lines of JSON, through a Unix socket that the Jupyter server relays.
 
 From the page:    {"id": 7, "method": "nodes.stop", "params": {"name": "adder"}}   a request
                   {"id": 8, "method": "subscribe", "params": {"topic": "nodes", "options": {}}}
@@ -25,7 +25,7 @@ KERNEL_ID = r"[0-9A-Za-z_-]{1,64}"
 
 
 def socket_path(kernel_id: str) -> Path:
-    """Where the kernel `kernel_id` listens: in Jupyter's runtime folder, which is its user's alone."""
+    """Return the socket of the kernel `kernel_id`, in Jupyter's runtime folder, which is its user's alone."""
     if not re.fullmatch(KERNEL_ID, kernel_id):
         raise ValueError(f"an invalid kernel id: {kernel_id!r}")
     return Path(jupyter_runtime_dir()) / f"course-lab-{kernel_id}.sock"

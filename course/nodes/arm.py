@@ -38,7 +38,7 @@ class Arm(Node):
 
     @property
     def error(self) -> float:
-        """How far the angle is below the target (rad)."""
+        """Return the target minus the angle (rad)."""
         return float(self.get_parameter("target").value - self._angle)
 
     def note(self, text: str) -> None:

@@ -31,7 +31,7 @@ class DynamicParameterNode(Node):
         return SetParametersResult(successful=True)
 
     def fault(self, value: Any) -> str | None:
-        """Why `value` cannot be the threshold; None if it can."""
+        """Return why `value` cannot be the threshold, or None if it can."""
         if not isinstance(value, float):  # None means delete it; a bool would compare as 0 or 1
             return f"threshold must be a float such as 50.0, not {value!r}"
         if not 0.0 <= value <= 100.0:

@@ -21,7 +21,7 @@ SOLUTION = re.compile(r"^[ \t]*### BEGIN SOLUTION[ \t]*\n(.*?)^[ \t]*### END SOL
 
 @dataclass(frozen=True)
 class Cell:
-    """What is used of a cell."""
+    """The parts of a notebook cell that the course uses."""
 
     kind: str  # code, markdown or raw
     source: str
@@ -37,12 +37,12 @@ class Cell:
 
     @property
     def solution(self) -> bool:
-        """Whether the student writes it."""
+        """Return True if the student writes the cell."""
         return bool(self.mark.get("solution"))
 
     @property
     def public_check(self) -> bool:
-        """Whether it is a check that students see and cannot change."""
+        """Return True if the cell is a check that students see and cannot change."""
         return self.kind == "code" and bool(self.mark.get("grade")) and bool(self.mark.get("locked"))
 
 
@@ -72,12 +72,12 @@ def text_of(value: Any) -> str:
 
 
 def content(body: str) -> str:
-    """What the cell's lines below `%%exercise FILE` are as a file: the same whether the cell is run or not."""
+    """Return the cell's lines below `%%exercise FILE` as a file's text: the same whether the cell is run or not."""
     return MARKERS.sub("", body)
 
 
 def exercise_file(cells: list[Cell], name: str) -> bytes | None:
-    """What the last `%%exercise NAME` cell would write if it were run; None when there is no such cell."""
+    """Return what the last `%%exercise NAME` cell would write if it were run, or None without such a cell."""
     for cell in reversed(cells):
         first, _, body = cell.source.lstrip("\n").partition("\n")
         if cell.kind == "code" and first.split()[:2] == ["%%exercise", name]:

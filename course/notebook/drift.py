@@ -19,12 +19,12 @@ def remember(file: Path, content: str) -> None:
 
 
 def difference_of(file: Path) -> str:
-    """What `differences` says of one file, or ''."""
+    """Return what `differences` says of one file, or ''."""
     return differences(file.parent).get(file.name, "")
 
 
 def differences(folder: Path = Path()) -> dict[str, str]:
-    """What is wrong with each file of `folder` that an exercise cell of its notebooks, as saved, should have written.
+    """Return what is wrong with each file of `folder` that an exercise cell of its saved notebooks should have written.
 
     A file that is as its cell says is left out, and so is one whose cell still has nothing but the stub in it.
     """

@@ -1,4 +1,4 @@
-"""What every kernel of the course's environment loads: the `%%exercise` magic, and what a missing name means.
+"""The extension that every kernel of the course loads: the `%%exercise` magic, and hints for missing names.
 
 IPython loads it by the environment's own configuration (environment/install writes it), so that a cell that is run
 before `course.live()` is told which cell to run first.  It loads no ROS: a kernel starts as fast as without.
@@ -50,7 +50,7 @@ def _known(error: Exception) -> str:
 
 
 def reason(error: Exception, folder: Path) -> str:
-    """Which cell of the notebooks in `folder` makes what `error` misses, in a sentence; '' when none does."""
+    """Return a sentence that names the cell in `folder` that defines what `error` misses, or ''."""
     if isinstance(error, ModuleNotFoundError):
         return _missing_package((error.name or "").split(".")[0], folder)
     if not isinstance(error, NameError):

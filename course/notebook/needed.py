@@ -1,4 +1,4 @@
-"""What of a notebook its exercises need: their cells, the public checks, and the cells that make what these use.
+"""The cells that a notebook's exercises need: their own, the public checks, and those that make what these use.
 
 A page shows much that takes its time.  Who only wants to know whether the exercise is right need not run it.
 """

@@ -29,11 +29,11 @@ class Part:
 
     @property
     def done(self) -> bool:
-        """Whether its public check has passed, or its question has an answer."""
+        """Return True if its public check has passed, or its question has an answer."""
         return self.state in (PASSED, ANSWERED)
 
     def texts(self) -> tuple[str, str, str, str]:
-        """What the table shows."""
+        """Return the texts of its row in the table."""
         return self.section, self.name, self.state, f"{self.points:g}"
 
 
@@ -42,7 +42,7 @@ class Progress(list[Part]):
 
     @property
     def summary(self) -> str:
-        """How far this is, in a sentence."""
+        """Return a sentence on the progress so far."""
         if not self:
             return "There are no exercises here: run this in the folder that holds the sections."
         done = [part for part in self if part.done]
@@ -112,7 +112,7 @@ def _points(cell: Cell) -> float:
 
 
 def _state(cell: Cell, before: list[Cell]) -> str:
-    """What is known of a graded cell; `before` are the cells above it."""
+    """Return the state of a graded cell; `before` are the cells above it."""
     if cell.solution:
         return ANSWERED if cell.source.strip() and not any(stub in cell.source for stub in STUBS) else "not answered"
     if cell.count is None:

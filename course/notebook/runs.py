@@ -40,7 +40,7 @@ def validate_what_is_needed() -> None:
 def outcomes(
     cells: list[Cell], files: Mapping[str, bytes], folder: Path, tell: Callable[[int, int], None] = lambda ran, of: None
 ) -> dict[str, str]:
-    """How each public check of a notebook ends with these `files`: "passed", or "not yet: " and why.
+    """Return how each public check of a notebook ends with these `files`: "passed", or "not yet: " and why.
 
     `folder` must be empty: the files are written there, from what was handed over and not from the exercise cells.
     `tell` is given how many of the checks have run, and of how many, whenever it is one more.

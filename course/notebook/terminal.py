@@ -18,7 +18,7 @@ GRACE = 10.0  # s for a program to end after Ctrl-C
 
 
 class Terminal:
-    """What commands printed: `runs` holds each command, its output and its exit status."""
+    """The output of commands: `runs` holds each command, its output and its exit status."""
 
     def __init__(self, runs: list[tuple[str, str, int]]):
         self.runs = runs
@@ -75,7 +75,7 @@ def _run(command: str, timeout: float, until: str) -> tuple[str, str, int]:
 
 
 def _run_until(words: list[str], timeout: float, until: str) -> tuple[str, int]:
-    """What a command prints up to a line with `until`, or to its end, and its exit status."""
+    """Return what a command prints up to a line with `until`, or to its end, and its exit status."""
     program = subprocess.Popen(
         words,
         stdin=subprocess.DEVNULL,

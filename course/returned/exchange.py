@@ -27,7 +27,7 @@ def folder() -> Path | None:
 
 
 def released(assignment: str) -> list[Released]:
-    """What was released to this student, the newest hand-in last; raises FeedbackError when it may not be read."""
+    """Return what was released to this student, the newest hand-in last; raise FeedbackError if unreadable."""
     found = []
     for course in _courses(assignment):
         root = "of nbgrader"

@@ -1,4 +1,4 @@
-"""What a page of feedback says, as data that travels inside of the page.
+"""The content of a feedback page, as data that travels inside the page.
 
 The grader writes it, and students' machines read it back.  A page may come from anywhere: whatever is read is checked,
 cut to a sane length, and never more than text and numbers.
@@ -36,7 +36,7 @@ class Test:
 
 @dataclass(frozen=True)
 class Mark:
-    """What the instructor wrote to a cell."""
+    """The instructor's comment on a cell."""
 
     cell: str
     points: float | None  # None: only a comment, or still to be marked
@@ -60,7 +60,7 @@ class Feedback:
 
     @property
     def causes(self) -> dict[str, list[Test]]:
-        """What is to be mended: each message once, with the tests that it cost."""
+        """Return what must be mended: each message once, with the tests that failed for it."""
         found: dict[str, list[Test]] = {}
         for test in self.tests:
             if test.message:
@@ -69,7 +69,7 @@ class Feedback:
 
     @property
     def waiting(self) -> bool:
-        """Whether a cell is still to be marked by hand."""
+        """Return True if a cell is still to be marked by hand."""
         return any(mark.waiting for mark in self.marks)
 
     @property

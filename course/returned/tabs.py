@@ -1,4 +1,4 @@
-"""Which of nbgrader's tabs JupyterLab shows: Assignments only where there is an exchange that it can list.
+"""The choice of nbgrader's tabs in JupyterLab: Assignments only where there is an exchange that it can list.
 
 Loaded by JupyterLab's server, in a setting that environment/install writes.
 """

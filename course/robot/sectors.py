@@ -41,7 +41,7 @@ def beam_angles(count: int, angle_min: float, angle_increment: float) -> NDArray
 
 
 def members(count: int, angle_min: float, angle_increment: float) -> dict[str, NDArray[np.bool_]]:
-    """Which beams belong to each sector: {'front', 'left', 'right'}, each a boolean array of shape (count,)."""
+    """Return the beams of each sector: {'front', 'left', 'right'}, each a boolean array of shape (count,)."""
     angles = beam_angles(count, angle_min, angle_increment) + ANGLE_TOLERANCE
     return {name: (angles >= low) & (angles < high) for name, (low, high) in SECTORS.items()}
 

@@ -1,4 +1,4 @@
-"""What the Tab key offers: names from the live graph, types from the installed packages (argcomplete's completers)."""
+"""Completions for the Tab key (argcomplete): names from the live graph, types from the installed packages."""
 
 from argparse import Namespace
 from collections.abc import Callable

@@ -50,7 +50,7 @@ class NodeName(NamedTuple):
 
 
 def is_hidden(name: str) -> bool:
-    """Whether any part of the name of a topic, service or node begins with an underscore."""
+    """Return True if any part of the name of a topic, service or node begins with an underscore."""
     return any(part.startswith(HIDDEN_PREFIX) for part in name.split("/"))
 
 
@@ -66,7 +66,7 @@ def split(node_name: str) -> tuple[str, str]:
 
 
 def reaches_other_hosts() -> bool:
-    """Whether ROS can reach other hosts: its settings allow it, and there is a route other than loopback."""
+    """Return True if ROS can reach other hosts: its settings allow it, and there is a route other than loopback."""
     if os.environ.get(RANGE, "SUBNET") in ("LOCALHOST", "OFF"):
         return False
     try:
@@ -203,7 +203,7 @@ class Graph:
             return len(self.handle.get_node_names_and_namespaces()), len(endpoints)
 
     def _complete(self, names_only: bool) -> bool:
-        """Whether all participants of this host are known, each with its nodes, and each node with its endpoints."""
+        """Return True if all participants of this host are known, with their nodes, and the nodes' endpoints."""
         # Every participant publishes the names of its nodes on this topic, and every rclpy or rclcpp node publishes
         # parameter events: the middleware knows to which node an endpoint belongs once both have arrived.
         found = {participant for participant, _ in self._endpoints("publishers", "ros_discovery_info")}

@@ -14,7 +14,7 @@ Stamp = Callable[[Any], None]  # sets a field to the time (builtin_interfaces/ms
 
 
 class Limits(NamedTuple):
-    """How much of a message is printed."""
+    """The limits on how much of a message is printed."""
 
     length: int | None = None  # longer arrays and strings are cut here
     no_arr: bool = False  # of an array, print its type and length alone

@@ -1,4 +1,4 @@
-"""What became of the node that is to answer, as the notebook's live session in this ROS domain knows it."""
+"""The state of the node that should answer, as the notebook's live session in this ROS domain knows it."""
 
 import os
 import sys
@@ -25,11 +25,11 @@ class News:
         self._told: set[str] = set()
 
     def dead(self) -> str:
-        """How a node ended that served it, or was to; '' when none is known to have."""
+        """Return how a node ended that served it, or was to; '' if none is known."""
         return self._telling(next((node.stories[-1] for node in self._nodes() if node.stories and not node.alive), ""))
 
     def since(self) -> str:
-        """What such a node has had to tell since this was made."""
+        """Return what such a node has reported since this object was made."""
         for node in self._nodes():
             for story, told in zip(node.stories, node.told, strict=True):
                 if told >= self._began:
@@ -52,7 +52,7 @@ class News:
 
 
 def _served(graph: Graph, name: str) -> bool:
-    """Whether the service, or the action, has a server: one that only has clients is listed as well."""
+    """Return True if the service, or the action, has a server: one that only has clients is listed as well."""
     return any(graph.service_counts(each)[1] for each in (name, f"{name}/_action/send_goal"))
 
 

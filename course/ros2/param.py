@@ -70,7 +70,7 @@ def _add_name_argument(parser: ArgumentParser) -> None:
 
 
 def _found(graph: Graph, args: Namespace) -> bool:
-    """Whether the node that the command line names is there, within its timeout."""
+    """Return True if the node that the command line names is there, within its timeout."""
     timeout = getattr(args, "timeout", 0)
     return graph.find_node(args.node_name, hidden=args.include_hidden_nodes, timeout=timeout)
 

@@ -218,7 +218,7 @@ endif()
 
 
 class NewPackage(NamedTuple):
-    """What the command line says of a new package; without a node or a library its name is empty."""
+    """The command line's description of a new package; without a node or a library its name is empty."""
 
     name: str
     format: int

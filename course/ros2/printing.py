@@ -1,4 +1,4 @@
-"""How much of a message is printed, and in which form: options that `topic`, `service` and `action echo` share."""
+"""Options for the amount and form of printed messages: those that `topic`, `service` and `action echo` share."""
 
 from argparse import ArgumentParser, Namespace
 

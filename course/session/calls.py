@@ -66,7 +66,7 @@ class Calls:
         raise CallTimeout(f"{client.service_name} did not answer within {timeout:g} s: {why}")
 
     def _blocked(self, service: str) -> str:
-        """What in the text of a node's callback may keep it from answering at `service`."""
+        """Return what in the text of a node's callback may keep it from answering at `service`."""
         for handle in list(self._handles.values()):
             if service in handle.services and (why := blocked(handle.source, service)):
                 self.watch.forget("inside a callback")  # the guards have noticed the same
@@ -83,7 +83,7 @@ class Calls:
         raise CallTimeout(f"nothing came within {timeout:g} s")
 
     def _done(self, future: Future, deadline: float, look: Callable[[], None]) -> bool:
-        """Whether the future is done before `deadline`; `look` may raise meanwhile."""
+        """Return True if the future is done before `deadline`; `look` may raise meanwhile."""
         done = threading.Event()
         future.add_done_callback(lambda _: done.set())
         while not future.done() and not done.wait(max(0.0, min(LOOK, deadline - time.monotonic()))):
@@ -121,7 +121,7 @@ class Calls:
         return [name for name, handle in list(self._handles.items()) if handle.alive and service in handle.services]
 
     def _served(self, client: Client) -> str:
-        """What is served instead of what `client` asks for."""
+        """Return what is served in place of what `client` asks for."""
         kind = f"{client.srv_type.__module__.split('.')[0]}/srv/{getattr(client.srv_type, '__name__', '')}"
         served = {
             name: types

@@ -69,7 +69,7 @@ class LogFollower:
         return self._newest(chain(entries, self._news(program, over)), limit + 10, lost)
 
     def _news(self, program: NodeProcess, over: bool) -> Iterable[Entry]:
-        """How it has ended, once."""
+        """Return how it has ended, once."""
         for number, story in enumerate(program.stories if over else []):
             if (program, number) not in self._ended:
                 self._ended.add((program, number))

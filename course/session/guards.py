@@ -1,4 +1,4 @@
-"""What is right in a program and wrong in a cell: `rclpy.spin`, `rclpy.init`, `main()`, waiting inside a callback.
+"""Guards for calls that are wrong in a cell: `rclpy.spin`, `rclpy.init`, `main()`, waiting inside a callback.
 
 In a kernel with a live session they say what to do instead, can be interrupted within a second, and leave the session
 alone.  In another thread than the main one, and for whoever spins with a time limit of its own, nothing changes.
@@ -142,7 +142,7 @@ class Guards:
 
 
 def in_main_thread() -> bool:
-    """Whether a cell's own code runs this."""
+    """Return True if a cell's own code runs this."""
     return threading.current_thread() is threading.main_thread()
 
 

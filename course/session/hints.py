@@ -1,4 +1,4 @@
-"""What lies behind the errors that students of ROS 2 meet most, said in a sentence.
+"""Hints on the causes of the errors that students of ROS 2 meet most, a sentence each.
 
 A hint is only given where the cause is known; an error without one speaks for itself.
 """
@@ -17,7 +17,7 @@ TYPES = {"boolean": "bool", "double": "float64", "float": "float32", "octet": "b
 
 
 def hint(error: str, source: str = "", code: str = "") -> str:
-    """What to do about `error`, the last line of a traceback (`TypeError: ...`), or '' where nothing is known.
+    """Return what to do about `error`, the last line of a traceback (`TypeError: ...`), or '' where nothing is known.
 
     `source` is the text of the program that it came from, and `code` the reader's own line that led to it.
     """
@@ -43,7 +43,7 @@ def type_name(kind: str) -> str:
 
 
 def returns_nothing(callback: Callable[..., object]) -> bool:
-    """Whether a function has no `return` with a value in it, as far as its source is known."""
+    """Return True if a function has no `return` with a value in it, as far as its source is known."""
     import inspect
 
     try:
@@ -54,13 +54,13 @@ def returns_nothing(callback: Callable[..., object]) -> bool:
 
 
 def never_called(source: str, name: str = "main") -> bool:
-    """Whether a program defines the function `name` and never calls it."""
+    """Return True if a program defines the function `name` and never calls it."""
     tree = parse(source)
     return any(function.name == name for function in functions(tree)) and not list(calls(tree, name))
 
 
 def never_spins(source: str) -> bool:
-    """Whether nothing in a program waits for callbacks: it makes its node, and is done."""
+    """Return True if nothing in a program waits for callbacks: it makes its node, and is done."""
     tree = parse(source)
     return not any(list(calls(tree, name)) for name in SPINS)
 

@@ -238,7 +238,7 @@ class Session:
         return [name for name in self._presence.names() if not base(name).startswith("_")]
 
     def rows(self) -> list[Row]:
-        """What the table of `nodes` shows; what the nodes have to tell does not count as told."""
+        """Return the rows of the table of `nodes`; the nodes' reports do not count as told."""
         names = self._names()
         rows, known = [], set()
         for key, handle in list(self._handles.items()):
@@ -259,11 +259,11 @@ class Session:
         return self._alone(self._again[name])
 
     def follow_logs(self, wanted: Callable[[Entry], bool] | None = None) -> LogFollower:
-        """What `logs` shows, as it grows; only the entries that are `wanted`."""
+        """Return a follower of what `logs` shows, as it grows; only the entries that are `wanted`."""
         return LogFollower(self._book, self._handles, wanted)
 
     def logs(self, name: str | None = None, *, until: str | None = None, timeout: float = 5.0) -> Logs:
-        """What the node or the file called `name`, or every node, has logged since it was started.
+        """Return what the node or the file called `name`, or every node, has logged since it was started.
 
         Of a file's program this is all that it printed, too, and how it ended.  A log line travels on its own, and may
         come after the response it tells of: with `until` this waits, at most `timeout` s, for a line that contains
@@ -336,7 +336,7 @@ class Session:
 
     @property
     def ok(self) -> bool:
-        """Whether the session can be used: not closed, and its context not shut down by other code."""
+        """Return True if the session can be used: not closed, and its context not shut down by other code."""
         return not self._closed and self.context.ok()
 
     def _find_packages(self) -> None:

@@ -1,4 +1,4 @@
-"""What nodes log, collected from /rosout and shown in a notebook as a table that folds away."""
+"""The nodes' logs, collected from /rosout and shown in a notebook as a table that folds away."""
 
 import html
 import math
@@ -70,13 +70,13 @@ LINE = re.compile(r"(?:\x1b\[\d*m)?\[(DEBUG|INFO|WARN|ERROR|FATAL)\] \[([\w./]+)
 
 
 def program_logs(name: str, output: str, ends: list[str]) -> list[Entry]:
-    """What a program wrote on its terminal, line by line, and how it ended: log lines of ROS and what it printed."""
+    """Return what a program wrote on its terminal (log lines of ROS and printed lines), and how it ended."""
     entries = [entry_of_line(name, line) for line in output.splitlines()]
     return [*entries, *(Entry("ENDED", name, end) for end in ends)]
 
 
 def entry_of_line(name: str, line: str) -> Entry:
-    """What the program called `name` wrote in a line: a log line of ROS, or something that it printed."""
+    """Return the entry for a line of the program called `name`: a log line of ROS, or something that it printed."""
     found = LINE.match(line)
     return Entry(found[1], found[2], found[3]) if found else Entry("PRINT", name, line)
 
@@ -170,7 +170,7 @@ class LogBook:
         return Logs(entry for entry in map(entry_of, messages) if node is None or entry.node == node.lstrip("/"))
 
     def since(self, count: int) -> tuple[int, list[bytes]]:
-        """How many have come by now, and the newest of those after the first `count`, as `entry_of` takes them."""
+        """Return the number received so far, and the newest after the first `count`, as `entry_of` takes them."""
         with self._changed:
             new = min(self.count - count, len(self._messages))
             return self.count, list(self._messages)[len(self._messages) - new :]

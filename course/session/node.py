@@ -30,7 +30,7 @@ class LiveNode:
 
     @property
     def alive(self) -> bool:
-        """Whether its executor is spinning."""
+        """Return True while its executor is spinning."""
         return self._spinner.thread.is_alive()
 
     @property
@@ -52,7 +52,7 @@ class LiveNode:
 
     @property
     def stories(self) -> list[Story]:
-        """What its callbacks raised, and where."""
+        """Return what its callbacks raised, and where."""
         return list(self._spinner.stories)
 
     @property
@@ -71,16 +71,16 @@ class LiveNode:
 
     @property
     def where(self) -> str:
-        """Where it runs."""
+        """Return where it runs."""
         return f"this kernel, class {type(self.node).__name__}"
 
     @property
     def logs(self) -> Logs:
-        """What the node has logged so far."""
+        """Return what the node has logged so far."""
         return self._session.logs(self.name)
 
     def is_version_of(self, cls: type[Node]) -> bool:
-        """Whether this node is of class `cls` as it was before, or of one that `cls` is made from."""
+        """Return True if this node is of class `cls` as it was before, or of one that `cls` is made from."""
         own = type(self.node)
         return own.__name__ == cls.__name__ or issubclass(cls, own.__bases__[0])
 

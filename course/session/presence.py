@@ -1,4 +1,4 @@
-"""Which nodes the ROS graph shows in the session's domain, without those that it has failed to forget.
+"""The nodes that the ROS graph shows in the session's domain, without those that it failed to remove.
 
 A program that ends publishes the last changes of its node list, and then leaves.  The middleware learns the two in two
 threads: on a busy machine it may remove the program first, and then enter the late list as if it were a new program's.

@@ -110,7 +110,7 @@ class NodeProcess:
 
     @property
     def alive(self) -> bool:
-        """Whether the process runs."""
+        """Return True while the process runs."""
         return self._popen.poll() is None
 
     @property
@@ -120,13 +120,13 @@ class NodeProcess:
 
     @property
     def output(self) -> str:
-        """What it has printed and logged on its terminal, the last 2,000 lines."""
+        """Return what it has printed and logged on its terminal, the last 2,000 lines."""
         if not self.alive and threading.current_thread() is not self._reader:
             self._reader.join(1.0)
         return "".join(self._lines).rstrip("\n")
 
     def printed_since(self, count: int) -> tuple[int, list[str]]:
-        """How many lines it has printed by now, and the newest of those after the first `count`."""
+        """Return how many lines it has printed by now, and the newest of those after the first `count`."""
         with self._printing:
             lines, now = self._lines.copy(), self._read_lines
         new = min(now - count, len(lines))
@@ -140,12 +140,12 @@ class NodeProcess:
 
     @property
     def starting(self) -> bool:
-        """Whether it may have nodes whose names are not known yet."""
+        """Return True if it may have nodes whose names are not known yet."""
         return not self.nodes and not self.ended
 
     @property
     def ended(self) -> bool:
-        """Whether it has ended, and all that it has printed was read."""
+        """Return True once it has ended, and all that it has printed was read."""
         return not self.alive and not self._reader.is_alive()
 
     @property
@@ -155,12 +155,12 @@ class NodeProcess:
 
     @property
     def died(self) -> bool:
-        """Whether it has ended by itself."""
+        """Return True if it has ended by itself."""
         return not self.alive and not self.stopped
 
     @property
     def stories(self) -> list[Story]:
-        """What it has to tell: an exception in an action's execute callback, and how it came to its end."""
+        """Return its failure reports: an exception in an action's execute callback, and how it came to its end."""
         if self._goals and self._searched_lines != self._read_lines:
             self._searched_lines = self._read_lines
             known = {(story.error, story.frames) for story in self._failed}
@@ -181,7 +181,7 @@ class NodeProcess:
 
     @property
     def where(self) -> str:
-        """Where it runs."""
+        """Return where it runs."""
         return f"{self.name}, process {self._popen.pid}"
 
     def stop(self) -> None:

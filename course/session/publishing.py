@@ -1,4 +1,4 @@
-"""What a session tells other processes of itself: its record in the registry, see `course.registry`."""
+"""A session's publication of itself to other processes: its record in the registry, see `course.registry`."""
 
 import os
 import threading

@@ -1,4 +1,4 @@
-"""What a reader writes in a cell, made into a request or a command line."""
+"""Conversion of what a reader writes in a cell to a request or a command line."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -1,4 +1,4 @@
-"""What a program's text says about why it does not do what it should: read, and never run."""
+"""Causes of a program's faults that its text shows; the text is read, and never run."""
 
 import ast
 import re
@@ -54,7 +54,7 @@ def service_callbacks(tree: ast.AST, service: str = "") -> set[str]:
 
 
 def blocked(source: str, service: str) -> str:
-    """Why the callback of `service` may never answer, as far as its text tells; '' when it does not."""
+    """Return why the callback of `service` may never answer, as far as its text tells, or ''."""
     tree = parse(source)
     names = service_callbacks(tree, service)
     for function in functions(tree):
@@ -81,7 +81,7 @@ def blocked(source: str, service: str) -> str:
 
 
 def _one_group(tree: ast.AST) -> bool:
-    """Whether services and clients are made without naming a group."""
+    """Return True if services and clients are made without naming a group."""
     made = [*calls(tree, "create_service"), *calls(tree, "create_client")]
     return not any(argument(call, 9, "callback_group") for call in made)
 

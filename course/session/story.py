@@ -1,4 +1,4 @@
-"""How a node came to its end, for the person who wrote it: the error, their own lines, and what lies behind it.
+"""Failure reports of nodes, for the person who wrote them: the error, their own lines, and what lies behind it.
 
 Python's traceback of a node is mostly rclpy's: of thirty lines, three are the student's.  These are shown.
 """
@@ -52,7 +52,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Story:
-    """What a node, or a program, has to say about its end."""
+    """The report of a node, or a program, on how it ended."""
 
     who: str
     ending: str  # what happened: "ended with exit status 1"
@@ -229,7 +229,7 @@ def _place(filename: str) -> str:
 
 
 def _is_cell(filename: str) -> bool:
-    """Whether code compiled under this name is a notebook's cell."""
+    """Return True if code compiled under this name is a notebook's cell."""
     return "ipykernel_" in filename or filename.startswith("<ipython-input")
 
 

@@ -23,7 +23,7 @@ class Row:
     stories: tuple[str, ...] = ()  # its exceptions, and its end, with the reader's own lines
 
     def texts(self) -> tuple[str, str, str, str]:
-        """What the table shows."""
+        """Return the texts of its row in the table."""
         since = time.strftime("%H:%M:%S", time.localtime(self.since)) if self.since else ""
         return one_line(self.name), one_line(self.state), since, one_line(self.where)
 

@@ -1,4 +1,4 @@
-"""What of a node uses the interfaces of a package: it must end before the package is built anew."""
+"""Find the parts of a node that use a package's interfaces: they must end before the package is rebuilt."""
 
 import functools
 from collections.abc import Callable, Iterator
@@ -9,7 +9,7 @@ from course.rclpy_internals import action_type, destroy
 
 
 def is_of(interface: object, package: str) -> bool:
-    """Whether an interface's class is of `package`."""
+    """Return True if an interface's class is of `package`."""
     return str(getattr(interface, "__module__", "")).split(".")[0] == package
 
 

@@ -1,4 +1,4 @@
-"""What went wrong in a session's nodes, told once: to whoever waits for them, or else to the next cell.
+"""Failures in a session's nodes, reported once: to whoever waits for them, or else to the next cell.
 
 Nodes end and raise in other threads and processes.  The main thread asks here: while it waits (`look` raises), when a
 call finds no server (`reason`), and before each cell (`pending`).
@@ -34,7 +34,7 @@ class Watch:
             raise NodeFailed(str(story))
 
     def reason(self, service: str, *, again: bool = False) -> Story | None:
-        """Why nobody answers at `service`; the story counts as told.  With `again` one that was told before, too.
+        """Return why nobody answers at `service`, and mark it as told; with `again`, also one told before.
 
         What is not known to have served anything may have been meant to serve this.
         """
@@ -46,7 +46,7 @@ class Watch:
         return None
 
     def pending(self) -> list[str]:
-        """What the next cell has to say first."""
+        """Return what the next cell must print first."""
         said = []
         untold = list(self._untold())
         elsewhere = told_elsewhere(os.getpid()) if untold else set()
@@ -57,7 +57,7 @@ class Watch:
         return said + self.notices()
 
     def notices(self) -> list[str]:
-        """What callbacks had to say to the reader, once."""
+        """Return the callbacks' notices to the reader, each once."""
         with self._lock:
             said = list(self._notices)
             self._notices.clear()

@@ -40,7 +40,7 @@ class Interface:
 
 @dataclass(frozen=True)
 class Exercise:
-    """What a student has written for the exercise `name`."""
+    """A student's work for the exercise `name`."""
 
     name: str
     programs: list[Program]
@@ -131,7 +131,7 @@ def _program(file: str, text: str) -> Program:
 
 
 def _callable_without(function: ast.FunctionDef) -> bool:
-    """Whether `function` is not `main`, or can be called without arguments."""
+    """Return True if `function` is not `main`, or can be called without arguments."""
     arguments = function.args
     needed = len(arguments.posonlyargs) + len(arguments.args) - len(arguments.defaults)
     return function.name != "main" or (needed == 0 and None not in arguments.kw_defaults)

@@ -85,7 +85,7 @@ def of_exercise(exercise: Exercise, name: str) -> dict[str, dict[str, str]]:
 
 
 def notes(exercise: Exercise) -> list[str]:
-    """What of the programs will not work in a ROS 2 package, a line each."""
+    """Return what in the programs will not work in a ROS 2 package, a line each."""
     return [
         f"{program.file} imports course, which a robot does not have"
         for program in exercise.programs
@@ -161,7 +161,7 @@ def _in_package(program: Program, name: str, exercise: Exercise) -> str:
 
 
 def _used(programs: list[Program], name: str) -> set[str]:
-    """What package.xml calls the packages and libraries that the programs import."""
+    """Return package.xml's names of the packages and libraries that the programs import."""
     imported = {module for program in programs for module in program.imports}
     own = {program.name for program in programs} | {name, "course"}
     return {LIBRARIES.get(module, module) for module in imported - own}

@@ -1,4 +1,4 @@
-"""What a running world lets be changed, by ROS alone: pause, speed, room and scanner, the robot's place, obstacles.
+"""Controls of a running world, by ROS alone: pause, speed, room and scanner, the robot's place, obstacles.
 
 Only a world in real time has them.  In fast mode, where a drive must repeat itself, nobody can change anything.
 """

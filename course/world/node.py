@@ -258,7 +258,7 @@ class World(Node):
             raise TimeoutError(f"within {timeout:g} s, no node appeared that publishes cmd_vel and subscribes to scan")
 
     def _is_driven(self) -> bool:
-        """Whether somebody publishes commands, and somebody who may drive sees the scan.
+        """Return True if somebody publishes commands, and somebody who may drive sees the scan.
 
         A hidden node, as that of the robot view or of `ros2 topic echo`, only looks on unless it sends commands itself.
         """

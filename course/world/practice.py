@@ -32,7 +32,7 @@ def practise(
     drives: int = 6,
     seed: int = 0,
 ) -> tuple[list[Mapping[str, Any]], list[Mapping[str, float]]]:
-    """What `driver` was given (by `look`, from each scan) and what it decided, ten times a second.
+    """Return what `driver` was given (by `look`, from each scan) and what it decided, ten times a second.
 
     In each room it drives `drives` times for `seconds` s of simulated time.  Half of the time it is shoved: something
     turns the robot aside, so that there are examples of how to get out of a bad place.  The same `seed` gives the same
@@ -56,7 +56,7 @@ def practise(
 
 
 def scan_of(simulation: Simulation) -> Scan:
-    """What the laser sees, with the fields of a sensor_msgs/LaserScan that `course.robot.sectors` needs."""
+    """Return what the laser sees, with the fields of a sensor_msgs/LaserScan that `course.robot.sectors` needs."""
     laser = simulation.laser
     return SimpleNamespace(
         ranges=simulation.scan(),

@@ -45,7 +45,7 @@ def advance(pose: Pose, linear: float, angular: float, duration: float) -> Pose:
 
 
 def in_the_way(point: tuple[float, float], radius: float, segments: Floats) -> str:
-    """Why a round robot of `radius` (m) cannot stand at `point` (m) between `segments`; "" when it can."""
+    """Return why a round robot of `radius` (m) cannot stand at `point` (m) between `segments`, or ""."""
     if len(segments):
         points = segments.reshape(-1, 2)
         if np.any(point < points.min(axis=0)) or np.any(point > points.max(axis=0)):
@@ -128,7 +128,7 @@ class Simulation:
         self._caster = RayCaster(self.room.segments)
 
     def scan(self) -> NDArray[np.float32]:
-        """What the laser measures at the current pose (m, shape (beams,)); each call draws fresh noise."""
+        """Return what the laser measures at the current pose (m, shape (beams,)); each call draws fresh noise."""
         return self.laser.measure(self._caster, self.pose, self._random)
 
     def step(self, linear: float, angular: float, duration: float) -> Collision | None:
@@ -162,11 +162,11 @@ class Simulation:
 
     @property
     def path(self) -> Floats:
-        """Where the robot has been: shape (n, 4), rows of time (s), x (m), y (m), heading (rad)."""
+        """Return where the robot has been: shape (n, 4), rows of time (s), x (m), y (m), heading (rad)."""
         return np.array(self._path)
 
     def path_since(self, count: int) -> tuple[int, list[tuple[float, float, float, float]]]:
-        """How many rows `path` has, and those after the first `count`."""
+        """Return how many rows `path` has, and those after the first `count`."""
         path = self._path
         return len(path), path[count:]
 

@@ -150,12 +150,12 @@ class Page:
 
 
 def sentence(error: Exception) -> str:
-    """What the reader is told of an error."""
+    """Return the message that the reader is shown for an error."""
     return str(error) if isinstance(error, CourseError) else f"{type(error).__name__}: {error}"
 
 
 async def in_thread(work: Callable[[], Any]) -> Any:
-    """What `work` returns or raises, done in a thread that does not keep the kernel from ending."""
+    """Run `work` in a thread that does not keep the kernel from ending."""
     loop = asyncio.get_running_loop()
     future: asyncio.Future[Any] = loop.create_future()
 

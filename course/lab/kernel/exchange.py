@@ -1,4 +1,4 @@
-"""What passes in one call, goal, message or change of a parameter: each event with its time.
+"""Exchanges, the record of what passes in one call, goal, message or change of a parameter: each event with its time.
 
 A reader sends them with the inspector.  What cells, nodes and other programs send is kept, too, while a page shows the
 list of exchanges: see `passing.py`.
@@ -29,7 +29,7 @@ _numbers = itertools.count(1)
 
 
 class Exchange:
-    """What passes between a client and the server, the action server or the subscriptions of `name`."""
+    """The messages that pass between a client and the server, the action server or the subscriptions of `name`."""
 
     def __init__(self, kind: str, name: str, type_name: str, by: str = INSPECTOR, about: str = ""):
         """`kind` is service, action, topic or parameter; `by` is who sends, `about` what a reader must know of it."""
@@ -85,7 +85,7 @@ class Exchange:
             self._left = time.monotonic()
 
     def is_shown(self, within: float) -> bool:
-        """Whether a page shows it, or did within the last `within` s."""
+        """Return True if a page shows it, or did within the last `within` s."""
         with self._lock:
             return self._followers > 0 or time.monotonic() - self._left < within
 
@@ -106,12 +106,12 @@ class Exchange:
 
     @property
     def over(self) -> bool:
-        """Whether nothing more will come."""
+        """Return True once nothing more will come."""
         with self._lock:
             return self._over
 
     def summary(self) -> dict[str, Any]:
-        """What a list of exchanges shows of it."""
+        """Return the row that stands for it in a list of exchanges."""
         with self._lock:
             state = "failed" if self._failed else "over" if self._over else "running"
             return {"number": self.number, "kind": self.kind, "name": self.name, "by": self.by, "state": state}

@@ -1,4 +1,4 @@
-"""What is heard of the robot: its scan, odometry, commands and collisions, and the walls around it.
+"""The robot's state as its topics tell it: its scan, odometry, commands and collisions, and the walls around it.
 
 It listens only to topics on which some node publishes, so that a session without a robot looks as it does without the
 view; the session's own hidden node does not count.
@@ -193,7 +193,7 @@ class Eyes:
         }
 
     def robot(self) -> dict[str, Any] | None:
-        """Where the robot says that it is, [x m, y m, heading rad], and how it moves, [m/s, rad/s]."""
+        """Return the robot's pose as it reports it, [x m, y m, heading rad], and how it moves, [m/s, rad/s]."""
         if "/odom" not in self._last or (odometry := decoded(self._last["/odom"], Odometry)) is None:
             return None
         twist = odometry.twist.twist
@@ -206,7 +206,7 @@ class Eyes:
         return [_finite(command.linear.x, 3), _finite(command.angular.z, 3)]
 
     def collisions(self) -> dict[str, Any]:
-        """How many there were, the last one's text, and the places [x m, y m] of those that tell it."""
+        """Return the number of collisions, the last one's text, and the places [x m, y m] of those that tell it."""
         found = (PLACE.search(text) for text in self.hits)
         places = [[float(match[1]), float(match[2])] for match in found if match]
         return {"count": self.count["/collision"], "last": self.hits[-1] if self.hits else "", "places": places}

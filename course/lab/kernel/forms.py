@@ -54,7 +54,7 @@ def interface(kind: str, name: str) -> Interface:
 
 
 def fields_of(message: type[Any]) -> list[dict[str, Any]]:
-    """What a form for a message asks for: for each field its name, type, kind, default and choices.
+    """Return the fields of a form for a message: for each field its name, type, kind, default and choices.
 
     The kinds are `truth`, `scalar` (one line of text), `list` (of scalars, in a line of text), `message` (with
     `fields`) and `messages` (a list of messages, with the `fields` of each).
@@ -86,7 +86,7 @@ def _loaded(element: Any) -> type[Any]:
 
 
 def _text(value: Any) -> str:
-    """How a form shows a scalar."""
+    """Return the text that a form shows for a scalar."""
     return str(value[0] if isinstance(value, bytes) else value)
 
 

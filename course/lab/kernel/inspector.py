@@ -45,7 +45,10 @@ def add(panels: Panels) -> None:
 
 
 def offers() -> dict[str, list[list[str]]]:
-    """What can be sent to: names with their types, by kind; of parameters the nodes.  Empty without a session."""
+    """Return the names that can be sent to, with their types, by kind; for parameters, the nodes.
+
+    It is empty without a session.
+    """
     if (live := current()) is None:
         return {kind: [] for kind in (*forms.LOADERS, PARAMETER)}
     services = [each for each in live.node.get_service_names_and_types() if live.node.count_services(each[0])]
@@ -93,7 +96,7 @@ def _parameters(node: str) -> list[dict[str, Any]]:
 
 
 def _about(descriptor: ParameterDescriptor) -> str:
-    """What a descriptor says of its parameter, in a line."""
+    """Return a line that sums up a parameter's descriptor."""
     said = [descriptor.description.rstrip(".")] if descriptor.description else []
     for each in (*descriptor.floating_point_range, *descriptor.integer_range):
         step = f", in steps of {each.step}" if each.step else ""
@@ -106,7 +109,7 @@ def _about(descriptor: ParameterDescriptor) -> str:
 
 
 def look(kind: str, name: str, type_name: str, given: dict[str, Any], rate: str = "") -> dict[str, Any]:
-    """What is wrong in a form, by field, or else the program and the command that do what it says.
+    """Return what is wrong in a form, by field, or else the program and the command that do what it says.
 
     Of a parameter, `given` has its name and value, and `type_name` is its type.  With a `rate` (Hz, as it was typed) a
     message is published again and again; what is wrong with it is told of the field RATE.
@@ -130,7 +133,7 @@ def look(kind: str, name: str, type_name: str, given: dict[str, Any], rate: str 
 
 
 def _hertz(kind: str, rate: str) -> float | None:
-    """How often to publish (Hz); None is once.  Raises ValueError that says what to write."""
+    """Return the rate to publish at (Hz), None for once; raise a ValueError that says what to write."""
     if kind != "topic" or not rate.strip():
         return None
     least, most = sending.RATES

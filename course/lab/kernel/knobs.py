@@ -183,7 +183,7 @@ def _finite(value: float) -> float | None:
 
 
 def _ask(eyes: Eyes, node: str, kind: Any, **fields: Any) -> Any:
-    """What a node's parameter service answers; None when it does not."""
+    """Return the response of a node's parameter service, or None if there is none."""
     client = eyes.client(kind, node, SERVICES[kind])
     wait_until(client.service_is_ready, FOUND, alert=False)
     return answer(client, kind.Request(**fields))

@@ -151,7 +151,7 @@ def _listed(ask: Callable[[], Iterable[tuple[str, list[str]]]], *, everything: b
 
 
 def of_interest(name: str, kind: str) -> bool:
-    """Whether a topic, service or action is neither hidden nor one that every node has; `kind` is its type."""
+    """Return True if a topic, service or action is neither hidden nor one that every node has; `kind` is its type."""
     return name not in OF_NO_INTEREST and not is_hidden(name) and not kind.startswith(OF_EVERY_NODE)
 
 

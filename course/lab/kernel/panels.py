@@ -1,4 +1,4 @@
-"""What panels offer to their pages: methods, which answer a request, and topics, which a page subscribes to."""
+"""The panels' interface to their pages: methods that answer a request, and topics that a page subscribes to."""
 
 from collections import deque
 from collections.abc import Callable
@@ -8,10 +8,10 @@ from typing import Any, Protocol
 
 
 class Feed(Protocol):
-    """What one subscription of one page is fed from."""
+    """The source of the data of one subscription of one page."""
 
     def read(self) -> Any:
-        """What is new since the last call, as JSON takes it; None when nothing is.
+        """Return what is new since the last call, as JSON takes it, or None.
 
         It is called in a thread of its own, and only when the page has taken in what came before.  What it raises ends
         the subscription, and is shown to the reader.

@@ -1,4 +1,4 @@
-"""What cells, nodes and other programs send to services and actions, kept as exchanges while a page shows the list.
+"""Requests of cells, nodes and other programs to services and actions, kept as exchanges while a page shows the list.
 
 What this kernel sends is seen where it is sent: the clients of rclpy tell (`course.rclpy_internals.watch_clients`).
 What other programs send is seen where it arrives.  Services that publish what they are asked and answer are heard
@@ -189,7 +189,7 @@ class Passing:
             self._follow(self._goal(bytes(each.goal_info.goal_id.uuid), name, over=over), each.status, at)
 
     def _goal(self, goal_id: bytes, name: str, *, over: bool = False) -> _Goal:
-        """What is known of a goal: when nothing is, it is another program's, and of no interest if it is `over`."""
+        """Return the record of a goal; an unknown one is another program's, and of no interest if it is `over`."""
         if goal_id not in self._goals:
             goal = _Goal(None if over else self._outside(name), outside=True)
             with self._noting:
@@ -325,7 +325,7 @@ def _remember(known: dict[Any, Any], key: object, value: object) -> None:
 
 
 def _here() -> str:
-    """Who sends in this thread of the kernel."""
+    """Return the name of the sender in this thread of the kernel."""
     thread = threading.current_thread()
     if thread is threading.main_thread():
         return "a cell"

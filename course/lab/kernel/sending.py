@@ -97,7 +97,7 @@ def publish(live: Session, interface: Interface, name: str, message: Any, rate: 
 
 
 class Stop:
-    """What a reader ends a repetition with."""
+    """The means by which a reader ends a repetition."""
 
     def __init__(self) -> None:
         self.event = threading.Event()

@@ -1,4 +1,4 @@
-"""Where a kernel begins to answer pages: at its first `course.live()`."""
+"""The start of a kernel's answers to pages, at its first `course.live()`."""
 
 import contextlib
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What the exercise panel shows of a notebook as it is in the page, saved or not; it needs no kernel."""
+"""The exercise panel's view of a notebook as it is in the page, saved or not; it needs no kernel."""
 
 import asyncio
 import json

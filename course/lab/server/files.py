@@ -1,4 +1,4 @@
-"""What the pages ask the server for, beside a notebook that it serves."""
+"""The files that the pages request from the server, beside a notebook that it serves."""
 
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,7 @@ class Beside(APIHandler):
         return body
 
     def notebook(self, path: str) -> Path:
-        """Where a notebook is on the disk; raises 404 for what the server does not serve."""
+        """Return a notebook's path on the disk; raise 404 for a file that the server does not serve."""
         root = Path(self.contents_manager.root_dir).resolve()
         found = root / path.strip("/")
         if ".." in Path(path).parts or not found.parent.resolve().is_relative_to(root):

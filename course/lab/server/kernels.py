@@ -1,4 +1,4 @@
-"""How the Jupyter server reaches its kernels: by sockets that only its user can open."""
+"""The Jupyter server's connections to its kernels, by sockets that only its user can open."""
 
 from jupyter_core.paths import jupyter_runtime_dir
 from traitlets.config import Config

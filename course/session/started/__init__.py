@@ -1,1 +1,1 @@
-"""What is loaded into every program that the session starts: see `sitecustomize.py`."""
+"""Code that is loaded into every program that the session starts: see `sitecustomize.py`."""

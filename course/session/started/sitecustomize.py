@@ -24,7 +24,7 @@ OF_EVERY_NODE = ("rcl_interfaces", "type_description_interfaces")
 
 
 def environment(variables: "Mapping[str, str]") -> "dict[str, str]":
-    """What a program needs, beside its `variables`, for its services to be introspected."""
+    """Return the variables that a program needs, beside its `variables`, for its services to be introspected."""
     path = os.pathsep.join([HERE, *filter(None, [variables.get("PYTHONPATH")])])
     return {"PYTHONPATH": path, WANTED: "1"}
 
