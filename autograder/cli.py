@@ -64,7 +64,7 @@ Rosters = Annotated[
 
 
 class Form(StrEnum):
-    """Where students' pages go back to."""
+    """The platform that students' pages go back to."""
 
     CANVAS = "canvas"
     MOODLE = "moodle"
@@ -376,7 +376,7 @@ def _one_of(jobs: int | None, scheduler: str | None) -> None:
 
 @contextlib.contextmanager
 def _gradebook(no_gradebook: bool, url: str | None, submitted: Path, out: Path) -> Iterator[Callable[[Report], object]]:
-    """What enters a report into the gradebook; with `no_gradebook`, it does nothing."""
+    """Give a function that enters a report into the gradebook; with `no_gradebook`, it does nothing."""
     if no_gradebook:
         yield lambda report: None
         return

@@ -22,7 +22,7 @@ from autograder.records import CRASHED, FAILED, TIMED_OUT, Verdict
 
 
 class AutograderError(Exception):
-    """What this package raises on purpose."""
+    """The base of the errors that this package raises on purpose."""
 
 
 class UsageError(AutograderError):

@@ -1,4 +1,4 @@
-"""Where things are: in this package, wherever it is installed, and in the checkout, when it runs from one."""
+"""Paths of the project's files: in the installed package, and in the checkout, when it runs from one."""
 
 from pathlib import Path
 

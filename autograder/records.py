@@ -39,7 +39,7 @@ FAULT = "fault"  # the key in a report's details that says how the grader itself
 
 @dataclass(frozen=True)
 class Submission:
-    """What a student handed in: the files of the exercise, or why they were refused."""
+    """A student's submission: the files of the exercise, or why they were refused."""
 
     student: str
     assignment: str
@@ -136,7 +136,7 @@ def from_line(line: bytes) -> Message:
 
 
 def _fits(value: object, annotation: Any) -> bool:
-    """Whether a value is of a type that the records' fields have."""
+    """Return True if a value is of a type that the records' fields have."""
     kind, parts = get_origin(annotation), get_args(annotation)
     if kind is dict:
         pairs = value.items() if isinstance(value, dict) else [(None, None)]
@@ -183,5 +183,5 @@ class Report:
         return cls(**fields | {"tests": [Result(**test) for test in fields["tests"]]})
 
     def public(self) -> dict:
-        """What may be written where a student could read it."""
+        """Return what may be written where a student could read it."""
         return {name: value for name, value in asdict(self).items() if name != "details"}

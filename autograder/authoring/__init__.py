@@ -1,1 +1,1 @@
-"""What an author of exercises is given to begin with."""
+"""Templates for authors of new exercises."""

@@ -46,7 +46,7 @@ def new(name: str) -> list[Path]:
 
 
 def _places(name: str) -> dict[str, Path]:
-    """Where the parts of the exercise go; raises UsageError when the name is invalid or taken."""
+    """Return where the parts of the exercise go; raises UsageError when the name is invalid or taken."""
     if not NAME.fullmatch(name) or keyword.iskeyword(name):
         raise UsageError(
             f"'{name}' is not a valid name: it must begin with a letter, have up to 40 lower-case letters, digits and "

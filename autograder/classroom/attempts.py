@@ -1,4 +1,4 @@
-"""How often wrong passwords may be tried: some at once, then ever more slowly.
+"""A limit on attempts with wrong passwords: some at once, then ever more slowly.
 
 Wrong ones are counted for a name and where they come from, so that whoever guesses keeps the owner out nowhere else.
 Where many addresses guess for one name, they are counted together.  A browser in which the owner has logged in before
@@ -36,7 +36,7 @@ class Count:
 
 
 class Attempts:
-    """What was tried since the hub was started."""
+    """The attempts since the hub was started."""
 
     def __init__(self, clock: Callable[[], float] = time.time):
         self._clock = clock
@@ -84,7 +84,7 @@ def unlock(room: Classroom, name: str) -> None:
 
 
 def unlocked(room: Classroom, name: str) -> float:
-    """When somebody was let try again, in seconds; 0 when never."""
+    """Return when somebody was let try again, in seconds; 0 when never."""
     try:
         return float(json.loads((room.state / UNLOCKED).read_text())[name])
     except (OSError, ValueError, KeyError):

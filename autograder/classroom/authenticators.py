@@ -1,4 +1,4 @@
-"""Who may come in at the hub: with the right password, after not too many wrong ones, and at their own address."""
+"""Authenticators of the hub: with the right password, after not too many wrong ones, and at their own address."""
 
 import contextlib
 import secrets
@@ -48,7 +48,7 @@ class Careful(Authenticator):
         return name
 
     async def check(self, handler: Any, data: dict[str, str]) -> bool:
-        """Whether the password is right."""
+        """Return True if the password is right."""
         raise NotImplementedError
 
 
@@ -58,7 +58,7 @@ class MembersPAM(Careful, PAMAuthenticator):
     prefix = Unicode().tag(config=True)
 
     async def check(self, handler: Any, data: dict[str, str]) -> bool:
-        """Whether PAM knows the password."""
+        """Return True if PAM knows the password."""
         return bool(
             await PAMAuthenticator.authenticate(self, handler, data | {"username": self.prefix + data["username"]})
         )
@@ -72,12 +72,12 @@ class SharedPassword(Careful, SharedPasswordAuthenticator):
     """One password for all students, and one for the instructors."""
 
     async def check(self, handler: Any, data: dict[str, str]) -> bool:
-        """Whether it is theirs."""
+        """Return True if it is theirs."""
         return bool(await SharedPasswordAuthenticator.authenticate(self, handler, data))
 
 
 def _browser(handler: Any, name: str) -> str:
-    """What tells a browser in which somebody has logged in before; '' for another one."""
+    """Return what tells a browser in which somebody has logged in before; '' for another one."""
     with contextlib.suppress(ValueError):
         found = (handler.get_secure_cookie(KNOWN, max_age_days=DAYS) or b"").decode()
         if found.startswith(f"{name}:"):

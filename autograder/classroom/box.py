@@ -38,7 +38,7 @@ def home(member: Member) -> str:
 
 
 def notebooks(member: Member) -> str:
-    """Where a member's notebooks are, and assignments come to."""
+    """Return where a member's notebooks are, and assignments come to."""
     return f"{home(member)}/notebooks"
 
 
@@ -89,7 +89,7 @@ def configured_by(member: Member) -> dict[str, str]:
 
 
 def umask(member: Member) -> int:
-    """What others may not do with a member's new files: instructors share theirs."""
+    """Return what others may not do with a member's new files: instructors share theirs."""
     return 0o007 if member.instructor else 0o077
 
 

@@ -14,7 +14,7 @@ EXERCISES = 5
 
 @dataclass(frozen=True)
 class Wishes:
-    """How a class works."""
+    """The way in which a class works."""
 
     students: int
     at_once: float = 1.0  # the share of them that works at the same time
@@ -26,7 +26,7 @@ class Wishes:
 
 @dataclass(frozen=True)
 class Needs:
-    """What it needs."""
+    """The resources that a class needs."""
 
     kernels: int
     memory: float  # GiB while they work
@@ -43,7 +43,7 @@ def figures() -> dict[str, dict[str, Any]]:
 
 
 def reckon(wishes: Wishes, known: dict[str, dict[str, Any]] | None = None) -> Needs:
-    """What a class needs, by the figures measured or by others of the same form."""
+    """Return what a class needs, by the figures measured or by others of the same form."""
     known = known or figures()
     student, hub, grader = known["student"], known["hub"], known["grader"]
     kernels = math.ceil(wishes.students * wishes.at_once)

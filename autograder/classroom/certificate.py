@@ -12,7 +12,7 @@ SOON = timedelta(days=14)  # before its end, a certificate should be renewed
 
 
 def paths(certificate: Path | None, key: Path | None) -> tuple[str, str]:
-    """Where the two are, or two empty texts without them; raises UsageError when the hub could not use them."""
+    """Return where the two are, or two empty texts without them; raises UsageError when the hub could not use them."""
     if (certificate is None) != (key is None):
         raise UsageError("give --certificate and --key, or neither")
     for path in (certificate, key):
@@ -37,7 +37,7 @@ def check_covers(certificate: Path, host: str) -> None:
 
 
 def warning(certificate: str, now: datetime) -> str:
-    """What an instructor should know about the certificate at this path, '' for none; '' when all is well."""
+    """Return what an instructor should know about the certificate at this path, '' for none; '' when all is well."""
     if not certificate:
         return "Without a certificate: passwords and pages go over the network as they are."
     try:

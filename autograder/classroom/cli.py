@@ -279,7 +279,7 @@ def _warn_of_certificate(room: Classroom) -> None:
 
 
 def _origins(room: Classroom) -> str:
-    """What keeps a student's pages from acting as whoever opens them, in a line."""
+    """Return what keeps a student's pages from acting as whoever opens them, in a line."""
     if room.host:
         return f"Each server has an address of its own, NAME.{room.host}: no page of a student's acts as who opens it."
     return (

@@ -1,4 +1,4 @@
-"""What the class works with: the released notebooks in each home folder, and nbgrader's exchange.
+"""The files that the class works with: the released notebooks in each home folder, and nbgrader's exchange.
 
 Whatever nbgrader does, it does in the box of an instructor, whose files these are.
 """

@@ -1,4 +1,4 @@
-"""What root has done in folders of the members: a child does it that has become their owner, with no capability left.
+"""Root's work in members' folders: a child does it that has become their owner, with no capability left.
 
 A member may turn any path below a folder of theirs elsewhere, at any moment.  So root opens that folder, which lies in
 one of root's, and acts on nothing below it; the child goes down from there, and follows no link.
@@ -222,7 +222,7 @@ def _tree(folder: int, name: str) -> bytes:
 
 
 def _read(descriptor: int, end: float) -> bytes:
-    """What comes until the other side is closed; b'' when that takes too long."""
+    """Return what comes until the other side is closed; b'' when that takes too long."""
     parts: list[bytes] = []
     while True:
         ready, _, _ = select.select([descriptor], [], [], max(0.0, end - time.monotonic()))

@@ -49,7 +49,7 @@ def staff_proxy_pid(room: Classroom) -> Path:
 
 
 def missing_tools() -> list[str]:
-    """What must be installed before a classroom can be started, a line each."""
+    """Return what must be installed before a classroom can be started, a line each."""
     packages = {"bwrap": "bubblewrap", "unshare": "util-linux", "ip": "iproute2", "useradd": "passwd"}
     found = [f"{tool} is not installed (package {each})" for tool, each in packages.items() if not shutil.which(tool)]
     if not os.access(node(), os.X_OK):

@@ -1,4 +1,4 @@
-"""What a student's processes take of the memory together, where no control group holds it.
+"""A limit on the memory of a student's processes together, where no control group holds it.
 
 Each process has a limit of its own (`box`), at which the kernel of a notebook gets a MemoryError.  A student with
 several large processes loses the largest of them.

@@ -78,7 +78,7 @@ class StudentsProxy(ConfigurableHTTPProxy):
 
 
 def owner(routespec: str) -> str:
-    """Whose server a route leads to; '' for the hub."""
+    """Return whose server a route leads to; '' for the hub."""
     _, kind, name, *_ = [*routespec.split("/"), "", ""]
     return unquote(name) if kind == "user" else ""
 
@@ -103,7 +103,7 @@ def keep_apart(c: Config, room: Classroom) -> None:
 
 
 def belongs(room: Classroom, instructor: bool, address: str) -> bool:
-    """Whether somebody may come in at the address that a request's header `Host` says.
+    """Return True if somebody may come in at the address that a request's header `Host` says.
 
     With a name for each server the hub has one, too; it would answer below the others, where students' pages are.
     """

@@ -1,4 +1,4 @@
-"""What a classroom is: who is in it, where its files are, and its settings; kept as JSON for the hub and for `down`."""
+"""The plan of a classroom: its members, files and settings; kept as JSON for the hub and for `down`."""
 
 import hashlib
 import json
@@ -21,7 +21,7 @@ STAFF_HOST = f"instructors.{LOCAL}"
 
 @dataclass(frozen=True)
 class Limits:
-    """What the server of a student may take with all its kernels and nodes; an instructor's has four times as much."""
+    """The limits of a student's server with all its kernels and nodes; an instructor's has four times as much."""
 
     memory: int = 3 * GIB  # bytes
     tasks: int = 1000  # processes and threads
@@ -58,7 +58,7 @@ class Classroom:
 
     @property
     def state(self) -> Path:
-        """What only root may read: settings, the hub's database, logs, passwords, and what was made."""
+        """Return what only root may read: settings, the hub's database, logs, passwords, and what was made."""
         return self.folder / "state"
 
     @property
@@ -83,19 +83,19 @@ class Classroom:
 
     @property
     def hub_socket(self) -> Path:
-        """Where the hub listens to the proxy and to the students' servers, which see the folder that it is in."""
+        """Return the hub's socket for the proxy and the students' servers, which see the folder that it is in."""
         return self.run / "hub" / "hub.sock"
 
     @property
     def url(self) -> str:
-        """Where a browser on this machine finds it."""
+        """Return where a browser on this machine finds it."""
         scheme, usual = ("https", 443) if self.certificate else ("http", 80)
         port = "" if self.port == usual else f":{self.port}"
         return f"{scheme}://{self.host or self.ip or LOCAL}{port}/"
 
     @property
     def staff_address(self) -> str:
-        """Where instructors find it when the servers share an address: as the header `Host` says it; '' otherwise.
+        """Return the instructors' address when the servers share one: as the header `Host` says it; '' otherwise.
 
         It is a name of its own, because browsers send cookies to all ports of a name.
         """
@@ -110,7 +110,7 @@ class Classroom:
         return self.homes / member.name
 
     def socket(self, member: Member) -> Path:
-        """Where a member's server listens."""
+        """Return where a member's server listens."""
         return self.run / "servers" / f"{member.name}.sock"
 
     def user(self, member: Member) -> str:
@@ -133,7 +133,7 @@ class Classroom:
 
     @classmethod
     def load(cls, folder: Path) -> Self:
-        """What `save` wrote; raises UsageError when there is nothing."""
+        """Return what `save` wrote; raises UsageError when there is nothing."""
         try:
             fields: dict[str, Any] = json.loads((folder / "state" / SETTINGS).read_text(encoding="utf-8"))
         except FileNotFoundError:
@@ -145,7 +145,7 @@ class Classroom:
         return cls(**fields | {"folder": Path(fields["folder"]), "members": members, "limits": limits})
 
     def limits_of(self, member: Member) -> Limits:
-        """What a member's server may take."""
+        """Return what a member's server may take."""
         own = self.limits
         if not member.instructor:
             return own

@@ -1,4 +1,4 @@
-"""Who is in the class: the roster, a CSV file with the columns `student` and, for instructors, `role`.
+"""The roster of the class, a CSV file with the columns `student` and, for instructors, `role`.
 
 The columns `first_name` and `last_name`, if there are any, are what instructors see in Formgrader.
 """
@@ -52,7 +52,7 @@ def read(path: Path, instructors: list[str]) -> list[Member]:
 
 
 def wrong(name: str) -> str:
-    """Why a name cannot be that of a Unix user; '' when it can."""
+    """Return why a name cannot be that of a Unix user; '' when it can."""
     if not NAME.fullmatch(name):
         return f"{name!r} is no Unix name: write a lower-case letter first, then letters, digits, - and _"
     if len(name) > LONGEST:

@@ -16,7 +16,7 @@ ALONE = "CLASSROOM_CONFIGURATION"  # the same for the only folder in which confi
 
 
 def every(idle: float) -> int:
-    """How often (s) to look for what has been idle for so long (s)."""
+    """Return how often (s) to look for what has been idle for so long (s)."""
     return max(1, min(60, round(idle / 4)))
 
 

@@ -42,12 +42,12 @@ class Running:
 
     @classmethod
     def from_fields(cls, fields: dict[str, Any]) -> Self:
-        """What `asdict` made, as it comes back from JSON."""
+        """Return what `asdict` made, as it comes back from JSON."""
         return cls(fields["pid"], fields["born"], tuple(fields.get("groups", ())))
 
     @property
     def alive(self) -> bool:
-        """Whether its process is there."""
+        """Return True if its process is there."""
         return self.pid > 0 and registry.alive(self.pid, self.born)
 
     def end(self) -> None:
@@ -104,11 +104,11 @@ class BoxSpawner(Spawner):
             await asyncio.sleep(RETRY)
 
     async def get_url(self) -> str:
-        """Where it is, also for a hub that was started after it."""
+        """Return where it is, also for a hub that was started after it."""
         return str(self.server.url)
 
     def get_state(self) -> dict[str, Any]:
-        """What a hub that is started later needs to know."""
+        """Return what a hub that is started later needs to know."""
         return super().get_state() | {"running": asdict(self._running)}
 
     def load_state(self, state: dict[str, Any]) -> None:
@@ -126,7 +126,7 @@ class BoxSpawner(Spawner):
         self._running, self._process = Running(0, 0), None
 
     def _bound_memory(self) -> None:
-        """What a control group would do."""
+        """Bound the server's memory as a control group would."""
         room = self.room
         with contextlib.suppress(KeyError):  # no longer a member
             most = room.limits_of(room.find(self.user.name)).memory

@@ -1,4 +1,4 @@
-"""What was handed in as a zip archive: ordinary files of sane names, number and size, into bytes."""
+"""Reading submissions from zip archives: ordinary files of sane names, number and size, into bytes."""
 
 import io
 import zipfile

@@ -1,4 +1,4 @@
-"""What there is to collect: each bundle holds the files that one student handed in together."""
+"""Bundles of files to collect: each bundle holds the files that one student handed in together."""
 
 import contextlib
 import json
@@ -65,7 +65,7 @@ class Bundle:
 
 
 def bundles(source: Path, unplaced: list[str]) -> Iterator[Bundle]:
-    """What belongs together in a source; what cannot be read gets a line in `unplaced`.
+    """Yield what belongs together in a source; what cannot be read gets a line in `unplaced`.
 
     Raises UsageError for a source that is not there.
     """
@@ -109,7 +109,7 @@ def unpacked(path: Path, assignment: str) -> Iterator[Path]:
 
 
 def receipt(content: bytes | None) -> dict[str, Any]:
-    """What the receipt of a hand-in says; empty when there is none, without files when it cannot be read."""
+    """Return what the receipt of a hand-in says; empty when there is none, without files when it cannot be read."""
     try:
         found = json.loads(content) if content is not None else {}
     except (ValueError, RecursionError):
@@ -187,7 +187,7 @@ def _archive(path: Path, unplaced: list[str]) -> Iterator[Bundle]:
 
 
 def _of_platform(download: str, inside: Iterable[Packed | Loose], unplaced: list[str]) -> Iterator[Bundle]:
-    """What each student uploaded, of the files of a bulk download.
+    """Yield what each student uploaded, of the files of a bulk download.
 
     One after the other is unpacked, and what is wrong with one is no other's loss.
     """

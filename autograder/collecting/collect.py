@@ -51,12 +51,12 @@ class HandedIn:
 
     @property
     def files(self) -> dict[str, bytes]:
-        """What was handed in."""
+        """Return what was handed in."""
         return {name: zlib.decompress(content) for name, content in self.packed.items()}
 
     @property
     def remark(self) -> str:
-        """What an instructor should know of it."""
+        """Return what an instructor should know of it."""
         reasons = {
             f"its receipt {self.receipt}": self.receipt not in (VERIFIED, NONE),
             "the platform marks it late": self.came.late,
@@ -67,7 +67,7 @@ class HandedIn:
 
 @dataclass
 class Collection:
-    """What came of it."""
+    """The result of collecting."""
 
     laid_out: list[HandedIn]
     kept: list[HandedIn]  # in `.others`
@@ -116,7 +116,7 @@ def _rank(handed_in: HandedIn, due: datetime | None) -> tuple[tuple[bool, dateti
 
 
 def _several_people(found: list[HandedIn], before: list[Source], roster: Roster | None) -> str:
-    """Why these hand-ins under one name seem to be of several people; '' when they do not.
+    """Return why these hand-ins under one name seem to be of several people; '' when they do not.
 
     A platform's number tells people apart: Canvas's everywhere, Moodle's within one download of an assignment.
     """
@@ -134,7 +134,7 @@ def _several_people(found: list[HandedIn], before: list[Source], roster: Roster 
 
 
 def _weight(at: datetime, due: datetime | None) -> tuple[bool, datetime]:
-    """What is compared of two hand-ins: on time counts more than late, and then newer more than older."""
+    """Return what is compared of two hand-ins: on time counts more than late, and then newer more than older."""
     return due is None or at <= due, at
 
 
@@ -142,7 +142,7 @@ def _weight(at: datetime, due: datetime | None) -> tuple[bool, datetime]:
 
 
 def _identify(bundle: Bundle, roster: Roster | None) -> HandedIn:
-    """Who handed a bundle in, for which exercise, and when; raises LookupError, which says what is not known."""
+    """Return who handed a bundle in, for which exercise, and when; raises LookupError, which says what is not known."""
     files = {str(member.path): member.content for member in bundle.members if len(member.path.parts) == 1}
     receipt = read_receipt(files.pop(RECEIPT, None))
     assignment = _assignment(files, receipt)
@@ -282,7 +282,7 @@ def _write(handed_in: HandedIn, target: Path, into: Path) -> None:
 
 
 def describe(collection: Collection) -> str:
-    """What came of a collection, in lines for the instructor."""
+    """Return what came of a collection, in lines for the instructor."""
     lines = []
     for title, handed_in in (("Laid out:", collection.laid_out), ("Kept, but not counted:", collection.kept)):
         lines += [title] * bool(handed_in)

@@ -1,4 +1,4 @@
-"""Whose file it is: the names that learning platforms give to what they download, and the class's roster.
+"""The owner of a downloaded file: the names that learning platforms give to what they download, and the class's roster.
 
 Canvas, *Download Submissions*: `doejane_LATE_1234_5678_calculator.zip`, which is the name without spaces, the mark of
 a late one, the user's number and the upload's; a file handed in again gets `-1`, `-2`, ... before its suffix.
@@ -29,7 +29,7 @@ ID = re.compile(r"[\w.@+-]+(?: [\w.@+-]+)*")
 
 @dataclass(frozen=True)
 class Origin:
-    """What a name tells of a file: who handed it in, as the platform calls them, and the file's own name."""
+    """The content of a file's name: who handed it in, as the platform calls them, and the file's own name."""
 
     names: tuple[str, ...]  # of the student: any of them may be in the roster
     file: str
@@ -39,7 +39,7 @@ class Origin:
 
 
 def origin(path: PurePosixPath) -> Origin | None:
-    """What the path of a file in a bulk download tells; None when it is of no known form.
+    """Return what the path of a file in a bulk download tells; None when it is of no known form.
 
     Students choose how their files are called.  A name that could be of two people is nobody's.
     """
@@ -78,7 +78,7 @@ class Roster:
         raise LookupError(f"{' or '.join(map(repr, names))} is not in the roster")
 
     def has(self, name: str) -> bool:
-        """Whether a student is called so."""
+        """Return True if a student is called so."""
         return bool(self._called.get(_plain(name)))
 
     def add(self, student: str, names: list[str]) -> None:
@@ -155,6 +155,6 @@ def folder_name(name: str) -> str:
 
 
 def _plain(name: str) -> str:
-    """What is compared: letters and digits, without accents and case, as Canvas writes names in file names."""
+    """Return what is compared: letters and digits, without accents and case, as Canvas writes names in file names."""
     letters = unicodedata.normalize("NFKD", name.casefold())
     return "".join(letter for letter in letters if letter.isalnum())

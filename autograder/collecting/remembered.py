@@ -1,4 +1,4 @@
-"""What `autograder collect` remembers of each hand-in, so that its page can go back to whom it came from.
+"""The record that `autograder collect` keeps of each hand-in, so that its page can go back to whom it came from.
 
 `SUBMITTED/.origins/STUDENT/ASSIGNMENT.jsonl` has a line of JSON for each hand-in that was laid out there, the last one
 for what is there now: the fields of `Source`.  It lies outside of the students' folders, where they write nothing.
@@ -16,7 +16,7 @@ ORIGINS = ".origins"
 
 @dataclass(frozen=True)
 class Source:
-    """Where a hand-in came from."""
+    """The origin of a hand-in."""
 
     platform: str  # Canvas, Moodle, or "" for an archive of `course hand-in` or a folder
     name: str  # of the student there
@@ -38,7 +38,7 @@ def add(submitted: Path, student: str, assignment: str, source: Source) -> None:
 
 
 def read(submitted: Path, student: str, assignment: str) -> list[Source]:
-    """Where the hand-ins of a student came from, the last one what is laid out now; empty when it is not known."""
+    """Return the origins of a student's hand-ins, that of the one laid out now last; empty when unknown."""
     found = []
     with contextlib.suppress(OSError):
         for line in _path(submitted, student, assignment).read_bytes().splitlines():

@@ -77,7 +77,7 @@ class Scores:
 
 
 def by_hand(url: str, assignment: str, student: str) -> list[Mark]:
-    """What was, or must still be, marked or commented on by hand in a submission, and its late penalty."""
+    """Return what was, or must still be, marked or commented on by hand in a submission, and its late penalty."""
     tested = {test.cell for test in load(assignment).tests}
     with Gradebook(url) as book:
         notebook = book.find_submission_notebook(assignment, assignment, student)

@@ -61,7 +61,7 @@ class OwnersCollect(ExchangeCollect):
         self.src_records = list(newest.values())
 
     def _in_time(self, record: dict[str, Any]) -> tuple[bool, Any]:
-        """What sorts hand-ins, with those after the due date first where they do not count."""
+        """Return what sorts hand-ins, with those after the due date first where they do not count."""
         late = bool(self.before_duedate and self.duedate and record["timestamp"] > self.duedate)
         return not late, record["timestamp"]
 
@@ -111,7 +111,7 @@ def shown(path: str) -> str:
 
 
 def is_folder(path: str) -> bool:
-    """Whether there is a folder, and no link to one."""
+    """Return True if there is a folder, and no link to one."""
     try:
         return stat.S_ISDIR(os.lstat(path).st_mode)
     except OSError:
@@ -119,7 +119,7 @@ def is_folder(path: str) -> bool:
 
 
 def _text(path: Path) -> str | None:
-    """What is in a small file of ASCII; None when it is something else."""
+    """Return what is in a small file of ASCII; None when it is something else."""
     try:
         return path.read_bytes()[:1000].decode("ascii").strip()
     except (OSError, UnicodeDecodeError):

@@ -1,4 +1,4 @@
-"""What the exporters share: whose grades of which assignments, and a CSV file that is safe to open.
+"""Parts that the exporters share: whose grades of which assignments, and a CSV file that is safe to open.
 
 Spreadsheets run a cell that begins with = + - or @ as a formula, and students choose their names (OWASP, "CSV
 Injection").  Names, and whatever else the import does not use, get an apostrophe in front, as OWASP advises.  What
@@ -120,7 +120,7 @@ class Exporter(ExportPlugin):
 
 
 def has_score(part: object) -> bool:
-    """Whether one of nbgrader's grades (of a cell) has points, from tests or by hand."""
+    """Return True if one of nbgrader's grades (of a cell) has points, from tests or by hand."""
     return getattr(part, "auto_score", None) is not None or getattr(part, "manual_score", None) is not None
 
 

@@ -34,7 +34,7 @@ quiet.setLevel(logging.ERROR)
 
 
 class LatePolicy(LateSubmissionPlugin):
-    """How many points a late submission loses.
+    """The rule for how many points a late submission loses.
 
     Days are counted from the due date, moved by the student's extension and by `grace_days`: each day that has begun
     (`count = "started"`), or each that is over ("whole").  Counted days are first paid from the student's
@@ -119,7 +119,7 @@ def _put_off(due: datetime, extension: float | str | datetime) -> datetime:
 
 
 def timestamp(folder: Path) -> datetime | None:
-    """When a submission was handed in (UTC), from the file that nbgrader puts into its folder; None when unknown."""
+    """Return when a submission was handed in (UTC), from the file that nbgrader puts into its folder, or None."""
     try:
         return reading.handed_in_at(folder)
     except ValueError as error:
@@ -147,7 +147,7 @@ def course_config(submitted: Path) -> Config | None:
 
 
 def concerned(handed_in: SubmittedAssignment) -> bool:
-    """Whether it has a penalty, or should have one."""
+    """Return True if it has a penalty, or should have one."""
     return bool(handed_in.total_seconds_late or handed_in.late_submission_penalty)
 
 

@@ -22,7 +22,7 @@ IMPORT = re.compile(r"(?:from [\w.]+ )?import [\w., ]+$")
 
 
 def secrets(name: str, notebook: Path) -> dict[str, str]:
-    """What no released file of an exercise may show: each text, with what it is."""
+    """Return what no released file of an exercise may show: each text, with what it is."""
     marked = cells.read(notebook)
     public = [file.read_text(encoding="utf-8") for file in COURSE.rglob("*.py")]
     stubs = [SOLUTION.sub("", cell.source) for cell in marked if cell.solution]
@@ -42,7 +42,7 @@ def secrets(name: str, notebook: Path) -> dict[str, str]:
 
 
 def leaks(folder: Path, kept: dict[str, str]) -> Iterator[str]:
-    """Where a file below `folder` shows one of the texts, a line each for the instructor."""
+    """Yield each place where a file below `folder` shows one of the texts, a line each for the instructor."""
     known = {text.lower(): (text, what) for text, what in kept.items()}
     for path in sorted(path for path in folder.rglob("*") if path.is_file()):
         for place, text_there in _texts(path):

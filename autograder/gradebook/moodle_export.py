@@ -64,7 +64,7 @@ class MoodleExporter(Exporter):
         return rows
 
     def _key(self, student: Student) -> str:
-        """What Moodle finds the student by; empty when the gradebook does not have it."""
+        """Return what Moodle finds the student by; empty when the gradebook does not have it."""
         keys = {"username": student.id, "email": student.email, "idnumber": student.lms_user_id or student.id}
         return (keys[self.user] or "").strip()
 

@@ -1,4 +1,4 @@
-"""What nbgrader's `autograde` and `generate_feedback` do in this course, as its configuration says (`config`).
+"""Plugins for nbgrader's `autograde` and `generate_feedback`, as its configuration says (`config`).
 
 nbgrader would run a handed-in notebook in the instructor's account, and believe what it prints.  Instead the files of
 the submission are graded in the sandbox, as `autograder grade` does, and the notebook is only shown: as handed in,

@@ -77,7 +77,7 @@ def hand_out(folder: Path, released: Iterable[Path]) -> None:
 
 
 def pages() -> dict[str, Path]:
-    """What students get to read beside the notebooks, by the path at which they find it."""
+    """Return what students get to read beside the notebooks, by the path at which they find it."""
     docs = repository() / "docs"
     found = {"README.md": docs / "student" / "README.md", "when-it-goes-wrong.md": docs / "when-it-goes-wrong.md"}
     return found | {f"{page.parent.name}/{page.name}": page for page in sorted(docs.glob("when-it-goes-wrong/*.md"))}

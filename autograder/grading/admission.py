@@ -1,4 +1,4 @@
-"""When the next grading may begin on this machine: while a core is left for it, or processor to spare.
+"""Admission of the next grading on this machine: while a core is left for it, or processor to spare.
 
 Much of a grading is waiting: for a program that must give up, for an answer that must take its time.  So there are more
 workers than cores, and one beyond the number of cores begins only when the others leave enough of the processor idle.
@@ -21,7 +21,7 @@ WINDOW = 0.4  # s over which that is measured
 
 
 def cores() -> int:
-    """How many cores this process may use."""
+    """Return how many cores this process may use."""
     return len(os.sched_getaffinity(0))
 
 
@@ -37,7 +37,7 @@ def turn() -> Iterator[None]:
 
 
 def _take_core(folder: Path, held: contextlib.ExitStack) -> bool:
-    """Whether there are fewer gradings than cores; then this one is counted until `held` is closed."""
+    """Return True if there are fewer gradings than cores; then this one is counted until `held` is closed."""
     for number in range(cores()):
         with contextlib.suppress(Timeout):
             held.enter_context(FileLock(folder / f"grading-{number}.lock", blocking=False))
@@ -46,7 +46,7 @@ def _take_core(folder: Path, held: contextlib.ExitStack) -> bool:
 
 
 def _find_spare(folder: Path) -> bool:
-    """Whether enough of the processor is idle, and nobody else has just begun because of that; takes WINDOW."""
+    """Return True if enough of the processor is idle, and nobody else has just begun because of that; takes WINDOW."""
     with FileLock(folder / "grading-spare.lock"):  # one after the other: what has begun must be seen by the next
         before, start = _idle(), time.monotonic()
         time.sleep(WINDOW)

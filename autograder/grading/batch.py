@@ -74,14 +74,14 @@ def changed(out: Path, keys: Iterable[tuple[str, str]]) -> list[tuple[str, str]]
 
 
 def outdated(origin: Origin, key: tuple[str, str]) -> bool:
-    """Whether the suite or the files handed in have changed since a result; files that are gone have not changed."""
+    """Return True if the suite or the files handed in have changed since a result; missing files have not."""
     now = current(origin, key)
     there = os.path.lexists(Path(origin.submitted, *key))
     return origin.suite != now.suite or (there and origin.files != now.files)
 
 
 def current(origin: Origin, key: tuple[str, str]) -> Origin:
-    """What a result would be made from now."""
+    """Return what a result would be made from now."""
     return Origin(origin.submitted, exercises.pack(key[1]).digest, digest(read(Path(origin.submitted), *key)))
 
 

@@ -75,7 +75,7 @@ class DaskPool:
         self._client, self._patience, self._unsafe = client, patience, unsafe
 
     def workers(self) -> Mapping[str, int]:
-        """How many submissions each worker can grade at once; none while the scheduler cannot be reached."""
+        """Return how many submissions each worker can grade at once; none while the scheduler cannot be reached."""
         try:
             return self._client.nthreads() if self._client.status == "running" else {}
         except (OSError, TypeError, ValueError):
@@ -96,7 +96,7 @@ class DaskPool:
         )
 
     def report(self, grading: Grading) -> Report:
-        """What came of it; raises WorkerLost, or what the worker raised."""
+        """Return what came of it; raises WorkerLost, or what the worker raised."""
         assert isinstance(grading, Future)
         try:
             return grading.result(timeout=HELLO)

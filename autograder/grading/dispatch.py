@@ -1,4 +1,4 @@
-"""Which submission is graded where: hands submissions to workers as these are free, and notices when a worker dies.
+"""Dispatch of gradings: hands submissions to workers as these are free, and notices when a worker dies.
 
 A submission is sent to one worker.  When that worker dies, another one grades the submission again; one that has lost
 LIVES workers is given up, because it may be what kills them.  How workers are reached is not known here, see `Pool`.
@@ -44,13 +44,13 @@ class Pool(Protocol):
     """The workers, as the dispatcher needs them."""
 
     def workers(self) -> Mapping[str, int]:
-        """How many submissions each worker can grade at once, by its address; empty while none can be reached."""
+        """Return how many submissions each worker can grade at once, by address; empty while none is reachable."""
 
     def send(self, task: Task) -> Grading:
         """Have `task.worker`, and no other, grade the task."""
 
     def report(self, grading: Grading) -> Report:
-        """What an ended grading gave; raises WorkerLost, or what the worker raised."""
+        """Return what an ended grading gave; raises WorkerLost, or what the worker raised."""
 
     def cancel(self, gradings: list[Grading]) -> None:
         """Break these off."""

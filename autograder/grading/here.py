@@ -28,7 +28,7 @@ class ThisMachine:
         self._box = choose(unsafe)
 
     def workers(self) -> Mapping[str, int]:
-        """How many submissions can be graded at once."""
+        """Return how many submissions can be graded at once."""
         return {ADDRESS: self._jobs}
 
     def send(self, task: Task) -> "Future[Report]":
@@ -40,7 +40,7 @@ class ThisMachine:
         return grading
 
     def report(self, grading: Grading) -> Report:
-        """What came of it; raises what grading it raised."""
+        """Return what came of it; raises what grading it raised."""
         assert isinstance(grading, Future)
         return grading.result()
 

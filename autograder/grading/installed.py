@@ -1,4 +1,4 @@
-"""What code is installed: a worker on another machine must grade with the same code as the coordinator."""
+"""Digests of the installed code: a worker on another machine must grade with the same code as the coordinator."""
 
 import hashlib
 from collections.abc import Iterator, Mapping
@@ -23,7 +23,7 @@ def digests() -> dict[str, str]:
 
 
 def difference(mine: Mapping[str, str], theirs: Mapping[str, str]) -> str:
-    """How a worker's digests differ from the coordinator's, in words; "" when they do not."""
+    """Return how a worker's digests differ from the coordinator's, in words; "" when they do not."""
     names = sorted(name for name in mine.keys() | theirs.keys() if mine.get(name) != theirs.get(name))
     told = []
     for name in names[:SHOWN]:

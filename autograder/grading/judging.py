@@ -143,7 +143,7 @@ def run_suite(job: Job, hidden: Path, client: LaunchClient, threads: Threads | N
 
 
 def _own_view(interfaces: str) -> Path:
-    """Where this process sees an interface package: it has the folder of all of them, see `view.of_judge`."""
+    """Return where this process sees an interface package: it has the folder of all of them, see `view.of_judge`."""
     prefix = Path(interfaces)
     return Path(INTERFACES, prefix.parent.name, prefix.name)
 

@@ -122,7 +122,7 @@ class Launcher:
                     self._control.send(b"end")
 
     def _too_much(self, user: int | None, end: float) -> str:
-        """Why the judging process must be ended; empty while it need not."""
+        """Return why the judging process must be ended; empty while it need not."""
         if time.monotonic() > end:
             return "it did not come to an end"
         judging = self._judging.pid

@@ -61,7 +61,7 @@ class Worker:
         self._process, self._jobs, self._answers = process, process.stdin, process.stdout
 
     def run(self, job: Job) -> Answer:
-        """What the worker says about `job`.
+        """Return what the worker says about `job`.
 
         Raises JudgeDied when the process that judges came to a bad end, and InfrastructureError when the worker did, or
         has not answered in time.  After an exception the worker cannot be used again.
@@ -121,7 +121,7 @@ class Worker:
 
 
 def _read(said: str) -> tuple[list[Verdict], Finished | None]:
-    """What the process that judges has told; what is neither a Verdict nor Finished is left out."""
+    """Return what the process that judges has told; what is neither a Verdict nor Finished is left out."""
     verdicts: list[Verdict] = []
     finished = None
     for line in said.splitlines():

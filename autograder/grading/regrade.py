@@ -31,7 +31,7 @@ class Move:
 
     @property
     def moved(self) -> bool:
-        """Whether the score is another one."""
+        """Return True if the score is another one."""
         old, new = self.old, self.new
         return (old.status, old.score, old.max_score) != (new.status, new.score, new.max_score)
 
@@ -42,7 +42,7 @@ class Move:
 
 
 class Regrading:
-    """What is to be graded again in an output folder that is open, and the new results so far.
+    """The submissions to grade again in an output folder that is open, and the new results so far.
 
     A context: new results that are not applied are kept for the next regrading.
     """
@@ -96,7 +96,7 @@ class Regrading:
         shutil.rmtree(self.pending.folder)
 
     def _is_pending(self, key: tuple[str, str]) -> bool:
-        """Whether there is a new result that neither a change of the suite nor a hand-in has made old again."""
+        """Return True if there is a new result that neither a change of the suite nor a hand-in has made old again."""
         return (
             key in self.pending.done
             and self.pending.done[key].status != INFRASTRUCTURE_ERROR

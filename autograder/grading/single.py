@@ -43,7 +43,7 @@ log = logging.getLogger("autograder")
 
 @dataclass(frozen=True)
 class Judgement:
-    """How the grading of a submission ended."""
+    """The outcome of the grading of a submission ended."""
 
     status: str  # a report's
     verdicts: dict[str, Verdict] = field(default_factory=dict)  # by test
@@ -54,12 +54,12 @@ class Judgement:
 
     @property
     def passed(self) -> int:
-        """How many tests were passed."""
+        """Return how many tests were passed."""
         return sum(verdict.outcome == PASSED for verdict in self.verdicts.values())
 
     @property
     def in_doubt(self) -> bool:
-        """Whether a test was lost on a machine that was too busy to tell why."""
+        """Return True if a test was lost on a machine that was too busy to tell why."""
         return self.status == GRADED and self.busy > machine.STARVED and self.passed < len(self.verdicts)
 
 

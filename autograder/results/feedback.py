@@ -32,7 +32,7 @@ def page(report: Report, by_hand: Iterable[Mark] = ()) -> str:
 
 
 def feedback(report: Report, by_hand: Iterable[Mark] = ()) -> record.Feedback:
-    """What the student may know of a report, with the marks that the instructor gave by hand."""
+    """Return what the student may know of a report, with the marks that the instructor gave by hand."""
     by_hand = list(by_hand)
     points, most = total(report, by_hand)
     cells = {test.id: test.cell for test in load(report.assignment).tests}

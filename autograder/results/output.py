@@ -24,7 +24,7 @@ DETAILS = "details.jsonl"  # for instructors alone
 
 @dataclass(frozen=True)
 class Origin:
-    """What a result was made from; as long as it has not changed, grading again would tell nothing new."""
+    """The inputs that a result was made from; as long as it has not changed, grading again would tell nothing new."""
 
     submitted: str  # the folder with STUDENT/ASSIGNMENT/FILES
     suite: str  # the digest of the exercise
@@ -138,7 +138,7 @@ def read_with_details(
 
 
 def origins(folder: Path, lost: bool = False) -> dict[tuple[str, str], Origin]:
-    """What each result of an output folder was made from.
+    """Return what each result of an output folder was made from.
 
     Raises UsageError when a folder of submissions does not exist any more, unless `lost` allows it.
     """
@@ -155,7 +155,7 @@ def origins(folder: Path, lost: bool = False) -> dict[tuple[str, str], Origin]:
 
 
 def _read_details(folder: Path) -> Iterator[dict]:
-    """What is for the instructor alone, in the order written."""
+    """Yield what is for the instructor alone, in the order written."""
     if (folder / DETAILS).exists():
         with open(folder / DETAILS, "rb") as file:
             yield from (json.loads(line) for line in file if line.endswith(b"\n"))

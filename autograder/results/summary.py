@@ -1,4 +1,4 @@
-"""What the results of a batch say about a class: scores, each hidden test, and what an instructor should look at."""
+"""A summary of a batch's results for a class: scores, each hidden test, and what an instructor should look at."""
 
 import os
 import statistics
@@ -42,7 +42,7 @@ class Item:
 
     @property
     def tried(self) -> int:
-        """How many submissions it judged."""
+        """Return how many submissions it judged."""
         return sum(self.outcomes.values())
 
     @property
@@ -52,7 +52,7 @@ class Item:
 
     @property
     def remark(self) -> str:
-        """What an instructor should ask about it, or ""."""
+        """Return what an instructor should ask about it, or ""."""
         if self.passed in (0, 1):
             return "everybody passed" if self.passed else "nobody passed: is the task clear, is the test right?"
         if self.discrimination is not None and self.discrimination < ODD:

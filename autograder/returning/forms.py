@@ -1,4 +1,4 @@
-"""How pages are called and packed, so that they find their way back.
+"""The names and archives in which pages are returned, so that they find their way back.
 
 Canvas, *Upload Submissions* of an assignment that was downloaded: a zip archive of files called as those downloaded.
 It looks for two numbers between underscores, the student's and that of a file which the student has handed in
@@ -22,14 +22,14 @@ HOW = {
 
 @dataclass(frozen=True)
 class Way:
-    """How one page goes back."""
+    """The way in which one page goes back."""
 
     form: str  # CANVAS, MOODLE or FILES
     name: str  # of the page: in the archive, or in the folder
 
 
 def way(student: str, assignment: str, came: list[Source], form: str | None) -> Way:
-    """How the page of a submission goes back: in `form`, or else the way that it came.
+    """Return how the page of a submission goes back: in `form`, or else the way that it came.
 
     `came` is what is remembered, the last one what was graded.  Raises LookupError, which says why there is no way.
     """

@@ -27,7 +27,7 @@ SQLITE = "sqlite:///"
 
 @dataclass
 class Returned:
-    """What was made, and what was not."""
+    """The pages that were made, and those that were not."""
 
     made: dict[Path, int] = field(default_factory=dict)  # pages, by archive or folder
     forms: dict[Path, str] = field(default_factory=dict)  # of `forms`
@@ -37,7 +37,7 @@ class Returned:
 
 
 class Marks:
-    """What was marked by hand, from a gradebook; without one, nothing was."""
+    """The marks given by hand, from a gradebook; without one, nothing was."""
 
     def __init__(self, url: str | None, submitted: Path):
         """Raises UsageError when the course's configuration, which says what lateness costs, cannot be loaded."""
@@ -109,7 +109,7 @@ def give_back(
 
 
 def describe(result: Returned) -> str:
-    """What came of it, in lines for the instructor."""
+    """Return what came of it, in lines for the instructor."""
     lines = []
     for path, count in result.made.items():
         lines.append(f"{path}: {_pages(count)}; {forms.HOW[result.forms[path]]}")

@@ -287,7 +287,7 @@ class Sandbox:
         return variables.of_program(domain, view.HOME, own, view.PROFILE, confined=True)
 
     def _why_killed(self) -> str:
-        """Why the kernel has killed a program, in words for the student; '' when nothing is known."""
+        """Return why the kernel has killed a program, in words for the student; '' when nothing is known."""
         if self._group and self._group.out_of_memory:
             return f"your programs together took more than {cgroup.MEMORY >> 30} GiB of memory; keep only what you need"
         return ""

@@ -46,7 +46,7 @@ class Group:
 
     @property
     def out_of_memory(self) -> bool:
-        """Whether the kernel has ended a process of the group because of its memory."""
+        """Return True if the kernel has ended a process of the group because of its memory."""
         for folder in self.folders:
             for name in ("memory.oom_control", "memory.events"):
                 with contextlib.suppress(OSError):
@@ -125,7 +125,7 @@ def _giving(root: Path, path: str) -> Path | None:
 
 
 def _ended(folder: Path) -> bool:
-    """Whether no process is in the group; those that are get SIGKILL."""
+    """Return True if no process is in the group; those that are get SIGKILL."""
     try:
         left = [int(number) for number in (folder / "cgroup.procs").read_text().split()]
     except OSError:

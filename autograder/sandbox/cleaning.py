@@ -1,4 +1,4 @@
-"""What a student may read of their program's output: no folders of the grader's machine, and no hidden input.
+"""Cleaning of a program's output for its student: no folders of the grader's machine, and no hidden input.
 
 The output of a student's program is theirs, but it can repeat what the hidden tests have sent to it.
 """

@@ -1,4 +1,4 @@
-"""Which layers of the sandbox hold on this machine: each is tried by a program in it, none is taken on trust."""
+"""A check of the sandbox's layers on this machine: each is tried by a program in it, none is taken on trust."""
 
 import json
 import os
@@ -122,7 +122,7 @@ def examine() -> list[Layer]:
 
 
 def refused(layers: list[Layer]) -> bool:
-    """Whether grading must not be trusted to this machine."""
+    """Return True if grading must not be trusted to this machine."""
     return not all(layer.holds for layer in layers if layer.required)
 
 
@@ -195,7 +195,7 @@ def _calls() -> dict[str, int]:
 
 
 def _layers(seen: dict[str, Any], box: str) -> Iterator[Layer]:
-    """What the probe has printed, layer by layer."""
+    """Yield what the probe has printed, layer by layer."""
 
     def apart(name: str) -> bool:
         return seen["namespaces"][name] != os.readlink(f"/proc/self/ns/{name}")

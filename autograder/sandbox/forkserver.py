@@ -110,7 +110,7 @@ class Forkserver:
         return self._process.pid
 
     def runs(self, file: str, files: Mapping[str, bytes]) -> bool:
-        """Whether the program `file` would be the same as if it was started, with `files` beside it."""
+        """Return True if the program `file` would be the same as if it was started, with `files` beside it."""
         if self._modules is None:
             self._control.settimeout(READY)
             try:
@@ -135,7 +135,7 @@ class Forkserver:
         return all(self._imports_what_it_uses(text) for text in texts.values())
 
     def _imports_what_it_uses(self, text: str) -> bool:
-        """Whether each loaded module that a text names stands in an import there, too.
+        """Return True if each loaded module that a text names stands in an import there, too.
 
         In a fork, `rclpy.node` is there after `import rclpy` already.
         """

@@ -1,4 +1,4 @@
-"""How the process that judges has programs started: it asks the launcher, which may start them, and may not be fooled.
+"""Requests of the judging process to start programs: it asks the launcher, which may start them, and may not be fooled.
 
 The two share a socket for one grading.  The judge may have been taken over by the program that it hears, so the
 launcher does nothing with what it is asked but to check it, and passes the judge's verdicts on without reading them.

@@ -1,4 +1,4 @@
-"""How busy this machine is: what was judged while every core had a queue before it tells little of who was judged."""
+"""A measure of this machine's load: a verdict reached while every core had a queue tells little of the student."""
 
 import os
 import time

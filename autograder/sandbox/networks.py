@@ -73,7 +73,7 @@ class Threads:
         return list(self._pools)
 
     def run(self, domain: int, do: Callable[[], Result]) -> Result:
-        """What `do()` returns, called in the domain's network."""
+        """Call `do()` in the domain's network and return its result."""
         return self._pools[domain].submit(do).result()
 
     def everywhere(self, do: Callable[[], object]) -> None:

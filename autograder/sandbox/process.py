@@ -26,7 +26,7 @@ HOLD = ["sh", "-c", "echo; exec >&-; read -r _"]
 
 @dataclass(frozen=True)
 class End:
-    """How a program ended."""
+    """The way in which a program ended."""
 
     exit_status: int  # as a shell shows it: 128 + signal
     stopped: str = ""  # why the grader ended it, for the student
@@ -38,7 +38,7 @@ class End:
 
     @classmethod
     def from_bytes(cls, text: bytes) -> "End":
-        """What `to_bytes` made; a launcher that is gone has written nothing."""
+        """Return what `to_bytes` made; a launcher that is gone has written nothing."""
         return cls(**json.loads(text)) if text else cls(128 + signal.SIGKILL, "the grader was ended")
 
 
@@ -96,7 +96,7 @@ class Process:
 
     @property
     def alive(self) -> bool:
-        """Whether it is still running."""
+        """Return True if it is still running."""
         return self._waiter.is_alive()
 
     def stop(self, why: str = "") -> None:
@@ -238,7 +238,7 @@ def children(pid: int) -> list[int]:
 
 
 def takes_more(pids: Iterable[int], most: int) -> bool:
-    """Whether some processes together take more than `most` bytes: the quick measure first, which finds too much."""
+    """Return True if processes together take more than `most` bytes: the quick measure first, which overestimates."""
     pids = list(pids)
     return total(pids, resident) > most and total(pids, proportional) > most
 

@@ -41,7 +41,7 @@ class Program:
 
     @property
     def alive(self) -> bool:
-        """Whether it is still running."""
+        """Return True if it is still running."""
         return self._look(0.0) is None
 
     @property
@@ -52,7 +52,7 @@ class Program:
 
     @property
     def output(self) -> str:
-        """What it has printed, stdout and stderr in order; the middle is left out when it is long."""
+        """Return what it has printed, stdout and stderr in order; the middle is left out when it is long."""
         with self._lock:
             return (bytes(self._head) + bytes(self._tail)).decode(errors="replace")
 
@@ -82,14 +82,14 @@ class Program:
 
     @property
     def raised(self) -> bool:
-        """Whether it died of a Python exception, which it has printed."""
+        """Return True if it died of a Python exception, which it has printed."""
         return bool(self.exit_status) and (
             "Traceback (most recent call last)" in self.output
             or bool(re.search(r"^(Syntax|Indentation|Tab)Error: ", self.output, re.MULTILINE))
         )
 
     def last_words(self) -> str:
-        """Why it ended, in a line for the student: the exception and where in their file, or the signal."""
+        """Return why it ended, in a line for the student: the exception and where in their file, or the signal."""
         if self.stopped:
             return self.stopped
         errors = re.findall(
@@ -106,7 +106,7 @@ class Program:
         return f"signal {names[status]}" if status in names else f"exit status {status}"
 
     def _look(self, timeout: float | None) -> End | None:
-        """How it ended; None when it is still running after `timeout` s."""
+        """Return how it ended; None when it is still running after `timeout` s."""
         if self._how is None:
             watched = select.poll()
             watched.register(self._end, select.POLLIN)

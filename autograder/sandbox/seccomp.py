@@ -100,7 +100,7 @@ ALLOW, KILL = 0x7FFF0000, 0x80000000
 
 
 def available() -> bool:
-    """Whether there is a filter for this machine, and a kernel that takes it."""
+    """Return True if there is a filter for this machine, and a kernel that takes it."""
     return platform.machine() in MACHINES and Path("/proc/sys/kernel/seccomp/actions_avail").exists()
 
 

@@ -26,7 +26,7 @@ log = logging.getLogger("autograder")
 
 
 def available() -> bool:
-    """Whether root may become one of the SPARE users: in a container only some users exist."""
+    """Return True if root may become one of the SPARE users: in a container only some users exist."""
     for line in Path("/proc/self/uid_map").read_text().splitlines():
         first, _, count = map(int, line.split())
         if first <= SPARE[0] and SPARE[-1] < first + count:
@@ -86,7 +86,7 @@ def give_back(taken: Mapping[int, int]) -> None:
 
 
 def _end_all(taken: Mapping[int, int]) -> bool:
-    """Whether there is a process of these users; zombies count, as they do for the kernel.
+    """Return True if there is a process of these users; zombies count, as they do for the kernel.
 
     It gets SIGKILL where it is certainly of this worker's: elsewhere, a container's users may have the same numbers.
     """
@@ -105,6 +105,6 @@ def _make_folder() -> None:
 
 
 def _is_unused(uid: int) -> bool:
-    """Whether the kernel counts no process of that user, in whatever process namespace: then it may run a program."""
+    """Return True if the kernel counts no process of that user, in any process namespace: it may run a program."""
     become = ["setpriv", f"--reuid={uid}", f"--regid={uid}", "--clear-groups", "true"]
     return not subprocess.run(["prlimit", "--nproc=0", "--", *become], capture_output=True).returncode

@@ -14,7 +14,7 @@ def ros_prefixes() -> list[Path]:
 
 
 def ros_variables(domain: int, own_network: bool) -> dict[str, str]:
-    """What the grader's and the student's ROS 2 processes have in common.
+    """Return what the grader's and the student's ROS 2 processes have in common.
 
     Over UDP, because the two share no /dev/shm; by multicast, because LOCALHOST discovery does not cross namespaces.
     """

@@ -1,4 +1,4 @@
-"""What a confined program sees of the file system, as options of bubblewrap.
+"""A confined program's view of the file system, as options of bubblewrap.
 
 The system and the folders that Python and ROS 2 are installed in, read-only, and an empty home folder with the
 handed-in files in it.  Of the grader nothing, wherever it is: beside these folders (a checkout with its `.venv`),
@@ -102,7 +102,7 @@ def system(
 
 
 def expected() -> list[str]:
-    """What a program may see: these files, folders and all in them, and the way to each from the root folder."""
+    """Return what a program may see: these files, folders and all in them, and the way to each from the root folder."""
     links = [f"/{name}" for name in SYSTEM]
     mounted = ["/proc", "/dev", "/tmp", HOME, PROFILE, *CONFIGURATION, *SYSTEM_FILES]
     return [*links, *mounted, *(str(folder) for folder, visible in folders(paths.private()).items() if visible)]

@@ -1,4 +1,4 @@
-"""How alike submissions are: every one is compared with every other."""
+"""Comparison of submissions: every one is compared with every other."""
 
 import math
 from collections import defaultdict
@@ -99,5 +99,5 @@ def _scores(programs: list[Program], owners: dict[int, list[int]]) -> tuple[NDAr
 
 
 def _rarity(owners: int, programs: int) -> float:
-    """How much a fingerprint counts: 1 when only two have it, less the more there are, little when all have it."""
+    """Return a fingerprint's weight: 1 when only two have it, less the more there are, little when all have it."""
     return math.log((programs + 1) / owners) / math.log((programs + 1) / 2)

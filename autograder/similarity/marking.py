@@ -145,7 +145,7 @@ def passages(left: Program, right: Program) -> Iterator[Passage]:
 
 
 def _goes_on(last: Step, left: Place, right: Place) -> bool:
-    """Whether a shared fingerprint at these places belongs to the passage that ends with `last`."""
+    """Return True if a shared fingerprint at these places belongs to the passage that ends with `last`."""
     return (
         (left.file, right.file) == (last.left.file, last.right.file)
         and left.token - last.left.token <= CLOSE

@@ -1,4 +1,4 @@
-"""What is compared, and where it is read from: the programs handed in, and what students were given."""
+"""The programs to compare, and their sources: the programs handed in, and what students were given."""
 
 import re
 from collections.abc import Iterable

@@ -18,7 +18,7 @@ MAX_PLACES = 20  # that are shown of one fingerprint in a submission: a million 
 
 
 class Place(NamedTuple):
-    """Where a fingerprint is found; places are in order by file, then by token."""
+    """The position of a fingerprint; places are in order by file, then by token."""
 
     file: str
     token: int  # the number of its first token in the file
@@ -26,7 +26,7 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class Program:
-    """What one student handed in for an exercise: its Python files."""
+    """One student's submission to an exercise: its Python files."""
 
     student: str
     texts: Mapping[str, str]  # by file
@@ -35,7 +35,7 @@ class Program:
 
 
 def program(student: str, texts: Mapping[str, str], boilerplate: Collection[int]) -> Program:
-    """What a student handed in, `texts` by file, with its fingerprints; the grams in `boilerplate` are none."""
+    """Return what a student handed in, `texts` by file, with its fingerprints; the grams in `boilerplate` are none."""
     found = {name: tokens(text) for name, text in texts.items()}
     prints: dict[int, list[Place]] = defaultdict(list)
     for name, these in found.items():

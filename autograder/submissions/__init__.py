@@ -1,1 +1,1 @@
-"""What was handed in: reading files and notebooks without trusting them, and which exercises there are."""
+"""Submissions: reading files and notebooks without trusting them, and which exercises there are."""

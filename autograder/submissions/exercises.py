@@ -1,4 +1,4 @@
-"""What is known of an exercise before anything runs: the folder `hidden/NAME` with `exercise.toml` and `suite.py`.
+"""The facts about an exercise before anything runs: the folder `hidden/NAME` with `exercise.toml` and `suite.py`.
 
 `exercise.toml` names the files handed in and the interface package; the suite's tests carry their points in a decorator
 and their title in the docstring (`declared`).  Both are read without importing the suite, so that the coordinator knows
@@ -104,7 +104,7 @@ def load(name: str, hidden: Path | None = None) -> Exercise:
 
 @dataclass(frozen=True)
 class _Description:
-    """What an `exercise.toml` says, checked when it is asked for."""
+    """The content of an `exercise.toml`, checked when it is asked for."""
 
     file: Path
     said: dict[str, Any]
@@ -125,7 +125,7 @@ class _Description:
 
 
 def difference(name: str, notebook: Path) -> str:
-    """How the points of the notebook's grade cells differ from those of the suite; empty when they agree."""
+    """Return how the points of the notebook's grade cells differ from those of the suite; empty when they agree."""
     hidden = load(name).cells
     shown = {
         cell.name: cell.mark.get("points", "no")

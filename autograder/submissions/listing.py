@@ -34,7 +34,7 @@ def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> li
 
 
 def _entries(submitted: Path) -> list[os.DirEntry]:
-    """What is in the folder of submissions, by name, without what archives and file servers leave."""
+    """Return what is in the folder of submissions, by name, without what archives and file servers leave."""
     return sorted(
         (entry for entry in os.scandir(submitted) if not entry.name.startswith(".") and entry.name not in JUNK),
         key=lambda entry: entry.name,
@@ -42,7 +42,7 @@ def _entries(submitted: Path) -> list[os.DirEntry]:
 
 
 def _is_text(name: str) -> bool:
-    """Whether a name is UTF-8; in any other coding it cannot be written into results or the gradebook."""
+    """Return True if a name is UTF-8; in any other coding it cannot be written into results or the gradebook."""
     try:
         name.encode()
     except UnicodeEncodeError:
@@ -51,7 +51,7 @@ def _is_text(name: str) -> bool:
 
 
 def overlooked(submitted: Path) -> list[str]:
-    """What looks like a submission in another form, which `find` leaves out: a line each, for the instructor."""
+    """Return what looks like a submission in another form, which `find` leaves out: a line each, for the instructor."""
     hints = []
     for entry in _entries(submitted):
         if not entry.is_dir():

@@ -75,7 +75,7 @@ def read_file(path: Path, limit: int = MAX_BYTES) -> bytes:
 
 
 def handed_in_at(folder: Path) -> datetime | None:
-    """When a submission was handed in, in UTC and without a zone as nbgrader has it; None when nothing tells.
+    """Return when a submission was handed in, in UTC and without a zone as nbgrader has it; None when nothing tells.
 
     Raises ValueError when what should tell is no time as nbgrader and `autograder collect` write it: UTC, or with an
     offset from it, and not in the future.

@@ -1,4 +1,4 @@
-"""What a hidden suite is written with: the student's programs while they run, the grader's ends of ROS 2, and verdicts.
+"""The toolkit for hidden suites: the student's programs while they run, the grader's ends of ROS 2, and verdicts.
 
 A suite's author finds everything here: `from autograder.suitekit import Server, Wrong, points`.  Importing this package
 loads ROS 2, so only the process that grades does it, never the coordinator.

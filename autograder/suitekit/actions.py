@@ -69,7 +69,7 @@ class Goal:
 
     @property
     def phase(self) -> str:
-        """How far it has come, in words for the student."""
+        """Return how far it has come, in words for the student."""
         if self.accepted is None:
             return "was neither accepted nor rejected"
         if not self.accepted:
@@ -129,7 +129,7 @@ class ActionCaller:
         self._client = ActionClient(ros.node, kind, action)
 
     def ready(self) -> bool:
-        """Whether the action is offered with the right type, and its feedback would be heard."""
+        """Return True if the action is offered with the right type, and its feedback would be heard."""
         return (
             self._client.server_is_ready()
             and self._feedback.get_publisher_count() > 0

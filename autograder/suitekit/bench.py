@@ -79,7 +79,7 @@ class Bench:
         self._hidden.update(value for value in values if value not in COMMON)
 
     def logs(self) -> dict[str, str]:
-        """What each file printed, as its student may read it: in the run that raised, or else printed most."""
+        """Return what each file printed, as its student may read it: in the run that raised, or else printed most."""
         told = {}
         for name, content in self.files.items():
             runs = [program for program in self.sandbox.programs if program.name == name and program.output.strip()]

@@ -1,10 +1,10 @@
-"""How much time is left for a submission, and how long a single wait may be."""
+"""The time left for a submission, and how long a single wait may be."""
 
 import time
 
 
 class Clock:
-    """How much time is left for a submission, and how long a single wait may be."""
+    """The time left for a submission, and how long a single wait may be."""
 
     def __init__(self, limit: float, patience: float = 1.0):
         """All tests together may take `limit` s; `patience` multiplies every single wait, for slow machines."""
@@ -17,5 +17,5 @@ class Clock:
         return self._end - time.monotonic()
 
     def allow(self, seconds: float) -> float:
-        """How long (s) to wait for something that should take less than `seconds`."""
+        """Return how long (s) to wait for something that should take less than `seconds`."""
         return max(0.05, min(seconds * self.patience, self.left))

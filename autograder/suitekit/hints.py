@@ -1,4 +1,4 @@
-"""What lies behind an exception that does not say it itself: for the student whose program died of it."""
+"""Hints on the causes of exceptions that do not explain themselves: for the student whose program died of it."""
 
 import re
 from typing import Protocol
@@ -21,14 +21,14 @@ KNOWN = [
 
 
 class Ended(Protocol):
-    """What is asked of a program that has ended."""
+    """The interface of a program that has ended."""
 
     def last_words(self) -> str:
-        """Why it ended, in a line for the student."""
+        """Return why it ended, in a line for the student."""
 
 
 def last_words(program: Ended) -> str:
-    """Why a program ended, in a line for the student, with what lies behind it where that is known."""
+    """Return why a program ended, in a line for the student, with what lies behind it where that is known."""
     words = program.last_words()
     found = next((text for pattern, text in KNOWN if re.search(pattern, words)), "")
     return f"{words} ({found})" if found else words

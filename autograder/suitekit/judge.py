@@ -1,4 +1,4 @@
-"""How a hidden test ends, and the pytest plugin that turns each end into a verdict.
+"""The outcomes of a hidden test, and the pytest plugin that turns each end into a verdict.
 
 A test returns, and is passed; or it raises a `Fault`: the student's program did something wrong, died or gave no
 answer.  Anything else that it raises is a failure of the grader itself, and no verdict.
@@ -140,5 +140,5 @@ class Judge:
 
 
 def _has_taken() -> int:
-    """How much memory (bytes) this process has had at most."""
+    """Return how much memory (bytes) this process has had at most."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss << 10

@@ -50,21 +50,21 @@ Question = Callable[[float, Alive], Answer | None]  # asks, waits at most so man
 
 
 class Running(Protocol):
-    """What must be known of one start of a program; `sandbox.program.Program` is one."""
+    """The interface of one start of a program; `sandbox.program.Program` is one."""
 
     stopped: str  # why the grader ended it, or empty
 
     @property
     def alive(self) -> bool:
-        """Whether it still runs."""
+        """Return True if it still runs."""
 
     @property
     def exit_status(self) -> int | None:
-        """What it ended with, or None."""
+        """Return what it ended with, or None."""
 
     @property
     def raised(self) -> bool:
-        """Whether it died of a Python exception, which it has printed."""
+        """Return True if it died of a Python exception, which it has printed."""
 
     def wait(self, timeout: float) -> bool:
         """Wait until it has ended; False when it still runs after `timeout` s."""
@@ -73,11 +73,11 @@ class Running(Protocol):
         """End it."""
 
     def last_words(self) -> str:
-        """Why it ended, in a line for the student."""
+        """Return why it ended, in a line for the student."""
 
 
 class State(Enum):
-    """Where a program stands between two questions."""
+    """The state of a program between two questions."""
 
     DOWN = auto()  # not started yet; or ended, and that is accounted for
     STARTING = auto()  # started, and nobody has seen it offer what is wanted
@@ -109,23 +109,23 @@ class Lifecycle(ABC):
 
     @abstractmethod
     def missing(self, wanted: tuple[str, ...]) -> list[str]:
-        """What the program does not offer of what is `wanted`; by default of everything that it must offer."""
+        """Return what the program does not offer of what is `wanted`; by default of everything that it must offer."""
 
     @abstractmethod
     def has_node(self) -> bool:
-        """Whether the program shows any node."""
+        """Return True if the program shows any node."""
 
     @abstractmethod
     def other_services(self) -> list[str]:
         """The services that the program's nodes offer, beyond those that every node has."""
 
     def other_topics(self) -> str:
-        """What the program's nodes publish and subscribe, as a sentence for the student; empty when nothing."""
+        """Return what the program's nodes publish and subscribe, as a sentence for the student; empty when nothing."""
         return ""
 
     @abstractmethod
     def allow(self, seconds: float) -> float:
-        """How long a wait may be that should take less than `seconds`."""
+        """Return how long a wait may be that should take less than `seconds`."""
 
     @abstractmethod
     def wait_until(self, condition: Callable[[], bool], timeout: float) -> bool:
@@ -175,7 +175,7 @@ class Lifecycle(ABC):
         self.up(*wanted)
 
     def converse(self, question: Question[Answer], what: str, *wanted: str) -> Answer:
-        """What `question(limit, alive)` returns, as soon as that is not None; raises Crashed or TimedOut.
+        """Return what `question(limit, alive)` returns, as soon as that is not None; raises Crashed or TimedOut.
 
         `what` names the question to the student ("a request to /sum"); `wanted` is what must be offered before.
         """
@@ -196,7 +196,7 @@ class Lifecycle(ABC):
         raise fault
 
     def _comes_up(self, wanted: tuple[str, ...], limit: float) -> bool:
-        """Whether the started program offers what is wanted within `limit` s, or soon after it shows a node."""
+        """Return True if the started program offers what is wanted within `limit` s, or soon after it shows a node."""
 
         def decided() -> bool:
             return not self.missing(wanted) or not self.program.alive

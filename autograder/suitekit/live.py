@@ -46,7 +46,7 @@ class LiveProgram(Lifecycle):
 
     @property
     def log(self) -> str:
-        """What the program has logged since it was started: printed or on /rosout."""
+        """Return what the program has logged since it was started: printed or on /rosout."""
         return f"{self.program.output}\n{self.ros.rosout}"
 
     def launch(self) -> Program:
@@ -58,11 +58,11 @@ class LiveProgram(Lifecycle):
         return program
 
     def missing(self, wanted: tuple[str, ...]) -> list[str]:
-        """What the program does not offer of what is `wanted`; by default of everything that it must offer."""
+        """Return what the program does not offer of what is `wanted`; by default of everything that it must offer."""
         return [offer for offer in wanted or self._offers if not self._offers[offer]()]
 
     def has_node(self) -> bool:
-        """Whether there is a node in the domain that is not the grader's."""
+        """Return True if there is a node in the domain that is not the grader's."""
         return bool(self.ros.others())
 
     def other_services(self) -> list[str]:
@@ -70,7 +70,7 @@ class LiveProgram(Lifecycle):
         return self.ros.offered()
 
     def other_topics(self) -> str:
-        """What the program's nodes publish and subscribe, with types, as a sentence for the student."""
+        """Return what the program's nodes publish and subscribe, with types, as a sentence for the student."""
         parts = [
             f"{does} {', '.join(f'{name} ({short(kind)})' for name, kind in topics)[:TOLD]}"
             for does, topics in (("publishes", own_topics(self.ros, PUBLISH)), ("subscribes", own_topics(self.ros)))
@@ -79,7 +79,7 @@ class LiveProgram(Lifecycle):
         return f"It {' and '.join(parts)}." if parts else ""
 
     def allow(self, seconds: float) -> float:
-        """How long a wait may be that should take less than `seconds`."""
+        """Return how long a wait may be that should take less than `seconds`."""
         return self.bench.clock.allow(seconds)
 
     def wait_until(self, condition: Callable[[], bool], timeout: float) -> bool:
@@ -147,5 +147,5 @@ class Server(LiveProgram):
 
 
 def offer(service: str) -> str:
-    """How the student is told of a service."""
+    """Return how the student is told of a service."""
     return f"the service {service}"

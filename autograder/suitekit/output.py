@@ -1,4 +1,4 @@
-"""What a program has printed, read."""
+"""Reading the output of a program."""
 
 import re
 

@@ -86,7 +86,7 @@ class Ros:
 
     @property
     def rosout(self) -> str:
-        """What the nodes of the domain have logged, one message per line."""
+        """Return what the nodes of the domain have logged, one message per line."""
         return "\n".join(list(self._heard))
 
     def others(self) -> list[tuple[str, str]]:
@@ -104,7 +104,7 @@ class Ros:
 
 
 def graph(query: Callable[..., list[Any]], *names: str) -> list[Any]:
-    """What `query` finds in the ROS graph; nothing when a node has gone meanwhile, or has an invalid name.
+    """Return what `query` finds in the ROS graph; nothing when a node has gone meanwhile, or has an invalid name.
 
     Below rclpy, a program can give its node any name.  Callers poll, so that a node missed once is found later.
     """

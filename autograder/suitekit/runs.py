@@ -45,12 +45,12 @@ class Run:
 
     @property
     def output(self) -> str:
-        """What the program has printed so far."""
+        """Return what the program has printed so far."""
         return self._program.output
 
     @property
     def raised(self) -> bool:
-        """Whether it died of a Python exception, which it has printed."""
+        """Return True if it died of a Python exception, which it has printed."""
         return self._program.raised
 
     def again(self) -> None:

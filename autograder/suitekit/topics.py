@@ -42,7 +42,7 @@ class Listener:
 
     @property
     def ready(self) -> bool:
-        """Whether somebody publishes on the topic, with a quality of service that is heard here."""
+        """Return True if somebody publishes on the topic, with a quality of service that is heard here."""
         publishers = graph(self._ros.node.get_publishers_info_by_topic, self._topic)
         offered = {publisher.qos_profile.reliability for publisher in publishers}
         if offered == {ReliabilityPolicy.BEST_EFFORT} and self._reliability == ReliabilityPolicy.RELIABLE:

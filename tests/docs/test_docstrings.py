@@ -1,0 +1,35 @@
+"""Docstrings say what a thing is or does, as PEP 257 asks: "Return ...", "Start ...", or a noun phrase."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+QUESTION = re.compile(r"(What|Who|Whose|Whether|Which|When|How|Where|Why)\b")
+LEFT = (
+    "autograder/hidden",  # a docstring of a test is its title
+    "course/interfaces/builder.py",  # its text is part of each build's name: a change rebuilds every package
+)
+DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+
+
+def questions(text: str) -> list[str]:
+    """Return the first lines of the docstrings in a module's text that begin like a question."""
+    found = (ast.get_docstring(node) or "" for node in ast.walk(ast.parse(text)) if isinstance(node, DOCUMENTED))
+    return [docstring.partition("\n")[0] for docstring in found if QUESTION.match(docstring)]
+
+
+def test_docstrings_that_begin_like_a_question_are_found():
+    text = '"""What it is."""\nclass A:\n    """A class."""\n    def is_b(self):\n        """Whether it is b."""\n'
+    assert questions(text) == ["What it is.", "Whether it is b."]
+
+
+@pytest.mark.parametrize("package", ["course", "autograder"])
+def test_no_docstring_begins_like_a_question(package: str):
+    modules = {path.relative_to(ROOT).as_posix(): path for path in sorted((ROOT / package).rglob("*.py"))}
+    read = {name: questions(path.read_text()) for name, path in modules.items() if not name.startswith(LEFT)}
+    assert read
+    found = {name: lines for name, lines in read.items() if lines}
+    assert not found, "write 'Return ...', 'Start ...' or a noun phrase"
