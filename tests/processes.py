@@ -11,7 +11,7 @@ from course.waiting import wait_until
 
 
 def no_program_is_left() -> bool:
-    """Whether no program of a graded submission runs on this machine, now or after up to 10 s."""
+    """Return True if no program of a graded submission runs on this machine, now or after up to 10 s."""
     return wait_until(lambda: not _confined(), 10)
 
 
@@ -35,7 +35,7 @@ def _confined() -> list[int]:
 
 
 def runs(process: psutil.Process) -> bool:
-    """Whether it is running; a zombie is not."""
+    """Return True if it is running; a zombie is not."""
     try:
         return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
     except psutil.NoSuchProcess:

@@ -111,7 +111,7 @@ def channel(sandbox) -> Iterator[Channel]:
 
 
 def held() -> list[int]:
-    """What this process has open."""
+    """Return what this process has open."""
     return [int(name) for name in os.listdir("/proc/self/fd") if os.path.exists(f"/proc/self/fd/{name}")]
 
 

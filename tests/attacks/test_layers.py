@@ -17,7 +17,7 @@ ALLOWED, DENIED = seccomp.ALLOW, seccomp._error(1)
 
 
 def run(rules: bytes, number: int, architecture: int, *arguments: int) -> int:
-    """What the kernel would do with a system call: an interpreter of the few operations in use."""
+    """Return what the kernel would do with a system call: an interpreter of the few operations in use."""
     seen = {0: number, 4: architecture, **{16 + 8 * at: value for at, value in enumerate(arguments)}}
     code, at, register = list(struct.iter_unpack("HBBI", rules)), 0, 0
     while True:

@@ -34,7 +34,7 @@ def way_to(path: Path) -> list[str]:
 
 
 def look_around(box: str, prefix: Path, leak: str = "", needed: list[str] | None = None) -> str:
-    """What the spy says in a sandbox where Python is at `prefix` and the file `leak` can be seen."""
+    """Return what the spy says in a sandbox where Python is at `prefix` and the file `leak` can be seen."""
     names = {"checkout": prefix.parent, "prefix": prefix}
     with sandbox.Sandbox(
         box, {"spy.py": SPY.replace(repr(str(REPOSITORY)), repr(str(prefix.parent))).encode()}

@@ -44,7 +44,7 @@ def hand_in(folder: Path, exercise: str, count: int, styles: list[dict[str, byte
 
 
 def in_a_cell(files: dict[str, bytes]) -> bool:
-    """Whether a notebook's cell can write the files: all are UTF-8."""
+    """Return True if a notebook's cell can write the files: all are UTF-8."""
     try:
         return bool([content.decode() for content in files.values()])
     except UnicodeDecodeError:

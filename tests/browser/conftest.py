@@ -98,7 +98,7 @@ def end(server: subprocess.Popen) -> None:
 
 
 def answers(address: str) -> bool:
-    """Whether a server answers there."""
+    """Return True if a server answers there."""
     try:
         urllib.request.urlopen(address, timeout=WAIT / 1e3).close()
     except OSError:
@@ -150,7 +150,7 @@ class LeftOpen:
         self.before = self.measure()
 
     def measure(self) -> Size:
-        """How large page and kernel are now, without garbage."""
+        """Return how large page and kernel are now, without garbage."""
         self._tools.send("HeapProfiler.collectGarbage")
         found = {each["name"]: each["value"] for each in self._tools.send("Performance.getMetrics")["metrics"]}
         resident = self._process.memory_info().rss

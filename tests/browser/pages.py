@@ -178,7 +178,7 @@ def keep_picture(page: Page, name: str) -> None:
 
 
 def barriers(page: Page, within: str) -> list[str]:
-    """What axe-core finds against WCAG 2.2 AA in the part of the page that a selector names."""
+    """Return what axe-core finds against WCAG 2.2 AA in the part of the page that a selector names."""
     levels = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
     found = Axe().run(page, context=within, options={"runOnly": levels})
     return [

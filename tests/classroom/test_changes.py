@@ -65,7 +65,7 @@ def come_in(room: Classroom, name: str, password: str) -> Visitor:
 
 
 def programs(uid: int) -> dict[int, str]:
-    """What the processes of a user run, by their number."""
+    """Return what the processes of a user run, by their number."""
     found = {}
     for process in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):  # it has ended meanwhile

@@ -133,5 +133,5 @@ def steal(chromium: Browser, room: Classroom, student: Visitor, password: str) -
 
 
 def loot(read: list[str]) -> list[str]:
-    """What was read that is for the teacher alone; a page for people who are not logged in is for everybody."""
+    """Return what was read that is for the teacher alone; a page for people who are not logged in is for everybody."""
     return [text for text in read if '"token":' in text or "teacher" in text or 'id="request-token-form"' in text]

@@ -33,7 +33,7 @@ class AsBrowsersDo(DefaultCookiePolicy):
     """Takes a cookie of `localhost` as that of this host alone; for Python's own it is of a whole top-level domain."""
 
     def set_ok_domain(self, cookie: Cookie, request: Request) -> bool:
-        """Whether a cookie may be set."""
+        """Return True if a cookie may be set."""
         if cookie.domain == LOCAL == f".{urlsplit(request.get_full_url()).hostname}":
             cookie.domain, cookie.domain_specified = "localhost.local", False
         return super().set_ok_domain(cookie, request)
@@ -89,7 +89,7 @@ class Visitor:
 
     @property
     def base(self) -> str:
-        """Where the own server is: on `localhost`, each has an address of its own."""
+        """Return where the own server is: on `localhost`, each has an address of its own."""
         local = self.hub.replace("://localhost:", f"://{self.name}{LOCAL}:")
         return f"{local}user/{self.name}/"
 

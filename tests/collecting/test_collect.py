@@ -22,7 +22,7 @@ FILES = {"motor_service.py": b"print('motor')\n", "relay.py": b"print('relay')\n
 
 
 def handed_in(folder: Path, name: str = "ada", at: datetime = EARLY, files: dict[str, bytes] = FILES) -> Path:
-    """What `course hand-in` writes."""
+    """Return what `course hand-in` writes."""
     folder.mkdir(parents=True, exist_ok=True)
     return write(HandIn("services", [], files, {}), folder, name, {}, at)
 
@@ -35,7 +35,7 @@ def archive(path: Path, files: dict[str, bytes], at: datetime = LATER) -> Path:
 
 
 def laid_out(into: Path) -> dict[str, bytes]:
-    """What was handed in, without what is remembered of where it came from."""
+    """Return what was handed in, without what is remembered of where it came from."""
     files = (path for path in sorted(into.rglob("*")) if path.is_file() and ".origins" not in path.parts)
     return {str(path.relative_to(into)): path.read_bytes() for path in files}
 

@@ -199,7 +199,7 @@ class Terminal:
         self.text = ""
 
     def read_until(self, pattern: str, timeout: float = 30.0) -> str:
-        """What came since the last look, up to and with the first match of `pattern`."""
+        """Return what came since the last look, up to and with the first match of `pattern`."""
         end = time.monotonic() + timeout
         while not (found := re.search(pattern, self.text)):
             left = end - time.monotonic()

@@ -67,7 +67,7 @@ class FakePool:
 
     @property
     def log(self) -> list[tuple[str, str]]:
-        """Who was sent where."""
+        """Return who was sent where."""
         return [(grading.task.submission.student, grading.task.worker) for grading in self.sent]
 
 

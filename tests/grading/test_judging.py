@@ -37,7 +37,7 @@ def judges() -> list[psutil.Process]:
 
 
 def confined(process: psutil.Process) -> bool:
-    """Whether it has given up what it may do."""
+    """Return True if it has given up what it may do."""
     with contextlib.suppress(OSError):
         status = Path(f"/proc/{process.pid}/status").read_text()
         return ("NoNewPrivs:\t1" in status and "Seccomp:\t2" in status) or not seccomp.available()

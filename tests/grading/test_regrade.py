@@ -43,7 +43,7 @@ def pool(box) -> Pool:
 
 
 def run(pool, out, assignment=None, students=(), everything=False, apply=False) -> tuple[int, list[regrade.Move]]:
-    """How many were graded, and the moves."""
+    """Return how many were graded, and the moves."""
     with (
         output.Output(out, resume=True) as results,
         Scores(f"sqlite:///{out / 'gradebook.db'}") as scores,

@@ -79,7 +79,7 @@ def names() -> list[str]:
 
 
 def table(exercise: str) -> list[Sentence]:
-    """What is written down of the sentences of its task."""
+    """Return what is written down of the sentences of its task."""
     entries = tomllib.loads((FOLDER / f"{exercise}.toml").read_text(encoding="utf-8"))["sentence"]
     return [_entry(exercise, entry) for entry in entries]
 
@@ -104,7 +104,7 @@ def task(exercise: str) -> list[str]:
 
 
 def faults(exercise: str) -> list[str]:
-    """What is wrong with its table, in words for its author; empty when nothing is."""
+    """Return what is wrong with its table, in words for its author; empty when nothing is."""
     wrong, known = answers.load(exercise).WRONG, {_short(test.id) for test in exercises.load(exercise).tests}
     entries, found = table(exercise), []
     written, told = [entry.text for entry in entries], task(exercise)
@@ -199,7 +199,7 @@ def _blocks(text: str) -> Iterator[str]:
 
 
 def _is_rule(line: str) -> bool:
-    """Whether it is the line between the head of a table and its rows."""
+    """Return True if it is the line between the head of a table and its rows."""
     return bool(re.fullmatch(r"\|[-:| ]+\|", line.strip()))
 
 
@@ -245,7 +245,7 @@ def lost(exercise: str) -> dict[str, float]:
 
 
 def losses(exercise: str, lost: dict[str, float]) -> Losses | None:
-    """What those of the answers lose that have exactly one mistake; None when there are none."""
+    """Return what those of the answers lose that have exactly one mistake; None when there are none."""
     several = answers.named(exercise, "NOTHING") | answers.named(exercise, "SEVERAL")
     single = [points for name, points in lost.items() if name not in several]
     return Losses(statistics.median(single), max(single)) if single else None

@@ -180,7 +180,7 @@ def _bundled(student: Path, texts: Iterable[str], main: bool = True) -> str:
 
 
 def _defines(part: ast.stmt) -> bool:
-    """Whether it only defines something; what runs, and an import of the course, does not."""
+    """Return True if it only defines something; what runs, and an import of the course, does not."""
     if isinstance(part, ast.Import):
         return not any(name.name.split(".")[0] == "course" for name in part.names)
     if isinstance(part, ast.Assign | ast.AnnAssign):
@@ -228,7 +228,7 @@ class Earned:
 
     @property
     def too_much(self) -> bool:
-        """Whether something shipped earns half of the exercise."""
+        """Return True if something shipped earns half of the exercise."""
         return self.most >= self.exercise.max_score / 2
 
 

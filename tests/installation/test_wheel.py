@@ -23,7 +23,7 @@ def installed(box, wheel, tmp_path_factory):
 
 
 def package(installed: Installation) -> Path:
-    """Where the grader is installed."""
+    """Return where the grader is installed."""
     return Path(installed.run("python", "-c", "import autograder; print(autograder.__file__)").stdout.strip()).parent
 
 

@@ -62,7 +62,7 @@ class Client:
         return message
 
     def ended(self) -> bool:
-        """Whether the other side has closed the connection."""
+        """Return True if the other side has closed the connection."""
         return self._lines.readline() == b""
 
     def close(self) -> None:
@@ -71,7 +71,7 @@ class Client:
 
 
 def socket_of(kernel: Kernel) -> Path:
-    """Where a kernel listens to pages."""
+    """Return where a kernel listens to pages."""
     return protocol.socket_path(Path(kernel.manager.connection_file).stem.removeprefix("kernel-"))
 
 

@@ -89,7 +89,7 @@ while True:
 
 
 def memory(kernel: Kernel) -> int:
-    """What the kernel takes, in MiB."""
+    """Return what the kernel takes, in MiB."""
     return int(kernel.run("import psutil\nprint(psutil.Process().memory_info().rss >> 20)").splitlines()[0])
 
 

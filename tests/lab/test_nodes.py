@@ -44,7 +44,7 @@ def start(kernel: Kernel, name: str, text: str) -> None:
 
 
 def nodes_until(page: Client, name: str, state: str) -> dict:
-    """What is said of a node when it has come into a state."""
+    """Return what is said of a node when it has come into a state."""
     while True:
         for node in page.event()["data"]["nodes"]:
             if (node["name"], node["state"]) == (name, state):

@@ -45,7 +45,7 @@ def nothing_runs(kernel):
 
 
 def shown_until(page: Client, condition) -> dict:
-    """What a page knows when it has been told enough."""
+    """Return what a page knows when it has been told enough."""
     known: dict = {}
     while not condition(known):
         known |= page.event()["data"]

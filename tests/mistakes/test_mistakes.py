@@ -19,7 +19,7 @@ def kernels(tmp_path_factory):
 
 
 def faults(kernels: Kernels, mistake: Mistake) -> list[str]:
-    """What a run of the mistake does not show, or not in time."""
+    """Return what a run of the mistake does not show, or not in time."""
     found = []
     for shown in kernels.run(mistake):
         cell = shown.step.cell[:300]

@@ -42,7 +42,7 @@ def seed(exercise: str, name: str) -> int | None:
 
 
 def patience(exercise: str, name: str) -> float:
-    """How patiently an answer is graded."""
+    """Return how patiently an answer is graded."""
     return 0.5 if name in getattr(load(exercise), "SILENT", ()) else 1.0
 
 
