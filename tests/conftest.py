@@ -82,7 +82,7 @@ def judge(box, gradings):
 # Tests that share what takes long to make run in one worker: a class's server, a JupyterLab with its browser, the queue
 # of gradings.  Those that take longest begin first.
 SHARED = {
-    "gradings": ("tests/attacks/", "tests/hidden/test_answers.py", "tests/hidden/test_shipped.py"),
+    "gradings": ("tests/attacks/", "tests/hidden/", "tests/grading/test_bad_input.py"),
     "browser": ("tests/browser/",),
     "classroom": ("tests/classroom/",),
 }
