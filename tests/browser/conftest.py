@@ -1,6 +1,7 @@
 """JupyterLab, served from a folder of the test's own, and a page of a real browser."""
 
 import contextlib
+import json
 import os
 import secrets
 import shutil
@@ -11,6 +12,7 @@ import urllib.request
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import psutil
 import pytest
@@ -26,15 +28,57 @@ ENDS = 10  # s until a JupyterLab that was told to end is killed
 WAIT = 90_000  # ms for whatever the page must show, on a busy machine
 
 
-@pytest.fixture(scope="module")
-def lab(tmp_path_factory):
-    """The address of a JupyterLab, its token, and the folder that it serves, with the calculator's notebook."""
+SETTINGS = {
+    "notebook-extension/tracker": '{"windowingMode": "none"}',  # or cells that are out of sight are not in the page
+    "apputils-extension/notification": '{"fetchNews": "false"}',
+}
+
+
+@pytest.fixture(scope="session")
+def served(tmp_path_factory) -> Iterator[tuple[str, str, Path]]:
+    """A JupyterLab for all tests: its address, its token, and the folder that it serves."""
     base = tmp_path_factory.mktemp("lab")
     folder = base / "calculator"
     folder.mkdir()
-    shutil.copy(ROOT / "notebooks/calculator/calculator.ipynb", folder)
     with serving(base, folder) as (address, token):
         yield address, token, folder
+
+
+@pytest.fixture
+def lab(served) -> Iterator[tuple[str, str, Path]]:
+    """The same, as if it had just been started: with the calculator's notebook, no kernels and no terminals."""
+    address, token, folder = served
+    shutil.copy(ROOT / "notebooks/calculator/calculator.ipynb", folder)
+    yield served
+    stop_kernels_and_terminals(address, token)
+    for path in folder.iterdir():
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
+    begin_home(folder.parent / "home")
+
+
+def stop_kernels_and_terminals(address: str, token: str) -> None:
+    """End what runs in a JupyterLab."""
+
+    def ask(method: str, path: str) -> Any:
+        headers = {"Authorization": f"token {token}"}
+        request = urllib.request.Request(f"{address}/api/{path}", headers=headers, method=method)
+        with urllib.request.urlopen(request, timeout=WAIT / 1e3) as answer:
+            return json.loads(answer.read() or "null")
+
+    for kernel in ask("GET", "kernels"):
+        ask("DELETE", f"kernels/{kernel['id']}")
+    for terminal in ask("GET", "terminals"):
+        ask("DELETE", f"terminals/{terminal['name']}")
+
+
+def begin_home(home: Path) -> None:
+    """Give JupyterLab's user the settings of the tests, and no layout of an earlier test."""
+    config = home / "config/lab"
+    shutil.rmtree(config, ignore_errors=True)
+    for name, text in SETTINGS.items():
+        settings = config / f"user-settings/@jupyterlab/{name}.jupyterlab-settings"
+        settings.parent.mkdir(parents=True, exist_ok=True)
+        settings.write_text(text)
 
 
 @contextlib.contextmanager
@@ -42,14 +86,7 @@ def serving(base: Path, folder: Path, **variables: str) -> Iterator[tuple[str, s
     """A JupyterLab that serves `folder`, with a home below `base`: its address and its token."""
     token = secrets.token_hex(16)
     home = base / "home"
-    home.mkdir()
-    for name, text in {
-        "notebook-extension/tracker": '{"windowingMode": "none"}',  # or cells that are out of sight are not in the page
-        "apputils-extension/notification": '{"fetchNews": "false"}',
-    }.items():
-        settings = home / f"config/lab/user-settings/@jupyterlab/{name}.jupyterlab-settings"
-        settings.parent.mkdir(parents=True)
-        settings.write_text(text)
+    begin_home(home)
     own = {
         "HOME": str(home),
         "JUPYTER_CONFIG_DIR": str(home / "config"),

@@ -1,6 +1,7 @@
 """What the tests of a page do in JupyterLab, and the exercise that they do it with."""
 
 import os
+import re
 from pathlib import Path
 
 import nbformat
@@ -95,7 +96,16 @@ def open_page(page: Page, lab: tuple[str, str, Path], path: str) -> None:
     page.goto(f"{address}/lab/tree/{path}?token={token}&reset")
     page.get_by_role("tab", name=path.rpartition("/")[2]).wait_for()
     page.locator(".jp-Notebook .jp-Cell").first.wait_for()
-    page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for()
+    wait_for_kernel(page)
+
+
+def wait_for_kernel(page: Page) -> None:
+    """Wait until the kernel of the notebook that one looks at is connected and idle.
+
+    The circle in the notebook's toolbar says "idle" before there is a kernel, too, and a cell that is run then is not
+    run at all.
+    """
+    page.locator("#jp-main-statusbar").get_by_text(re.compile(r"\| Idle$")).wait_for()
 
 
 def choose(page: Page, menu: str, *names: str) -> None:

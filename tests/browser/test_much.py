@@ -16,6 +16,7 @@ from tests.browser.pages import (
     run_from_palette,
     show_panel,
     slowest_frame,
+    wait_for_kernel,
     write_greeter,
 )
 from tests.lab.test_inspector import SERVERS
@@ -171,7 +172,7 @@ def test_a_kernel_killed_under_the_inspector_and_under_the_graph_is_told_and_the
         expect(panel.get_by_role("region", name="What passed")).to_have_count(0)
         expect(panel.get_by_role("list", name="The graph as a list")).to_have_count(0)
         page.get_by_role("dialog").get_by_role("button", name="Ok").click()
-        page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for()
+        wait_for_kernel(page)
         begin_session(page)
         expect(panel).not_to_contain_text("The kernel has ended")
     expect(graph).to_contain_text("No node runs.")

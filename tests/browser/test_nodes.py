@@ -15,6 +15,7 @@ from tests.browser.pages import (
     set_theme,
     show_panel,
     slowest_frame,
+    wait_for_kernel,
     write_greeter,
 )
 
@@ -102,7 +103,7 @@ def test_a_kernel_that_is_killed_is_told_and_the_next_one_is_found(lab, page):
     expect(panel).to_contain_text("The kernel has ended, and all of its nodes with it")
     expect(panel.get_by_role("button", name="/greeter")).to_have_count(0)
     page.get_by_role("dialog").get_by_role("button", name="Ok").click()
-    page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for()
+    wait_for_kernel(page)
     run_cell(page, 0, "import course\nros = course.live()\nros.start('greeter.py')")
     expect(panel.get_by_role("button", name="/greeter running")).to_be_visible()
 
@@ -115,7 +116,7 @@ def test_the_panel_shows_the_notebook_that_one_looks_at(lab, page):
     page.get_by_role("dialog").get_by_role("button", name="Open").click()
     page.get_by_role("tab", name="second.ipynb").wait_for()
     expect(panel).to_contain_text("Run the notebook’s first cell")
-    page.locator('.jp-NotebookPanel:visible .jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for()
+    wait_for_kernel(page)
     choose(page, "Run", "Run All Cells")
     expect(panel.get_by_role("button", name="/second_greeter running")).to_be_visible()
     expect(panel.get_by_role("button", name="/greeter running")).to_have_count(0)

@@ -13,7 +13,7 @@ from playwright.sync_api import FrameLocator, Locator, Page, expect
 from autograder.classroom import hub
 from autograder.classroom.plan import COURSE_ID, Classroom
 from autograder.paths import repository
-from tests.browser.pages import choose
+from tests.browser.pages import choose, wait_for_kernel
 
 WAIT = 180_000  # ms, on a busy machine
 GRADED = 600_000  # ms, the same
@@ -67,7 +67,8 @@ def ready(page: Page) -> None:
     JupyterLab opens the start page when all plug-ins have been activated; the page takes the focus from an open menu
     when its kernel comes.
     """
-    notebook(page).locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for()
+    notebook(page).wait_for()
+    wait_for_kernel(page)
 
 
 def tools(page: Page) -> set[str]:
