@@ -17,6 +17,7 @@ from tests.kernels import Kernel
 from tests.mistakes import INTERRUPT, SOLUTIONS, Mistake, Step, collection, exercise_cell
 
 IMPORTS = {"calculator": "from calculator_interfaces.srv import Calculate"}
+PATIENCE = 3  # times the limit, after which a cell is interrupted that does not show what it must
 SESSION = "import course\nros = course.live()"
 
 
@@ -110,9 +111,10 @@ def _run(kernel: Kernel, step: Step) -> Shown:
         if text and not step.differs(text):
             press()
 
-    limit = threading.Timer(step.limit, press)
+    patience = PATIENCE * step.limit
+    limit = threading.Timer(patience, press)
     limit.start()
-    text = kernel.run(step.cell, seen=look, timeout=step.limit + 2 * INTERRUPT)
+    text = kernel.run(step.cell, seen=look, timeout=patience + 2 * INTERRUPT)
     limit.cancel()
     ended = time.monotonic()
     return Shown(step, text, (pressed or ended) - began, "", ended - (pressed or ended))

@@ -18,23 +18,25 @@ def kernels(tmp_path_factory):
         yield made
 
 
-def faults(kernels: Kernels, mistake: Mistake) -> list[str]:
-    """Return what a run of the mistake does not show, or not in time."""
-    found = []
+def faults(kernels: Kernels, mistake: Mistake) -> tuple[list[str], list[str]]:
+    """Run a mistake; return what is not shown, and what takes longer than it may."""
+    missing, late = [], []
     for shown in kernels.run(mistake):
         cell = shown.step.cell[:300]
         if shown.missing:
-            found.append(f"{shown.missing!r} is not shown in order by:\n{cell}\nbut:\n{shown.text}")
+            missing.append(f"{shown.missing!r} is not shown in order by:\n{cell}\nbut:\n{shown.text}")
         if shown.seconds >= shown.step.limit or shown.stayed >= INTERRUPT:
-            found.append(f"{shown.seconds:.1f} s, and {shown.stayed:.1f} s after the interruption:\n{cell}")
-    return found
+            late.append(f"{shown.seconds:.1f} s, and {shown.stayed:.1f} s after the interruption:\n{cell}")
+    return missing, late
 
 
 @pytest.mark.parametrize("mistake", ALL, ids=lambda mistake: f"{mistake.exercise}/{mistake.name}")
 def test_a_mistake_tells_its_own_story(kernels, mistake):
-    """A second run is granted: the limits are in seconds, and this machine may be busy with something else."""
-    if faults(kernels, mistake):
-        assert faults(kernels, mistake) == []
+    """The words must be there at once; only their time is measured again, on a machine that may have been busy."""
+    missing, late = faults(kernels, mistake)
+    assert missing == []
+    if late:
+        assert faults(kernels, mistake) == ([], [])
 
 
 def test_there_are_mistakes_of_every_exercise():
