@@ -44,10 +44,17 @@ time.sleep(1000)
 # Their parent ends, so that others become it: a process of the sandbox, or whoever is outside of it.
 ORPHANS = """
 import os, time
+
+def fork():
+    try:
+        return os.fork()
+    except OSError:  # the user's limit: all are held until somebody counts them
+        time.sleep(1000)
+
 for _ in range({processes}):
-    if not os.fork():
+    if not fork():
         os.setsid()
-        if os.fork():
+        if fork():
             os._exit(0)
         held = bytearray({memory})
         for page in range(0, len(held), 4096):

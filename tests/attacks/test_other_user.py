@@ -154,6 +154,11 @@ def server(homes):
             with urllib.request.urlopen(request, timeout=60) as answer:
                 return json.load(answer)["id"]
 
+        def connection() -> dict:
+            """Where the kernel listens, once it does: its connection file says so."""
+            (file,) = (home / ".local/share/jupyter/runtime").glob("kernel-*.json")
+            return json.loads(file.read_text())
+
         def listens() -> bool:
             return (
                 subprocess.run(["bash", "-c", f"exec 3<>/dev/tcp/127.0.0.1/{port}"], capture_output=True).returncode
@@ -162,6 +167,9 @@ def server(homes):
 
         assert wait_until(listens, 20, alert=False)
         assert kernel()
+        told = connection()
+        assert told["transport"] == "ipc"
+        assert wait_until(Path(f"{told['ip']}-{told['hb_port']}").exists, 60, alert=False), "it does not listen"
         yield port
     finally:
         process.terminate()
@@ -182,9 +190,13 @@ def overheard(homes, server):
 
 
 def test_cells_and_their_outputs_are_the_students_alone(overheard):
-    """A kernel's TCP port publishes them to whoever connects: it has none."""
+    """A kernel's TCP ports would publish them to whoever connects: it has none of these.
+
+    Left are the page's, which asks for the token, and one by which the kernel's forks give it their output: ipykernel
+    takes what comes there with a secret, and publishes nothing.
+    """
     _, got = overheard
-    assert not got["heard"] and got["ports"] == 1, "the page's port alone, which asks for the token"
+    assert not got["heard"] and got["ports"] == 2
 
 
 def test_no_socket_and_no_file_of_a_session_can_be_opened(overheard):

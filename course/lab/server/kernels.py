@@ -1,17 +1,28 @@
-"""The Jupyter server's connections to its kernels, by sockets that only its user can open."""
+"""How the Jupyter server reaches its kernels: by sockets that only its user can open."""
 
-from jupyter_core.paths import jupyter_runtime_dir
+from pathlib import Path
+
+from jupyter_server.services.kernels.kernelmanager import ServerKernelManager
 from traitlets.config import Config
 
-LONGEST = 107  # bytes of a Unix socket's name (unix(7))
-NAME = len("/kernel-01234567-0123-0123-0123-0123456789ab-ipc-1")
+from course import registry
+
+
+class PrivateKernel(ServerKernelManager):
+    """A kernel that listens at Unix sockets, in the folder that the registry keeps for this user alone.
+
+    A message to a kernel is signed with a key, but what a kernel publishes goes to whoever connects to its TCP port:
+    every user of the machine could read all cells and their outputs.  Jupyter would lay the sockets into its runtime
+    folder, whose name may be too long for them (unix(7)).
+    """
+
+    def _ip_default(self) -> str:
+        if self.transport == "ipc":
+            return str(registry.folder() / Path(self.connection_file).stem)
+        return str(super()._ip_default())
 
 
 def keep_private(c: Config) -> None:
-    """Configure Unix sockets in Jupyter's runtime folder in place of TCP ports.
-
-    A message to a kernel is signed with a key, but what a kernel publishes goes to whoever connects to its port: every
-    user of the machine could read all cells and their outputs.  Where the folder's name is too long, ports it is.
-    """
-    if len(jupyter_runtime_dir().encode()) + NAME <= LONGEST:
-        c.KernelManager.transport = "ipc"
+    """Configure Unix sockets in place of TCP ports."""
+    c.MappingKernelManager.kernel_manager_class = f"{__name__}.{PrivateKernel.__name__}"
+    c.KernelManager.transport = "ipc"
