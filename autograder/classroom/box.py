@@ -26,8 +26,12 @@ CONFIGURATION = "/opt/classroom"  # of Jupyter, in place of what the environment
 SERVER = f"{CONFIGURATION}/serve.py"
 TEMPORARY, SHARED_MEMORY = GIB, GIB // 4  # bytes of /tmp and of /dev/shm
 FILE = 2 * GIB  # bytes of one file
+DESCRIPTORS = 1024  # of a student's process: all their processes together cannot take those of the whole machine
+TERMINALS = 64  # pseudo-terminals of a student's box, of which the machine has some thousands for all
 # A network and processes of its own, which all end with the process that is started first.
 ALONE = ["unshare", "--net", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc", "--"]
+# Laid over those of bubblewrap, which sets no limit.
+MOUNT_TERMINALS = f"mount -t devpts -o newinstance,ptmxmode=0666,mode=620,max={TERMINALS} devpts /dev/pts"
 STAFFS = {"assignment-list": True, "course-list": True, "create-assignment": True, "formgrader": True}
 STUDENTS = {"assignment-list": True, "course-list": False, "create-assignment": False, "formgrader": False}
 
@@ -63,9 +67,11 @@ def command(room: Classroom, member: Member, argv: list[str], to_read: Callable[
         become += ["--clear-groups", "--bounding-set=-all", "--no-new-privs"]
     bwrap += _view(room, member, to_read)
     # `data`, not `as`: Fast DDS and malloc reserve far more addresses than they use
-    limited = ["prlimit", f"--nproc={limits.tasks}", f"--data={limits.memory}", f"--fsize={FILE}", "--core=0", "--"]
+    limited = ["prlimit", f"--nproc={limits.tasks}", f"--data={limits.memory}", f"--fsize={FILE}", "--core=0"]
+    limited += [*([] if member.instructor else [f"--nofile={DESCRIPTORS}"]), "--"]
     inner = [*bwrap, "--", *become, "--", "env", f"--chdir={home(member)}", *limited, *argv]
-    script = f"ip -batch - <<'END'\n{networks.SET_UP}END\nexec {shlex.join(inner)}"
+    terminals = "" if member.instructor else f"{MOUNT_TERMINALS}\n"
+    script = f"ip -batch - <<'END'\n{networks.SET_UP}END\n{terminals}exec {shlex.join(inner)}"
     return [*ALONE, "sh", "-ec", script]
 
 
@@ -104,6 +110,7 @@ def _view(room: Classroom, member: Member, to_read: Callable[[bytes], str]) -> l
         shown = {repository(): True}
         hidden: list[Path] = []
     else:
+        options += ["--dev-bind", "/dev/pts", "/dev/pts"]
         shown = {COURSE: True, repository() / "environment": True}
         hidden = private()
     options += view.installed(view.outer_first(view.folders(hidden) | shown))

@@ -112,12 +112,15 @@ def _up(room: Classroom) -> None:
     course_files.make_folders(room)
     with contextlib.suppress(UsageError):  # there is none yet
         roles = {member.name: member.instructor for member in room.members}
-        before = Classroom.load(room.folder).members
-        gone = {member.name for member in before if roles.get(member.name) is not member.instructor}
+        before = Classroom.load(room.folder)
+        gone = {member.name for member in before.members if roles.get(member.name) is not member.instructor}
         left = spawner.servers(room)
-        for name in sorted(left.keys() & gone):
+        # A server was told its address, and the hub's, when it was started.
+        moved = before.host != room.host or (bool(room.host) and before.url != room.url)
+        for name in sorted(left if moved else left.keys() & gone):
             spawner.forget(room, name, left[name])
-            print(f"Ended the server of {name}, who is not in the class any more, or has another role.")
+            why = "who is not in the class any more, or has another role" if name in gone else "whose address changes"
+            print(f"Ended the server of {name}, {why}.")
     room.save()
     if hub.install_proxy():
         print("Installed the hub's proxy.")

@@ -30,6 +30,22 @@ VARIABLE = "CLASSROOM"  # the environment variable that tells the hub its classr
 PORT = 8888  # which a server is told, and does not use
 GONE = 10.0  # s until a server that was killed is gone
 RETRY = 0.05  # s
+LOG = 4 << 20  # bytes that are kept of what one server says
+# Runs a command whose output another process reads: it keeps the first LOG bytes, and goes on reading, because a server
+# whose output nobody reads stops.  Standard input is the pipe to read, output the same pipe to write, error the log.
+LOGGED = f"""
+keep() {{
+    stdbuf -o0 head -c {LOG}
+    if [ "$(head -c 1 | wc -c)" -gt 0 ]; then
+        echo
+        echo "What the server said after this is not kept."
+        exec cat >/dev/null
+    fi
+}}
+exec 3<&0
+(keep <&3 3<&- >&2 2>/dev/null &)
+exec "$@" </dev/null 2>&1 3<&-
+"""
 
 
 @dataclass(frozen=True)
@@ -145,16 +161,18 @@ def start(room: Classroom, member: Member, env: dict[str, str]) -> tuple[subproc
     limits = room.limits_of(member)
     group = cgroup.make(limits.memory, limits.tasks, limits.cores, f"ros2-classroom-{room.run.name}-{member.name}")
     contents = box.Contents()
-    log = open(room.state / "servers" / f"{member.name}.log", "ab")  # noqa: SIM115  # handed on, and closed below
+    log = _open_log(room, member)
+    said, saying = os.pipe()
     listening = _listen(room.socket(member))
     try:
         # -P, -s: nothing in the home folder is a module of the server
         command = box.command(room, member, [sys.executable, "-P", "-s", box.SERVER], contents)
+        logged = ["sh", "-c", LOGGED, "sh", *command]
         process = subprocess.Popen(
-            group.command(command) if group else command,
-            stdin=subprocess.DEVNULL,
-            stdout=log,
-            stderr=subprocess.STDOUT,
+            group.command(logged) if group else logged,
+            stdin=said,
+            stdout=saying,
+            stderr=log,
             start_new_session=True,
             pass_fds=(*contents.descriptors, listening.fileno()),
             env=env | box.variables(member) | {serve.SOCKET: str(listening.fileno())} | box.configured_by(member),
@@ -164,7 +182,8 @@ def start(room: Classroom, member: Member, env: dict[str, str]) -> tuple[subproc
     finally:
         contents.close()
         listening.close()
-        log.close()
+        for descriptor in (said, saying, log):
+            os.close(descriptor)
     groups = tuple(map(str, group.folders)) if group else ()
     running = Running(process.pid, registry.birth(process.pid), groups)
     storage.replace(_record(room, member.name), json.dumps(asdict(running)).encode(), storage.PRIVATE)
@@ -186,6 +205,15 @@ def servers(room: Classroom) -> dict[str, Running]:
     for path in (room.state / "servers").glob("*.json"):
         found[path.stem] = Running.from_fields(json.loads(path.read_text()))
     return found
+
+
+def _open_log(room: Classroom, member: Member) -> int:
+    """Return a descriptor of the member's log, where a server adds to what the one before said."""
+    path = room.state / "servers" / f"{member.name}.log"
+    with contextlib.suppress(FileNotFoundError):
+        if path.stat().st_size > LOG:
+            path.replace(path.with_suffix(".log.before"))
+    return os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC, storage.PRIVATE)
 
 
 def _listen(path: Path) -> socket.socket:
