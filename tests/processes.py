@@ -9,16 +9,20 @@ from autograder.grading.process import WORKER
 from autograder.submissions import exercises
 from course.waiting import wait_until
 
-
-def no_program_is_left() -> bool:
-    """Return True if no program of a graded submission runs on this machine, now or after up to 10 s."""
-    return wait_until(lambda: not _confined(), 10)
+KERNEL = "ipykernel_launcher"
 
 
-def _confined() -> list[int]:
-    """The processes with the name of a handed-in program, in a process namespace other than ours.
+def programs_left() -> list[str]:
+    """Return the programs of graded submissions that run on this machine now, and still after 10 s."""
+    wait_until(lambda: not _confined(), 10)
+    return _confined()
 
-    Those that another coordinator's worker has started are left out: another batch may run on this machine.
+
+def _confined() -> list[str]:
+    """Return the command lines of handed-in programs in process namespaces other than ours, each with its parents'.
+
+    Those that another coordinator's worker or a student's kernel in a classroom has started are left out: another batch,
+    and the tests of the classroom, may run on this machine.
     """
     programs = {file for name in exercises.names() for file in exercises.load(name).files}
     found = []
@@ -28,9 +32,9 @@ def _confined() -> list[int]:
             if outside or not programs.intersection(process.info["cmdline"][1:2]):
                 continue
             parents = process.parents()
-            graded = any(WORKER in parent.cmdline() for parent in parents)
-            if not graded or os.getpid() in [parent.pid for parent in parents]:
-                found.append(process.pid)
+            others = any({WORKER, KERNEL}.intersection(parent.cmdline()) for parent in parents)
+            if not others or os.getpid() in [parent.pid for parent in parents]:
+                found.append(" < ".join(" ".join(each.cmdline()[:6]) for each in (process, *parents)))
     return found
 
 

@@ -7,7 +7,7 @@ import pytest
 from autograder.records import GRADED
 from autograder.results import feedback
 from tests.hidden.answers.calculator import REFERENCE
-from tests.processes import no_program_is_left
+from tests.processes import programs_left
 
 from .programs import ALIKE, ATTACKS, DAEMONS, IDLE_SERVER, LARGE, REPOSITORY, handed_in
 
@@ -58,7 +58,7 @@ def test_its_page_is_safe(reports, name):
 def test_a_former_grading_answers_no_other(grade):
     """What a submission leaves behind, or tries to, serves no later one: neither in its place nor in the grader's."""
     assert grade(handed_in(*DAEMONS), seed=1).result().score <= 2
-    assert no_program_is_left()
+    assert programs_left() == []
     assert grade(handed_in(IDLE_SERVER), seed=1).result().score == 2
 
 
@@ -74,4 +74,4 @@ def test_others_are_not_disturbed(reports):
 def test_none_outlives_its_grading(reports):
     for report in reports.values():
         report.result()
-    assert no_program_is_left()
+    assert programs_left() == []

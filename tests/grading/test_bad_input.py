@@ -11,7 +11,7 @@ import pytest
 from autograder.records import CRASHED, GRADED, INVALID_SUBMISSION, NOT_RUN, PASSED, TIMED_OUT
 from autograder.submissions import listing, notebook, reading
 from tests.hidden.answers.calculator import CLIENT, REFERENCE, SERVER, SRV
-from tests.processes import no_program_is_left
+from tests.processes import programs_left
 
 AUTOGRADER = [str(Path(sys.executable).with_name("autograder"))]
 FILES = (SRV, SERVER, CLIENT)
@@ -197,7 +197,7 @@ def test_a_class_with_bad_submissions(box, tmp_path):
     }
     assert {test["outcome"] for test in lines["a_empty"]["tests"]} == {NOT_RUN}
     assert any("no answer within" in test["message"] for test in lines["c_silent"]["tests"])
-    assert no_program_is_left()
+    assert programs_left() == []
     page = (out / "feedback" / "b_<i>forks" / "calculator.html").read_text()
     assert "b_&lt;i&gt;forks" in page and "<i>" not in page and "8 of 20 points" in page
 
@@ -224,4 +224,4 @@ def test_no_process_is_left(broken):
     """After all of them, in this process."""
     for report in broken.values():
         assert report.result().status == GRADED
-    assert no_program_is_left()
+    assert programs_left() == []

@@ -20,7 +20,7 @@ from autograder.sandbox.variables import ros_prefixes
 from course.waiting import wait_until
 from tests.hidden.answers import SOLUTIONS
 from tests.hidden.answers.calculator import REFERENCE, SERVER
-from tests.processes import no_program_is_left, processes
+from tests.processes import processes, programs_left
 
 AUTOGRADER = str(Path(sys.executable).with_name("autograder"))
 ORDINARY_USER = 61150  # a host user that is not root, and none of the sandbox's own
@@ -206,7 +206,7 @@ def test_as_an_ordinary_user(tmp_path):
         )
         report = json.loads(done.stdout or "{}")
         assert (done.returncode, report.get("score"), report.get("flags")) == (0, 20, []), done.stderr
-        assert no_program_is_left()
+        assert programs_left() == []
         has_group = subprocess.run([*user, sys.executable, "-c", HAS_GROUP], cwd="/", capture_output=True).returncode
         cores = set(re.findall(r"cores: (.*)", str(report["logs"]).replace("\\n", "\n")))
         assert cores and (has_group or all(len(line.split()) == 1 for line in cores)), cores
