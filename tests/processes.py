@@ -21,8 +21,8 @@ def programs_left() -> list[str]:
 def _confined() -> list[str]:
     """Return the command lines of handed-in programs in process namespaces other than ours, each with its parents'.
 
-    Those that another coordinator's worker or a student's kernel in a classroom has started are left out: another batch,
-    and the tests of the classroom, may run on this machine.
+    Those that another coordinator's worker, or a student's kernel in a classroom, has started are left out: another
+    batch, and the tests of the classroom, may run on this machine.
     """
     programs = {file for name in exercises.names() for file in exercises.load(name).files}
     found = []
