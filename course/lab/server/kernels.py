@@ -1,5 +1,7 @@
 """How the Jupyter server reaches its kernels: by sockets that only its user can open."""
 
+import contextlib
+import tempfile
 from pathlib import Path
 
 from jupyter_server.services.kernels.kernelmanager import ServerKernelManager
@@ -7,19 +9,33 @@ from traitlets.config import Config
 
 from course import registry
 
+LONGEST = 107  # bytes of a Unix socket's name (unix(7))
+NUMBER = len("-1")  # which of a kernel's five sockets it is
+
 
 class PrivateKernel(ServerKernelManager):
-    """A kernel that listens at Unix sockets, in the folder that the registry keeps for this user alone.
+    """A kernel that listens at Unix sockets, in a folder of this user alone.
 
     A message to a kernel is signed with a key, but what a kernel publishes goes to whoever connects to its TCP port:
     every user of the machine could read all cells and their outputs.  Jupyter would lay the sockets into its runtime
-    folder, whose name may be too long for them (unix(7)).
+    folder, whose name may be too long for them; here it is the registry's, or else a new one.
     """
 
     def _ip_default(self) -> str:
-        if self.transport == "ipc":
-            return str(registry.folder() / Path(self.connection_file).stem)
-        return str(super()._ip_default())
+        if self.transport != "ipc":
+            return str(super()._ip_default())
+        name = Path(self.connection_file).stem
+        place = registry.folder() / name
+        if len(bytes(place)) + NUMBER > LONGEST:
+            place = Path(tempfile.mkdtemp(prefix="kernel-"), name)
+        return str(place)
+
+    def cleanup_ipc_files(self) -> None:
+        """Remove the sockets, and the folder if it was made for them."""
+        super().cleanup_ipc_files()
+        if self.transport == "ipc" and (folder := Path(self.ip).parent) != registry.folder():
+            with contextlib.suppress(OSError):
+                folder.rmdir()
 
 
 def keep_private(c: Config) -> None:
