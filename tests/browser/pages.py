@@ -108,9 +108,18 @@ def wait_for_kernel(page: Page) -> None:
     page.locator("#jp-main-statusbar").get_by_text(re.compile(r"\| Idle$")).wait_for()
 
 
+def wait_until_run(page: Page) -> None:
+    """Wait until no cell of the notebook runs any more, whatever one looks at."""
+    page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for(state="attached")
+
+
 def choose(page: Page, menu: str, *names: str) -> None:
-    """A command of the menus, by the names on the way to it."""
-    page.locator(".lm-MenuBar-itemLabel").get_by_text(menu, exact=True).click()
+    """Run a command of the menus, by the names on the way to it; a dialog in the way is told."""
+    try:
+        page.locator(".lm-MenuBar-itemLabel").get_by_text(menu, exact=True).click()
+    except PlaywrightTimeout as error:
+        error.add_note(f"dialogs: {page.get_by_role('dialog').all_inner_texts()}")
+        raise
     for name in names:
         page.locator(".lm-Menu-itemLabel").get_by_text(name, exact=True).last.click()
 

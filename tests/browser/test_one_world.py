@@ -6,7 +6,7 @@ from playwright.sync_api import Page
 
 from course.waiting import wait_until
 from tests.browser.conftest import WAIT
-from tests.browser.pages import choose, open_page, wait_for_kernel
+from tests.browser.pages import choose, open_page, wait_until_run
 
 TABS = ("Formgrader", "Course List", "Create assignment", "Assignment List")
 
@@ -17,7 +17,7 @@ def run_all(page: Page) -> None:
     printed = page.locator(".jp-OutputArea-output pre")
     printed.get_by_text("calculator_server.py: written, running as /calculator_server").wait_for()
     printed.get_by_text("calculator_client.py: as asked").wait_for()
-    wait_for_kernel(page)
+    wait_until_run(page)
 
 
 def tabs(page: Page) -> set[str]:
@@ -49,7 +49,7 @@ def test_the_notebook_and_a_terminal_are_one_world(lab, page):
     choose(page, "File", "New", "Terminal")
     page.locator(".jp-Terminal .xterm-screen").wait_for()
     # The notebook's last cell ends its nodes: its server runs on in a terminal, as in the chapter.
-    wait_for_kernel(page)
+    wait_until_run(page)
     terminal = page.locator(".jp-Terminal:visible")
     terminal.click()
     page.keyboard.type("python3 calculator_server.py & sleep 0\n")

@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from tests.browser.conftest import WAIT
-from tests.browser.pages import barriers, keep_picture, open_page, run_cell, set_theme, wait_for_kernel
+from tests.browser.pages import barriers, keep_picture, open_page, run_cell, set_theme, wait_for_kernel, wait_until_run
 
 expect.set_options(timeout=WAIT)
 
@@ -99,7 +99,7 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     page.keyboard.press("ArrowRight")
     expect(slider).not_to_have_value(shown)
     (lab[2] / "driven/end").touch()
-    wait_for_kernel(page)
+    wait_until_run(page)
     run_cell(page, 1, "!ros2 param set /ai_robot_controller obstacle_threshold 2.0\n!ros2 param set /world room office")
     expect(slider).to_have_attribute("aria-valuetext", "2")
     expect(view.get_by_label("Room")).to_have_value("office")
