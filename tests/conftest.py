@@ -88,6 +88,13 @@ SHARED = {
 }
 
 
+# What a page or a hub does at moments of its own is waited for; a second try is granted all the same, and named.
+DRIVEN = {
+    "browser": "JupyterLab draws, takes the focus and connects to kernels when it likes",
+    "classroom": "JupyterHub, its proxy and the members' servers start and end by themselves",
+}
+
+
 def group(nodeid: str) -> str:
     """Return the group of tests that a test belongs to: what it shares, or else its file."""
     return next((name for name, places in SHARED.items() if nodeid.startswith(places)), nodeid.partition("::")[0])
@@ -101,6 +108,8 @@ def pytest_configure(config):
 def pytest_collection_modifyitems(items):
     """Begin with the groups that take longest; the order within a file stays as it is written."""
     for item in items:
+        if reason := DRIVEN.get(group(item.nodeid)):
+            item.add_marker(pytest.mark.drives(reason))
         if driving := item.get_closest_marker("drives"):
             assert driving.args, f"{item.nodeid}: the marker drives needs a reason"
             item.add_marker(pytest.mark.flaky(reruns=1))
