@@ -175,6 +175,8 @@ def test_links_to_the_internet_are_well_formed(path):
     links = [link for pair in LINK.findall(text) for link in pair if link.startswith("http")]
     for link in links:
         parts = urlsplit(link)
+        if (parts.hostname or "").rpartition(".")[2] == "localhost":
+            continue  # a class's server on this machine
         assert parts.scheme == "https" and re.fullmatch(r"([a-z0-9-]+\.)+[a-z]{2,}", parts.netloc), link
         assert re.fullmatch(r"[\w./~%+@=&?#:,-]*[\w/]", link.partition("://")[2]), link
         if parts.netloc == "docs.ros.org":

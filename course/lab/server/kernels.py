@@ -1,4 +1,4 @@
-"""How the Jupyter server reaches its kernels: by sockets that only its user can open."""
+"""Sockets by which the Jupyter server reaches its kernels, and which only its user can open."""
 
 import contextlib
 import tempfile
