@@ -118,10 +118,10 @@ def held() -> list[int]:
 @pytest.mark.parametrize("message", [*MALFORMED, *RAW])
 def test_what_is_malformed_is_refused_and_leaves_nothing(channel, sandbox, message):
     text = RAW[message] if message in RAW else json.dumps(MALFORMED[message]).encode()
-    before = held()
+    before = {*held()}
     for _ in range(3):
         assert channel.send(text).startswith("refused: ")
-    assert held() == before
+    assert {*held()} <= before  # what waited for a program of the test before may have been closed meanwhile
     assert not sandbox._users and not sandbox.descriptors, "no user and no file is kept for what was not started"
     assert channel.ask() == "started", "the next request is served"
 
