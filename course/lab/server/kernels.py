@@ -1,6 +1,5 @@
 """Sockets by which the Jupyter server reaches its kernels, and which only its user can open."""
 
-import contextlib
 import tempfile
 from pathlib import Path
 
@@ -29,13 +28,6 @@ class PrivateKernel(ServerKernelManager):
         if len(bytes(place)) + NUMBER > LONGEST:
             place = Path(tempfile.mkdtemp(prefix="kernel-"), name)
         return str(place)
-
-    def cleanup_ipc_files(self) -> None:
-        """Remove the sockets, and the folder if it was made for them."""
-        super().cleanup_ipc_files()
-        if self.transport == "ipc" and (folder := Path(self.ip).parent) != registry.folder():
-            with contextlib.suppress(OSError):
-                folder.rmdir()
 
 
 def keep_private(c: Config) -> None:
