@@ -127,3 +127,12 @@ def pytest_xdist_make_scheduler(config, log):
 
     config.option.loadscopereorder = False
     return ByGroup(config, log)
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Show why each second try was needed, so that the cause can be found and mended."""
+    reports = terminalreporter.getreports("rerun")
+    if reports:
+        terminalreporter.section("why a second try was needed")
+    for report in reports:
+        terminalreporter.write_line(f"{report.nodeid}\n{report.longreprtext}\n")
