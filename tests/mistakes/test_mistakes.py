@@ -1,15 +1,57 @@
 """Every mistake of the collection tells its own story, in time; and the page made from it is up to date."""
 
+import re
 from pathlib import Path
 
 import pytest
 
 from autograder.gradebook.leaks import ANSWER, secrets
+from course.session.hints import hint
 from tests.mistakes import INTERRUPT, SOLUTIONS, Mistake, collection
 from tests.mistakes.page import CONTENTS, DOCS, pages
 from tests.mistakes.run import Kernels
 
 ALL = list(collection())
+ERROR = re.compile(r"(?:[a-z_]\w*\.)*[A-Z]\w*(?:Error|Exception)\b.*$")
+HINT = "Hint: "
+OF_THE_KERNEL = {  # whose hint is made from what the kernel has: an interface that was built, the session
+    "calculator/misspelt_response_field",
+    "calculator/type_instead_of_request",
+    "calculator/wrong_import",
+    "services/before_the_session",
+}
+LIVE = 2  # mistakes of each exercise that are made in each run although their hint is tested without a kernel
+
+
+def known_hint(mistake: Mistake) -> tuple[str, str, str, str] | None:
+    """Return a hint that follows from what is shown above it: error, file, the reader's line, hint; None if none does.
+
+    An error that the collection shortens (`...`) is not enough for that.
+    """
+    shown = [line for step in mistake.steps for line in step.shown]
+    at = next((number for number, line in enumerate(shown) if line.startswith(HINT)), 0)
+    errors = [found[0] for line in shown[:at] if (found := ERROR.search(line.removeprefix("NodeFailed: ")))]
+    if not errors or "..." in errors[0]:
+        return None
+    first = mistake.steps[0]
+    source = first.cell.partition("\n")[2] if first.file else first.cell
+    lines = [line.strip() for line in shown[:at] if line.startswith("    ")]
+    return errors[0], source, lines[-1] if lines else "", shown[at].removeprefix(HINT)
+
+
+def name_of(mistake: Mistake) -> str:
+    return f"{mistake.exercise}/{mistake.name}"
+
+
+HINTED = [mistake for mistake in ALL if known_hint(mistake) and name_of(mistake) not in OF_THE_KERNEL]
+
+
+def each_night() -> set[str]:
+    """Return the mistakes that each run leaves to the night: what they show is their hint, which each run tests."""
+    by_exercise: dict[str, list[str]] = {}
+    for mistake in HINTED:
+        by_exercise.setdefault(mistake.exercise, []).append(name_of(mistake))
+    return {name for names in by_exercise.values() for name in names[LIVE:]}
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +72,18 @@ def faults(kernels: Kernels, mistake: Mistake) -> tuple[list[str], list[str]]:
     return missing, late
 
 
-@pytest.mark.parametrize("mistake", ALL, ids=lambda mistake: f"{mistake.exercise}/{mistake.name}")
+@pytest.mark.parametrize("mistake", HINTED, ids=name_of)
+def test_a_hint_follows_from_its_error(mistake):
+    error, source, line, wanted = known_hint(mistake)
+    given = hint(error, source, line)
+    assert re.fullmatch(".*".join(map(re.escape, wanted.split("..."))), given), given
+
+
+NIGHTLY = each_night()
+MADE = [pytest.param(each, marks=[pytest.mark.matrix] * (name_of(each) in NIGHTLY)) for each in ALL]
+
+
+@pytest.mark.parametrize("mistake", MADE, ids=name_of)
 def test_a_mistake_tells_its_own_story(kernels, mistake):
     """The words must be there at once; only their time is measured again, on a machine that may have been busy."""
     missing, late = faults(kernels, mistake)
