@@ -8,6 +8,7 @@ import csv
 import grp
 import os
 import pwd
+import re
 import secrets
 import subprocess
 import time
@@ -19,8 +20,9 @@ import requests
 import websocket
 
 from autograder.classroom import accounts, hub, spawner
-from autograder.classroom.certificate import warning
+from autograder.classroom.certificate import check_covers, warning
 from autograder.classroom.plan import RUN, Classroom
+from autograder.errors import UsageError
 from course.waiting import wait_until
 from tests.browser.pages import SERVER
 from tests.classroom import theft
@@ -124,9 +126,9 @@ def certificate(tmp_path_factory):
     return made
 
 
-def make_certificate(certificate: Path, key: Path, days: int = 2) -> None:
+def make_certificate(certificate: Path, key: Path, days: int = 2, names: str = "IP:127.0.0.1") -> None:
     command = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", str(days), "-subj", "/CN=class"]
-    command += ["-addext", "subjectAltName=IP:127.0.0.1", "-out", certificate, "-keyout", key]
+    command += ["-addext", f"subjectAltName={names}", "-out", certificate, "-keyout", key]
     subprocess.run(command, check=True, capture_output=True)
 
 
@@ -195,6 +197,27 @@ def test_a_certificate_that_ends_is_told(certificate):
     assert warning(path, now - timedelta(days=1)).startswith("The certificate is not valid before ")
     assert warning(path + ".gone", now) == f"The certificate {path}.gone is not there any more, or cannot be read."
     assert warning("", now).startswith("Without a certificate: ")
+
+
+@pytest.mark.parametrize(
+    ("names", "missing"),
+    [
+        ("DNS:class.example.org,DNS:*.class.example.org", None),
+        ("DNS:CLASS.example.org,DNS:*.Class.Example.org", None),  # names of hosts know no capitals
+        ("DNS:class.example.org", "*.class.example.org"),
+        ("DNS:*.class.example.org", "class.example.org"),
+        ("DNS:*.example.org", "class.example.org and *.class.example.org"),  # `*` is one label
+        ("IP:127.0.0.1", "class.example.org and *.class.example.org"),
+    ],
+)
+def test_a_certificate_must_hold_for_the_hub_and_for_each_server(tmp_path, names, missing):
+    path = tmp_path / "server.pem"
+    make_certificate(path, tmp_path / "server.key", names=names)
+    if missing is None:
+        check_covers(path, "class.example.org")
+    else:
+        with pytest.raises(UsageError, match=f"is not for {re.escape(missing)}: --host needs one"):
+            check_covers(path, "class.example.org")
 
 
 def test_a_certificate_that_lasts_is_not_spoken_of(tmp_path):

@@ -1,6 +1,12 @@
 """A student's server is the student's: a page of it gets nothing from the instructor who opens it."""
 
-from autograder.classroom import hub
+from dataclasses import replace
+
+import pytest
+from jupyterhub.handlers.base import BaseHandler
+from traitlets.config import Config
+
+from autograder.classroom import hub, origins
 from tests.classroom import theft
 from tests.classroom.conftest import classroom
 from tests.classroom.visitor import Visitor
@@ -42,3 +48,13 @@ for folder in ("/home/ada/notebooks", "/home/ada/.jupyter"):
         assert live.run("import os; print(os.path.exists('/home/ada/ran'))").text == "False\n"
     finally:
         live.run("import os\nfor f in ('notebooks', '.jupyter'): os.remove(f'/home/ada/{f}/nbgrader_config.py')")
+
+
+@pytest.mark.parametrize("certificate", ["", "/etc/ssl/class.pem"])
+def test_a_cookie_is_of_one_host_alone_where_everything_is_encrypted(room, certificate, monkeypatch):
+    """Browsers take the prefix `__Host-` over HTTPS only, and no page of another name can set such a cookie."""
+    monkeypatch.setattr(BaseHandler, "get_current_user_cookie", BaseHandler.get_current_user_cookie)  # put back
+    config = Config()
+    origins.keep_apart(config, replace(room, host="class.example.org", certificate=certificate))
+    assert config.JupyterHub.cookie_host_prefix_enabled is bool(certificate)
+    assert config.JupyterHub.subdomain_host.startswith("https://" if certificate else "http://")
