@@ -18,7 +18,7 @@ from autograder.paths import repository
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.results import output, progress, summary
 from autograder.results.text import describe, printable
-from autograder.sandbox.box import choose
+from autograder.sandbox.sandbox import choose
 from autograder.submissions import exercises, listing, reading
 
 # Rooms that take a second to load (Dask, nbgrader, numpy) are imported by the commands that need them.
@@ -243,10 +243,10 @@ def doctor_command() -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from autograder.sandbox import doctor
+    from autograder.sandbox import layer_check
 
     try:
-        layers = doctor.examine()
+        layers = layer_check.examine()
     except SandboxUnavailable as error:
         print(f"Grading is refused: {error}.")
         raise typer.Exit(1) from None
@@ -254,7 +254,7 @@ def doctor_command() -> None:
     for layer in layers:
         table.add_row(layer.name, "yes" if layer.holds else "NO" if layer.required else "no (not required)", layer.seen)
     Console(width=None if sys.stdout.isatty() else 120).print(table)
-    raise typer.Exit(1 if doctor.refused(layers) else 0)
+    raise typer.Exit(1 if layer_check.refused(layers) else 0)
 
 
 @app.command("collect")

@@ -13,7 +13,7 @@ import course  # noqa: F401
 from autograder.errors import SandboxUnavailable
 from autograder.grading import single
 from autograder.records import Submission
-from autograder.sandbox import box as sandbox
+from autograder.sandbox import sandbox
 from autograder.submissions import exercises
 
 # A shell that starts the tests in the background has them, and all that they start, ignore Ctrl-C.

@@ -5,7 +5,7 @@ import os
 
 import psutil
 
-from autograder.grading.process import WORKER
+from autograder.grading.worker import WORKER
 from autograder.submissions import exercises
 from course.waiting import wait_until
 

@@ -14,8 +14,8 @@ import subprocess
 from pathlib import Path
 
 from autograder.classroom import homes
+from autograder.classroom.members import Member
 from autograder.classroom.plan import Classroom
-from autograder.classroom.roster import Member
 from autograder.errors import AutograderError, UsageError
 from autograder.results import storage
 from course import registry
@@ -25,12 +25,12 @@ ACCOUNTS, PASSWORDS = "accounts.json", "passwords.csv"
 ENDED = 20.0  # s until processes that were killed are gone
 
 
-def missing(room: Classroom) -> list[Member]:
+def missing(classroom: Classroom) -> list[Member]:
     """The members who have no Unix user yet; raises UsageError when a name is somebody else's."""
-    known = _known(room)
+    known = _known(classroom)
     found = []
-    for member in room.members:
-        name = room.user(member)
+    for member in classroom.members:
+        name = classroom.user(member)
         if _exists(name) and name not in known:
             raise UsageError(
                 f"the Unix user {name} exists, and this classroom did not make it: remove it, or give another --prefix"
@@ -40,18 +40,18 @@ def missing(room: Classroom) -> list[Member]:
     return found
 
 
-def make(room: Classroom) -> list[Member]:
+def make(classroom: Classroom) -> list[Member]:
     """Make the group, and the users that are missing, with home folders; the new ones are returned."""
-    new = missing(room)
-    staff = room.staff
+    new = missing(classroom)
+    staff = classroom.staff
     if not _group(staff):
-        _note(room, staff)
+        _note(classroom, staff)
         _run("groupadd", staff)
     for member in new:
-        _make_user(room, member)
-    for member in room.members:
-        home = room.home(member)
-        user = pwd.getpwnam(room.user(member))
+        _make_user(classroom, member)
+    for member in classroom.members:
+        home = classroom.home(member)
+        user = pwd.getpwnam(classroom.user(member))
         if not home.exists():
             home.mkdir(storage.PRIVATE_FOLDER)
             os.chown(home, user.pw_uid, user.pw_gid)
@@ -62,40 +62,40 @@ def make(room: Classroom) -> list[Member]:
     return new
 
 
-def without_password(room: Classroom, new: list[Member]) -> list[Member]:
+def without_password(classroom: Classroom, new: list[Member]) -> list[Member]:
     """The members who have none yet: the `new` ones, and whoever the file of passwords does not name."""
-    path = room.state / PASSWORDS
+    path = classroom.state / PASSWORDS
     named = {line.partition(",")[0] for line in path.read_text().splitlines()} if path.exists() else set()
-    return [member for member in room.members if member in new or member.name not in named]
+    return [member for member in classroom.members if member in new or member.name not in named]
 
 
-def set_passwords(room: Classroom, members: list[Member]) -> Path:
+def set_passwords(classroom: Classroom, members: list[Member]) -> Path:
     """Give each of `members` a new password, and add it to the file that is returned, for root to hand out."""
-    path = room.state / PASSWORDS
+    path = classroom.state / PASSWORDS
     lines = path.read_text().splitlines() if path.exists() else ["student,password"]
     given = {member.name: secrets.token_urlsafe(9) for member in members}
     lines = [line for line in lines if line.partition(",")[0] not in given]
     lines += [f"{name},{password}" for name, password in given.items()]
     storage.replace(path, ("\n".join(lines) + "\n").encode(), storage.PRIVATE)
-    entries = "".join(f"{room.user(member)}:{given[member.name]}\n" for member in members)
+    entries = "".join(f"{classroom.user(member)}:{given[member.name]}\n" for member in members)
     _run("chpasswd", text=entries)
     return path
 
 
-def ids(room: Classroom, member: Member) -> tuple[int, int]:
+def ids(classroom: Classroom, member: Member) -> tuple[int, int]:
     """The numbers of a member's user and group."""
-    user = pwd.getpwnam(room.user(member))
+    user = pwd.getpwnam(classroom.user(member))
     return user.pw_uid, user.pw_gid
 
 
-def staff_id(room: Classroom) -> int:
+def staff_id(classroom: Classroom) -> int:
     """The number of the instructors' group."""
-    return grp.getgrnam(room.staff).gr_gid
+    return grp.getgrnam(classroom.staff).gr_gid
 
 
-def remove(room: Classroom) -> list[str]:
+def remove(classroom: Classroom) -> list[str]:
     """End all processes of the users that were made, and remove these users and the group; their names."""
-    known = _known(room)
+    known = _known(classroom)
     uids = {pwd.getpwnam(name).pw_uid for name in known if _exists(name)}
     if not wait_until(lambda: not _end(uids), ENDED, alert=False):
         raise AutograderError("processes of the students' users cannot be ended; run `down` again")
@@ -107,15 +107,15 @@ def remove(room: Classroom) -> list[str]:
         elif _group(name):
             _run("groupdel", name)
             removed.append(name)
-    (room.state / ACCOUNTS).unlink(missing_ok=True)
+    (classroom.state / ACCOUNTS).unlink(missing_ok=True)
     return removed
 
 
-def _make_user(room: Classroom, member: Member) -> None:
-    name, home = room.user(member), room.home(member)
-    _note(room, name)
+def _make_user(classroom: Classroom, member: Member) -> None:
+    name, home = classroom.user(member), classroom.home(member)
+    _note(classroom, name)
     command = ["useradd", "--no-create-home", "--home-dir", str(home), "--user-group", "--no-log-init"]
-    command += ["--shell", "/usr/sbin/nologin", "--comment", f"{member.name} of {room.folder}"]
+    command += ["--shell", "/usr/sbin/nologin", "--comment", f"{member.name} of {classroom.folder}"]
     with contextlib.suppress(OSError):
         number = home.stat().st_uid  # a home folder that was kept belongs to its user again
         if number and not _taken(number):
@@ -134,15 +134,15 @@ def _end(uids: set[int]) -> bool:
     return found
 
 
-def _known(room: Classroom) -> list[str]:
-    path = room.state / ACCOUNTS
+def _known(classroom: Classroom) -> list[str]:
+    path = classroom.state / ACCOUNTS
     return list(json.loads(path.read_text())) if path.exists() else []
 
 
-def _note(room: Classroom, name: str) -> None:
+def _note(classroom: Classroom, name: str) -> None:
     """Write down what is about to be made, before it is: so `down` finds it, whatever happens."""
-    names = json.dumps([*dict.fromkeys([*_known(room), name])])
-    storage.replace(room.state / ACCOUNTS, names.encode(), storage.PRIVATE)
+    names = json.dumps([*dict.fromkeys([*_known(classroom), name])])
+    storage.replace(classroom.state / ACCOUNTS, names.encode(), storage.PRIVATE)
 
 
 def _exists(name: str) -> bool:

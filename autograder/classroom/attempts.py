@@ -76,16 +76,16 @@ class Attempts:
             del self._counts[next(iter(self._counts))]  # the oldest
 
 
-def unlock(room: Classroom, name: str) -> None:
+def unlock(classroom: Classroom, name: str) -> None:
     """Let somebody try at once again; the hub looks there."""
-    path = room.state / UNLOCKED
+    path = classroom.state / UNLOCKED
     known = json.loads(path.read_text()) if path.exists() else {}
     storage.replace(path, json.dumps(known | {name: time.time()}).encode(), storage.PRIVATE)
 
 
-def unlocked(room: Classroom, name: str) -> float:
+def unlocked(classroom: Classroom, name: str) -> float:
     """Return when somebody was let try again, in seconds; 0 when never."""
     try:
-        return float(json.loads((room.state / UNLOCKED).read_text())[name])
+        return float(json.loads((classroom.state / UNLOCKED).read_text())[name])
     except (OSError, ValueError, KeyError):
         return 0.0

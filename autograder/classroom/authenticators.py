@@ -9,7 +9,7 @@ from jupyterhub.authenticators.shared import SharedPasswordAuthenticator
 from tornado.web import HTTPError
 from traitlets import Unicode
 
-from autograder.classroom import attempts, origins
+from autograder.classroom import addresses, attempts
 from autograder.classroom.plan import Classroom
 
 KNOWN = "classroom-known"  # the cookie of a browser in which somebody has logged in
@@ -19,7 +19,7 @@ DAYS = 200
 class Careful(Authenticator):
     """Counts wrong passwords, and sends instructors to their own address; `check` tries a password."""
 
-    room: Classroom
+    classroom: Classroom
 
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
@@ -29,20 +29,20 @@ class Careful(Authenticator):
         """The member's name when the password is right; raises HTTPError when it is not even tried."""
         name = self.normalize_username(data.get("username", ""))
         try:
-            member = self.room.find(name)
+            member = self.classroom.find(name)
         except KeyError:
             return None
-        if not origins.belongs(self.room, member.instructor, handler.request.host):
-            raise HTTPError(403, f"You come in at {self.room.address_of(member)}")
+        if not addresses.belongs(self.classroom, member.instructor, handler.request.host):
+            raise HTTPError(403, f"You come in at {self.classroom.address_of(member)}")
         browser = _browser(handler, name)
-        self._attempts.forget_before(name, attempts.unlocked(self.room, name))
+        self._attempts.forget_before(name, attempts.unlocked(self.classroom, name))
         if wait := self._attempts.begin(name, browser or handler.request.remote_ip, bool(browser)):
             raise HTTPError(429, f"Too many wrong passwords: try again in {wait:.0f} s, or ask your instructor.")
         if not await self.check(handler, data):
             return None
         self._attempts.succeeded(name, browser or handler.request.remote_ip)
         if not browser:
-            options = {"httponly": True, "samesite": "Lax", "secure": bool(self.room.certificate), "path": "/hub/"}
+            options = {"httponly": True, "samesite": "Lax", "secure": bool(self.classroom.certificate), "path": "/hub/"}
             value = f"{name}:{secrets.token_hex(16)}"
             handler.set_secure_cookie(KNOWN, value, expires_days=DAYS, **options)
         return name

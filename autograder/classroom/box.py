@@ -14,8 +14,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from autograder.classroom import accounts, serve
+from autograder.classroom.members import Member
 from autograder.classroom.plan import COURSE_ID, GIB, Classroom
-from autograder.classroom.roster import Member
 from autograder.paths import COURSE, private, repository
 from autograder.sandbox import networks, seccomp, view
 from course import environment
@@ -46,13 +46,13 @@ def notebooks(member: Member) -> str:
     return f"{home(member)}/notebooks"
 
 
-def command(room: Classroom, member: Member, argv: list[str], to_read: Callable[[bytes], str]) -> list[str]:
+def command(classroom: Classroom, member: Member, argv: list[str], to_read: Callable[[bytes], str]) -> list[str]:
     """The command line, for root, that runs `argv` in a member's box.
 
     `to_read` makes a descriptor, which the command inherits, of a file's content.
     """
-    uid, gid = accounts.ids(room, member)
-    limits = room.limits_of(member)
+    uid, gid = accounts.ids(classroom, member)
+    limits = classroom.limits_of(member)
     bwrap = ["bwrap", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try", "--hostname", "classroom"]
     bwrap += ["--die-with-parent", "--cap-drop", "ALL"]
     bwrap += [word for name in ("SETUID", "SETGID", "SETPCAP") for word in ("--cap-add", f"CAP_{name}")]
@@ -65,7 +65,7 @@ def command(room: Classroom, member: Member, argv: list[str], to_read: Callable[
         if seccomp.available():
             bwrap += ["--seccomp", to_read(seccomp.program())]
         become += ["--clear-groups", "--bounding-set=-all", "--no-new-privs"]
-    bwrap += _view(room, member, to_read)
+    bwrap += _view(classroom, member, to_read)
     # `data`, not `as`: Fast DDS and malloc reserve far more addresses than they use
     limited = ["prlimit", f"--nproc={limits.tasks}", f"--data={limits.memory}", f"--fsize={FILE}", "--core=0"]
     limited += [*([] if member.instructor else [f"--nofile={DESCRIPTORS}"]), "--"]
@@ -99,11 +99,11 @@ def umask(member: Member) -> int:
     return 0o007 if member.instructor else 0o077
 
 
-def _view(room: Classroom, member: Member, to_read: Callable[[bytes], str]) -> list[str]:
+def _view(classroom: Classroom, member: Member, to_read: Callable[[bytes], str]) -> list[str]:
     environment.prepare()
-    known = room.members if member.instructor else (member,)
+    known = classroom.members if member.instructor else (member,)
     shared_memory, temporary = _scratch("/dev/shm", SHARED_MEMORY), _scratch("/tmp", TEMPORARY)
-    options = view.system(_system_files(room, known), to_read, shared_memory, temporary)
+    options = view.system(_system_files(classroom, known), to_read, shared_memory, temporary)
     if member.instructor:
         options += ["--perms", "0755", "--dir", view.STORE]
         options += ["--bind", "/proc", "/proc"]  # a namespace in it may have a /proc only when it sees a whole one
@@ -114,38 +114,38 @@ def _view(room: Classroom, member: Member, to_read: Callable[[bytes], str]) -> l
         shown = {COURSE: True, repository() / "environment": True}
         hidden = private()
     options += view.installed(view.outer_first(view.folders(hidden) | shown))
-    options += ["--perms", "0755", "--dir", "/home", "--bind", str(room.home(member)), home(member)]
-    options += ["--perms", "0755", "--dir", "/srv", "--bind", str(room.exchange), EXCHANGE]
-    options += _folders_to(room.hub_socket.parent)
-    options += ["--ro-bind", str(room.hub_socket.parent), str(room.hub_socket.parent)]
+    options += ["--perms", "0755", "--dir", "/home", "--bind", str(classroom.home(member)), home(member)]
+    options += ["--perms", "0755", "--dir", "/srv", "--bind", str(classroom.exchange), EXCHANGE]
+    options += _folders_to(classroom.hub_socket.parent)
+    options += ["--ro-bind", str(classroom.hub_socket.parent), str(classroom.hub_socket.parent)]
     if member.instructor:
-        options += ["--bind", str(room.grading), _grading(member)]
+        options += ["--bind", str(classroom.grading), _grading(member)]
     options += ["--perms", "0755", "--dir", "/opt", "--perms", "0755", "--dir", CONFIGURATION]
     options += ["--ro-bind", str(Path(serve.__file__)), SERVER]
-    for name, text in _configuration(room, member).items():
+    for name, text in _configuration(classroom, member).items():
         options += _folders_to(Path(CONFIGURATION, name).parent)
         options += ["--perms", "0444", "--ro-bind-data", to_read(text.encode()), f"{CONFIGURATION}/{name}"]
     return [*options, "--remount-ro", "/"]
 
 
-def _system_files(room: Classroom, known: tuple[Member, ...]) -> Mapping[str, str]:
+def _system_files(classroom: Classroom, known: tuple[Member, ...]) -> Mapping[str, str]:
     """A member is called by their own name; nbgrader looks there for who has handed something in."""
-    staff = ",".join(member.name for member in room.instructors)
-    people = {member.name: accounts.ids(room, member) for member in known}
+    staff = ",".join(member.name for member in classroom.instructors)
+    people = {member.name: accounts.ids(classroom, member) for member in known}
     users = "".join(f"{name}:x:{uid}:{gid}::/home/{name}:/bin/bash\n" for name, (uid, gid) in people.items())
     groups = "".join(f"{name}:x:{gid}:\n" for name, (_, gid) in people.items())
     return view.SYSTEM_FILES | {
         "/etc/passwd": f"root:x:0:0::/:/bin/false\n{users}",
-        "/etc/group": f"root:x:0:\n{groups}staff:x:{accounts.staff_id(room)}:{staff}\n",
+        "/etc/group": f"root:x:0:\n{groups}staff:x:{accounts.staff_id(classroom)}:{staff}\n",
     }
 
 
-def _configuration(room: Classroom, member: Member) -> dict[str, str]:
+def _configuration(classroom: Classroom, member: Member) -> dict[str, str]:
     """Jupyter's and nbgrader's configuration files, by their path in CONFIGURATION."""
     extensions = STAFFS if member.instructor else STUDENTS
     servers = {f"nbgrader.server_extensions.{name.replace('-', '_')}": on for name, on in extensions.items()}
     servers.pop("nbgrader.server_extensions.create_assignment")  # which has none
-    idle = room.limits
+    idle = classroom.limits
     look = serve.every(idle.kernel_idle)
     server: dict[str, dict[str, object]] = {
         "ServerApp": {"jpserver_extensions": servers, "shutdown_no_activity_timeout": idle.server_idle},
@@ -166,7 +166,7 @@ def _configuration(room: Classroom, member: Member) -> dict[str, str]:
     ]
     if member.instructor:
         nbgrader += [
-            "from autograder.gradebook.exchange import OwnersCollect",
+            "from autograder.gradebook.exchange_collect import OwnersCollect",
             "c.ExchangeFactory.collect = OwnersCollect",
             f"c.CourseDirectory.root = {_grading(member)!r}",
         ]

@@ -10,7 +10,7 @@ from typing import Annotated, NoReturn, cast
 
 import typer
 
-from autograder.classroom import accounts, attempts, certificate, course_files, hub, roster, spawner
+from autograder.classroom import accounts, attempts, certificate, course_files, hub, members, spawner
 from autograder.classroom.plan import GIB, LOCAL, Classroom, Limits
 from autograder.errors import AutograderError, UsageError
 
@@ -75,16 +75,16 @@ def up(
     _root()
     if passwords not in PASSWORDS:
         raise UsageError(f"--passwords {passwords}: it is pam or dummy")
-    if wrong := roster.wrong(prefix):
+    if wrong := members.wrong(prefix):
         raise UsageError(f"--prefix: {wrong}")
     ip = ip if ip is not None else ("" if certificate_file else LOOPBACK)
     if host is None:
         host = LOCAL if ip == LOOPBACK and not certificate_file else ""
     elif certificate_file:
         certificate.check_covers(certificate_file, host)
-    room = Classroom(
+    classroom = Classroom(
         folder.resolve(),
-        tuple(roster.read(roster_file, instructor or [])),
+        tuple(members.read(roster_file, instructor or [])),
         ip,
         port,
         *certificate.paths(certificate_file, key),
@@ -96,78 +96,80 @@ def up(
     )
     if missing := hub.missing_tools():
         raise UsageError("; ".join(missing))
-    before = _before(room)
-    new = accounts.missing(room)
-    if taken := hub.taken_port(room, before):
-        option = "--port" if taken == room.port else "--instructors-port"
+    before = _before(classroom)
+    new = accounts.missing(classroom)
+    if taken := hub.taken_port(classroom, before):
+        option = "--port" if taken == classroom.port else "--instructors-port"
         raise UsageError(f"port {taken} is in use: end what listens there, or give another {option}")
     if dry_run:
-        _tell_plan(room, new)
+        _tell_plan(classroom, new)
         return
-    with hub.alone(room):
-        _up(room)
+    with hub.alone(classroom):
+        _up(classroom)
 
 
-def _up(room: Classroom) -> None:
-    course_files.make_folders(room)
+def _up(classroom: Classroom) -> None:
+    course_files.make_folders(classroom)
     with contextlib.suppress(UsageError):  # there is none yet
-        roles = {member.name: member.instructor for member in room.members}
-        before = Classroom.load(room.folder)
+        roles = {member.name: member.instructor for member in classroom.members}
+        before = Classroom.load(classroom.folder)
         gone = {member.name for member in before.members if roles.get(member.name) is not member.instructor}
-        left = spawner.servers(room)
+        left = spawner.servers(classroom)
         # A server was told its address, and the hub's, when it was started.
-        moved = before.host != room.host or (bool(room.host) and before.url != room.url)
+        moved = before.host != classroom.host or (bool(classroom.host) and before.url != classroom.url)
         for name in sorted(left if moved else left.keys() & gone):
-            spawner.forget(room, name, left[name])
+            spawner.forget(classroom, name, left[name])
             why = "who is not in the class any more, or has another role" if name in gone else "whose address changes"
             print(f"Ended the server of {name}, {why}.")
-    room.save()
+    classroom.save()
     if hub.install_proxy():
         print("Installed the hub's proxy.")
-    new = accounts.make(room)
+    new = accounts.make(classroom)
     if new:
-        print(f"Made {len(new)} Unix users: {_listed([room.user(member) for member in new])}.")
-    course_files.make_shared(room)
-    released = course_files.release(room)
+        print(f"Made {len(new)} Unix users: {_listed([classroom.user(member) for member in new])}.")
+    course_files.make_shared(classroom)
+    released = course_files.release(classroom)
     if released:
         print(f"Released {', '.join(released)}.")
-    course_files.enrol(room)
-    for line in course_files.hand_out_notebooks(room):
+    course_files.enrol(classroom)
+    for line in course_files.hand_out_notebooks(classroom):
         print(line)
-    hub.stop(room)
-    if room.passwords == "pam":
-        if without := accounts.without_password(room, new):
-            print(f"Gave passwords to {len(without)} members; they are in {accounts.set_passwords(room, without)}.")
+    hub.stop(classroom)
+    if classroom.passwords == "pam":
+        if without := accounts.without_password(classroom, new):
+            written = accounts.set_passwords(classroom, without)
+            print(f"Gave passwords to {len(without)} members; they are in {written}.")
     else:
-        known = hub.shared_passwords(room)
+        known = hub.shared_passwords(classroom)
         print("FOR TRYING ONLY: whoever knows this password can come in as any student.")
         print(f"Password of all students: {known['students']}")
         print(f"Password of the instructors: {known['instructors']}")
-    hub.start(room)
-    _warn_of_certificate(room)
-    print(f"The class is at {room.url}")
-    print(_origins(room))
+    hub.start(classroom)
+    _warn_of_certificate(classroom)
+    print(f"The class is at {classroom.url}")
+    print(_addresses(classroom))
 
 
 @app.command()
 def status(folder: Folder = DEFAULT) -> None:
     """Show whether the hub runs, whose servers, and who uses the disk; exit code 1 when the hub does not run."""
     _root()
-    room = Classroom.load(folder.resolve())
-    up_ = hub.running(room) is not None
-    alive = sorted(name for name, server in spawner.servers(room).items() if server.alive)
-    print(f"The hub {f'is at {room.url}' if up_ else 'does not run; `environment/classroom up` starts it'}.")
-    print(_origins(room))
-    _warn_of_certificate(room)
-    print(f"Students: {len(room.students)}; instructors: {len(room.instructors)}; running servers: {len(alive)}.")
+    classroom = Classroom.load(folder.resolve())
+    up_ = hub.running(classroom) is not None
+    alive = sorted(name for name, server in spawner.servers(classroom).items() if server.alive)
+    print(f"The hub {f'is at {classroom.url}' if up_ else 'does not run; `environment/classroom up` starts it'}.")
+    print(_addresses(classroom))
+    _warn_of_certificate(classroom)
+    counts = f"Students: {len(classroom.students)}; instructors: {len(classroom.instructors)}"
+    print(f"{counts}; running servers: {len(alive)}.")
     for name in alive:
         print(f"  {name}")
-    used = course_files.disk(room)
+    used = course_files.disk(classroom)
     most = ", ".join(
         f"{name} {'more than can be counted' if size is None else f'{size / MIB:,.0f} MiB'}"
         for name, size in list(used.items())[:MOST]
     )
-    free, total = shutil.disk_usage(room.homes).free, sum(size or 0 for size in used.values())
+    free, total = shutil.disk_usage(classroom.homes).free, sum(size or 0 for size in used.values())
     print(f"Homes take {total / MIB:,.0f} MiB, and {free / GIB:,.0f} GiB are free. Most: {most}.")
     raise typer.Exit(0 if up_ else 1)
 
@@ -178,10 +180,10 @@ def unlock(
 ) -> None:
     """Let a member log in at once again, after too many wrong passwords."""
     _root()
-    room = Classroom.load(folder.resolve())
-    if name not in {member.name for member in room.members}:
+    classroom = Classroom.load(folder.resolve())
+    if name not in {member.name for member in classroom.members}:
         raise UsageError(f"{name} is not in the class")
-    attempts.unlock(room, name)
+    attempts.unlock(classroom, name)
     print(f"{name} may try again.")
 
 
@@ -195,24 +197,24 @@ def down(
 ) -> None:
     """End the class: all servers, the hub, and the Unix users that were made. Files are kept, unless told otherwise."""
     _root()
-    room = Classroom.load(folder.resolve())
+    classroom = Classroom.load(folder.resolve())
     if dry_run:
-        print(f"Would end the hub and {len(spawner.servers(room))} servers, and remove their Unix users.")
-        print(f"Would {'remove' if delete_homes else 'keep'} {room.folder}.")
+        print(f"Would end the hub and {len(spawner.servers(classroom))} servers, and remove their Unix users.")
+        print(f"Would {'remove' if delete_homes else 'keep'} {classroom.folder}.")
         return
-    with hub.alone(room):
-        hub.stop(room)
-        for name, server in spawner.servers(room).items():
-            spawner.forget(room, name, server)
-        removed = accounts.remove(room)
-        shutil.rmtree(room.run, ignore_errors=True)
+    with hub.alone(classroom):
+        hub.stop(classroom)
+        for name, server in spawner.servers(classroom).items():
+            spawner.forget(classroom, name, server)
+        removed = accounts.remove(classroom)
+        shutil.rmtree(classroom.run, ignore_errors=True)
         with contextlib.suppress(OSError):  # another class is there
-            room.run.parent.rmdir()
+            classroom.run.parent.rmdir()
         if delete_homes:
-            course_files.remove(room)
+            course_files.remove(classroom)
     print(f"The class is ended; removed: {_listed(removed)}.")
     if not delete_homes:
-        print(f"Homes, exchange and grades are in {room.folder}.")
+        print(f"Homes, exchange and grades are in {classroom.folder}.")
 
 
 @app.command("capacity")
@@ -276,44 +278,45 @@ def _root() -> None:
         raise UsageError("it makes users and namespaces: run it as root, for example with sudo")
 
 
-def _warn_of_certificate(room: Classroom) -> None:
-    if said := certificate.warning(room.certificate, datetime.now(UTC)):
+def _warn_of_certificate(classroom: Classroom) -> None:
+    if said := certificate.warning(classroom.certificate, datetime.now(UTC)):
         print(said)
 
 
-def _origins(room: Classroom) -> str:
+def _addresses(classroom: Classroom) -> str:
     """Return what keeps a student's pages from acting as whoever opens them, in a line."""
-    if room.host:
-        return f"Each server has an address of its own, NAME.{room.host}: no page of a student's acts as who opens it."
+    if classroom.host:
+        names = f"NAME.{classroom.host}"
+        return f"Each server has an address of its own, {names}: no page of a student's acts as who opens it."
     return (
-        f"Students' servers share an address, so instructors come in at http://{room.staff_address}/ alone, from here "
-        f"or by `ssh -L {room.staff_port}:localhost:{room.staff_port} THIS-MACHINE`."
+        f"Students' servers share an address, so instructors come in at http://{classroom.staff_address}/ alone, "
+        f"from here or by `ssh -L {classroom.staff_port}:localhost:{classroom.staff_port} THIS-MACHINE`."
     )
 
 
-def _before(room: Classroom) -> Classroom | None:
+def _before(classroom: Classroom) -> Classroom | None:
     """The classroom that the hub in this folder serves now, if it runs."""
     try:
-        before = Classroom.load(room.folder)
+        before = Classroom.load(classroom.folder)
     except UsageError:
         return None
-    if before.prefix != room.prefix:
+    if before.prefix != classroom.prefix:
         raise UsageError(f"this classroom's prefix is {before.prefix}: `down` first, to change it")
     return before if hub.running(before) else None
 
 
-def _tell_plan(room: Classroom, new: list[roster.Member]) -> None:
-    limits = room.limits
-    users = _listed([room.user(member) for member in new])
+def _tell_plan(classroom: Classroom, new: list[members.Member]) -> None:
+    limits = classroom.limits
+    users = _listed([classroom.user(member) for member in new])
     print(f"Would make {len(new)} Unix users{f': {users}' if new else ''}.")
-    print(f"Would keep the class in {room.folder}: homes, exchange, grading, state.")
+    print(f"Would keep the class in {classroom.folder}: homes, exchange, grading, state.")
     print(f"Would install the hub's proxy with npm: {'no, it is there' if hub.proxy().exists() else 'yes'}.")
     print("Would release the notebooks that are not in the exchange, and copy them into each new home.")
     print(
         f"Would give each student {limits.memory / GIB:g} GiB, {limits.tasks} processes and threads, "
         f"{limits.cores:g} processors, and end idle kernels after {limits.kernel_idle / 60:g} min."
     )
-    print(f"Would start JupyterHub at {room.url}, with {'passwords of ' + room.passwords}.")
+    print(f"Would start JupyterHub at {classroom.url}, with {'passwords of ' + classroom.passwords}.")
 
 
 def _listed(names: list[str], most: int = 8) -> str:

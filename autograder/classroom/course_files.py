@@ -13,8 +13,8 @@ import sys
 from pathlib import PurePosixPath
 
 from autograder.classroom import accounts, box, homes
+from autograder.classroom.members import Member
 from autograder.classroom.plan import COURSE_ID, Classroom
-from autograder.classroom.roster import Member
 from autograder.errors import AutograderError
 from autograder.gradebook.release import START_PAGE, names, pages, start_page
 from autograder.results import storage
@@ -27,29 +27,33 @@ ENROLLED = "enrolled.json"  # in `Classroom.state`: whom the gradebook knows
 LONGEST = 300  # s that one command in a box may take
 
 
-def make_folders(room: Classroom) -> None:
+def make_folders(classroom: Classroom) -> None:
     """The folders of the classroom, each open to those who need it."""
     for folder, mode in (
-        (room.folder, 0o711),
-        (room.homes, 0o711),
-        (room.state, 0o700),
-        (room.state / "servers", 0o700),
-        (room.exchange, 0o755),
+        (classroom.folder, 0o711),
+        (classroom.homes, 0o711),
+        (classroom.state, 0o700),
+        (classroom.state / "servers", 0o700),
+        (classroom.exchange, 0o755),
     ):
         folder.mkdir(parents=True, exist_ok=True)
         folder.chmod(mode)
-    for folder, mode in ((room.run, 0o700), (room.run / "servers", 0o700), (room.hub_socket.parent, 0o755)):
+    for folder, mode in (
+        (classroom.run, 0o700),
+        (classroom.run / "servers", 0o700),
+        (classroom.hub_socket.parent, 0o755),
+    ):
         folder.mkdir(parents=True, exist_ok=True)
         folder.chmod(mode)
 
 
-def make_shared(room: Classroom) -> None:
+def make_shared(classroom: Classroom) -> None:
     """The folders that instructors share, and those of the exchange.  Raises AutograderError."""
-    staff = accounts.staff_id(room)
-    room.grading.mkdir(exist_ok=True)
-    os.chown(room.grading, 0, staff)
-    room.grading.chmod(0o2770)
-    course = room.exchange / COURSE_ID
+    staff = accounts.staff_id(classroom)
+    classroom.grading.mkdir(exist_ok=True)
+    os.chown(classroom.grading, 0, staff)
+    classroom.grading.chmod(0o2770)
+    course = classroom.exchange / COURSE_ID
     course.mkdir(exist_ok=True)
     opened = os.open(course, homes.FOLDER)
     try:
@@ -63,36 +67,36 @@ def make_shared(room: Classroom) -> None:
         raise AutograderError(f"{course / name}: {error.strerror}; move it away, and give the command again") from None
     finally:
         os.close(opened)
-    for member in room.instructors:  # where it is seen; who puts the box together would make it as root
-        homes.make_folder(room.home(member), *accounts.ids(room, member), box.GRADING)
+    for member in classroom.instructors:  # where it is seen; who puts the box together would make it as root
+        homes.make_folder(classroom.home(member), *accounts.ids(classroom, member), box.GRADING)
 
 
-def release(room: Classroom) -> list[str]:
+def release(classroom: Classroom) -> list[str]:
     """Release the notebooks that are not yet in the exchange; their names."""
-    there = {PurePosixPath(path).parts[0] for path in _outbound(room)}
+    there = {PurePosixPath(path).parts[0] for path in _outbound(classroom)}
     new = [name for name in names() if name not in there]
     if new:
-        run(room, room.instructors[0], ["python", "-m", "autograder.classroom.releasing", box.GRADING, *new])
+        run(classroom, classroom.instructors[0], ["python", "-m", "autograder.classroom.releasing", box.GRADING, *new])
     return new
 
 
-def enrol(room: Classroom) -> None:
+def enrol(classroom: Classroom) -> None:
     """Enter the students in nbgrader's gradebook, whose pages call them by their names; those who have left stay."""
-    students = {each.name: {"first_name": each.first_name, "last_name": each.last_name} for each in room.students}
+    students = {each.name: {"first_name": each.first_name, "last_name": each.last_name} for each in classroom.students}
     text = json.dumps(students)
-    done = room.state / ENROLLED
+    done = classroom.state / ENROLLED
     if not done.exists() or done.read_text() != text:
-        run(room, room.instructors[0], ["python", "-m", "autograder.classroom.enrolling", box.GRADING], text)
+        run(classroom, classroom.instructors[0], ["python", "-m", "autograder.classroom.enrolling", box.GRADING], text)
         storage.replace(done, text.encode(), storage.PRIVATE)
 
 
-def hand_out_notebooks(room: Classroom) -> list[str]:
+def hand_out_notebooks(classroom: Classroom) -> list[str]:
     """Lay what students get into each home folder; what is there already is left as it is.
 
     Returns a line for each member whose home folder could not take it.
     """
     things = {"notebooks/" + START_PAGE: {"": start_page().encode()}}
-    for path, content in _outbound(room).items():
+    for path, content in _outbound(classroom).items():
         name, *inner = PurePosixPath(path).parts
         for thing in (f"notebooks/{name}", f"notebooks/{RELEASED}/{name}"):  # as in `hand_out`
             things.setdefault(thing, {})["/".join(inner)] = content
@@ -100,39 +104,39 @@ def hand_out_notebooks(room: Classroom) -> list[str]:
         thing, _, within = path.partition("/")
         things.setdefault(thing, {})[within] = page.read_bytes()
     failed = []
-    for member in room.members:
+    for member in classroom.members:
         try:
-            homes.lay(room.home(member), *accounts.ids(room, member), things)
+            homes.lay(classroom.home(member), *accounts.ids(classroom, member), things)
         except AutograderError as error:
             failed.append(f"The notebooks could not be laid into the home folder of {member.name}: {error}.")
     return failed
 
 
-def disk(room: Classroom) -> dict[str, int | None]:
+def disk(classroom: Classroom) -> dict[str, int | None]:
     """Bytes on the disk in the home folder of each member who has one, the largest first; None where it takes long."""
-    there = [member for member in room.members if room.home(member).exists()]
-    found = homes.sizes({member.name: (room.home(member), *accounts.ids(room, member)) for member in there})
+    there = [member for member in classroom.members if classroom.home(member).exists()]
+    found = homes.sizes({member.name: (classroom.home(member), *accounts.ids(classroom, member)) for member in there})
     return dict(sorted(found.items(), key=lambda each: -math.inf if each[1] is None else -each[1]))
 
 
-def remove(room: Classroom) -> None:
+def remove(classroom: Classroom) -> None:
     """Remove all files of the class, once nobody of it has a process; raises AutograderError.
 
     `rm` follows no link, and goes as deep as somebody has made folders.
     """
-    done = subprocess.run(["rm", "-rf", "--one-file-system", "--", room.folder], capture_output=True, text=True)
+    done = subprocess.run(["rm", "-rf", "--one-file-system", "--", classroom.folder], capture_output=True, text=True)
     if done.returncode:
         raise AutograderError((done.stderr.splitlines() or ["rm failed"])[-1])
 
 
-def run(room: Classroom, member: Member, argv: list[str], text: str = "") -> str:
+def run(classroom: Classroom, member: Member, argv: list[str], text: str = "") -> str:
     """Run one of the environment's programs in a member's box, with `text` to read; what it printed.
 
     Raises AutograderError.
     """
     contents = box.Contents()
     try:
-        command = box.command(room, member, [f"{sys.prefix}/bin/{argv[0]}", *argv[1:]], contents)
+        command = box.command(classroom, member, [f"{sys.prefix}/bin/{argv[0]}", *argv[1:]], contents)
         done = subprocess.run(
             command,
             env=box.variables(member),
@@ -152,10 +156,10 @@ def run(room: Classroom, member: Member, argv: list[str], text: str = "") -> str
     return done.stdout + done.stderr
 
 
-def _outbound(room: Classroom) -> dict[str, bytes]:
+def _outbound(classroom: Classroom) -> dict[str, bytes]:
     """The released files, by their paths in the exchange, as an instructor reads them."""
-    uid, gid = accounts.ids(room, room.instructors[0])
-    return homes.read(room.exchange / COURSE_ID, "outbound", uid, gid, [accounts.staff_id(room)])
+    uid, gid = accounts.ids(classroom, classroom.instructors[0])
+    return homes.read(classroom.exchange / COURSE_ID, "outbound", uid, gid, [accounts.staff_id(classroom)])
 
 
 def _share(folder: int, name: str, staff: int, mode: int) -> None:

@@ -208,15 +208,15 @@ def _exists(folder: int, name: str) -> bool:
 
 
 def _tree(folder: int, name: str) -> bytes:
-    found, room = {}, MOST_BYTES
+    found, left = {}, MOST_BYTES
     for at, _, names, opened in os.fwalk(name, dir_fd=folder, follow_symlinks=False):
         for each in names:
             with contextlib.suppress(OSError), open(os.open(each, FILE, dir_fd=opened), "rb") as file:
                 if stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-                    content = file.read(room + 1)
-                    room -= len(content)
+                    content = file.read(left + 1)
+                    left -= len(content)
                     found[os.path.relpath(os.path.join(at, each), name)] = b64encode(content).decode()
-            if room < 0 or len(found) > MOST_FILES:
+            if left < 0 or len(found) > MOST_FILES:
                 raise AutograderError(f"it holds more than {MOST_FILES} files or {MOST_BYTES >> 20} MiB")
     return json.dumps(found).encode()
 

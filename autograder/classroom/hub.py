@@ -38,14 +38,14 @@ def proxy() -> Path:
     return _proxy_folder() / "node_modules" / "configurable-http-proxy" / "bin" / "configurable-http-proxy"
 
 
-def proxy_pid(room: Classroom) -> Path:
+def proxy_pid(classroom: Classroom) -> Path:
     """The file in which the hub writes the number of the proxy's process."""
-    return room.state / "proxy.pid"
+    return classroom.state / "proxy.pid"
 
 
-def staff_proxy_pid(room: Classroom) -> Path:
+def staff_proxy_pid(classroom: Classroom) -> Path:
     """The same of the instructors' proxy, where they have one of their own."""
-    return room.state / "staff-proxy.pid"
+    return classroom.state / "staff-proxy.pid"
 
 
 def missing_tools() -> list[str]:
@@ -78,18 +78,20 @@ def install_proxy() -> bool:
     return True
 
 
-def shared_passwords(room: Classroom) -> dict[str, str]:
+def shared_passwords(classroom: Classroom) -> dict[str, str]:
     """The two passwords for trying, of the students and of the instructors; made when there are none."""
-    path = room.state / SHARED
+    path = classroom.state / SHARED
     if not path.exists():
         made = {"students": secrets.token_urlsafe(9), "instructors": secrets.token_urlsafe(24)}
         storage.replace(path, json.dumps(made).encode(), storage.PRIVATE)
     return dict(json.loads(path.read_text()))
 
 
-def taken_port(room: Classroom, before: Classroom | None) -> int:
+def taken_port(classroom: Classroom, before: Classroom | None) -> int:
     """The port of the classroom on which somebody else listens, or 0; those of `before` are its own."""
-    wanted = {(room.ip, room.port)} | ({("127.0.0.1", room.staff_port)} if room.staff_address else set())
+    wanted = {(classroom.ip, classroom.port)} | (
+        {("127.0.0.1", classroom.staff_port)} if classroom.staff_address else set()
+    )
     own = {before.port, before.staff_port} if before else set()
     for ip, port in sorted(wanted):
         with socket.socket() as trying:
@@ -102,20 +104,20 @@ def taken_port(room: Classroom, before: Classroom | None) -> int:
     return 0
 
 
-def running(room: Classroom) -> spawner.Running | None:
+def running(classroom: Classroom) -> spawner.Running | None:
     """The hub, if it runs."""
     with contextlib.suppress(OSError, ValueError, TypeError, KeyError):
-        process = spawner.Running.from_fields(json.loads((room.state / RECORD).read_text()))
+        process = spawner.Running.from_fields(json.loads((classroom.state / RECORD).read_text()))
         return process if process.alive else None
     return None
 
 
-def start(room: Classroom) -> None:
+def start(classroom: Classroom) -> None:
     """Start the hub, which starts the proxy, and wait until it answers; raises AutograderError."""
-    room.hub_socket.unlink(missing_ok=True)
+    classroom.hub_socket.unlink(missing_ok=True)
     for name in ("proxy.sock", "staff-proxy.sock"):
-        (room.run / name).unlink(missing_ok=True)
-    path = room.state / LOG
+        (classroom.run / name).unlink(missing_ok=True)
+    path = classroom.state / LOG
     with open(path, "ab") as log:
         begin = log.tell()
         process = subprocess.Popen(
@@ -124,44 +126,48 @@ def start(room: Classroom) -> None:
             stdout=log,
             stderr=subprocess.STDOUT,
             start_new_session=True,
-            cwd=room.state,
-            env={spawner.VARIABLE: str(room.folder), "PATH": os.environ.get("PATH", os.defpath), "LANG": "C.UTF-8"},
+            cwd=classroom.state,
+            env={
+                spawner.VARIABLE: str(classroom.folder),
+                "PATH": os.environ.get("PATH", os.defpath),
+                "LANG": "C.UTF-8",
+            },
         )
     made = spawner.Running(process.pid, registry.birth(process.pid))
-    storage.replace(room.state / RECORD, json.dumps(asdict(made)).encode(), storage.PRIVATE)
+    storage.replace(classroom.state / RECORD, json.dumps(asdict(made)).encode(), storage.PRIVATE)
     if not wait_until(lambda: _ready(path, begin), UP, unless=lambda: process.poll() is not None, alert=False):
-        stop(room)
+        stop(classroom)
         lines = [line for line in path.read_bytes()[begin:].decode(errors="replace").splitlines() if line.strip()]
         raise AutograderError(f"JupyterHub did not start, see {path}: {lines[-1] if lines else 'it said nothing'}")
 
 
-def stop(room: Classroom) -> None:
+def stop(classroom: Classroom) -> None:
     """End the hub and the proxy; the servers go on."""
-    process = running(room)
+    process = running(classroom)
     if process:
         os.kill(process.pid, signal.SIGTERM)
         if not wait_until(lambda: not process.alive, END, alert=False):
             os.kill(process.pid, signal.SIGKILL)
             wait_until(lambda: not process.alive, END, alert=False)
-    for path in (proxy_pid(room), staff_proxy_pid(room)):
+    for path in (proxy_pid(classroom), staff_proxy_pid(classroom)):
         with contextlib.suppress(OSError, ValueError):
             pid = int(path.read_text())
             if str(proxy()).encode() in Path(f"/proc/{pid}/cmdline").read_bytes():
                 os.kill(pid, signal.SIGKILL)
                 wait_until(lambda pid=pid: not Path(f"/proc/{pid}/exe").exists(), END, alert=False)  # type: ignore[misc]
         path.unlink(missing_ok=True)
-    (room.state / RECORD).unlink(missing_ok=True)
+    (classroom.state / RECORD).unlink(missing_ok=True)
 
 
 @contextlib.contextmanager
-def alone(room: Classroom) -> Iterator[None]:
+def alone(classroom: Classroom) -> Iterator[None]:
     """Nobody else changes the classroom meanwhile; raises UsageError when somebody does."""
-    room.state.mkdir(storage.PRIVATE_FOLDER, parents=True, exist_ok=True)
-    with open(room.state / LOCK, "w") as file:
+    classroom.state.mkdir(storage.PRIVATE_FOLDER, parents=True, exist_ok=True)
+    with open(classroom.state / LOCK, "w") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise UsageError(f"another `environment/classroom` is at work in {room.folder}; wait for it") from None
+            raise UsageError(f"another `environment/classroom` is at work in {classroom.folder}; wait for it") from None
         yield
 
 

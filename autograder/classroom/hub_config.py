@@ -6,7 +6,7 @@ from pathlib import Path
 
 from traitlets.config import Config
 
-from autograder.classroom import authenticators, box, hub, origins
+from autograder.classroom import addresses, authenticators, box, hub
 from autograder.classroom.plan import Classroom, as_url
 from autograder.classroom.spawner import VARIABLE, BoxSpawner
 from course.environment import prepare
@@ -15,37 +15,37 @@ START, ANSWER = 60, 120  # s until a server's process is started, and until it a
 LOOK = 5  # s between two looks at each server
 
 
-def configure(c: Config, room: Classroom) -> None:
+def configure(c: Config, classroom: Classroom) -> None:
     """Configure JupyterHub for a classroom."""
     prepare()
-    state = room.state
-    c.JupyterHub.bind_url = f"{'https' if room.certificate else 'http'}://{room.ip}:{room.port}"
-    if room.certificate:
-        c.JupyterHub.ssl_cert, c.JupyterHub.ssl_key = room.certificate, room.key
-    c.JupyterHub.hub_bind_url = c.JupyterHub.hub_connect_url = as_url(room.hub_socket)
+    state = classroom.state
+    c.JupyterHub.bind_url = f"{'https' if classroom.certificate else 'http'}://{classroom.ip}:{classroom.port}"
+    if classroom.certificate:
+        c.JupyterHub.ssl_cert, c.JupyterHub.ssl_key = classroom.certificate, classroom.key
+    c.JupyterHub.hub_bind_url = c.JupyterHub.hub_connect_url = as_url(classroom.hub_socket)
     c.JupyterHub.hub_socket_mode = 0o666  # the folder that it is in is seen by members alone
     c.JupyterHub.db_url = f"sqlite:///{state / 'jupyterhub.sqlite'}"
     c.JupyterHub.cookie_secret_file = str(state / "cookie_secret")
     c.JupyterHub.cleanup_servers = False  # they outlive the hub, which finds them again
     c.JupyterHub.spawner_class = BoxSpawner
     c.ConfigurableHTTPProxy.command = [str(hub.node()), str(hub.proxy())]
-    c.ConfigurableHTTPProxy.api_url = as_url(room.run / "proxy.sock")
-    c.ConfigurableHTTPProxy.pid_file = str(hub.proxy_pid(room))
+    c.ConfigurableHTTPProxy.api_url = as_url(classroom.run / "proxy.sock")
+    c.ConfigurableHTTPProxy.pid_file = str(hub.proxy_pid(classroom))
     # Whatever answers behind a student's address is the student's: nobody else is to be logged in at that address.
-    origins.keep_apart(c, room)
+    addresses.keep_apart(c, classroom)
     c.Spawner.disable_user_config = True
     c.Spawner.start_timeout, c.Spawner.http_timeout = START, ANSWER
     c.Spawner.poll_interval = LOOK
 
-    names = {member.name for member in room.members}
+    names = {member.name for member in classroom.members}
     c.Authenticator.allowed_users = names
-    instructors = {member.name for member in room.instructors}
+    instructors = {member.name for member in classroom.instructors}
     c.Authenticator.admin_users = instructors
     c.Authenticator.allow_existing_users = False  # who has left the class stays outside
     c.Authenticator.post_auth_hook = lambda _, handler, known: known | {"admin": known["name"] in instructors}
-    authenticators.Careful.room = room
-    if room.passwords == "pam":
-        c.MembersPAM.prefix = room.prefix
+    authenticators.Careful.classroom = classroom
+    if classroom.passwords == "pam":
+        c.MembersPAM.prefix = classroom.prefix
         c.JupyterHub.authenticator_class = authenticators.MembersPAM
     else:
         known = json.loads((state / hub.SHARED).read_text())
@@ -54,7 +54,7 @@ def configure(c: Config, room: Classroom) -> None:
         c.SharedPasswordAuthenticator.admin_password = known["instructors"]
 
     def where(spawner: BoxSpawner) -> None:
-        member = room.find(spawner.user.name)
+        member = classroom.find(spawner.user.name)
         own = member.name in instructors
         spawner.notebook_dir = box.home(member) if own else box.notebooks(member)
         spawner.default_url = f"/lab/tree/{'notebooks/' if own else ''}index.ipynb"

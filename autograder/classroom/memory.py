@@ -8,7 +8,7 @@ import contextlib
 import os
 import signal
 
-from autograder.sandbox.process import processes, resident, takes_more, total
+from autograder.sandbox.usage import processes, resident, takes_more, total
 
 
 def bound(root: int, most: int) -> int:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Self
 from urllib.parse import quote
 
-from autograder.classroom.roster import Member
+from autograder.classroom.members import Member
 from autograder.errors import UsageError
 from autograder.results import storage
 

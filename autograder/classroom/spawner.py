@@ -19,8 +19,8 @@ from typing import Any, Self
 from jupyterhub.spawner import Spawner
 
 from autograder.classroom import box, memory, serve
+from autograder.classroom.members import Member
 from autograder.classroom.plan import GIB, Classroom, as_url
-from autograder.classroom.roster import Member
 from autograder.results import storage
 from autograder.sandbox import cgroup
 from course import registry
@@ -84,18 +84,18 @@ class BoxSpawner(Spawner):
         self._process: subprocess.Popen[bytes] | None = None
 
     @property
-    def room(self) -> Classroom:
+    def classroom(self) -> Classroom:
         """The classroom, with its settings of now."""
         return Classroom.load(Path(os.environ[VARIABLE]))
 
     async def start(self) -> str:
         """Start the server; the URL to reach it."""
-        room = self.room
-        member = room.find(self.user.name)
+        classroom = self.classroom
+        member = classroom.find(self.user.name)
         self.port = PORT
-        self._process, self._running = start(room, member, self.get_env())
-        self._tell_url(room, member)
-        return as_url(room.socket(member))
+        self._process, self._running = start(classroom, member, self.get_env())
+        self._tell_url(classroom, member)
+        return as_url(classroom.socket(member))
 
     async def poll(self) -> int | None:
         """None while it runs, otherwise its exit status, or 0 when that is not known."""
@@ -105,7 +105,7 @@ class BoxSpawner(Spawner):
                 await asyncio.to_thread(self._bound_memory)
             return None
         if self._running.pid:
-            forget(self.room, self.user.name, self._running)
+            forget(self.classroom, self.user.name, self._running)
             self._running = Running(0, 0)
         return status or 0
 
@@ -134,7 +134,7 @@ class BoxSpawner(Spawner):
             self._running = Running.from_fields(state["running"])
         if self.server:
             with contextlib.suppress(KeyError):  # no longer a member
-                self._tell_url(self.room, self.room.find(self.user.name))
+                self._tell_url(self.classroom, self.classroom.find(self.user.name))
 
     def clear_state(self) -> None:
         """Nothing runs."""
@@ -143,30 +143,30 @@ class BoxSpawner(Spawner):
 
     def _bound_memory(self) -> None:
         """Bound the server's memory as a control group would."""
-        room = self.room
+        classroom = self.classroom
         with contextlib.suppress(KeyError):  # no longer a member
-            most = room.limits_of(room.find(self.user.name)).memory
+            most = classroom.limits_of(classroom.find(self.user.name)).memory
             if pid := memory.bound(self._running.pid, most):
                 self.log.warning("%s took more than %.1f GiB: process %d was ended", self.user.name, most / GIB, pid)
 
-    def _tell_url(self, room: Classroom, member: Member) -> None:
+    def _tell_url(self, classroom: Classroom, member: Member) -> None:
         """The hub's database has no place for the path of a socket."""
-        self.server.bind_url = as_url(room.socket(member))
+        self.server.bind_url = as_url(classroom.socket(member))
 
 
-def start(room: Classroom, member: Member, env: dict[str, str]) -> tuple[subprocess.Popen[bytes], Running]:
+def start(classroom: Classroom, member: Member, env: dict[str, str]) -> tuple[subprocess.Popen[bytes], Running]:
     """Start a member's server with JupyterHub's environment variables, after ending one that is left of theirs."""
-    if left := servers(room).get(member.name):
-        forget(room, member.name, left)
-    limits = room.limits_of(member)
-    group = cgroup.make(limits.memory, limits.tasks, limits.cores, f"ros2-classroom-{room.run.name}-{member.name}")
+    if left := servers(classroom).get(member.name):
+        forget(classroom, member.name, left)
+    limits = classroom.limits_of(member)
+    group = cgroup.make(limits.memory, limits.tasks, limits.cores, f"ros2-classroom-{classroom.run.name}-{member.name}")
     contents = box.Contents()
-    log = _open_log(room, member)
+    log = _open_log(classroom, member)
     said, saying = os.pipe()
-    listening = _listen(room.socket(member))
+    listening = _listen(classroom.socket(member))
     try:
         # -P, -s: nothing in the home folder is a module of the server
-        command = box.command(room, member, [sys.executable, "-P", "-s", box.SERVER], contents)
+        command = box.command(classroom, member, [sys.executable, "-P", "-s", box.SERVER], contents)
         logged = ["sh", "-c", LOGGED, "sh", *command]
         process = subprocess.Popen(
             group.command(logged) if group else logged,
@@ -186,30 +186,30 @@ def start(room: Classroom, member: Member, env: dict[str, str]) -> tuple[subproc
             os.close(descriptor)
     groups = tuple(map(str, group.folders)) if group else ()
     running = Running(process.pid, registry.birth(process.pid), groups)
-    storage.replace(_record(room, member.name), json.dumps(asdict(running)).encode(), storage.PRIVATE)
+    storage.replace(_record(classroom, member.name), json.dumps(asdict(running)).encode(), storage.PRIVATE)
     return process, running
 
 
-def forget(room: Classroom, name: str, running: Running) -> None:
+def forget(classroom: Classroom, name: str, running: Running) -> None:
     """End a server and remove what it leaves, unless that belongs to a later one already."""
-    if servers(room).get(name) != running:
+    if servers(classroom).get(name) != running:
         return
     running.end()
-    (room.run / "servers" / f"{name}.sock").unlink(missing_ok=True)
-    _record(room, name).unlink(missing_ok=True)
+    (classroom.run / "servers" / f"{name}.sock").unlink(missing_ok=True)
+    _record(classroom, name).unlink(missing_ok=True)
 
 
-def servers(room: Classroom) -> dict[str, Running]:
+def servers(classroom: Classroom) -> dict[str, Running]:
     """The servers that were started and not forgotten, by member; some may have ended."""
     found = {}
-    for path in (room.state / "servers").glob("*.json"):
+    for path in (classroom.state / "servers").glob("*.json"):
         found[path.stem] = Running.from_fields(json.loads(path.read_text()))
     return found
 
 
-def _open_log(room: Classroom, member: Member) -> int:
+def _open_log(classroom: Classroom, member: Member) -> int:
     """Return a descriptor of the member's log, where a server adds to what the one before said."""
-    path = room.state / "servers" / f"{member.name}.log"
+    path = classroom.state / "servers" / f"{member.name}.log"
     with contextlib.suppress(FileNotFoundError):
         if path.stat().st_size > LOG:
             path.replace(path.with_suffix(".log.before"))
@@ -224,5 +224,5 @@ def _listen(path: Path) -> socket.socket:
     return listening
 
 
-def _record(room: Classroom, name: str) -> Path:
-    return room.state / "servers" / f"{name}.json"
+def _record(classroom: Classroom, name: str) -> Path:
+    return classroom.state / "servers" / f"{name}.json"

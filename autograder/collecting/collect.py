@@ -18,11 +18,11 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
-from autograder.collecting import remembered
+from autograder.collecting import provenance
 from autograder.collecting.bundles import Bundle, bundles, files_of
 from autograder.collecting.bundles import receipt as read_receipt
 from autograder.collecting.origins import Origin, Roster, folder_name
-from autograder.collecting.remembered import Source
+from autograder.collecting.provenance import Source
 from autograder.errors import UsageError
 from autograder.submissions import exercises, reading
 from course.hand_in import RECEIPT
@@ -96,7 +96,7 @@ def collect(
     into.mkdir(parents=True, exist_ok=True)
     result = Collection([], [], unplaced)
     for key in sorted(found):
-        if why := _several_people(found[key], remembered.read(into, *key), roster):
+        if why := _several_people(found[key], provenance.read(into, *key), roster):
             unplaced += [f"{each.source}: {why}" for each in found[key]]
             continue
         best, *others = sorted(found[key], key=lambda each: _rank(each, due), reverse=True)
@@ -229,12 +229,12 @@ def _place(handed_in: HandedIn, into: Path, due: datetime | None) -> bool:
             return True  # collected before: it does not become newer by that
         if at and _weight(at, due) >= _weight(handed_in.at, due):
             if same and at == handed_in.at:
-                remembered.add(into, handed_in.student, handed_in.assignment, handed_in.came)
+                provenance.add(into, handed_in.student, handed_in.assignment, handed_in.came)
                 return True
             return False
         _move_away(target, into, at)
     target.parent.mkdir(parents=True, exist_ok=True)
-    remembered.add(into, handed_in.student, handed_in.assignment, handed_in.came)
+    provenance.add(into, handed_in.student, handed_in.assignment, handed_in.came)
     _write(handed_in, target, into)
     return True
 

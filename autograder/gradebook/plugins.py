@@ -24,7 +24,7 @@ from autograder.gradebook.book import Scores, by_hand
 from autograder.grading.single import grade
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.results import feedback, text
-from autograder.sandbox.box import choose
+from autograder.sandbox.sandbox import choose
 from autograder.submissions import listing, notebook
 from autograder.submissions.exercises import load
 from autograder.submissions.reading import read_notebook as read_handed_in

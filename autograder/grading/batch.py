@@ -23,7 +23,7 @@ def workers(jobs: int | None, scheduler: str | None, patience: float, unsafe: bo
     """Those who grade: the workers of the Dask scheduler at the address `scheduler`, or else `jobs` of this machine.
 
     By default there are more of these than cores, see `admission`.  `patience` and `unsafe` are for every grading, see
-    `single.grade` and `sandbox.box.choose`.  Raises ClusterError and SandboxUnavailable.
+    `single.grade` and `sandbox.sandbox.choose`.  Raises ClusterError and SandboxUnavailable.
     """
     if not scheduler:
         yield ThisMachine(jobs or admission.WORKERS * admission.cores(), patience, unsafe)

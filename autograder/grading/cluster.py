@@ -15,7 +15,7 @@ from autograder.errors import ClusterError, SandboxUnavailable, WorkerLost
 from autograder.grading import admission, installed, single
 from autograder.grading.dispatch import WELCOME, Grading, Task
 from autograder.records import Report, Submission
-from autograder.sandbox.box import choose
+from autograder.sandbox.sandbox import choose
 from autograder.submissions import exercises
 
 HELLO = 10.0  # s until a scheduler answers

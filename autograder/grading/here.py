@@ -1,6 +1,6 @@
 """Grading on this machine: a thread for each submission, which waits for the worker process that grades it.
 
-Nothing that a student has handed in is run or parsed in these threads, see `process` and `launcher`.
+Nothing that a student has handed in is run or parsed in these threads, see `worker` and `launcher`.
 """
 
 import threading
@@ -10,7 +10,7 @@ from concurrent.futures import Future
 from autograder.grading import admission, single
 from autograder.grading.dispatch import Grading, Task
 from autograder.records import Report
-from autograder.sandbox.box import choose
+from autograder.sandbox.sandbox import choose
 from autograder.submissions import exercises
 
 ADDRESS = "here"

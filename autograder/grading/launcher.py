@@ -1,9 +1,9 @@
 """The worker process: `python -m autograder.grading.launcher BOX`, in network and process namespaces of its own.
 
-Reads jobs from stdin and has each done by a process that is confined as the students' programs are (`judging`): that
-one runs the hidden suite and speaks ROS 2 with the programs.  This one, which may do more, starts the programs, watches
-what all of them take, and reads nothing that a student's program has sent.  When a job is done it writes Ended, a line
-of JSON, with what the judging process has told.
+Reads jobs from stdin and has each done by a process that is confined as the students' programs are (`judge_process`):
+that one runs the hidden suite and speaks ROS 2 with the programs.  This one, which may do more, starts the programs,
+watches what all of them take, and reads nothing that a student's program has sent.  When a job is done it writes Ended,
+a line of JSON, with what the judging process has told.
 """
 
 import os
@@ -18,14 +18,15 @@ from pathlib import Path
 
 from autograder.records import UNSAFE, Ended, Job, from_line, to_line
 from autograder.sandbox import networks, users
-from autograder.sandbox.box import MEMORY, Sandbox
 from autograder.sandbox.forkserver import Forkserver
 from autograder.sandbox.launching import LaunchServer
-from autograder.sandbox.machine import Load
-from autograder.sandbox.process import GLANCE, children, of_sandbox, of_user, processes, takes_more
+from autograder.sandbox.machine_load import Load
+from autograder.sandbox.sandbox import MEMORY, Sandbox
+from autograder.sandbox.supervision import GLANCE
+from autograder.sandbox.usage import children, of_sandbox, of_user, processes, takes_more
 from course.waiting import wait_until
 
-JUDGING = f"{__package__}.judging"  # loads ROS 2 and pytest, which this process does not need
+JUDGE = f"{__package__}.judge_process"  # loads ROS 2 and pytest, which this process does not need
 DOMAINS = 40  # ROS domains of a grading
 ORPHANED = 1.0  # s until what was killed with its program is gone
 
@@ -53,7 +54,7 @@ class Launcher:
         self._control, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with Sandbox(box, {}) as sandbox:
             self._judging = subprocess.Popen(
-                sandbox.judge_command(["-m", JUDGING, str(theirs.fileno())]),
+                sandbox.judge_command(["-m", JUDGE, str(theirs.fileno())]),
                 pass_fds=(*sandbox.descriptors, theirs.fileno()),
                 stdin=subprocess.DEVNULL,
             )

@@ -6,7 +6,7 @@ import time
 from dataclasses import dataclass, field, replace
 
 from autograder.errors import InfrastructureError, JudgeDied
-from autograder.grading.process import worker
+from autograder.grading.worker import worker
 from autograder.records import (
     BUSY_MACHINE,
     CRASHED,
@@ -27,12 +27,12 @@ from autograder.records import (
     Submission,
     Verdict,
 )
-from autograder.sandbox import core, machine
+from autograder.sandbox import machine_load, processor_core
 from autograder.submissions.exercises import Exercise, contents, load
 from course.interfaces import build
 
 TRIES = 3
-CALMED = 30.0  # s to wait for a machine that is less busy
+CALM_TIMEOUT = 30.0  # s to wait for a machine that is less busy
 GRACE = 30.0  # s that judging may take beyond what the tests may
 BROUGHT_DOWN = (
     "Not judged: three times, what your programs sent brought down the process that grades them. Ask your instructor."
@@ -50,7 +50,7 @@ class Judgement:
     logs: dict[str, str] = field(default_factory=dict)  # what each program printed, by file
     fault: str = ""  # how the grader itself failed
     flags: list[str] = field(default_factory=list)  # a report's
-    busy: float = 0.0  # how busy the machine was, see `sandbox.machine`
+    busy: float = 0.0  # how busy the machine was, see `sandbox.machine_load`
 
     @property
     def passed(self) -> int:
@@ -60,13 +60,13 @@ class Judgement:
     @property
     def in_doubt(self) -> bool:
         """Return True if a test was lost on a machine that was too busy to tell why."""
-        return self.status == GRADED and self.busy > machine.STARVED and self.passed < len(self.verdicts)
+        return self.status == GRADED and self.busy > machine_load.STARVED and self.passed < len(self.verdicts)
 
 
 def grade(
     submission: Submission, box: str, seed: int | None = None, patience: float = 1.0, exercise: Exercise | None = None
 ) -> Report:
-    """Grade a submission of `exercise` (by default this installation's) in `box` (see `sandbox.box.choose`).
+    """Grade a submission of `exercise` (by default this installation's) in `box` (see `sandbox.sandbox.choose`).
 
     The hidden inputs are drawn from `seed`, or from a new one; `patience` stretches every wait.  When the grader itself
     fails, it tries again; the last failure is reported as such, and never becomes a score.  Raises ValueError when
@@ -82,7 +82,7 @@ def grade(
         verdicts = {test.id: Verdict(test.id, NOT_RUN, why) for test in exercise.tests}
         judgement = Judgement(INVALID_SUBMISSION, verdicts)
     else:
-        judgement = _fairly(submission, exercise, box, seed, patience)
+        judgement = _judge_calmly(submission, exercise, box, seed, patience)
     flags = [*judgement.flags, *([UNSAFE] if box == UNSAFE else [])]
     return _report(submission, exercise, seed, judgement, flags, time.monotonic() - start)
 
@@ -92,13 +92,13 @@ def given_up(submission: Submission, exercise: Exercise, seed: int, flag: str) -
     return _report(submission, exercise, seed, Judgement(INFRASTRUCTURE_ERROR), [flag], 0.0)
 
 
-def _fairly(submission: Submission, exercise: Exercise, box: str, seed: int, patience: float) -> Judgement:
+def _judge_calmly(submission: Submission, exercise: Exercise, box: str, seed: int, patience: float) -> Judgement:
     """Judge the submission, and again what lost points on a starved machine; the best counts, of the same questions."""
     judgement = _try(submission, exercise, box, seed, patience)
     for _ in range(TRIES - 1):
         if not judgement.in_doubt:
             return judgement
-        machine.wait_for_calm(CALMED)
+        machine_load.wait_for_calm(CALM_TIMEOUT)
         again = _try(submission, exercise, box, seed, patience)
         if again.status == GRADED and (again.passed >= judgement.passed or not again.in_doubt):
             judgement = again
@@ -124,11 +124,11 @@ def _try(submission: Submission, exercise: Exercise, box: str, seed: int, patien
             )
     deaths = [fault for fault in faults if isinstance(fault, JudgeDied)]
     if len(deaths) == TRIES:
-        return _brought_down(exercise, deaths)
+        return _judgement_without_judge(exercise, deaths)
     return Judgement(INFRASTRUCTURE_ERROR, fault=str(faults[-1]))
 
 
-def _brought_down(exercise: Exercise, deaths: list[JudgeDied]) -> Judgement:
+def _judgement_without_judge(exercise: Exercise, deaths: list[JudgeDied]) -> Judgement:
     """The judgement of a submission that no judge has outlived: that is its own doing.
 
     The tests judged before keep their verdicts, those of the try that came furthest.
@@ -151,7 +151,7 @@ def judge(exercise: Exercise, files: dict[str, bytes], box: str, seed: int, pati
     limit = exercise.time_limit * max(1.0, patience) + GRACE
     expected = [test.id for test in exercise.tests]
     chosen = [] if exercise.whole else expected
-    with core.taken() as number, worker(box) as process:
+    with processor_core.taken() as number, worker(box) as process:
         job = Job(exercise.name, contents(exercise), files, seed, box, prefix, limit, number, patience, chosen)
         answer = process.run(job)
     if answer.finished.fault:

@@ -10,7 +10,7 @@ What came as an archive of `course hand-in` goes back as a page that is called a
 
 from dataclasses import dataclass
 
-from autograder.collecting.remembered import Source
+from autograder.collecting.provenance import Source
 
 CANVAS, MOODLE, FILES = "canvas", "moodle", "files"
 HOW = {

@@ -11,7 +11,7 @@ from pathlib import Path
 from nbgrader.api import Gradebook, MissingEntry
 from traitlets.config import Config
 
-from autograder.collecting import remembered
+from autograder.collecting import provenance
 from autograder.errors import UsageError
 from autograder.gradebook import late
 from autograder.gradebook.book import by_hand, default_url
@@ -93,7 +93,7 @@ def give_back(
                 raise LookupError("the grader failed, and there is no score yet: `autograder grade --resume`")
             if key not in places:
                 raise LookupError("it is not known which folder was graded: grade it again")
-            way = forms.way(*key, remembered.read(places[key], *key), form)
+            way = forms.way(*key, provenance.read(places[key], *key), form)
             if way.form != forms.FILES and listing.digest(listing.read(places[key], *key)) != origins[key].files:
                 raise LookupError("something else was handed in since: `autograder regrade` grades it")
         except LookupError as error:

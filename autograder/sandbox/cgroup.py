@@ -1,10 +1,10 @@
 """A control group for programs that belong together, where this machine gives one (cgroups(7), v1 and v2): those of
 one grading, or all that a student of a classroom runs.
 
-The limits of a process (`box.LIMITS`) leave room: programs of one grading may each take what one may, and the kernel's
-own memory, of sockets and empty files, counts for no process.  In a group of their own all of it counts, and a program
-with many busy processes gets no more of the processor than the one of another grading.  Where there is no such group,
-the other limits hold alone.
+The limits of a process (`sandbox.LIMITS`) are not enough: programs of one grading may each take what one may, and the
+kernel's own memory, of sockets and empty files, counts for no process.  In a group of their own all of it counts,
+and a program with many busy processes gets no more of the processor than the one of another grading.  Where there is no
+such group, the other limits hold alone.
 """
 
 import contextlib

@@ -75,7 +75,7 @@ _libc = ctypes.CDLL(None, use_errno=True)
 
 @dataclass(frozen=True)
 class Request:
-    """A program to run: `python FILE ARGS` with all these environment variables, limits (see `box`), user and core."""
+    """A program to run: `python FILE ARGS` with these environment variables, limits (see `sandbox`), user and core."""
 
     file: str
     args: list[str]

@@ -17,9 +17,9 @@ from typing import Any
 
 from autograder.errors import SandboxError
 from autograder.sandbox import networks
-from autograder.sandbox.box import Sandbox, Started
-from autograder.sandbox.process import WHY
 from autograder.sandbox.program import Program
+from autograder.sandbox.sandbox import Sandbox, Started
+from autograder.sandbox.supervision import WHY
 
 LONGEST = 1 << 17  # bytes of a message
 KEPT = 4 << 20  # bytes of all that a judge has to say: of the longest verdicts on the most tests, and more

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 from autograder.errors import SandboxError
 from autograder.sandbox.cleaning import without_hidden, without_paths
-from autograder.sandbox.process import End
+from autograder.sandbox.supervision import End
 
 KEPT = 1 << 20  # bytes of output that are kept: the first and the last half of it
 FLOOD = 64 << 20  # bytes of output after which a program is stopped

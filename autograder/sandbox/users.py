@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from autograder.errors import SandboxUnavailable
-from autograder.sandbox.process import of_user
+from autograder.sandbox.usage import of_user
 from course.waiting import wait_until
 
 INSIDE = 65534  # what a program is inside a user namespace, where it is started by anybody but root

@@ -11,8 +11,8 @@ from autograder.similarity.winnowing import WINDOW, K, Place, Program
 
 UNMARKED = 0  # the number of what is not alike
 CLOSE = K + WINDOW  # tokens from a fingerprint to the next one of the same passage, at most
-FEW = 3  # programs; what no more have is not common, however small the class
-MANY = 1 / 4  # of all programs; what more have is common
+NEVER_COMMON = 3  # programs: a passage that no more of them have is not common, however small the class
+COMMON = 1 / 4  # of all programs: a passage that more of them have is common
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ def side_by_side(left: Program, right: Program, owners: Mapping[int, int], progr
         number = taken if taken != UNMARKED and times > len(opposite) / 2 else len(common)
         if number not in common:
             usual = statistics.median(owners[step.gram] for step in passage.steps)
-            common[number] = usual > max(FEW, programs * MANY)
+            common[number] = usual > max(NEVER_COMMON, programs * COMMON)
         one.mark(passage.left, number)
         other.mark(passage.right, number)
     return [

@@ -10,8 +10,8 @@ from autograder.suitekit.bench import Bench
 from autograder.suitekit.judge import on_wrong, points, twice
 from autograder.suitekit.lifecycle import ANSWER, SETTLED, START, Alive
 from autograder.suitekit.live import LiveProgram, Offers, Server, offer
-from autograder.suitekit.output import numbers
 from autograder.suitekit.parameters import Parameters
+from autograder.suitekit.printed_numbers import numbers
 from autograder.suitekit.renaming import Renamed, Topic, TopicProgram
 from autograder.suitekit.ros import Ros
 from autograder.suitekit.runs import Run, expect_gives_up, expect_status, expect_usage, expect_words

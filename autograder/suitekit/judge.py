@@ -18,7 +18,7 @@ import pytest
 
 from autograder.errors import Fault, TimedOut, Wrong
 from autograder.records import PASSED, Verdict
-from autograder.sandbox.box import MEMORY
+from autograder.sandbox.sandbox import MEMORY
 from autograder.suitekit.bench import Bench
 
 BENCH = pytest.StashKey[Bench]()

@@ -14,11 +14,10 @@ from collections.abc import Iterator
 import pytest
 
 from autograder.errors import SandboxUnavailable
-from autograder.sandbox import cgroup, forkserver, networks, seccomp, users
-from autograder.sandbox import process as watching
-from autograder.sandbox.box import BOXES, LIMITS, Sandbox
+from autograder.sandbox import cgroup, forkserver, networks, seccomp, usage, users
 from autograder.sandbox.forkserver import Forkserver
 from autograder.sandbox.program import Program
+from autograder.sandbox.sandbox import BOXES, LIMITS, Sandbox
 from course.waiting import wait_until
 
 from .programs import SIBLINGS, ZOMBIES
@@ -128,7 +127,7 @@ def test_siblings_leave_nothing_behind(server, filtered):
         assert (made == 0) == filtered, "with the filter there must be none, without it the attack must be one"
         ended = time.monotonic()
     assert time.monotonic() - ended < SOON
-    assert not watching.of_user(user) and users._is_unused(user)
+    assert not usage.of_user(user) and users._is_unused(user)
     with running(server, "import os\nprint(sum(os.fork() == 0 and os._exit(0) or 1 for _ in range(50)))") as (after, _):
         assert after.wait(ENDED) and after.output == "50\n"
 
@@ -154,14 +153,14 @@ def test_what_has_another_parent_counts(server, filtered, monkeypatch, attack, p
         pytest.skip("there are none, see above")
     with running(server, attack.format(processes=processes, memory=memory)) as (program, user):
         assert program.wait(ENDED) and why in program.stopped
-    assert not watching.of_user(user)
+    assert not usage.of_user(user)
 
 
 # A worker's part, as an ordinary user has it: starts the program that is its argument, and says why it was stopped.
 ORDINARY = """
 import sys
 from autograder.sandbox import cgroup
-from autograder.sandbox.box import Sandbox
+from autograder.sandbox.sandbox import Sandbox
 from autograder.sandbox.program import Program
 cgroup.make = lambda: None
 with Sandbox('user', {'program.py': sys.argv[1].encode()}) as sandbox:
@@ -299,7 +298,7 @@ def few_users(own_users, monkeypatch, tmp_path) -> range:
 def left_over(user: int) -> subprocess.Popen:
     """A process of that user, which nobody waits for."""
     left = subprocess.Popen(["setpriv", f"--reuid={user}", f"--regid={user}", "--clear-groups", "sleep", "60"])
-    assert wait_until(lambda: watching.of_user(user), SOON)
+    assert wait_until(lambda: usage.of_user(user), SOON)
     return left
 
 

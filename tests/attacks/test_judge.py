@@ -14,9 +14,9 @@ import pytest
 
 from autograder.errors import SandboxError
 from autograder.sandbox import launching, networks, users
-from autograder.sandbox.box import Sandbox
 from autograder.sandbox.launching import LaunchClient, LaunchServer
-from autograder.sandbox.process import End
+from autograder.sandbox.sandbox import Sandbox
+from autograder.sandbox.supervision import End
 
 ENDED = 30.0  # s
 PIPE_BUF = 4096  # bytes that a pipe takes at once, however small it was made (pipe(7))

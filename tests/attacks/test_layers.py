@@ -10,7 +10,7 @@ import pytest
 
 from autograder.errors import SandboxUnavailable
 from autograder.paths import PACKAGE
-from autograder.sandbox import doctor, seccomp, view
+from autograder.sandbox import layer_check, seccomp, view
 
 AUTOGRADER = str(Path(sys.executable).with_name("autograder"))
 ALLOWED, DENIED = seccomp.ALLOW, seccomp._error(1)
@@ -59,7 +59,7 @@ def test_filter(machine):
 
 
 def test_doctor(box):
-    layers = {layer.name: layer for layer in doctor.examine()}
+    layers = {layer.name: layer for layer in layer_check.examine()}
     assert [layer for layer in layers.values() if not layer.holds and layer.required] == []
     assert layers["system call filter"].holds == seccomp.available()
 
@@ -73,9 +73,9 @@ def test_doctor_refuses(tmp_path):
 
 def test_doctor_sees_what_does_not_hold(box, monkeypatch):
     monkeypatch.setattr(seccomp, "available", lambda: False)
-    layers = {layer.name: layer for layer in doctor.examine()}
+    layers = {layer.name: layer for layer in layer_check.examine()}
     assert not layers["system call filter"].holds
-    assert not doctor.refused(list(layers.values()))
+    assert not layer_check.refused(list(layers.values()))
 
 
 @pytest.mark.parametrize("shown", ["/var", str(PACKAGE), str(PACKAGE / "hidden")])
@@ -83,7 +83,7 @@ def test_doctor_sees_a_file_too_many(box, monkeypatch, shown):
     options = view.options
     more = ["--perms", "0755", "--dir", str(Path(shown).parent), "--ro-bind", shown, shown, "--remount-ro", "/"]
     monkeypatch.setattr(view, "options", lambda *given: [*options(*given)[:-2], *more])
-    refused = [layer for layer in doctor.examine() if not layer.holds and layer.required]
+    refused = [layer for layer in layer_check.examine() if not layer.holds and layer.required]
     assert [layer.name for layer in refused] == ["grader out of sight", *(["forked programs"] if box == "root" else [])]
     assert all(shown in layer.seen for layer in refused)
 
@@ -92,4 +92,4 @@ def test_doctor_refuses_when_nothing_is_confined(box, monkeypatch):
     whole = ["--bind", "/", "/", "--proc", "/proc", "--dev", "/dev", "--tmpfs", view.HOME]
     monkeypatch.setattr(view, "options", lambda *_: whole)
     with pytest.raises(SandboxUnavailable):  # the probe is not even there
-        doctor.examine()
+        layer_check.examine()

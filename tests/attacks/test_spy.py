@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from autograder.sandbox import box as sandbox
+from autograder.sandbox import sandbox
 
 from .programs import REPOSITORY, SPY
 

@@ -29,7 +29,7 @@ sys.path.insert(0, str(ROOT))
 
 from autograder.classroom import hub, spawner  # noqa: E402  # after the path
 from autograder.classroom.plan import Classroom  # noqa: E402
-from autograder.sandbox.process import processes, proportional, total  # noqa: E402
+from autograder.sandbox.usage import processes, proportional, total  # noqa: E402
 from tests.classroom.visitor import Visitor  # noqa: E402
 
 TWICE, SHORT = 2.0, 0.2  # a cell may take twice its time alone; what is shorter (s) is taken for as long

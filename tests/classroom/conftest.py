@@ -21,7 +21,7 @@ COMMAND = Path(__file__).parents[2] / "environment" / "classroom"
 ROSTER = "student,role\nada,\nbob,student\nteacher,instructor\n"
 
 
-def classroom(*arguments: str) -> subprocess.CompletedProcess[str]:
+def run_classroom(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([COMMAND, *arguments], capture_output=True, text=True, timeout=600)
 
 
@@ -45,30 +45,30 @@ def up(able, tmp_path_factory):
     roster.write_text(ROSTER.replace("role", "role,first_name,last_name") + "carol,,Carol,Lovelace\ndan,,,\nerin,,,\n")
     arguments = ["up", "--roster", str(roster), "--folder", str(folder / "class"), "--passwords", "dummy"]
     arguments += ["--port", str(free_port()), "--prefix", f"t{secrets.token_hex(2)}-"]
-    done = classroom(*arguments)
+    done = run_classroom(*arguments)
     try:
         assert done.returncode == 0, done.stdout + done.stderr
         assert "FOR TRYING ONLY" in done.stdout
         yield arguments
     finally:
         if (folder / "class").exists():
-            classroom("down", "--folder", str(folder / "class"), "--delete-homes")
+            run_classroom("down", "--folder", str(folder / "class"), "--delete-homes")
         shutil.rmtree(folder, ignore_errors=True)
 
 
 @pytest.fixture(scope="session")
-def room(up) -> Classroom:
+def classroom(up) -> Classroom:
     return Classroom.load(Path(up[up.index("--folder") + 1]))
 
 
 @pytest.fixture(scope="session")
-def come_in(room):
+def come_in(classroom):
     """Log in as somebody, with a running server."""
 
     def visit(name: str) -> Visitor:
-        known = hub.shared_passwords(room)
-        visitor = Visitor(room.address_of(room.find(name)), name)
-        assert visitor.log_in(known["instructors" if room.find(name).instructor else "students"])
+        known = hub.shared_passwords(classroom)
+        visitor = Visitor(classroom.address_of(classroom.find(name)), name)
+        assert visitor.log_in(known["instructors" if classroom.find(name).instructor else "students"])
         return visitor.start()
 
     return visit

@@ -4,7 +4,7 @@ import pytest
 
 from autograder.classroom import attempts, hub
 from autograder.classroom.attempts import EVERYWHERE, FREE, FREE_TOGETHER, LONGEST, MOST, Attempts
-from tests.classroom.conftest import classroom
+from tests.classroom.conftest import run_classroom
 from tests.classroom.visitor import Visitor
 
 
@@ -65,24 +65,24 @@ def test_counts_are_forgotten_and_bounded(tried, clock):
     assert not tried._counts and EVERYWHERE == ""
 
 
-def test_twelve_wrong_ones_lock_and_an_instructor_unlocks(room):
-    right = hub.shared_passwords(room)["students"]
-    visitor = Visitor(room.url, "erin")
+def test_twelve_wrong_ones_lock_and_an_instructor_unlocks(classroom):
+    right = hub.shared_passwords(classroom)["students"]
+    visitor = Visitor(classroom.url, "erin")
     assert not any(visitor.log_in("guessed") for _ in range(12))
     assert not visitor.log_in(right)
     assert visitor.answer.status_code == 429 and "Too many wrong passwords: try again in " in visitor.answer.text
-    assert Visitor(room.url, "carol").log_in(right), "another one is kept out"
-    done = classroom("unlock", "erin", "--folder", str(room.folder))
+    assert Visitor(classroom.url, "carol").log_in(right), "another one is kept out"
+    done = run_classroom("unlock", "erin", "--folder", str(classroom.folder))
     assert done.returncode == 0 and done.stdout == "erin may try again.\n"
     assert visitor.log_in(right)
-    later = Visitor(room.url, "erin")
+    later = Visitor(classroom.url, "erin")
     assert not any(later.log_in("guessed") for _ in range(12))
     assert not later.log_in(right)
-    visitor.session.get(f"{room.url}hub/logout").raise_for_status()
+    visitor.session.get(f"{classroom.url}hub/logout").raise_for_status()
     assert visitor.log_in(right), "a browser in which erin has been is kept out"
-    attempts.unlock(room, "erin")
+    attempts.unlock(classroom, "erin")
 
 
-def test_nobody_else_can_be_unlocked(room):
-    done = classroom("unlock", "eve", "--folder", str(room.folder))
+def test_nobody_else_can_be_unlocked(classroom):
+    done = run_classroom("unlock", "eve", "--folder", str(classroom.folder))
     assert done.returncode == 2 and done.stderr == "classroom: eve is not in the class\n"

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from autograder.classroom import hub, roster
+from autograder.classroom import hub, members
 from autograder.errors import UsageError
-from tests.classroom.conftest import COMMAND, ROSTER, classroom
+from tests.classroom.conftest import COMMAND, ROSTER, run_classroom
 from tests.ports import free_port
 
 WRONG = {
@@ -32,14 +32,14 @@ def test_a_wrong_roster(tmp_path, text, said):
     path = tmp_path / "roster.csv"
     path.write_text(text)
     with pytest.raises(UsageError, match=".") as problem:
-        roster.read(path, [])
+        members.read(path, [])
     assert said in str(problem.value) and "\n" not in str(problem.value)
 
 
 def test_a_roster_may_leave_the_instructor_to_the_command(tmp_path):
     path = tmp_path / "roster.csv"
     path.write_text("student\nada\n")
-    assert roster.read(path, ["teacher"]) == [roster.Member("ada"), roster.Member("teacher", True)]
+    assert members.read(path, ["teacher"]) == [members.Member("ada"), members.Member("teacher", True)]
 
 
 @pytest.fixture
@@ -51,7 +51,7 @@ def arguments(able, tmp_path):
 
 
 def test_a_dry_run_says_what_it_would_do_and_does_nothing(arguments, tmp_path):
-    done = classroom(*arguments, "--dry-run")
+    done = run_classroom(*arguments, "--dry-run")
     assert done.returncode == 0, done.stderr
     assert "Would make 3 Unix users: never-ada, never-bob, never-teacher." in done.stdout
     assert all(line.startswith("Would ") for line in done.stdout.splitlines())
@@ -69,7 +69,7 @@ def test_a_dry_run_says_what_it_would_do_and_does_nothing(arguments, tmp_path):
     ],
 )
 def test_a_wrong_option(arguments, tmp_path, more, said):
-    done = classroom(*arguments, *more)
+    done = run_classroom(*arguments, *more)
     assert done.returncode == 2 and said in done.stderr
     assert len(done.stderr.splitlines()) == 1 and not (tmp_path / "class").exists()
 
@@ -79,7 +79,7 @@ def test_a_port_that_is_in_use(arguments, tmp_path):
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = taken.getsockname()[1]
-        done = classroom(*arguments, "--port", str(port))
+        done = run_classroom(*arguments, "--port", str(port))
     assert done.returncode == 2 and f"port {port} is in use" in done.stderr
     assert not (tmp_path / "class").exists()
 
@@ -116,7 +116,7 @@ def test_without_the_nodejs_that_is_installed_with_the_course(able, tmp_path, mo
 
 
 def test_a_user_of_somebody_else_is_not_taken(arguments):
-    done = classroom(*arguments, "--prefix", "d", "--instructor", "aemon")  # daemon, which every system has
+    done = run_classroom(*arguments, "--prefix", "d", "--instructor", "aemon")  # daemon, which every system has
     assert done.returncode == 2
     assert "the Unix user daemon exists, and this classroom did not make it" in done.stderr
 
@@ -131,5 +131,5 @@ def test_without_root(able):
 
 def test_status_and_down_where_there_is_no_classroom(able, tmp_path):
     for command in ("status", "down"):
-        done = classroom(command, "--folder", str(tmp_path))
+        done = run_classroom(command, "--folder", str(tmp_path))
         assert done.returncode == 2 and f"there is no classroom in {tmp_path}" in done.stderr

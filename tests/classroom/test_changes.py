@@ -26,7 +26,7 @@ from autograder.errors import UsageError
 from course.waiting import wait_until
 from tests.browser.pages import SERVER
 from tests.classroom import theft
-from tests.classroom.conftest import ROSTER, classroom
+from tests.classroom.conftest import ROSTER, run_classroom
 from tests.classroom.visitor import Kernel, Visitor
 from tests.ports import free_port
 
@@ -51,17 +51,17 @@ def ended(able, tmp_path_factory):
         "--prefix",
         f"g{secrets.token_hex(2)}-",
     ]
-    done = classroom("up", *arguments, "--passwords", "dummy", "--idle", f"{IDLE}")
+    done = run_classroom("up", *arguments, "--passwords", "dummy", "--idle", f"{IDLE}")
     try:
         assert done.returncode == 0, done.stderr
         yield Classroom.load(folder / "class"), arguments, common
     finally:
-        classroom("down", *common, "--delete-homes")
+        run_classroom("down", *common, "--delete-homes")
 
 
-def come_in(room: Classroom, name: str, password: str) -> Visitor:
-    visitor = Visitor(room.address_of(room.find(name)), name)
-    visitor.session.verify = room.certificate or True
+def come_in(classroom: Classroom, name: str, password: str) -> Visitor:
+    visitor = Visitor(classroom.address_of(classroom.find(name)), name)
+    visitor.session.verify = classroom.certificate or True
     assert visitor.log_in(password)
     return visitor.start()
 
@@ -100,19 +100,19 @@ def start_node(visitor: Visitor, uid: int) -> tuple[Kernel, list[int]]:
 
 @pytest.mark.timeout(1500)
 def test_idle_kernels_end_with_their_nodes_and_then_the_idle_server(ended):
-    room, _, _ = ended
-    ada = room.find("ada")
-    uid, _ = accounts.ids(room, ada)
-    password = hub.shared_passwords(room)["students"]
-    visitor = come_in(room, "ada", password)
-    server = spawner.servers(room)["ada"]
+    classroom, _, _ = ended
+    ada = classroom.find("ada")
+    uid, _ = accounts.ids(classroom, ada)
+    password = hub.shared_passwords(classroom)["students"]
+    visitor = come_in(classroom, "ada", password)
+    server = spawner.servers(classroom)["ada"]
     live, started = start_node(visitor, uid)  # its page is open, and nothing more is asked of it
     assert wait_until(lambda: not any(Path(f"/proc/{pid}/exe").exists() for pid in started), WAIT)
     assert server.alive and programs(uid), "they ended with the server alone"
     assert wait_until(lambda: not server.alive, WAIT), "the server is still there"
     assert not programs(uid)
     live.disconnect()
-    again = come_in(room, "ada", password)
+    again = come_in(classroom, "ada", password)
     assert again.call("GET", "api/kernels").json() == []
     again.stop()
 
@@ -135,39 +135,44 @@ def make_certificate(certificate: Path, key: Path, days: int = 2, names: str = "
 def test_with_a_certificate_everything_is_encrypted(ended, certificate):
     _, arguments, common = ended
     (path, key), local = certificate, ["--ip", "127.0.0.1"]
-    again = classroom("up", *arguments, *local, "--passwords", "dummy", "--certificate", str(path), "--key", str(key))
+    again = run_classroom(
+        "up", *arguments, *local, "--passwords", "dummy", "--certificate", str(path), "--key", str(key)
+    )
     assert again.returncode == 0, again.stderr
     assert "Without a certificate" not in again.stdout and "The certificate ends on " in again.stdout
-    room = Classroom.load(Path(common[1]))
-    assert room.url.startswith("https://127.0.0.1:")
-    bob = come_in(room, "bob", hub.shared_passwords(room)["students"])
+    classroom = Classroom.load(Path(common[1]))
+    assert classroom.url.startswith("https://127.0.0.1:")
+    bob = come_in(classroom, "bob", hub.shared_passwords(classroom)["students"])
     assert all(cookie.secure for cookie in bob.session.cookies if cookie.name != "_xsrf")
     assert bob.kernel().run("print(6 * 7)").text == "42\n"
     with pytest.raises(requests.exceptions.SSLError):  # it is this certificate and no other
-        requests.get(room.url, timeout=WAIT)
+        requests.get(classroom.url, timeout=WAIT)
     with pytest.raises(requests.ConnectionError):
-        requests.get(room.url.replace("https", "http"), timeout=WAIT)
+        requests.get(classroom.url.replace("https", "http"), timeout=WAIT)
 
 
 def test_without_names_instructors_have_an_address_that_no_students_server_shares(ended, chromium):
     """With the certificate of the test before, on a plain address."""
-    room = Classroom.load(ended[0].folder)
-    assert room.staff_address and room.address_of(room.find("teacher")) == f"http://{room.staff_address}/"
-    students, instructors = (hub.shared_passwords(room)[who] for who in ("students", "instructors"))
-    there = Visitor(room.url, "teacher")
-    there.session.verify = room.certificate
-    assert not there.log_in(instructors) and f"You come in at http://{room.staff_address}/" in there.answer.text
-    assert not Visitor(f"http://{room.staff_address}/", "bob").log_in(students)
-    bob = come_in(room, "bob", students)
-    teacher = come_in(room, "teacher", instructors)
+    classroom = Classroom.load(ended[0].folder)
+    assert (
+        classroom.staff_address
+        and classroom.address_of(classroom.find("teacher")) == f"http://{classroom.staff_address}/"
+    )
+    students, instructors = (hub.shared_passwords(classroom)[who] for who in ("students", "instructors"))
+    there = Visitor(classroom.url, "teacher")
+    there.session.verify = classroom.certificate
+    assert not there.log_in(instructors) and f"You come in at http://{classroom.staff_address}/" in there.answer.text
+    assert not Visitor(f"http://{classroom.staff_address}/", "bob").log_in(students)
+    bob = come_in(classroom, "bob", students)
+    teacher = come_in(classroom, "teacher", instructors)
     assert teacher.call("GET", "api/status").ok
     assert "theirs" not in teacher.session.get(f"{teacher.hub}user/bob/api/status").text
     assert not teacher.session.get(f"{teacher.hub}user/bob/api/status").ok, "bob's server is behind the same address"
-    theirs, same = theft.steal(chromium, room, bob, instructors)
+    theirs, same = theft.steal(chromium, classroom, bob, instructors)
     assert any('"token":' in text and "stolen" in text for text in same), "what a page of the hub's own could do"
     assert theft.loot(theirs) == []
-    said = classroom("status", *ended[2]).stdout
-    assert f"instructors come in at http://{room.staff_address}/ alone" in said
+    said = run_classroom("status", *ended[2]).stdout
+    assert f"instructors come in at http://{classroom.staff_address}/ alone" in said
 
 
 def test_a_wrong_certificate_is_told_in_a_line(ended, certificate, tmp_path):
@@ -185,7 +190,7 @@ def test_a_wrong_certificate_is_told_in_a_line(ended, certificate, tmp_path):
         (good, locked, f"{locked} is locked with a password"),
         (good, tmp_path, f"there is no file {tmp_path}"),
     ):
-        done = classroom("up", *arguments, "--dry-run", "--certificate", str(wrong), "--key", str(wrong_key))
+        done = run_classroom("up", *arguments, "--dry-run", "--certificate", str(wrong), "--key", str(wrong_key))
         assert done.returncode == 2 and said in done.stderr, done.stderr
         assert len(done.stderr.splitlines()) == 1
 
@@ -227,38 +232,38 @@ def test_a_certificate_that_lasts_is_not_spoken_of(tmp_path):
 
 
 def test_who_leaves_the_class_is_out_and_pam_knows_each_ones_own_password(ended):
-    room, arguments, _ = ended
-    known = hub.shared_passwords(room)
-    come_in(Classroom.load(room.folder), "bob", known["students"])  # with a certificate, if that test has run
-    (room.folder.parent / "roster.csv").write_text(ROSTER.replace("bob,student\n", ""))
-    again = classroom("up", *arguments, "--passwords", "pam")
+    classroom, arguments, _ = ended
+    known = hub.shared_passwords(classroom)
+    come_in(Classroom.load(classroom.folder), "bob", known["students"])  # with a certificate, if that test has run
+    (classroom.folder.parent / "roster.csv").write_text(ROSTER.replace("bob,student\n", ""))
+    again = run_classroom("up", *arguments, "--passwords", "pam")
     assert again.returncode == 0, again.stderr
-    assert "Ended the server of bob" in again.stdout and not spawner.servers(room)
-    with open(room.state / accounts.PASSWORDS, newline="") as file:
+    assert "Ended the server of bob" in again.stdout and not spawner.servers(classroom)
+    with open(classroom.state / accounts.PASSWORDS, newline="") as file:
         own = {line["student"]: line["password"] for line in csv.DictReader(file)}
     assert own.keys() == {"ada", "teacher"}
-    assert not Visitor(room.url, "bob").log_in(known["students"])
-    assert not Visitor(room.url, "ada").log_in(own["teacher"])
+    assert not Visitor(classroom.url, "bob").log_in(known["students"])
+    assert not Visitor(classroom.url, "ada").log_in(own["teacher"])
     for name, password in own.items():
         sleeper = "import subprocess; subprocess.Popen(['setsid', '-f', 'sleep', '1000'])"
-        assert come_in(room, name, password).kernel().run(sleeper).error == ""
+        assert come_in(classroom, name, password).kernel().run(sleeper).error == ""
 
 
-def traces(room: Classroom, uids: set[int], networks: set[str]) -> list[str]:
+def traces(classroom: Classroom, uids: set[int], networks: set[str]) -> list[str]:
     """Everything on this machine that belongs to the class."""
-    found = [user.pw_name for user in pwd.getpwall() if user.pw_name.startswith(room.prefix)]
-    found += [group.gr_name for group in grp.getgrall() if group.gr_name.startswith(room.prefix)]
-    found += [str(path) for path in Path("/sys/fs/cgroup").glob(f"**/ros2-classroom-{room.run.name}-*")]
-    found += [str(path) for path in RUN.glob(room.run.name)]
+    found = [user.pw_name for user in pwd.getpwall() if user.pw_name.startswith(classroom.prefix)]
+    found += [group.gr_name for group in grp.getgrall() if group.gr_name.startswith(classroom.prefix)]
+    found += [str(path) for path in Path("/sys/fs/cgroup").glob(f"**/ros2-classroom-{classroom.run.name}-*")]
+    found += [str(path) for path in RUN.glob(classroom.run.name)]
     for process in Path("/proc").glob("[0-9]*"):
         try:
             words = (process / "cmdline").read_bytes().decode(errors="replace")
             variables = (process / "environ").read_bytes().decode(errors="replace")
-            if process.stat().st_uid in uids or str(room.folder) in words + variables:
+            if process.stat().st_uid in uids or str(classroom.folder) in words + variables:
                 found.append(f"{process.name} {words[:80]}")
             if os.readlink(process / "ns/net") in networks:
                 found.append(f"{process.name} is in a student's network")
-            if str(room.folder) in (process / "mountinfo").read_text():
+            if str(classroom.folder) in (process / "mountinfo").read_text():
                 found.append(f"{process.name} has a folder of the class mounted")
         except OSError:  # it has ended meanwhile
             continue
@@ -266,24 +271,24 @@ def traces(room: Classroom, uids: set[int], networks: set[str]) -> list[str]:
 
 
 def test_down_leaves_nothing(ended):
-    room, _, common = ended
-    uids = {accounts.ids(room, member)[0] for member in room.members}
+    classroom, _, common = ended
+    uids = {accounts.ids(classroom, member)[0] for member in classroom.members}
     networks = {
         os.readlink(f"/proc/{child}/ns/net")
-        for server in spawner.servers(room).values()
+        for server in spawner.servers(classroom).values()
         for child in children(server.pid)
     }
     assert len(networks) == 2 and os.readlink("/proc/self/ns/net") not in networks
-    assert traces(room, uids, networks), "nothing was found while the class was up"
+    assert traces(classroom, uids, networks), "nothing was found while the class was up"
 
-    dry = classroom("down", *common, "--dry-run")
+    dry = run_classroom("down", *common, "--dry-run")
     assert dry.returncode == 0 and "Would end the hub and 2 servers" in dry.stdout
-    assert hub.running(room)
+    assert hub.running(classroom)
 
-    down = classroom("down", *common)
+    down = run_classroom("down", *common)
     assert down.returncode == 0, down.stderr
-    assert traces(room, uids, networks) == []
-    kept = room.home(room.find("ada"))
+    assert traces(classroom, uids, networks) == []
+    kept = classroom.home(classroom.find("ada"))
     assert (kept / "notebooks" / "index.ipynb").exists() and kept.stat().st_uid in uids
 
 

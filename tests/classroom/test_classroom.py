@@ -12,7 +12,7 @@ from nbgrader.api import Gradebook
 
 from autograder.classroom import accounts, hub, spawner
 from autograder.paths import repository
-from tests.classroom.conftest import classroom
+from tests.classroom.conftest import run_classroom
 from tests.classroom.visitor import Visitor
 
 SOLUTION = repository() / "solutions" / "calculator"
@@ -23,12 +23,12 @@ def put(visitor: Visitor, path: str, text: str) -> None:
     assert visitor.call("PUT", f"api/contents/{path}", json=body).ok
 
 
-def test_who_is_not_in_the_roster_or_has_another_password_stays_outside(room):
-    students, instructors = (hub.shared_passwords(room)[who] for who in ("students", "instructors"))
-    assert not Visitor(room.url, "ada").log_in("guessed")
-    assert not Visitor(room.url, "teacher").log_in(students), "a student came in as the instructor"
-    assert not Visitor(room.url, "eve").log_in(students)
-    assert not Visitor(room.url, "root").log_in(instructors)
+def test_who_is_not_in_the_roster_or_has_another_password_stays_outside(classroom):
+    students, instructors = (hub.shared_passwords(classroom)[who] for who in ("students", "instructors"))
+    assert not Visitor(classroom.url, "ada").log_in("guessed")
+    assert not Visitor(classroom.url, "teacher").log_in(students), "a student came in as the instructor"
+    assert not Visitor(classroom.url, "eve").log_in(students)
+    assert not Visitor(classroom.url, "root").log_in(instructors)
 
 
 def test_a_notebook_runs_as_on_a_laptop(ada, kernel):
@@ -40,7 +40,7 @@ def test_a_notebook_runs_as_on_a_laptop(ada, kernel):
     assert live.run("%%exercise Half.srv\nfloat64 a\n---\nfloat64 half").error == "", "a .srv is built in the box"
 
 
-def test_an_assignment_is_handed_in_graded_and_returned_by_the_exchange(ada, bob, teacher, kernel, room):
+def test_an_assignment_is_handed_in_graded_and_returned_by_the_exchange(ada, bob, teacher, kernel, classroom):
     for file in SOLUTION.iterdir():
         put(ada, f"calculator/{file.name}", file.read_text())
     sent = kernel(ada, "calculator").run("!course hand-in --yes --no-check").text
@@ -64,15 +64,15 @@ os.makedirs("/srv/exchange/ros2/inbound/bob+calculator+never+x")
     grading = kernel(teacher, "grading")
     collected = grading.run("!nbgrader collect calculator").text
     assert "put there by bob" in collected
-    assert sorted(path.name for path in (room.grading / "submitted").iterdir()) == ["ada", "bob"]
-    assert not [path for path in (room.grading / "submitted").rglob("*") if path.is_symlink() or path.is_fifo()]
+    assert sorted(path.name for path in (classroom.grading / "submitted").iterdir()) == ["ada", "bob"]
+    assert not [path for path in (classroom.grading / "submitted").rglob("*") if path.is_symlink() or path.is_fifo()]
     for command in ("autograde calculator", "generate_feedback calculator", "release_feedback calculator"):
         said = grading.run(
             f"import subprocess; done = subprocess.run('nbgrader {command}'.split(), capture_output=True, text=True)\n"
             "print(done.stderr, done.returncode, sep='\\n')"
         ).text
         assert said.splitlines()[-1] == "0", said
-    with Gradebook(f"sqlite:///{room.grading / 'gradebook.db'}") as book:
+    with Gradebook(f"sqlite:///{classroom.grading / 'gradebook.db'}") as book:
         scores = {each.student.id: each.score for each in book.assignment_submissions("calculator")}
     assert scores["ada"] == 20.0 and scores["bob"] == 0.0
 
@@ -107,40 +107,40 @@ def test_instructors_have_formgrader_and_students_have_not(ada, teacher):
     assert "calculator" in {each["name"] for each in assignments}
 
 
-def test_when_the_hub_is_killed_work_goes_on_and_up_finds_it_again(up, room, bob, come_in, kernel):
+def test_when_the_hub_is_killed_work_goes_on_and_up_finds_it_again(up, classroom, bob, come_in, kernel):
     live = kernel(bob)
     live.run("kept = 17")
-    before = spawner.servers(room)
-    os.kill(hub.running(room).pid, signal.SIGKILL)
-    os.kill(int(hub.proxy_pid(room).read_text()), signal.SIGKILL)
-    status = classroom("status", "--folder", str(room.folder))
+    before = spawner.servers(classroom)
+    os.kill(hub.running(classroom).pid, signal.SIGKILL)
+    os.kill(int(hub.proxy_pid(classroom).read_text()), signal.SIGKILL)
+    status = run_classroom("status", "--folder", str(classroom.folder))
     assert status.returncode == 1 and "does not run" in status.stdout
-    again = classroom(*up)
+    again = run_classroom(*up)
     assert again.returncode == 0, again.stderr
-    assert spawner.servers(room) == before, "servers were started anew"
+    assert spawner.servers(classroom) == before, "servers were started anew"
     later = come_in("bob")
     found = later.call("GET", "api/kernels").json()
     assert live.number in {each["id"] for each in found}
     live.visitor = later
     live.connect()
     assert live.run("print(kept)").text == "17\n"
-    assert classroom("status", "--folder", str(room.folder)).returncode == 0
+    assert run_classroom("status", "--folder", str(classroom.folder)).returncode == 0
 
 
-def test_a_server_is_limited(room, ada, kernel):
-    limits = room.limits
+def test_a_server_is_limited(classroom, ada, kernel):
+    limits = classroom.limits
     live = kernel(ada)
     said = live.run("import resource; print(resource.getrlimit(resource.RLIMIT_NPROC))").text
     assert said.strip() == f"({limits.tasks}, {limits.tasks})"
     assert live.run(f"bytearray({limits.memory})").error == "MemoryError", "which tells the student, in the cell"
-    groups = spawner.servers(room)["ada"].groups
+    groups = spawner.servers(classroom)["ada"].groups
     written = {path.read_text().strip() for group in groups for path in Path(group).glob("memory.*") if readable(path)}
     assert not groups or str(limits.memory) in written
 
 
-def test_status_tells_who_has_most_on_the_disk(room, ada, kernel):
+def test_status_tells_who_has_most_on_the_disk(classroom, ada, kernel):
     assert kernel(ada).run(f"open('large', 'wb').write(bytes({60 << 20}))").error == ""
-    said = classroom("status", "--folder", str(room.folder)).stdout
+    said = run_classroom("status", "--folder", str(classroom.folder)).stdout
     assert kernel(ada).run("import os; os.remove('large')").error == ""
     assert re.search(r"GiB are free\. Most: ada [67]\d MiB, \w+ \d+ MiB, ", said), said
 
@@ -149,10 +149,13 @@ def readable(path: Path) -> bool:
     return path.name in ("memory.max", "memory.limit_in_bytes")
 
 
-def test_up_makes_users_nobody_can_log_in_as(room):
-    for member in room.members:
-        user = pwd.getpwnam(room.user(member))
+def test_up_makes_users_nobody_can_log_in_as(classroom):
+    for member in classroom.members:
+        user = pwd.getpwnam(classroom.user(member))
         assert user.pw_shell.endswith("nologin")
         locked = subprocess.run(["passwd", "--status", user.pw_name], capture_output=True, text=True).stdout
         assert locked.split()[1] == "L"
-        assert accounts.ids(room, member) == (room.home(member).stat().st_uid, room.home(member).stat().st_gid)
+        assert accounts.ids(classroom, member) == (
+            classroom.home(member).stat().st_uid,
+            classroom.home(member).stat().st_gid,
+        )

@@ -9,8 +9,8 @@ from nbgrader.auth import Authenticator
 from nbgrader.coursedir import CourseDirectory
 from traitlets.config import Config
 
-from autograder.gradebook import exchange
-from autograder.gradebook.exchange import MOST_ENTRIES, OwnersCollect
+from autograder.gradebook import exchange_collect
+from autograder.gradebook.exchange_collect import MOST_ENTRIES, OwnersCollect
 from course.environment import prepare
 
 ADA, EVE = 61001, 61002  # users that this machine does not have
@@ -45,7 +45,7 @@ def collect(tmp_path, inbound):
         return {
             str(path.relative_to(submitted)).replace("/calculator/", ": "): path.read_bytes()
             for path in submitted.rglob("*")
-            if path.is_file() and path.name not in (exchange.TIMESTAMP, exchange.SECRETS)
+            if path.is_file() and path.name not in (exchange_collect.TIMESTAMP, exchange_collect.SECRETS)
         }
 
     return run

@@ -14,7 +14,7 @@ import pytest
 from autograder.classroom import accounts, course_files, homes
 from autograder.classroom.plan import COURSE_ID, Classroom
 from autograder.errors import AutograderError
-from tests.classroom.conftest import classroom
+from tests.classroom.conftest import run_classroom
 
 ROUNDS = 40  # as often as `up` would be given
 # In the student's kernel: `notebooks` and a link to root's folder change places, and what was laid goes away, so that
@@ -47,9 +47,9 @@ STOP = "ending.set(); thread.join(); print(turned > 1000)"
 
 
 @pytest.fixture
-def canary(room):
+def canary(classroom):
     """A folder of root's on the host, with files of the names that `up` lays, as (owner, mode, content) by path."""
-    folder = room.folder / "canary"
+    folder = classroom.folder / "canary"
     folder.mkdir()
     for name in ("index.ipynb", "calculator.txt"):
         (folder / name).write_text("root's")
@@ -66,22 +66,22 @@ def state(folder: Path) -> dict[str, tuple[int, int, bytes]]:
     return found
 
 
-def test_paths_that_turn_while_up_runs_lead_root_nowhere(up, room, ada, kernel, canary):
+def test_paths_that_turn_while_up_runs_lead_root_nowhere(up, classroom, ada, kernel, canary):
     before = state(canary)
     live = kernel(ada)
     live.run(EXCHANGE.format(canary=str(canary)))
     try:
-        done = classroom(*up)
+        done = run_classroom(*up)
         assert done.returncode == 0, done.stderr
         for _ in range(ROUNDS):
-            course_files.hand_out_notebooks(room)
-            course_files.disk(room)
+            course_files.hand_out_notebooks(classroom)
+            course_files.disk(classroom)
     finally:
         live.connect()  # the proxy is a new one
         assert live.run(STOP).text == "True\n"
     assert state(canary) == before
-    course_files.hand_out_notebooks(room)
-    home, (uid, _) = room.home(room.find("ada")), accounts.ids(room, room.find("ada"))
+    course_files.hand_out_notebooks(classroom)
+    home, (uid, _) = classroom.home(classroom.find("ada")), accounts.ids(classroom, classroom.find("ada"))
     assert {path.lstat().st_uid for path in home.rglob("*")} == {uid}
     assert (home / "notebooks" / "services" / "services.ipynb").exists()
 
@@ -173,8 +173,8 @@ def test_what_instructors_released_is_read_with_their_rights(able, tmp_path):
     assert homes.read(exchange, "outbound", OWNER, OWNER, []) == {"one/one.ipynb": b"{}"}
 
 
-def test_the_exchanges_folders_are_roots_and_no_links(room, tmp_path):
-    course = room.exchange / COURSE_ID
+def test_the_exchanges_folders_are_roots_and_no_links(classroom, tmp_path):
+    course = classroom.exchange / COURSE_ID
     assert course.stat().st_uid == 0 and course.stat().st_mode & 0o022 == 0, "an instructor could change what is in it"
     target = tmp_path / "target"
     target.mkdir(0o700)
@@ -182,12 +182,12 @@ def test_the_exchanges_folders_are_roots_and_no_links(room, tmp_path):
     (course / "feedback").symlink_to(target)
     try:
         with pytest.raises(AutograderError, match="move it away"):
-            course_files.make_shared(room)
+            course_files.make_shared(classroom)
         assert target.stat().st_mode & 0o777 == 0o700 and target.stat().st_gid == 0
     finally:
         (course / "feedback").unlink()
         (course / "kept").rename(course / "feedback")
-        course_files.make_shared(room)
+        course_files.make_shared(classroom)
 
 
 def test_a_deep_folder_does_not_keep_a_class_from_being_removed(tmp_path):

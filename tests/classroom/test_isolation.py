@@ -65,10 +65,16 @@ with socket.socket(socket.AF_UNIX) as trying:
     assert seen[:2] == ["[False,", "False]"] and seen[2] != "0"
 
 
-def test_files_of_others_of_the_grader_and_of_the_hub_are_not_there(kernels, room):
+def test_files_of_others_of_the_grader_and_of_the_hub_are_not_there(kernels, classroom):
     secret = [paths.HIDDEN, paths.PACKAGE, paths.repository() / "solutions", paths.repository() / "tests"]
-    secret += [paths.repository() / "notebooks", room.state, room.grading, room.homes, room.run / "servers"]
-    wanted = [*map(str, secret), "/home/bob", "/home/teacher", f"{room.homes}/bob", "/root", "/etc/shadow"]
+    secret += [
+        paths.repository() / "notebooks",
+        classroom.state,
+        classroom.grading,
+        classroom.homes,
+        classroom.run / "servers",
+    ]
+    wanted = [*map(str, secret), "/home/bob", "/home/teacher", f"{classroom.homes}/bob", "/root", "/etc/shadow"]
     look = f"import os; print([path for path in {wanted!r} + ['/home/ada'] if os.path.exists(path)])"
     assert kernels[0].run(look).text == "['/home/ada']\n"
     search = "import os; print([at for at, _, names in os.walk('/') if 'suite.py' in names and 'hidden' in at])"
@@ -99,7 +105,7 @@ print(users - {0, os.getuid()})
     assert ada.session.delete(f"{ada.hub}hub/api/users/bob/server").status_code in (403, 404)
 
 
-def test_what_others_hand_in_and_get_back_cannot_be_found(ada, bob, kernels, room):
+def test_what_others_hand_in_and_get_back_cannot_be_found(ada, bob, kernels, classroom):
     one, other = kernels
     made = f"import os\nos.makedirs('/srv/exchange/{COURSE_ID}/inbound/bob+services+2026-01-01 00:00:00.0 UTC+r4nd0m')"
     assert other.run(made).error == ""
@@ -110,7 +116,7 @@ def test_what_others_hand_in_and_get_back_cannot_be_found(ada, bob, kernels, roo
     assert other.run(f"import os; os.rmdir('{folder}')").error == ""
 
 
-def test_the_machine_cannot_be_reached(kernels, room):
+def test_the_machine_cannot_be_reached(kernels, classroom):
     """Neither its services, among them the proxy's port, nor any other address."""
     look = f"""
 import socket
@@ -122,7 +128,7 @@ with socket.socket() as own:
     own.bind(("127.0.0.1", 0))
     own.listen()
     print(reaches(own.getsockname()[1]))
-print(reaches({room.port}), reaches(53, "192.0.2.1"), sorted(name for _, name in socket.if_nameindex()))
+print(reaches({classroom.port}), reaches(53, "192.0.2.1"), sorted(name for _, name in socket.if_nameindex()))
 """
     assert kernels[0].run(look).text.splitlines() == ["True", "False False ['lo']"]
 
@@ -141,9 +147,9 @@ print([line for line in open("/proc/self/status") if line.startswith(("CapEff", 
     assert said[1] == str([f"CapEff:\t{zero}\n", f"CapBnd:\t{zero}\n", "NoNewPrivs:\t1\n"])
 
 
-def test_the_passwords_and_the_hubs_database_are_for_root(room):
-    for path in (room.state / hub.SHARED, room.state / "classroom.json"):
+def test_the_passwords_and_the_hubs_database_are_for_root(classroom):
+    for path in (classroom.state / hub.SHARED, classroom.state / "classroom.json"):
         assert path.stat().st_mode & 0o077 == 0
-    assert room.state.stat().st_mode & 0o077 == 0
-    assert json.loads((room.state / hub.SHARED).read_text()).keys() == {"students", "instructors"}
-    assert all(server.alive for server in spawner.servers(room).values())
+    assert classroom.state.stat().st_mode & 0o077 == 0
+    assert json.loads((classroom.state / hub.SHARED).read_text()).keys() == {"students", "instructors"}
+    assert all(server.alive for server in spawner.servers(classroom).values())

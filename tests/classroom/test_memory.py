@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from autograder.classroom import memory
-from autograder.sandbox.process import children, resident
+from autograder.sandbox.usage import children, resident
 
 MIB = 1 << 20
 LARGE = 200 * MIB

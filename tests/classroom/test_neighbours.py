@@ -116,7 +116,7 @@ print(sum(os.write(log, b"x" * (1 << 16)) for _ in range(512)))
 
 
 @pytest.fixture
-def hostile(room):
+def hostile(classroom):
     """Return a function that runs a program in ada's box and returns what it got."""
     with contextlib.ExitStack() as ends:
 
@@ -124,9 +124,9 @@ def hostile(room):
             contents = box.Contents()
             ends.callback(contents.close)
             argv = [sys.executable, "-I", "-c", code + HOLD]
-            member = room.find("ada")
+            member = classroom.find("ada")
             process = subprocess.Popen(
-                box.command(room, member, argv, contents),
+                box.command(classroom, member, argv, contents),
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 pass_fds=contents.descriptors,
@@ -150,17 +150,17 @@ def neighbour(bob, kernel):
     assert live.run("import subprocess; print(subprocess.run(['echo', '42'], capture_output=True).stdout)").error == ""
 
 
-def test_a_fork_bomb_takes_the_students_own_processes_alone(hostile, neighbour, room):
+def test_a_fork_bomb_takes_the_students_own_processes_alone(hostile, neighbour, classroom):
     got = int(hostile(FORKS))
-    assert 0 < got < room.limits.tasks
+    assert 0 < got < classroom.limits.tasks
     made = "import subprocess; print(subprocess.run(['echo', '42'], capture_output=True, text=True).stdout)"
     assert neighbour.run(made).text.strip() == "42"
 
 
-def test_all_processes_of_a_student_leave_descriptors_to_the_machine(hostile, room):
+def test_all_processes_of_a_student_leave_descriptors_to_the_machine(hostile, classroom):
     got = int(hostile(DESCRIPTORS))
     assert 0 < got < box.DESCRIPTORS
-    assert got * room.limits.tasks < int(Path("/proc/sys/fs/file-max").read_text())
+    assert got * classroom.limits.tasks < int(Path("/proc/sys/fs/file-max").read_text())
 
 
 def test_terminals_are_left_to_the_neighbour(hostile, neighbour):
@@ -183,17 +183,17 @@ def test_memory_that_nothing_counts_is_refused(hostile):
     assert hostile(UNCOUNTED) == "[]"
 
 
-def test_no_signal_and_no_write_reaches_a_neighbours_server(hostile, neighbour, room):
-    running = spawner.servers(room)
+def test_no_signal_and_no_write_reaches_a_neighbours_server(hostile, neighbour, classroom):
+    running = spawner.servers(classroom)
     assert hostile(KILL.format(pids=[each.pid for each in running.values()])) == "[]"
     assert all(each.alive for name, each in running.items() if name != "ada")
 
 
-def test_a_flood_of_the_servers_log_ends_at_its_limit(ada, kernel, room):
+def test_a_flood_of_the_servers_log_ends_at_its_limit(ada, kernel, classroom):
     live = kernel(ada)
     flood = live.run(FLOOD)
     assert flood.text == f"{512 << 16}\n"
-    log = room.state / "servers" / "ada.log"
+    log = classroom.state / "servers" / "ada.log"
     assert log.stat().st_size <= 2 * spawner.LOG + 200, "the one before may have said as much"
     assert wait_until(lambda: b"is not kept" in log.read_bytes()[-200:], SECONDS, alert=False)
     assert live.run("print(6 * 7)").text == "42\n" and ada.call("GET", "api/kernels").ok

@@ -30,19 +30,19 @@ expect.set_options(timeout=WAIT)
 
 
 @pytest.fixture
-def page(chromium, room, request):
+def page(chromium, classroom, request):
     """A page on which somebody has logged in, as a person does, with JupyterLab as on the first day."""
     pages = []
 
     def open_page(name: str) -> Page:
-        member = room.find(name)
-        shutil.rmtree(room.home(member) / ".jupyter/lab/workspaces", ignore_errors=True)
+        member = classroom.find(name)
+        shutil.rmtree(classroom.home(member) / ".jupyter/lab/workspaces", ignore_errors=True)
         found = chromium.new_context(viewport={"width": 1500, "height": 950}).new_page()
         pages.append(found)
         found.set_default_timeout(WAIT)
-        found.goto(room.url)
+        found.goto(classroom.url)
         found.fill("#username_input", name)
-        known = hub.shared_passwords(room)
+        known = hub.shared_passwords(classroom)
         found.fill("#password_input", known["instructors" if member.instructor else "students"])
         found.click("#login_submit")
         found.get_by_role("heading", name="The five sections").wait_for()
@@ -93,8 +93,8 @@ def test_an_instructor_has_formgrader(page):
 
 
 @pytest.mark.timeout(1500)
-def test_from_the_work_to_the_returned_feedback(page, room, come_in, kernel):
-    begin_anew(room, "carol")
+def test_from_the_work_to_the_returned_feedback(page, classroom, come_in, kernel):
+    begin_anew(classroom, "carol")
     student = page("carol")
     open_calculator(student)
     work(student)
@@ -116,11 +116,11 @@ def test_from_the_work_to_the_returned_feedback(page, room, come_in, kernel):
     assert "20 of 25 points" in returned and COMMENT not in returned
 
 
-def begin_anew(room: Classroom, name: str) -> None:
+def begin_anew(classroom: Classroom, name: str) -> None:
     """The notebook as it was released: this test may be run a second time."""
     own = "notebooks/calculator/calculator.ipynb"
-    released = room.exchange / COURSE_ID / "outbound" / "calculator" / "calculator.ipynb"
-    shutil.copyfile(released, room.home(room.find(name)) / own)
+    released = classroom.exchange / COURSE_ID / "outbound" / "calculator" / "calculator.ipynb"
+    shutil.copyfile(released, classroom.home(classroom.find(name)) / own)
 
 
 def open_calculator(page: Page) -> None:

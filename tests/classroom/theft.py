@@ -100,11 +100,11 @@ def taken(path: Path) -> Iterator[None]:
             kept.replace(path)
 
 
-def log_in(chromium: Browser, room: Classroom, name: str, password: str) -> Page:
+def log_in(chromium: Browser, classroom: Classroom, name: str, password: str) -> Page:
     """A page of somebody who has logged in, and whose server runs."""
     page = chromium.new_context(ignore_https_errors=True).new_page()
     page.set_default_timeout(WAIT)
-    page.goto(f"{room.address_of(room.find(name))}hub/login?next=/hub/token")
+    page.goto(f"{classroom.address_of(classroom.find(name))}hub/login?next=/hub/token")
     page.fill("#username_input", name)
     page.fill("#password_input", password)
     page.click("#login_submit")
@@ -114,20 +114,24 @@ def log_in(chromium: Browser, room: Classroom, name: str, password: str) -> Page
     return page
 
 
-def steal(chromium: Browser, room: Classroom, student: Visitor, password: str) -> tuple[list[str], list[str]]:
+def steal(chromium: Browser, classroom: Classroom, student: Visitor, password: str) -> tuple[list[str], list[str]]:
     """What a page behind a student's address reads as the teacher, and what a page of the hub's would have read."""
-    page = log_in(chromium, room, "teacher", password)
-    hubs = list(dict.fromkeys([room.url, room.address_of(room.find("teacher")), page.url.partition("hub/token")[0]]))
+    page = log_in(chromium, classroom, "teacher", password)
+    hubs = list(
+        dict.fromkeys(
+            [classroom.url, classroom.address_of(classroom.find("teacher")), page.url.partition("hub/token")[0]]
+        )
+    )
     own = f"{page.url.partition('hub/token')[0]}user/teacher/"
-    if room.host:
+    if classroom.host:
         hubs.append(student.base.partition("user/")[0])
         own = own.replace("://", "://teacher.")
-    with taken(room.socket(room.find(student.name))):
+    with taken(classroom.socket(classroom.find(student.name))):
         page.goto(student.base + secrets.token_hex(4))
         assert page.title() == "theirs"
         theirs = page.evaluate(STEAL, [hubs, own, "teacher"])
-        page.goto(room.address_of(room.find("teacher")) + "hub/home")
-        same = page.evaluate(STEAL, [[room.address_of(room.find("teacher"))], own, "teacher"])
+        page.goto(classroom.address_of(classroom.find("teacher")) + "hub/home")
+        same = page.evaluate(STEAL, [[classroom.address_of(classroom.find("teacher"))], own, "teacher"])
     page.context.close()
     return theirs, same
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from autograder.collecting import remembered
+from autograder.collecting import provenance
 from autograder.collecting.bundles import unpacked
 from autograder.collecting.collect import collect, describe
 from autograder.collecting.origins import read_rosters
@@ -174,6 +174,6 @@ def test_what_is_remembered_can_be_read_and_is_not_the_student_s(tmp_path):
     bulk = archive(tmp_path / "bulk.zip", {"doejane_LATE_1_22_relay.py": b"x", "doejane_LATE_1_23_origin.json": b"{}"})
     for _ in range(2):
         collect([bulk], tmp_path / "out")
-    (source,) = remembered.read(tmp_path / "out", "doejane", "services")
-    assert source == remembered.Source("Canvas", "doejane", "1", "", 23, late=True)
+    (source,) = provenance.read(tmp_path / "out", "doejane", "services")
+    assert source == provenance.Source("Canvas", "doejane", "1", "", 23, late=True)
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [".origins", "doejane"]

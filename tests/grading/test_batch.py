@@ -309,13 +309,13 @@ def test_a_worker_with_other_code_is_refused(submitted, dask_cluster, tmp_path):
     for package in (PACKAGE, COURSE):
         shutil.copytree(package, tmp_path / "other" / package.name, ignore=shutil.ignore_patterns("__pycache__"))
     (tmp_path / "other" / "autograder" / "hidden" / "services" / "suite.py").write_text("")
-    with open(tmp_path / "other" / "autograder" / "sandbox" / "box.py", "a") as file:
+    with open(tmp_path / "other" / "autograder" / "sandbox" / "sandbox.py", "a") as file:
         file.write("LIMITS.clear()\n")
     dask_cluster.worker(PYTHONPATH=str(tmp_path / "other"))
     code, _, errors = end(begin(submitted, tmp_path / "out", "--scheduler", dask_cluster.address))
     assert code == 3 and errors.startswith("autograder: stopped, what is done is kept: the worker tcp://127.0.0.1:")
     assert errors.endswith(
-        " has another version of the course (autograder/sandbox/box.py differs): "
+        " has another version of the course (autograder/sandbox/sandbox.py differs): "
         "install the same one on both machines, then start the worker again\n"
     )
 

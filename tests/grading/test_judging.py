@@ -14,11 +14,11 @@ import pytest
 
 from autograder.errors import InfrastructureError
 from autograder.grading import single
-from autograder.grading.judging import LIMITS
-from autograder.grading.launcher import JUDGING
+from autograder.grading.judge_process import LIMITS
+from autograder.grading.launcher import JUDGE
 from autograder.paths import HIDDEN, PACKAGE
 from autograder.records import BUSY_MACHINE, FAILED, GRADED, KILLED_JUDGE, NOT_RUN, PASSED, Submission, Verdict
-from autograder.sandbox import machine, seccomp, users
+from autograder.sandbox import machine_load, seccomp, users
 from autograder.submissions import exercises
 from course.waiting import wait_until
 from tests.hidden.answers.services import REFERENCE
@@ -31,7 +31,7 @@ def judges() -> list[psutil.Process]:
     found = []
     for process in psutil.Process().children(recursive=True):
         with contextlib.suppress(psutil.Error):
-            if JUDGING in process.cmdline() and JUDGING in process.parent().cmdline()[:6]:
+            if JUDGE in process.cmdline() and JUDGE in process.parent().cmdline()[:6]:
                 found.append(process)
     return found
 
@@ -69,7 +69,7 @@ def test_a_worker_buries_what_programs_leave(box):
 
 AS_FIRST = """
 import ctypes, psutil
-from autograder.grading.process import Worker
+from autograder.grading.worker import Worker
 from course.waiting import wait_until
 
 assert ctypes.CDLL(None).prctl(36, 1, 0, 0, 0) == 0  # PR_SET_CHILD_SUBREAPER: orphans below come to this process
@@ -192,11 +192,11 @@ def judgements(monkeypatch, *each: tuple[float, int]) -> list[float]:
         return single.Judgement(GRADED, verdicts, busy=busy)
 
     monkeypatch.setattr(single, "judge", judge)
-    monkeypatch.setattr(single.machine, "wait_for_calm", lambda timeout: True)
+    monkeypatch.setattr(single.machine_load, "wait_for_calm", lambda timeout: True)
     return left
 
 
-STARVED = machine.STARVED + 1
+STARVED = machine_load.STARVED + 1
 
 
 @pytest.mark.parametrize(
@@ -221,14 +221,14 @@ def test_a_busy_machine_is_seen():
     endless = [sys.executable, "-c", "while True: pass"]
     busy = [subprocess.Popen(endless) for _ in range(8 * len(os.sched_getaffinity(0)))]
     try:
-        load = machine.Load()
+        load = machine_load.Load()
 
         def seen() -> bool:
             load.look()
-            return load.average > machine.STARVED
+            return load.average > machine_load.STARVED
 
         assert wait_until(seen, 20)
-        assert not machine.wait_for_calm(0.0)
+        assert not machine_load.wait_for_calm(0.0)
     finally:
         for process in busy:
             process.kill()

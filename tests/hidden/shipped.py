@@ -19,7 +19,7 @@ from pathlib import Path
 from autograder.gradebook.release import hand_out, release
 from autograder.grading import single
 from autograder.records import GRADED, Report, Submission
-from autograder.sandbox import box as sandbox
+from autograder.sandbox import sandbox
 from autograder.submissions import exercises
 from autograder.submissions.exercises import Exercise
 from course.notebook import cells

@@ -16,7 +16,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 from autograder.grading import single
 from autograder.records import BUSY_MACHINE, GRADED, PASSED, Submission
-from autograder.sandbox import box as sandbox
+from autograder.sandbox import sandbox
 from autograder.submissions import exercises
 
 from . import answers, sentences

@@ -50,10 +50,10 @@ ITSELF = "./probe.py"  # what the search finds at least: PROBE has its word in i
 # What an installation's own interpreter runs to confine PROBE, which it reads from its standard input.
 CONFINE = """
 import subprocess, sys
-from autograder.sandbox import box
+from autograder.sandbox import sandbox
 
-with box.Sandbox(chosen := box.choose(), {'probe.py': sys.stdin.buffer.read()}) as confined:
-    command = [*box.BOXES[chosen], *confined.command(['probe.py'], domain=0)]
+with sandbox.Sandbox(chosen := sandbox.choose(), {'probe.py': sys.stdin.buffer.read()}) as confined:
+    command = [*sandbox.BOXES[chosen], *confined.command(['probe.py'], domain=0)]
     raise SystemExit(subprocess.run(command, pass_fds=confined.descriptors, timeout=60).returncode)
 """
 

@@ -11,9 +11,9 @@ import pytest
 
 from autograder.errors import SandboxError
 from autograder.sandbox import networks
-from autograder.sandbox.box import LIMITS, Sandbox
 from autograder.sandbox.forkserver import Forkserver
 from autograder.sandbox.program import Program
+from autograder.sandbox.sandbox import LIMITS, Sandbox
 from course.waiting import wait_until
 
 pytestmark = pytest.mark.usefixtures("forks")

@@ -13,9 +13,8 @@ from pathlib import Path
 import pytest
 
 from autograder.paths import PACKAGE
-from autograder.sandbox import box as sandbox
-from autograder.sandbox import core, seccomp, view
-from autograder.sandbox.box import BOXES
+from autograder.sandbox import processor_core, sandbox, seccomp, view
+from autograder.sandbox.sandbox import BOXES
 from autograder.sandbox.variables import ros_prefixes
 from course.waiting import wait_until
 from tests.hidden.answers import SOLUTIONS
@@ -137,10 +136,10 @@ def test_without_control_groups_each_grading_has_a_core(box, tmp_path, monkeypat
     """As many gradings as there are cores have one each, and the next shares one; programs stay on theirs."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))  # other gradings of this user have cores, too
     with contextlib.ExitStack() as held:
-        given = [held.enter_context(core.taken()) for _ in range(len(os.sched_getaffinity(0)) + 1)]
+        given = [held.enter_context(processor_core.taken()) for _ in range(len(os.sched_getaffinity(0)) + 1)]
     assert {*given[:-1]} == os.sched_getaffinity(0) and given[-1] == given[0]
     with sandbox.Sandbox(box, {SERVER: GREEDY.encode()}) as confined:
-        command = core.command(given[1], [*sandbox.BOXES[box], *confined.command([SERVER], domain=1)])
+        command = processor_core.command(given[1], [*sandbox.BOXES[box], *confined.command([SERVER], domain=1)])
         done = subprocess.run(command, capture_output=True, text=True, timeout=60, pass_fds=confined.descriptors)
     assert json.loads(done.stdout)["cores"] == 1
 

@@ -3,8 +3,8 @@
 import json
 import socket
 
-from autograder.sandbox.box import Sandbox
 from autograder.sandbox.launching import START, TELL, LaunchServer
+from autograder.sandbox.sandbox import Sandbox
 
 
 def pair() -> tuple[socket.socket, socket.socket]:

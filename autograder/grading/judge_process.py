@@ -1,8 +1,8 @@
 """The process that judges: runs hidden suites, which speak ROS 2 with the students' programs, and reads all they send.
 
-`python -m autograder.grading.judging CONTROL` is started by the launcher.  It has a fork of itself do each job, so that
-ROS 2 and pytest are loaded once.  The fork confines itself before it starts any program: whoever takes it over with
-what a program sends is as confined as that program.  What the student wrote is never imported.
+`python -m autograder.grading.judge_process CONTROL` is started by the launcher.  It has a fork of itself do each job,
+so that ROS 2 and pytest are loaded once.  The fork confines itself before it starts any program: whoever takes it over
+with what a program sends is as confined as that program.  What the student wrote is never imported.
 """
 
 import contextlib

@@ -7,7 +7,7 @@ from pathlib import Path
 from course.waiting import wait_until
 
 STARVED = 5.0  # threads for each core that run or could; more gradings than cores make it two or three
-CALM = 3.0
+CALM = 3.0  # threads for each core, below which a machine is calm
 WINDOW = 2.0  # s over which the machine must be calm
 GLANCE = 0.1  # s between two looks
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from autograder.suitekit.output import numbers
+from autograder.suitekit.printed_numbers import numbers
 
 
 @pytest.mark.parametrize(

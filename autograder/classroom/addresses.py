@@ -33,14 +33,14 @@ class StaffProxy(ConfigurableHTTPProxy):
 class StudentsProxy(ConfigurableHTTPProxy):
     """Leads to the hub, and to the students' servers; the instructors' proxy is started, told and ended with it."""
 
-    room: Classroom
+    classroom: Classroom
 
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
         self._staff = StaffProxy(
-            public_url=f"http://127.0.0.1:{self.room.staff_port}",
-            api_url=as_url(self.room.run / "staff-proxy.sock"),
-            pid_file=str(hub.staff_proxy_pid(self.room)),
+            public_url=f"http://127.0.0.1:{self.classroom.staff_port}",
+            api_url=as_url(self.classroom.run / "staff-proxy.sock"),
+            pid_file=str(hub.staff_proxy_pid(self.classroom)),
             command=self.command,
             auth_token=self.auth_token,
             app=self.app,
@@ -48,7 +48,7 @@ class StudentsProxy(ConfigurableHTTPProxy):
             db_factory=self.db_factory,
             log=self.log,
         )
-        self._staff.instructors = frozenset(member.name for member in self.room.instructors)
+        self._staff.instructors = frozenset(member.name for member in self.classroom.instructors)
 
     async def start(self) -> None:
         """Start both; each looks after itself then."""
@@ -83,30 +83,30 @@ def owner(routespec: str) -> str:
     return unquote(name) if kind == "user" else ""
 
 
-def keep_apart(c: Config, room: Classroom) -> None:
+def keep_apart(c: Config, classroom: Classroom) -> None:
     """Have the hub take members for who they are at their own address alone, and route to the servers accordingly."""
-    if room.host:
-        c.JupyterHub.subdomain_host = room.url.rstrip("/")
-        c.JupyterHub.cookie_host_prefix_enabled = bool(room.certificate)  # such cookies need HTTPS
+    if classroom.host:
+        c.JupyterHub.subdomain_host = classroom.url.rstrip("/")
+        c.JupyterHub.cookie_host_prefix_enabled = bool(classroom.certificate)  # such cookies need HTTPS
     else:
-        StudentsProxy.room = room
+        StudentsProxy.classroom = classroom
         c.JupyterHub.proxy_class = StudentsProxy
         c.StudentsProxy = c.ConfigurableHTTPProxy
-    instructors = {member.name for member in room.instructors}
+    instructors = {member.name for member in classroom.instructors}
     known = BaseHandler.get_current_user_cookie
 
     def at_own_address(handler: BaseHandler) -> Any:
         user = known(handler)
-        return user if user and belongs(room, user.name in instructors, handler.request.host) else None
+        return user if user and belongs(classroom, user.name in instructors, handler.request.host) else None
 
     BaseHandler.get_current_user_cookie = at_own_address
 
 
-def belongs(room: Classroom, instructor: bool, address: str) -> bool:
+def belongs(classroom: Classroom, instructor: bool, address: str) -> bool:
     """Return True if somebody may come in at the address that a request's header `Host` says.
 
     With a name for each server the hub has one, too; it would answer below the others, where students' pages are.
     """
-    if room.host:
-        return address.lower() == urlsplit(room.url).netloc.lower()
-    return (address.lower() == room.staff_address) is instructor
+    if classroom.host:
+        return address.lower() == urlsplit(classroom.url).netloc.lower()
+    return (address.lower() == classroom.staff_address) is instructor

@@ -11,9 +11,9 @@ from typing import Any
 from autograder import paths
 from autograder.errors import SandboxError, SandboxUnavailable
 from autograder.sandbox import cgroup, networks, seccomp, users, view
-from autograder.sandbox.box import BOXES, LIMITS, Sandbox, choose
 from autograder.sandbox.forkserver import Forkserver
 from autograder.sandbox.program import Program
+from autograder.sandbox.sandbox import BOXES, LIMITS, Sandbox, choose
 from autograder.sandbox.variables import ros_prefixes
 
 PROBE = """
@@ -66,7 +66,7 @@ print(json.dumps(dict(
 # What the process that judges is once it has confined itself.
 JUDGE = """
 import importlib.util, json, os, sys
-from autograder.grading.judging import LIMITS
+from autograder.grading.judge_process import LIMITS
 from autograder.sandbox.confine import confine
 
 confine(int(sys.argv[1]) if sys.argv[1:] else None, LIMITS)

@@ -23,9 +23,10 @@ from types import TracebackType
 from typing import IO, NamedTuple, Self
 
 from autograder.errors import SandboxUnavailable
-from autograder.sandbox import cgroup, core, seccomp, users, variables, view
+from autograder.sandbox import cgroup, processor_core, seccomp, users, variables, view
 from autograder.sandbox.forkserver import Forkserver, Request
-from autograder.sandbox.process import HOLD, Process, of_sandbox, of_user
+from autograder.sandbox.supervision import HOLD, Process
+from autograder.sandbox.usage import of_sandbox, of_user
 from course import environment
 from course.interfaces.builder import cache_folder
 
@@ -275,7 +276,7 @@ class Sandbox:
         """A command line that runs `command` with what bounds all programs of a grading together."""
         if self._group:
             return self._group.command(command)
-        return command if self.core is None or self._folder else core.command(self.core, command)
+        return command if self.core is None or self._folder else processor_core.command(self.core, command)
 
     def _variables(self, domain: int) -> dict[str, str]:
         """All of a program's environment variables."""

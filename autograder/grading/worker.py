@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 from autograder.errors import InfrastructureError, JudgeDied
 from autograder.records import UNSAFE, Ended, Finished, Job, Message, Verdict, from_line, to_line
-from autograder.sandbox.box import BOXES
 from autograder.sandbox.cleaning import CONTROL
-from autograder.sandbox.process import children
+from autograder.sandbox.sandbox import BOXES
+from autograder.sandbox.usage import children
 from autograder.sandbox.variables import ros_variables
 from course.environment import prepare
 

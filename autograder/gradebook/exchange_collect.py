@@ -68,7 +68,7 @@ class OwnersCollect(ExchangeCollect):
     def do_copy(self, src: str, dest: str, log: object = None) -> None:
         """Copy the regular files; what is too large, and what cannot be read, is left out and told."""
         Path(dest).mkdir(parents=True)
-        files, room, told, seen = MOST_FILES, MOST_BYTES, 0, 0
+        files, space, told, seen = MOST_FILES, MOST_BYTES, 0, 0
         for folder, below, names, descriptor in os.fwalk(src, follow_symlinks=False):
             seen += 1 + len(names)
             if seen > MOST_ENTRIES:
@@ -80,7 +80,7 @@ class OwnersCollect(ExchangeCollect):
             for name in sorted(names):
                 copy = Path(dest, os.path.relpath(folder, src), name)
                 try:
-                    room -= _copy(name, descriptor, copy, room if files else 0)
+                    space -= _copy(name, descriptor, copy, space if files else 0)
                     files -= 1
                 except OSError as error:
                     told += 1
@@ -126,8 +126,8 @@ def _text(path: Path) -> str | None:
         return None
 
 
-def _copy(name: str, folder: int, copy: Path, room: int) -> int:
-    """Copy a regular file of at most `room` bytes from an open folder, and nothing else; its size.  Raises OSError."""
+def _copy(name: str, folder: int, copy: Path, most: int) -> int:
+    """Copy a regular file of at most `most` bytes from an open folder, and nothing else; its size.  Raises OSError."""
     flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
     with open(os.open(name, flags, dir_fd=folder), "rb") as source:
         known = os.fstat(source.fileno())
@@ -135,7 +135,7 @@ def _copy(name: str, folder: int, copy: Path, room: int) -> int:
             raise OSError("it is no file")
         if known.st_nlink > 1:
             raise OSError("it has another name elsewhere, and may be somebody else's")
-        if known.st_size > room:
+        if known.st_size > most:
             raise OSError("the submission is too large")
         copy.parent.mkdir(parents=True, exist_ok=True)
         copy.write_bytes(source.read(known.st_size))
