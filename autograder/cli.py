@@ -12,6 +12,7 @@ from typing import Annotated, NoReturn, cast
 
 import typer
 
+from autograder import platforms
 from autograder.errors import ClusterError, SandboxUnavailable, UsageError
 from autograder.grading import batch, regrade, single
 from autograder.paths import repository
@@ -66,9 +67,9 @@ Rosters = Annotated[
 class Form(StrEnum):
     """The platform that students' pages go back to."""
 
-    CANVAS = "canvas"
-    MOODLE = "moodle"
-    FILES = "files"
+    CANVAS = platforms.CANVAS.form
+    MOODLE = platforms.MOODLE.form
+    FILES = platforms.FILES
 
 
 Out = Annotated[Path, typer.Argument(metavar="OUTPUT", help="The output folder of `autograder grade`.")]
@@ -272,7 +273,7 @@ def collect_command(
     """Lay out what students handed in; exit code 1 when something could not be placed, which is named."""
     from autograder.collecting.collect import collect, parse_due
     from autograder.collecting.collect import describe as describe_collection
-    from autograder.collecting.origins import read_rosters
+    from autograder.collecting.roster import read_rosters
 
     known = read_rosters(roster) if roster else None
     collection = collect(sources, into, known, parse_due(due) if due else None)
@@ -299,7 +300,7 @@ def return_command(
 
     The exit code is 1 when a page is not returned; the command says which ones, and why.
     """
-    from autograder.collecting.origins import read_rosters
+    from autograder.collecting.roster import read_rosters
     from autograder.returning.giving_back import FOLDER, give_back
     from autograder.returning.giving_back import describe as describe_returned
 

@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from autograder.collecting.origins import table
+from autograder.collecting.roster import table
 from autograder.errors import UsageError
 
 INSTRUCTOR = "instructor"

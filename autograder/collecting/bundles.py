@@ -22,8 +22,8 @@ from autograder.collecting.archives import (
     members_of,
     opened,
 )
-from autograder.collecting.origins import Origin, origin
 from autograder.errors import UsageError
+from autograder.platforms import Origin, origin
 from autograder.submissions import exercises, notebook, reading
 from course.errors import BadArchive
 from course.hand_in import RECEIPT

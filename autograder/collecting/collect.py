@@ -21,9 +21,10 @@ from typing import Any
 from autograder.collecting import provenance
 from autograder.collecting.bundles import Bundle, bundles, files_of
 from autograder.collecting.bundles import receipt as read_receipt
-from autograder.collecting.origins import Origin, Roster, folder_name
 from autograder.collecting.provenance import Source
+from autograder.collecting.roster import Roster, folder_name
 from autograder.errors import UsageError
+from autograder.platforms import Origin, users_are_global
 from autograder.submissions import exercises, reading
 from course.hand_in import RECEIPT
 from course.untrusted import one_line, shortened
@@ -124,9 +125,9 @@ def _several_people(found: list[HandedIn], before: list[Source], roster: Roster 
     everywhere = [("", each) for each in before]
     for download, came in [*((each.download, each.came) for each in found), *everywhere]:
         if came.platform and not (roster and roster.has(came.user)):
-            numbers[came.platform, "" if came.platform == "Canvas" else download].add(came.user)
+            numbers[came.platform, "" if users_are_global(came.platform) else download].add(came.user)
     for (platform, download), users in numbers.items():
-        if len(users) > 1 and (download or platform == "Canvas"):
+        if len(users) > 1 and (download or users_are_global(platform)):
             who = " and ".join(sorted(users))
             name = found[0].came.name
             return f"{platform} has several called {name!r}, {who}: name each in the roster, with the number"

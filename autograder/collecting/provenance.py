@@ -18,7 +18,7 @@ ORIGINS = ".origins"
 class Source:
     """The origin of a hand-in."""
 
-    platform: str  # Canvas, Moodle, or "" for an archive of `course hand-in` or a folder
+    platform: str  # a key of `platforms.PLATFORMS`, or "" for an archive of `course hand-in` or a folder
     name: str  # of the student there
     user: str  # the student's number there
     file: str  # what was handed in was called so there; "" for several files

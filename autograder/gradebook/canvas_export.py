@@ -11,9 +11,9 @@ from traitlets import Dict, Unicode
 
 from autograder.errors import CannotExport
 from autograder.gradebook.exporter import Exporter, Grades, Rows, harmless, number
+from autograder.platforms import CANVAS
 from autograder.results.text import printable
 
-IDS = ("SIS User ID", "SIS Login ID", "ID")  # students are found by any of them
 ABOUT = ("Student", "LastName", "FirstName", "ID", "SIS User ID", "SIS Login ID", "Integration ID", "Root Account")
 ABOUT_STUDENTS = (*ABOUT, "Section")  # columns that are no assignment
 
@@ -72,8 +72,8 @@ class Roster:
         return found[0] if found else None
 
     def lines_of(self, keys: set[str]) -> set[int]:
-        """The lines that have one of these (case-folded) in one of the columns IDS."""
-        places = [self.header.index(name) for name in IDS if name in self.header]
+        """The lines that have one of these (case-folded) in one of the columns that Canvas finds students by."""
+        places = [self.header.index(name) for name in CANVAS.columns if name in self.header]
         return {
             count
             for count, line in enumerate(self.students)
@@ -84,14 +84,14 @@ class Roster:
 class CanvasExporter(Exporter):
     """The file that Canvas's Gradebook imports, made from the one that it exports.
 
-    Format: Canvas Instructor Guide, "How do I import grades in the Gradebook?", and Canvas's own reader,
-    lib/gradebook_importer.rb: columns Student, ID, perhaps SIS User ID, SIS Login ID, Integration ID and Root Account,
-    then Section, then one for each assignment, `Name (ID)`; under the header a line "Points Possible"; students are
-    found by their ID, a number, first.  An empty cell would clear a grade that Canvas has: where there is no grade, the
-    cell stays as it was exported.  Columns that are not of this course are left out, and the import leaves them alone.
+    Format (its sources are in `platforms`): columns Student, ID, perhaps SIS User ID, SIS Login ID, Integration ID and
+    Root Account, then Section, then one for each assignment, `Name (ID)`; under the header a line "Points Possible";
+    students are found by their ID, a number, first.  An empty cell would clear a grade that Canvas has: where there is
+    no grade, the cell stays as it was exported.  Columns that are not of this course are left out, and the import
+    leaves them alone.
     """
 
-    default_name = "canvas.csv"
+    default_name = CANVAS.grades
     roster = Unicode(help="The gradebook as exported from Canvas.").tag(config=True)
     columns = Dict(
         help="The Canvas assignment of each assignment that has another name there, as in the header, for example "

@@ -7,26 +7,26 @@ from traitlets import Bool, Enum
 
 from autograder.errors import CannotExport
 from autograder.gradebook.exporter import DONE, Exporter, Grade, Grades, Rows, harmless, number
+from autograder.platforms import MOODLE
 
 
 class MoodleExporter(Exporter):
     """The file that Moodle imports with Grades > Import > CSV file.
 
-    Format: Moodle documentation, "Grade import", and Moodle's own reader, grade/import/csv/classes/load_data.php: a
-    header, a line for each student, points with a decimal point.  In the preview choose "Map from" the first column,
-    "Map to" the field of the same name (username, useremail or useridnumber), and the grade item of each column.  One
-    unknown user stops Moodle's whole import; an empty cell removes a grade that Moodle has, so a student without any
-    grade gets no line.
+    Format (its sources are in `platforms`): a header, a line for each student, points with a decimal point.  In the
+    preview choose "Map from" the first column, "Map to" the field of the same name (username, useremail or
+    useridnumber), and the grade item of each column.  One unknown user stops Moodle's whole import; an empty cell
+    removes a grade that Moodle has, so a student without any grade gets no line.
 
     Moodle finds students by their username, email or id number, so these are not changed.  One that looks like a
     formula but cannot be one (`-ada@uni.edu`) is written as it is; a student with any other (`=HYPERLINK(...)`) is left
     out and named.
     """
 
-    default_name = "moodle.csv"
+    default_name = MOODLE.grades
     user = Enum(
-        ("username", "email", "idnumber"),
-        "username",
+        MOODLE.columns,
+        MOODLE.columns[0],
         help="What Moodle finds students by: username is the gradebook's student id; idnumber is its LMS id, or the "
         "student id if there is none.",
     ).tag(config=True)

@@ -15,9 +15,10 @@ from autograder.collecting import provenance
 from autograder.errors import UsageError
 from autograder.gradebook import late
 from autograder.gradebook.book import by_hand, default_url
+from autograder.platforms import FILES, instruction
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.results import feedback, output, storage
-from autograder.returning import forms
+from autograder.returning import ways
 from autograder.submissions import listing
 from course.returned.record import Mark
 
@@ -30,7 +31,7 @@ class Returned:
     """The pages that were made, and those that were not."""
 
     made: dict[Path, int] = field(default_factory=dict)  # pages, by archive or folder
-    forms: dict[Path, str] = field(default_factory=dict)  # of `forms`
+    forms: dict[Path, str] = field(default_factory=dict)  # a platform's, or FILES
     left_out: list[str] = field(default_factory=list)  # a line each
     waiting: list[str] = field(default_factory=list)  # returned, though a cell is still to be marked by hand
     nothing: list[str] = field(default_factory=list)  # students of the roster without a submission
@@ -71,7 +72,7 @@ def give_back(
 ) -> Returned:
     """Write the pages of the results in `out` to the folder `into`, as archives for the platforms that they came from.
 
-    `form` is one of `forms`, for all of them.  `gradebook` is "" for none, and by default the one that `out` was
+    `form` is a platform's or FILES, for all of them.  `gradebook` is "" for none, and by default the one that `out` was
     graded into.  Raises UsageError when there is nothing to return.
     """
     reports = {
@@ -81,7 +82,7 @@ def give_back(
     }
     if not reports:
         raise UsageError(f"no results in {out}{' of that student and assignment' if assignment or students else ''}")
-    origins = output.origins(out, lost=form == forms.FILES)
+    origins = output.origins(out, lost=form == FILES)
     places = {key: Path(origins[key].submitted) for key in reports if key in origins}
     marks = {place: Marks(_url(gradebook, place, out), place) for place in set(places.values())}
     result = Returned(nothing=sorted({*roster} - {student for student, _ in reports}))
@@ -93,8 +94,8 @@ def give_back(
                 raise LookupError("the grader failed, and there is no score yet: `autograder grade --resume`")
             if key not in places:
                 raise LookupError("it is not known which folder was graded: grade it again")
-            way = forms.way(*key, provenance.read(places[key], *key), form)
-            if way.form != forms.FILES and listing.digest(listing.read(places[key], *key)) != origins[key].files:
+            way = ways.way(*key, provenance.read(places[key], *key), form)
+            if way.form != FILES and listing.digest(listing.read(places[key], *key)) != origins[key].files:
                 raise LookupError("something else was handed in since: `autograder regrade` grades it")
         except LookupError as error:
             result.left_out.append(f"{who}: {error.args[0]}")
@@ -103,7 +104,7 @@ def give_back(
         if any(mark.waiting for mark in by_hand):
             result.waiting.append(who)
         page = feedback.page(report, by_hand).encode(errors="replace")
-        pages[way.form, "" if way.form == forms.FILES else key[1]].append((who, way.name, page))
+        pages[way.form, "" if way.form == FILES else key[1]].append((who, way.name, page))
     _write(pages, into, result)
     return result
 
@@ -112,7 +113,7 @@ def describe(result: Returned) -> str:
     """Return what came of it, in lines for the instructor."""
     lines = []
     for path, count in result.made.items():
-        lines.append(f"{path}: {_pages(count)}; {forms.HOW[result.forms[path]]}")
+        lines.append(f"{path}: {_pages(count)}; {instruction(result.forms[path])}")
     for title, names in (
         ("Returned, though a cell is still to be marked by hand (the page says so):", result.waiting),
         ("Not returned:", result.left_out),
@@ -153,7 +154,7 @@ def _write(pages: dict[tuple[str, str], list[tuple[str, str, bytes]]], into: Pat
         single = [(name, page) for _, name, page in found if len(called[name.casefold()]) == 1]
         if not single:
             continue
-        if form == forms.FILES:
+        if form == FILES:
             target = into
             for name, page in single:
                 storage.replace(into / name, page, storage.PRIVATE)

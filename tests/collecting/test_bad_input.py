@@ -11,7 +11,7 @@ import pytest
 from autograder.collecting import provenance
 from autograder.collecting.bundles import unpacked
 from autograder.collecting.collect import collect, describe
-from autograder.collecting.origins import read_rosters
+from autograder.collecting.roster import read_rosters
 from autograder.errors import UsageError
 from course.hand_in import HandIn, write
 

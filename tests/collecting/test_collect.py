@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from autograder.collecting.collect import collect, describe, parse_due
-from autograder.collecting.origins import Roster, read_rosters
+from autograder.collecting.roster import Roster, read_rosters
 from autograder.errors import UsageError
 from course.hand_in import HandIn, write
 

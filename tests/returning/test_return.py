@@ -9,7 +9,7 @@ import pytest
 from nbgrader.api import Gradebook
 
 from autograder.collecting.collect import collect, parse_due
-from autograder.collecting.origins import read_rosters
+from autograder.collecting.roster import read_rosters
 from autograder.errors import UsageError
 from autograder.gradebook.book import Scores
 from autograder.gradebook.config import COURSE_FILE

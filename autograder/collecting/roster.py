@@ -1,11 +1,4 @@
-"""The owner of a downloaded file: the names that learning platforms give to what they download, and the class's roster.
-
-Canvas, *Download Submissions*: `doejane_LATE_1234_5678_calculator.zip`, which is the name without spaces, the mark of
-a late one, the user's number and the upload's; a file handed in again gets `-1`, `-2`, ... before its suffix.
-Moodle, *Download all submissions*: a folder `Jane Doe_1234_assignsubmission_file_`, or the same before each file's
-name when folders are switched off; 1234 is the participant's number.
-`course hand-in`: `ada-calculator-20261102T093005Z.zip`, with a receipt inside.
-"""
+"""The roster of a class: CSV files that say what each student may be called."""
 
 import csv
 import re
@@ -13,48 +6,11 @@ import unicodedata
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 from autograder.errors import UsageError
 
-NUMBER = r"[0-9]{1,18}"
-CANVAS = re.compile(
-    rf"(?P<name>[^_/]+)_(?:(?P<late>LATE)_)?(?P<user>{NUMBER})_(?P<upload>{NUMBER})_(?P<file>.+)", re.DOTALL
-)
-MOODLE = re.compile(rf"(?P<name>[^/]+)_(?P<user>{NUMBER})_assignsubmission_file_?(?P<file>.*)", re.DOTALL)
-MOODLE_MARK = re.compile(rf"_{NUMBER}_assignsubmission_file")
-AGAIN = re.compile(r"-(?P<number>\d{1,3})(?=\.[A-Za-z]+$)")  # Canvas's mark of a file that was handed in again
 ID = re.compile(r"[\w.@+-]+(?: [\w.@+-]+)*")
-
-
-@dataclass(frozen=True)
-class Origin:
-    """The content of a file's name: who handed it in, as the platform calls them, and the file's own name."""
-
-    names: tuple[str, ...]  # of the student: any of them may be in the roster
-    file: str
-    late: bool = False  # marked so by the platform
-    platform: str = ""
-    upload: int = 0  # the platform's number of it, which grows
-
-
-def origin(path: PurePosixPath) -> Origin | None:
-    """Return what the path of a file in a bulk download tells; None when it is of no known form.
-
-    Students choose how their files are called.  A name that could be of two people is nobody's.
-    """
-    for number, part in enumerate(path.parts):
-        rest = path.parts[number + 1 :]
-        if len(MOODLE_MARK.findall(part)) + bool(not rest and CANVAS.fullmatch(part)) > 1:
-            return None
-        if found := MOODLE.fullmatch(part):
-            own = rest[-1] if rest else found["file"]
-            return Origin((found["user"], found["name"]), own, platform="Moodle") if own else None
-        if not rest and (found := CANVAS.fullmatch(part)):
-            file = AGAIN.sub("", found["file"])
-            names = (found["user"], found["name"])
-            return Origin(names, file, found["late"] is not None, "Canvas", int(found["upload"]))
-    return None
 
 
 @dataclass

@@ -1,0 +1,41 @@
+"""The names under which pages are returned, so that they find their way back.
+
+Each goes the way that its submission came: to the learning platform (`platforms`) in an archive, or, when it came as an
+archive of `course hand-in`, as a page that is called as the student.
+"""
+
+from dataclasses import dataclass
+
+from autograder.collecting.provenance import Source
+from autograder.platforms import FILES, PLATFORMS
+
+
+@dataclass(frozen=True)
+class Way:
+    """The way in which one page goes back."""
+
+    form: str  # that of a platform, or FILES
+    name: str  # of the page: in the archive, or in the folder
+
+
+def way(student: str, assignment: str, came: list[Source], form: str | None) -> Way:
+    """Return how the page of a submission goes back: in `form`, or else the way that it came.
+
+    `came` is where its hand-ins came from, that of the one graded last.  Raises LookupError, which says why there is no
+    way.
+    """
+    page = f"{assignment}-feedback.html"
+    known = [source for source in came if source.platform in PLATFORMS]
+    if form == FILES or (form is None and not known):
+        return Way(FILES, f"{student}-{page}")
+    if not known or form not in (None, PLATFORMS[known[-1].platform].form):
+        raise LookupError(f"it did not come from {str(form).capitalize()}: --for files makes a page of it")
+    last = known[-1]
+    people = sorted({source.user for source in known if source.platform == last.platform})
+    if len(people) > 1:
+        raise LookupError(
+            f"it was handed in by {' and '.join(people)} of {last.platform}: return this page by hand, --for files"
+        )
+    platform, late = PLATFORMS[last.platform], "LATE_" if last.late else ""
+    name = platform.page.format(name=last.name, late=late, user=last.user, upload=last.upload, page=page)
+    return Way(platform.form, name)
