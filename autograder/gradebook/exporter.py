@@ -1,5 +1,13 @@
 """Parts that the exporters share: whose grades of which assignments, and a CSV file that is safe to open.
 
+The exporters are plug-ins of `nbgrader export`, which finds them by module and name:
+
+    nbgrader export --exporter autograder.gradebook.moodle_export.MoodleExporter --to moodle.csv
+
+A grade is the score minus the late penalty.  A submission that waits for marks by hand, has no score yet or was not
+handed in gives an empty cell, never 0.  How many there are of each is in the log, and so is every student without a
+line in the file.
+
 Spreadsheets run a cell that begins with = + - or @ as a formula, and students choose their names (OWASP, "CSV
 Injection").  Names, and whatever else the import does not use, get an apostrophe in front, as OWASP advises.  What
 the import finds students by is never changed: see each exporter.

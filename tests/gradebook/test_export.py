@@ -14,10 +14,12 @@ import pytest
 from nbgrader.api import Gradebook
 from traitlets.config import Config
 
-from autograder import export
 from autograder.gradebook.book import Scores
+from autograder.gradebook.canvas_export import CanvasExporter
+from autograder.gradebook.csv_export import CsvExporter
 from autograder.gradebook.exporter import Exporter, harmless
 from autograder.gradebook.late import LatePolicy
+from autograder.gradebook.moodle_export import MoodleExporter
 from autograder.records import FAILED, GRADED, INFRASTRUCTURE_ERROR, PASSED, Report, Result
 from autograder.submissions import exercises
 
@@ -94,7 +96,7 @@ FIRST = exercises.load("services").tests[0].points
 
 def test_plain(book, tmp_path, caplog):
     with caplog.at_level(logging.INFO):
-        lines = exported(export.CsvExporter(config=LATE), book, tmp_path)
+        lines = exported(CsvExporter(config=LATE), book, tmp_path)
     table = {
         (line["student_id"], line["assignment"]): line
         for line in (dict(zip(lines[0], x, strict=True)) for x in lines[1:])
@@ -119,8 +121,8 @@ def test_plain(book, tmp_path, caplog):
 
 
 def test_penalties_are_left_alone_where_no_policy_is_set(book, tmp_path):
-    exported(export.CsvExporter(config=LATE), book, tmp_path)
-    lines = exported(export.CsvExporter(), book, tmp_path)
+    exported(CsvExporter(config=LATE), book, tmp_path)
+    lines = exported(CsvExporter(), book, tmp_path)
     assert [line[9] for line in lines if line[3] == "bob"] == ["4", "0"]
 
 
@@ -150,9 +152,7 @@ TEST = '"Student, Test",999,,ffff,Sec 1,,12.00,'
 
 def test_canvas(book, tmp_path, caplog):
     with caplog.at_level(logging.INFO):
-        lines = exported(
-            export.CanvasExporter(roster=roster(tmp_path, ADA, BOB, CY, DEE, TEST), config=LATE), book, tmp_path
-        )
+        lines = exported(CanvasExporter(roster=roster(tmp_path, ADA, BOB, CY, DEE, TEST), config=LATE), book, tmp_path)
     assert lines[0] == ["Student", "ID", "SIS User ID", "SIS Login ID", "Section", "Calculator (55)", "services"]
     assert lines[1] == ["    Points Possible", "", "", "", "", "20", f"{SERVICES:g}"]
     # Who waits, has handed in nothing or is not of this course keeps what Canvas has.
@@ -179,12 +179,12 @@ def test_canvas(book, tmp_path, caplog):
 @pytest.mark.parametrize("how", [{"bom": "\ufeff"}, {"possible": "20,00", "separator": ";"}])
 def test_canvas_writes_its_file_in_more_ways_than_one(book, tmp_path, how):
     ada = ADA.replace(",", ";") if "separator" in how else ADA
-    lines = exported(export.CanvasExporter(roster=roster(tmp_path, ada, **how)), book, tmp_path)
+    lines = exported(CanvasExporter(roster=roster(tmp_path, ada, **how)), book, tmp_path)
     assert lines[0][5:] == ["Calculator (55)", "services"] and lines[2][1] == "101" and lines[2][5] == "20"
 
 
 def test_canvas_says_when_points_differ(book, tmp_path, caplog):
-    exported(export.CanvasExporter(roster=roster(tmp_path, ADA, possible="10.00")), book, tmp_path)
+    exported(CanvasExporter(roster=roster(tmp_path, ADA, possible="10.00")), book, tmp_path)
     assert "calculator: Canvas has 10.00 points possible, the gradebook 20" in caplog.text
 
 
@@ -193,7 +193,7 @@ def test_canvas_column_of_another_name(book, tmp_path):
         "roster": roster(tmp_path, ADA, calculator="Exercise 5 (55)"),
         "columns": {"calculator": "Exercise 5 (55)"},
     }
-    lines = exported(export.CanvasExporter(**options), book, tmp_path)
+    lines = exported(CanvasExporter(**options), book, tmp_path)
     assert lines[0][5:] == ["Exercise 5 (55)", "services"] and lines[2][5] == "20"
 
 
@@ -201,7 +201,7 @@ def test_canvas_never_guesses_between_two(book, tmp_path, caplog):
     """Bob's LMS id is the SIS id of one line and the login of another; ada's and eve's ids are one line's."""
     other = '"Other",105,S5,4711,Sec 1,,,'
     both = '"Both",106,ada,eve@uni.edu,Sec 1,,,'
-    lines = exported(export.CanvasExporter(roster=roster(tmp_path, BOB, other, both)), book, tmp_path)
+    lines = exported(CanvasExporter(roster=roster(tmp_path, BOB, other, both)), book, tmp_path)
     assert [line[5] for line in lines[2:]] == ["", "", ""]
     assert re.search(r"3 without a line in the file, because they fit several lines.*: ada, bob, eve\n", caplog.text)
 
@@ -217,7 +217,7 @@ def test_canvas_never_guesses_between_two(book, tmp_path, caplog):
     ],
 )
 def test_canvas_refuses(book, tmp_path, make, message):
-    exporter = export.CanvasExporter(roster=make(tmp_path), to=str(tmp_path / "out.csv"))
+    exporter = CanvasExporter(roster=make(tmp_path), to=str(tmp_path / "out.csv"))
     with pytest.raises(SystemExit, match=message):
         exporter.export(book)
     assert not (tmp_path / "out.csv").exists()
@@ -227,13 +227,13 @@ def test_canvas_keeps_the_file_that_it_was_given(book, tmp_path):
     path = Path(roster(tmp_path, ADA))
     before = path.read_bytes()
     with pytest.raises(SystemExit, match="would be overwritten: choose another name"):
-        export.CanvasExporter(roster=str(path), to=str(path)).export(book)
+        CanvasExporter(roster=str(path), to=str(path)).export(book)
     assert path.read_bytes() == before
 
 
 def test_moodle(book, tmp_path, caplog):
     with caplog.at_level(logging.INFO):
-        lines = exported(export.MoodleExporter(config=LATE), book, tmp_path)
+        lines = exported(MoodleExporter(config=LATE), book, tmp_path)
     assert lines[0] == ["username", "calculator", "services"]
     assert column(lines, "username", "calculator") == {"ada": "20", "bob": "16", "cy": "", "dee": ""}
     assert column(lines, "username", "services")["dee"] == f"{SERVICES:g}"
@@ -241,11 +241,11 @@ def test_moodle(book, tmp_path, caplog):
 
 
 def test_moodle_by_email_leaves_out_what_would_be_run(book, tmp_path, caplog):
-    lines = exported(export.MoodleExporter(user="email"), book, tmp_path)
+    lines = exported(MoodleExporter(user="email"), book, tmp_path)
     assert [line[0] for line in lines] == ["email", "ada@uni.edu", "-bob@uni.edu", "cy@uni.edu"]
     assert "1 without a line in the file, because a spreadsheet would run their email as a formula: dee" in caplog.text
     book.update_or_create_student("ada", email="")
-    exported(export.MoodleExporter(user="email"), book, tmp_path)
+    exported(MoodleExporter(user="email"), book, tmp_path)
     assert "1 without a line in the file, because the gradebook does not have their email: ada" in caplog.text
 
 
@@ -253,20 +253,20 @@ def test_moodle_by_idnumber_with_feedback(book, tmp_path):
     book.update_or_create_student("cy", lms_user_id="")
     comment = book.find_submission_notebook("calculator", "calculator", "bob").comments
     assert comment == []
-    lines = exported(export.MoodleExporter(user="idnumber", feedback=True, config=LATE), book, tmp_path)
+    lines = exported(MoodleExporter(user="idnumber", feedback=True, config=LATE), book, tmp_path)
     assert lines[0] == ["idnumber", "calculator", "calculator (feedback)", "services", "services (feedback)"]
     assert ["4711", "16", "Handed in late: 4 points off.", f"{SERVICES - FIRST:g}", ""] in lines
     assert column(lines, "idnumber", "calculator")["cy"] == ""
     book.update_or_create_student("ada", lms_user_id="4711")
     with pytest.raises(SystemExit, match="ada and bob have the same idnumber, 4711"):
-        export.MoodleExporter(user="idnumber").export(book)
+        MoodleExporter(user="idnumber").export(book)
 
 
 def test_one_assignment_and_one_student(book, tmp_path):
-    lines = exported(export.MoodleExporter(assignment=["calculator"], student=["ada"]), book, tmp_path)
+    lines = exported(MoodleExporter(assignment=["calculator"], student=["ada"]), book, tmp_path)
     assert lines == [["username", "calculator"], ["ada", "20"]]
     with pytest.raises(SystemExit, match="the gradebook has no student 'adda'"):
-        export.MoodleExporter(student=["adda"]).export(book)
+        MoodleExporter(student=["adda"]).export(book)
 
 
 @pytest.mark.parametrize(
@@ -286,7 +286,7 @@ def test_on_nbgraders_command_line(book, tmp_path):
         str(Path(sys.executable).with_name("nbgrader")),
         "export",
         "--exporter",
-        "autograder.export.CanvasExporter",
+        "autograder.gradebook.canvas_export.CanvasExporter",
         f"--CanvasExporter.roster={roster(tmp_path, ADA)}",
         "--to",
         "canvas.csv",
