@@ -6,7 +6,7 @@ from pathlib import Path
 
 from traitlets.config import Config
 
-from autograder.classroom import addresses, authenticators, box, hub
+from autograder.classroom import addresses, authenticators, box, hub, serve
 from autograder.classroom.plan import Classroom, as_url
 from autograder.classroom.spawner import VARIABLE, BoxSpawner
 from course.environment import prepare
@@ -18,6 +18,7 @@ LOOK = 5  # s between two looks at each server
 def configure(c: Config, classroom: Classroom) -> None:
     """Configure JupyterHub for a classroom."""
     prepare()
+    serve.close_gently()
     state = classroom.state
     c.JupyterHub.bind_url = f"{'https' if classroom.certificate else 'http'}://{classroom.ip}:{classroom.port}"
     if classroom.certificate:

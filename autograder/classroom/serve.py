@@ -4,20 +4,66 @@ This file is laid into the box: of the grader it may import nothing.  The socket
 put another in its place.
 """
 
+import asyncio
 import os
 import socket
 
 from jupyter_server.serverapp import ServerApp
 from jupyterhub.singleuser.extension import JupyterHubSingleUser
 from tornado.ioloop import PeriodicCallback
+from tornado.iostream import IOStream
 
 SOCKET = "CLASSROOM_SOCKET"  # the environment variable with its descriptor
 ALONE = "CLASSROOM_CONFIGURATION"  # the same for the only folder in which configuration is looked for, if there is one
+
+LINGER = 5.0  # s at most that a connection stays half open
+CHUNK = 65536  # bytes
 
 
 def every(idle: float) -> int:
     """Return how often (s) to look for what has been idle for so long (s)."""
     return max(1, min(60, round(idle / 4)))
+
+
+def close_gently() -> None:
+    """Have this process close what it writes to a Unix socket first, and what it reads once the other side has closed.
+
+    The proxy asks for each connection to be closed after the response.  A Unix socket that is closed at once refuses
+    what the proxy has yet to write, be it empty, and the proxy then answers 503 in place of the response, although the
+    request was served.  A server should close in these two steps (RFC 9112, section 9.6).
+    """
+    IOStream.close_fd = _close_fd
+
+
+def _close_fd(stream: IOStream) -> None:
+    connection, stream.socket = stream.socket, None
+    if connection.family != socket.AF_UNIX:
+        connection.close()
+        return
+    try:
+        loop = asyncio.get_running_loop()
+        connection.shutdown(socket.SHUT_WR)
+    except (OSError, RuntimeError):  # the other side has closed; the server ends
+        connection.close()
+        return
+
+    def end() -> None:
+        loop.remove_reader(connection)
+        late.cancel()
+        connection.close()
+
+    def drop() -> None:
+        try:
+            if connection.recv(CHUNK):
+                return
+        except BlockingIOError:
+            return
+        except OSError:
+            pass
+        end()
+
+    late = loop.call_later(LINGER, end)
+    loop.add_reader(connection, drop)
 
 
 class Server(ServerApp):
@@ -49,5 +95,6 @@ def read_configuration_only_from(folder: str) -> None:
 if __name__ == "__main__":
     if folder := os.environ.pop(ALONE, ""):
         read_configuration_only_from(folder)
+    close_gently()
     JupyterHubSingleUser.serverapp_class = Server  # not in a subclass: an extension is found by its class's package
     JupyterHubSingleUser.launch_instance()
