@@ -58,9 +58,8 @@ def test_some_answers_go_through_the_whole_suite_in_every_run(exercise):
     assert {*module.RIGHT, *module.WRONG} >= module.QUICK
     assert "reference" in module.QUICK
     lost = [module.WRONG[name][1] for name in module.QUICK if name in module.WRONG]
-    assert len(lost) >= min(3, len(module.WRONG) - 1)
     several = [name for name, (_, tests) in module.WRONG.items() if len(tests) > 1]
-    assert sum(len(tests) > 1 for tests in lost) >= min(2, len(several))
+    assert any(len(tests) > 1 for tests in lost) or not several
 
 
 @pytest.mark.parametrize(("exercise", "test", "name"), PROOFS)

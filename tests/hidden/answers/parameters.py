@@ -1220,9 +1220,4 @@ SILENT = {
     "Float32 efforts",
 }  # the grader waits for these in vain
 # Judged by the whole suite in every run of the tests: what is right, and partial credit of each kind.
-QUICK = {
-    "reference",
-    "a limit forgotten",
-    "one limit alone is compared with the default of the other",
-    "accepts everything, and the effort is the time",
-}
+QUICK = {"reference", "a limit forgotten"}
