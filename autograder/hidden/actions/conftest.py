@@ -1,5 +1,6 @@
 """The student's programs, all started before the first test waits for any of them."""
 
+import inspect
 from typing import Any
 
 import pytest
@@ -69,10 +70,12 @@ def succeed(handle: Any) -> Any:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def begun(cancelled: Cancelled, quick: Quick, busy: Busy, request: pytest.FixtureRequest) -> None:
-    """Have all programs start at once."""
-    cancelled.begin()
-    quick.begin()
-    busy.begin()
-    request.getfixturevalue("clients")
-    request.getfixturevalue("misused")
+def begun(request: pytest.FixtureRequest) -> None:
+    """Have all programs start at once that a test will ask for: all of them, but where a few tests were chosen."""
+    asked = {name for item in request.session.items for name in inspect.signature(item.obj).parameters}
+    for name in ("cancelled", "quick", "busy"):
+        if name in asked:
+            request.getfixturevalue(name).begin()
+    for name in ("clients", "misused"):
+        if name in asked:
+            request.getfixturevalue(name)
