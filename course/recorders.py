@@ -21,7 +21,7 @@ from rclpy.parameter import Parameter
 from rclpy.task import Future
 
 from course.errors import CourseError
-from course.rclpy_internals import keep_feedback, watch_parameters
+from course.ros.rclpy_internals import keep_feedback, watch_parameters
 from course.waiting import ask_lookouts, wait_until
 
 STATUS = {

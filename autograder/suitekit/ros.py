@@ -15,8 +15,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
-from course.rclpy_internals import NodeNameNonExistentError, RCLError, patch
-from course.ros2.graph import OF_EVERY_NODE
+from course.ros.graph import OF_EVERY_NODE
+from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError, patch
 from course.session.spinner import Spinner
 
 AGAIN = 3.0  # s without an answer until a request is sent again

@@ -6,11 +6,12 @@ import sys
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING, Any
 
-from course.ros2 import completion, grammar, messages, printing, service
+from course.ros import messages
+from course.ros.graph import COMMAND_PREFIX, Graph, uninterrupted
+from course.ros.messages import Message, Stamp
+from course.ros.server_status import LATE, ServerStatus, wait_for_server
+from course.ros2 import completion, grammar, printing, service
 from course.ros2.grammar import Verb
-from course.ros2.graph import COMMAND_PREFIX, Graph, uninterrupted
-from course.ros2.messages import Message, Stamp
-from course.ros2.news import LATE, News, wait_for_server
 
 if TYPE_CHECKING:  # loaded when the verb runs, and not for its help
     from rclpy.action import ActionClient
@@ -164,17 +165,17 @@ def _follow(
         else:
             early.append(feedback)
 
-    news = News(f"{args.action_name}/_action/send_goal")
+    status = ServerStatus(f"{args.action_name}/_action/send_goal")
     print("Waiting for an action server to become available...")
-    if story := wait_for_server(graph, news, client.server_is_ready, graph.actions, "action"):
+    if story := wait_for_server(graph, status, client.server_is_ready, graph.actions, "action"):
         return story
     for stamp in stamps:
         stamp(graph.node.get_clock().now().to_msg())
     print(f"Sending goal:\n     {messages.to_yaml(goal)}")
     sent = client.send_goal_async(goal, show if args.feedback else None)
-    graph.spin(lambda: sent.done() or news.since())
+    graph.spin(lambda: sent.done() or status.report())
     if not graph.spin(sent.done, LATE):  # what became of the goal can be known before its answer is here
-        return f"The goal got no answer. {news.since()}"
+        return f"The goal got no answer. {status.report()}"
     handle = sent.result()
     if handle is None:
         raise RuntimeError(f"Exception while sending goal: {sent.exception()!r}")
@@ -188,7 +189,7 @@ def _follow(
             for feedback in early:
                 show(feedback)
             finished = handle.get_result_async()
-        in_time = graph.spin(lambda: finished.done() or news.dead(), args.timeout)
+        in_time = graph.spin(lambda: finished.done() or status.ending(), args.timeout)
     except KeyboardInterrupt:
         _cancel(graph, handle)
         raise
@@ -197,13 +198,13 @@ def _follow(
         _cancel(graph, handle)
         return 1
     if not finished.done():
-        return f"The goal has no result. {news.dead()}"
+        return f"The goal has no result. {status.ending()}"
     if finished.result() is None:
         raise RuntimeError(f"Exception while getting result: {finished.exception()!r}")
     print(f"Result:\n    {messages.to_yaml(finished.result().result)}")
     print(f"Goal finished with status: {_status(finished.result().status)}")
-    if _status(finished.result().status) == "ABORTED" and graph.wait_until(news.since, LATE):
-        print(news.since(), file=sys.stderr)
+    if _status(finished.result().status) == "ABORTED" and graph.wait_until(status.report, LATE):
+        print(status.report(), file=sys.stderr)
     return None
 
 

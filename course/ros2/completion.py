@@ -3,12 +3,12 @@
 from argparse import Namespace
 from collections.abc import Callable
 
-from course.ros2 import messages
+from course.ros import messages
+from course.ros.graph import Graph
+from course.ros.packages import all_packages, find_executables
+from course.ros.packages import installed_packages as packages_in_index
+from course.ros.parameters import list_parameters
 from course.ros2.grammar import Completer
-from course.ros2.graph import Graph
-from course.ros2.packages import all_packages, find_executables
-from course.ros2.packages import installed_packages as packages_in_index
-from course.ros2.parameters import list_parameters
 
 
 def quietly(completer: Callable[[Namespace], list[str]]) -> Completer:

@@ -10,7 +10,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from course.ros2.graph import Graph
+from course.ros.graph import Graph
 
 INTERFACES = Path("/sys/class/net")
 # Flags of a network interface (linux/if.h).

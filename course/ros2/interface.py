@@ -6,7 +6,8 @@ from argparse import Action, ArgumentParser, Namespace
 from collections.abc import Iterator
 from typing import Any
 
-from course.ros2 import completion, grammar, messages
+from course.ros import messages
+from course.ros2 import completion, grammar
 from course.ros2.grammar import Verb
 
 TITLES = {"msg": "Messages", "srv": "Services", "action": "Actions"}

@@ -3,9 +3,9 @@
 import sys
 from argparse import ArgumentParser, Namespace
 
+from course.ros.graph import Graph
 from course.ros2 import completion, grammar
 from course.ros2.grammar import Verb
-from course.ros2.graph import Graph
 
 SHARED_NAME = (
     "WARNING: Be aware that there are nodes in the graph that share an exact name, "

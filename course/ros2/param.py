@@ -5,10 +5,10 @@ import sys
 from argparse import ArgumentParser, Namespace
 from typing import Any
 
+from course.ros.graph import Graph, absolute
+from course.ros.parameters import call, list_parameters, set_parameter
 from course.ros2 import completion, grammar
 from course.ros2.grammar import Verb
-from course.ros2.graph import Graph, absolute
-from course.ros2.parameters import call, list_parameters, set_parameter
 
 # What `list --param-type` and `describe` call a type, in the order of rcl_interfaces/msg/ParameterType.
 TYPE_NAMES = (

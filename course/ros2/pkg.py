@@ -9,11 +9,12 @@ import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from course.ros2 import completion, grammar, pkg_create
+from course.ros import package_templates
+from course.ros.package_templates import NewPackage
+from course.ros.packages import find_executables, installed_packages, installed_paths, installed_prefix
+from course.ros2 import completion, grammar
 from course.ros2.grammar import Verb
 from course.ros2.licenses import LICENSES, license_text
-from course.ros2.packages import find_executables, installed_packages, installed_paths, installed_prefix
-from course.ros2.pkg_create import NewPackage
 
 NOT_FOUND = "Package not found"
 NAME = re.compile(r"[a-z](_?[a-z0-9]+)*")
@@ -205,7 +206,7 @@ def _write(package: NewPackage, folder: str) -> None:
     """Create the folders and files of a package, and say so for each."""
     print("creating folder", folder)
     os.makedirs(folder)
-    for step in pkg_create.steps(package):
+    for step in package_templates.steps(package):
         if step.note:
             print(step.note)
             continue

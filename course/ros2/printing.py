@@ -2,8 +2,9 @@
 
 from argparse import ArgumentParser, Namespace
 
-from course.ros2 import grammar, messages
-from course.ros2.messages import Limits, Message
+from course.ros import messages
+from course.ros.messages import Limits, Message
+from course.ros2 import grammar
 
 TRUNCATE_LENGTH = 128
 

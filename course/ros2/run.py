@@ -7,8 +7,8 @@ import signal
 import subprocess
 from argparse import REMAINDER, ArgumentParser, Namespace
 
+from course.ros.packages import COURSE, find_executables, installed_paths, own_folders
 from course.ros2 import completion, grammar
-from course.ros2.packages import COURSE, find_executables, installed_paths, own_folders
 
 PREFIX = "[ros2run]:"
 

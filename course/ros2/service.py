@@ -5,11 +5,12 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Collection
 from typing import Any
 
-from course.ros2 import completion, grammar, messages, printing
+from course.ros import messages
+from course.ros.graph import COMMAND_PREFIX, Graph
+from course.ros.messages import Stamp
+from course.ros.server_status import ServerStatus, wait_for_server
+from course.ros2 import completion, grammar, printing
 from course.ros2.grammar import Verb
-from course.ros2.graph import COMMAND_PREFIX, Graph
-from course.ros2.messages import Stamp
-from course.ros2.news import News, wait_for_server
 
 
 def print_names(found: Collection[tuple[str, list[str]]], *, count: bool, types: bool) -> None:
@@ -155,11 +156,11 @@ def call(args: Namespace) -> str | None:
     with Graph(talks=True, node_name=f"{COMMAND_PREFIX}_requester_{words[0]}_{words[-1]}") as graph:
         client = graph.node.create_client(service, args.service_name)
         ready = client.service_is_ready
-        news = News(args.service_name)
+        status = ServerStatus(args.service_name)
         # ros2cli prints this line when its first look, before discovery, finds nothing; here, when one has to wait.
         if not graph.settle(ready):
             print("waiting for service to become available...")
-            if story := wait_for_server(graph, news, ready, graph.services, "service"):
+            if story := wait_for_server(graph, status, ready, graph.services, "service"):
                 return story
         while True:
             for stamp in stamps:
@@ -167,9 +168,9 @@ def call(args: Namespace) -> str | None:
             print(f"requester: making request: {request!r}\n")
             began = time.monotonic()
             future = client.call_async(request)
-            graph.spin(lambda future=future: future.done() or news.since())  # type: ignore[misc]
+            graph.spin(lambda future=future: future.done() or status.report())  # type: ignore[misc]
             if not future.done():
-                return f"The service does not answer.\n{news.since()}"
+                return f"The service does not answer.\n{status.report()}"
             if future.result() is None:
                 raise RuntimeError(f"Exception while calling service: {future.exception()!r}")
             print(f"response:\n{future.result()!r}\n")

@@ -6,9 +6,9 @@ The verbs for messages are in `topic_traffic`, `topic_statistics` and `topic_pub
 from argparse import ArgumentParser, Namespace
 from typing import Any
 
+from course.ros.graph import Graph
 from course.ros2 import completion, grammar, service, topic_pub, topic_statistics, topic_traffic
 from course.ros2.grammar import Verb
-from course.ros2.graph import Graph
 
 
 def add_hidden(parser: ArgumentParser, *, verb: bool = True) -> None:

@@ -7,9 +7,10 @@ import time
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from course.ros2 import completion, grammar, messages, qos
-from course.ros2.graph import Graph
-from course.ros2.messages import Stamp
+from course.ros import messages
+from course.ros.graph import Graph
+from course.ros.messages import Stamp
+from course.ros2 import completion, grammar, qos_options
 
 if TYPE_CHECKING:  # loaded when the verb runs, and not for its help
     from rclpy.publisher import Publisher
@@ -66,7 +67,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="Keep publishing node alive for N seconds after the last msg (default: 0.1)",
     )
     add("-n", "--node-name", help="Name of the created publishing node")
-    qos.add_arguments(parser, "publish", "default")
+    qos_options.add_arguments(parser, "publish", "default")
     grammar.add_direct_arguments(parser)
 
 
@@ -94,7 +95,7 @@ def pub(args: Namespace) -> str | None:
         messages.fill(message, values, stamps)
     except Exception as error:
         return f"Failed to populate field: {error}"
-    profile, _ = qos.make_profile(args)
+    profile, _ = qos_options.chosen_profile(args)
     with Graph(args, talks=True, node_name=args.node_name) as graph:
         publisher = graph.node.create_publisher(type(message), args.topic_name, profile)
         if not _matched(graph, publisher, wanted, args.max_wait_time_secs):

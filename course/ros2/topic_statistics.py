@@ -9,9 +9,9 @@ import time
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
+from course.ros.graph import Graph
+from course.ros.messages import Message
 from course.ros2 import completion, grammar
-from course.ros2.graph import Graph
-from course.ros2.messages import Message
 from course.ros2.topic_traffic import find_message_type, make_filter
 
 if TYPE_CHECKING:  # loaded when a verb runs, and not for its help

@@ -4,9 +4,10 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from typing import Any
 
-from course.ros2 import completion, grammar, messages, printing, qos
-from course.ros2.graph import Graph
-from course.ros2.messages import Message
+from course.ros import messages, qos
+from course.ros.graph import Graph
+from course.ros.messages import Message
+from course.ros2 import completion, grammar, printing, qos_options
 
 # --- a topic's type ---
 
@@ -68,7 +69,7 @@ def add_echo_arguments(parser: ArgumentParser) -> None:
         parser.add_argument("message_type", nargs="?", help="Type of the ROS message (e.g. 'std_msgs/msg/String')"),
         completion.topic_type,
     )
-    qos.add_arguments(parser, "subscribe", "sensor_data")
+    qos_options.add_arguments(parser, "subscribe", "sensor_data")
     add = parser.add_argument
     add(
         "--csv",
@@ -103,7 +104,7 @@ def echo(args: Namespace) -> str | None:
     if args.field is not None and not fields:
         raise RuntimeError(f"Invalid field value '{args.field}'")
     accepts = make_filter(args.filter_expr)
-    profile, overridden = qos.make_profile(args)
+    profile, overridden = qos_options.chosen_profile(args)
     with Graph(args, talks=True) as graph:
         if args.message_type is None:
             message_type = find_message_type(graph, args.topic_name, wait=False)

@@ -10,7 +10,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from course.errors import CallTimeout, LiveError, NodeFailed
-from course.ros2.graph import OF_EVERY_NODE
+from course.ros.graph import OF_EVERY_NODE
 from course.session.source import blocked
 from course.session.uses import is_of
 from course.session.watch import Handle, Watch

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from course import registry
 from course.errors import LiveError
-from course.ros2.graph import participants_here
+from course.ros.graph import participants_here
 
 # 0 is everybody's; from 101 on the ports meet Linux's ephemeral ones, and `ros2` cannot count nodes.
 DOMAINS = range(1, 101)

@@ -24,7 +24,7 @@ from rclpy.task import Future
 from course import environment
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.interfaces import builder, kept
-from course.rclpy_internals import is_initialized, patch, watch_goals
+from course.ros.rclpy_internals import is_initialized, patch, watch_goals
 from course.session.calls import Calls
 from course.session.domains import session_domain
 from course.session.following import LogFollower

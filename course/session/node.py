@@ -9,7 +9,7 @@ from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 
-from course.rclpy_internals import NodeNameNonExistentError
+from course.ros.rclpy_internals import NodeNameNonExistentError
 from course.session.logs import Logs
 from course.session.spinner import Spinner, destroy_node
 from course.session.story import GOAL_ENDING, NO_RESULT, NO_STATE, Story, of_goal, text_of

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from rcl_interfaces.srv import ListParameters
 from rclpy.node import Node
 
-from course.rclpy_internals import NodeNameNonExistentError, unwatched
+from course.ros.rclpy_internals import NodeNameNonExistentError, unwatched
 from course.waiting import wait_until
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor, ShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
-from course.rclpy_internals import cancel_pending_requests, destroy, end_thread_pool
+from course.ros.rclpy_internals import cancel_pending_requests, destroy, end_thread_pool
 from course.session.story import Story, of_exception
 
 KEPT = 100  # exceptions of one node

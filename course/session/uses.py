@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 
 from rclpy.node import Node
 
-from course.rclpy_internals import action_type, destroy
+from course.ros.rclpy_internals import action_type, destroy
 
 
 def is_of(interface: object, package: str) -> bool:

@@ -9,7 +9,7 @@ from rcl_interfaces.srv import GetParameters
 from rclpy.client import Client
 from rclpy.node import Node
 
-from course.rclpy_internals import RCLError, unwatched
+from course.ros.rclpy_internals import RCLError, unwatched
 from course.world.geometry import Floats
 from course.world.simulation import Collision
 

@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 
 from course.environment import prepare
-from course.ros2.graph import participants_here
+from course.ros.graph import participants_here
 
 NODES = 20
 PROCESS = """

@@ -22,7 +22,7 @@ from xml.etree import ElementTree
 
 from course.environment import prepare
 from course.interfaces.install import install as build
-from course.ros2.graph import participants_here
+from course.ros.graph import participants_here
 
 PYTHON_PACKAGES = (
     "osrf_pycommon", "launch", "launch_xml", "launch_yaml", "launch_testing", "launch_ros", "launch_testing_ros",

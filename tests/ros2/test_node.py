@@ -5,7 +5,7 @@ import subprocess
 import sys
 import time
 
-from course.ros2 import graph
+from course.ros import graph
 from course.session import domains
 
 from .conftest import Command

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import pytest
 
 from course.interfaces import install
-from course.ros2 import packages
+from course.ros import packages
 
 NODE = """\
 import sys

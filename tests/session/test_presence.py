@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 from rclpy.node import Node
 
-from course.rclpy_internals import NodeNameNonExistentError
+from course.ros.rclpy_internals import NodeNameNonExistentError
 from course.session import presence as module
 from course.session.live import Session
 from course.session.presence import EVENTS, Presence, difference

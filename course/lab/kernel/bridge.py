@@ -17,7 +17,7 @@ from typing import Any
 from course.errors import CourseError
 from course.lab import protocol
 from course.lab.kernel.panels import Feed, Panels, Topic
-from course.rclpy_internals import unwatched
+from course.ros.rclpy_internals import unwatched
 from course.untrusted import all_visible
 
 REQUESTS = 16  # of a page at a time

@@ -15,7 +15,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from course.errors import LiveError
 from course.lab.kernel.panels import Changes
-from course.ros2 import messages
+from course.ros import messages
 
 KEPT = 20  # exchanges
 ALIKE = 5  # of these with one name and from one sender: a timer must not push out all others

@@ -14,7 +14,7 @@ from typing import Any
 import yaml
 
 from course.errors import LiveError
-from course.ros2 import messages
+from course.ros import messages
 from course.session.hints import type_name
 
 WHOLE = {
@@ -164,7 +164,7 @@ def _read(message: type[Any], given: Mapping[str, Any], path: str, wrong: dict[s
 
 
 def _plain(value: Any) -> Any:
-    """A default as `fill` of `course.ros2.messages` takes it, which wants a byte as bytes."""
+    """A default as `fill` of `course.ros.messages` takes it, which wants a byte as bytes."""
     if isinstance(value, bytes) or (isinstance(value, list) and value and isinstance(value[0], bytes)):
         return value
     return messages.to_plain(value)

@@ -12,8 +12,8 @@ from rclpy.parameter import parameter_value_to_python
 
 from course.errors import LiveError
 from course.lab.kernel.panels import Changes, Panels, Topic
-from course.rclpy_internals import NodeNameNonExistentError, RCLError
-from course.ros2.graph import OF_EVERY_NODE, is_hidden
+from course.ros.graph import OF_EVERY_NODE, is_hidden
+from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError
 from course.session.live import Session, current
 from course.session.presence import parts
 from course.session.table import Row

@@ -1,6 +1,6 @@
 """Requests of cells, nodes and other programs to services and actions, kept as exchanges while a page shows the list.
 
-What this kernel sends is seen where it is sent: the clients of rclpy tell (`course.rclpy_internals.watch_clients`).
+What this kernel sends is seen where it is sent: the clients of rclpy tell (`course.ros.rclpy_internals.watch_clients`).
 What other programs send is seen where it arrives.  Services that publish what they are asked and answer are heard
 (rclpy's service introspection, on SERVICE/_service_event): those of nodes that the session starts while a page looks,
 see `course/session/started`.  Of an action, feedback and status are topics, which anybody may hear; its goals and
@@ -26,9 +26,9 @@ from service_msgs.msg import ServiceEventInfo
 
 from course.lab.kernel.exchange import LARGEST, Exchange, keep, summaries
 from course.lab.kernel.panels import Changes
-from course.rclpy_internals import action_name, action_type, replace_in_rclpy, watch_clients
 from course.recorders import STATUS
-from course.ros2 import messages
+from course.ros import messages
+from course.ros.rclpy_internals import action_name, action_type, replace_in_rclpy, watch_clients
 from course.session.live import Session, current
 from course.session.logs import decoded
 from course.session.presence import EVENTS
@@ -233,7 +233,7 @@ class Passing:
             if not exchange.over and not self.live.node.count_publishers(f"{exchange.name}{STATUSES}"):
                 exchange.end(f"the action server of {exchange.name} has gone: no result will come")
 
-    # What this kernel sends: see course.rclpy_internals.ClientWatcher
+    # What this kernel sends: see course.ros.rclpy_internals.ClientWatcher
 
     def called(self, client: Client, request: Any, future: Future, at: float) -> None:
         """A client of this kernel has sent a request."""

@@ -8,7 +8,7 @@ import yaml
 from jinja2 import Environment, StrictUndefined
 
 from course.lab.kernel.forms import Interface
-from course.ros2 import messages
+from course.ros import messages
 from course.session.requests import argument
 
 SERVICE = """import rclpy

@@ -17,8 +17,8 @@ from rclpy.task import Future
 from course.errors import CourseError
 from course.lab.kernel.exchange import Exchange, keep
 from course.lab.kernel.forms import Interface
-from course.rclpy_internals import RCLError, destroy, unwatched
 from course.recorders import GoalRecorder
+from course.ros.rclpy_internals import RCLError, destroy, unwatched
 from course.session.live import Session
 from course.waiting import wait_until
 

@@ -12,7 +12,7 @@ from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from course import rclpy_internals
+from course.ros import rclpy_internals
 from course.session.domains import claim_domain
 
 

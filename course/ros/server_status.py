@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 from course import registry
-from course.ros2.graph import OF_EVERY_NODE, Graph
+from course.ros.graph import OF_EVERY_NODE, Graph
 
 LOOK = 0.2  # s between two looks at what became of a server
 TELL = 5.0  # s after which it is told what is served instead
@@ -14,7 +14,7 @@ LATE = 1.0  # s that the news of a failed goal may come after its end
 STALE = 0.2  # s that what was read is good for
 
 
-class News:
+class ServerStatus:
     """The stories of nodes that serve `service`, or whose services were never known."""
 
     def __init__(self, service: str):
@@ -24,11 +24,11 @@ class News:
         self._record: registry.SessionRecord | None = None
         self._told: set[str] = set()
 
-    def dead(self) -> str:
+    def ending(self) -> str:
         """Return how a node ended that served it, or was to; '' if none is known."""
         return self._telling(next((node.stories[-1] for node in self._nodes() if node.stories and not node.alive), ""))
 
-    def since(self) -> str:
+    def report(self) -> str:
         """Return what such a node has reported since this object was made."""
         for node in self._nodes():
             for story, told in zip(node.stories, node.told, strict=True):
@@ -57,7 +57,11 @@ def _served(graph: Graph, name: str) -> bool:
 
 
 def wait_for_server(
-    graph: Graph, news: News, ready: Callable[[], bool], look: Callable[..., list[tuple[str, list[str]]]], what: str
+    graph: Graph,
+    status: ServerStatus,
+    ready: Callable[[], bool],
+    look: Callable[..., list[tuple[str, list[str]]]],
+    what: str,
 ) -> str:
     """Wait until a server is there; return why there will be none when its node is known to have died, else ''.
 
@@ -65,7 +69,7 @@ def wait_for_server(
     """
     began, told = time.monotonic(), False
     while not graph.wait_until(ready, LOOK):
-        if story := news.dead():
+        if story := status.ending():
             return f"There is no such {what}. {story}"
         if not told and time.monotonic() > began + TELL:
             told = True

@@ -4,8 +4,8 @@ import re
 from collections.abc import Iterable
 from typing import Any
 
-from course.ros2.graph import Graph, absolute
-from course.ros2.news import News
+from course.ros.graph import Graph, absolute
+from course.ros.server_status import ServerStatus
 
 SERVICE_TIMEOUT = 5.0  # s to wait for a node's parameter service
 
@@ -20,13 +20,13 @@ def call(graph: Graph, node_name: str, kind: str, **fields: Any) -> Any:
     service = getattr(srv, kind)
     word = re.sub(r"(?<!^)(?=[A-Z])", "_", kind).lower()
     name = f"{absolute(node_name)}/{word}"
-    client, news = graph.node.create_client(service, name), News(name)
+    client, status = graph.node.create_client(service, name), ServerStatus(name)
     if not graph.wait_until(client.service_is_ready, SERVICE_TIMEOUT):
         raise RuntimeError(f"Wait for service timed out waiting for parameter services for node {node_name}")
     future = client.call_async(service.Request(**fields))
-    graph.spin(lambda: future.done() or news.since())
+    graph.spin(lambda: future.done() or status.report())
     if not future.done():
-        raise RuntimeError(f"The node does not answer.\n{news.since()}")
+        raise RuntimeError(f"The node does not answer.\n{status.report()}")
     if future.result() is None:
         raise RuntimeError(f"Exception while calling service of node '{node_name}': {future.exception()}")
     return future.result()

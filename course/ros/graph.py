@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 from course.environment import DISCOVERY_PROFILE
-from course.ros2.discovery import COUNTABLE, ask_participants, participants_here
+from course.ros.discovery import COUNTABLE, ask_participants, participants_here
 from course.waiting import wait_until
 
 if TYPE_CHECKING:  # rclpy is loaded by the first Graph: `-h` and the Tab key need none
@@ -127,7 +127,7 @@ class Graph:
         import rclpy
         from rclpy.signals import SignalHandlerOptions
 
-        from course.rclpy_internals import rclpy_implementation
+        from course.ros.rclpy_internals import rclpy_implementation
 
         self.rclpy = rclpy_implementation
         self.context = rclpy.Context()

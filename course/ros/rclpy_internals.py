@@ -1,6 +1,6 @@
 """All that this repository patches in rclpy, and every use of what rclpy does not offer in public.
 
-Each entry names the version it was seen in.  tests/course/test_rclpy_internals.py fails when a patch is no longer
+Each entry names the version it was seen in.  tests/ros/test_rclpy_internals.py fails when a patch is no longer
 needed, and when something used here has gone.  `patch` is called where a live session, or the grader, starts.
 """
 
