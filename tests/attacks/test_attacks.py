@@ -6,6 +6,7 @@ import pytest
 
 from autograder.records import GRADED
 from autograder.results import feedback
+from tests import chosen
 from tests.hidden.answers.calculator import REFERENCE
 from tests.processes import programs_left
 
@@ -17,11 +18,7 @@ CASES = [pytest.param(name, marks=pytest.mark.matrix if name in ALIKE else ()) f
 @pytest.fixture(scope="module")
 def reports(request, grade):
     """The gradings of the attacks that are asked about, all begun at once, with an honest submission among them."""
-    asked = {
-        item.callspec.params["name"]
-        for item in request.session.items
-        if item.path == request.path and "name" in getattr(getattr(item, "callspec", None), "params", {})
-    }
+    asked = chosen.values(request, "name")
     begun = {name: grade(files, seed=20261) for name, (files, _) in ATTACKS.items() if name in asked}
     return begun | {"honest": grade(REFERENCE)}
 

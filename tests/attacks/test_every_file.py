@@ -7,6 +7,7 @@ import pytest
 
 from autograder.records import GRADED
 from autograder.submissions import exercises
+from tests import chosen
 from tests.hidden.answers import solution
 
 from .programs import SPY
@@ -41,34 +42,25 @@ ParameterService._get_parameters_callback = get_parameters
 """
 
 
-def cases(chosen: list) -> list:
+def cases(those: list) -> list:
     """Return parameters of which those not IN_EACH_RUN belong to the matrix."""
     return [
         pytest.param(
             *(case if isinstance(case, tuple) else (case,)), marks=() if case in IN_EACH_RUN else pytest.mark.matrix
         )
-        for case in chosen
+        for case in those
     ]
-
-
-def wanted(request, parameter: str) -> set[str]:
-    """The ids of this file's chosen tests that have the parameter."""
-    return {
-        item.callspec.id
-        for item in request.session.items
-        if item.path == request.path and parameter in getattr(getattr(item, "callspec", None), "params", {})
-    }
 
 
 @pytest.fixture(scope="module")
 def forged(request, grade):
     """The gradings with one file forged, all begun at once."""
-    asked = wanted(request, "file")
+    asked = {(each["name"], each["file"]) for each in chosen.parameters(request, "file")}
     ids = {name: [test.id for test in exercises.load(name).tests] for name in OTHERS}
     return {
         (name, file): grade(solution(name) | {file: FORGER.format(ids=ids[name]).encode()}, name)
         for name, file in FILES
-        if f"{name}-{file}" in asked
+        if (name, file) in asked
     }
 
 
@@ -242,7 +234,7 @@ def polling() -> str:
 @pytest.fixture(scope="module")
 def little(request, grade):
     """The gradings, all begun at once."""
-    asked = wanted(request, "kind")
+    asked = chosen.values(request, "kind")
     return {
         kind: grade(
             solution(name) | {file: (text or polling()).encode() for file, text in files.items()}, name, patience=0.5

@@ -10,6 +10,7 @@ import pytest
 
 from autograder.records import CRASHED, GRADED, INVALID_SUBMISSION, NOT_RUN, PASSED, TIMED_OUT
 from autograder.submissions import listing, notebook, reading
+from tests import chosen
 from tests.hidden.answers.calculator import CLIENT, REFERENCE, SERVER, SRV
 from tests.processes import programs_left
 
@@ -161,15 +162,11 @@ def test_broken_server(broken, name):
 @pytest.fixture(scope="module")
 def broken(request, grade):
     """The gradings of the broken servers that are asked about, all begun at once."""
-    chosen = {
-        item.callspec.params["name"]
-        for item in request.session.items
-        if item.path == request.path and "name" in getattr(getattr(item, "callspec", None), "params", {})
-    }
+    asked = chosen.values(request, "name")
     return {
         name: grade(REFERENCE | {SERVER: text.encode()}, patience=float(QUICK) if outcome == TIMED_OUT else 1.0)
         for name, (text, outcome, _) in SERVERS.items()
-        if name in chosen
+        if name in asked
     }
 
 

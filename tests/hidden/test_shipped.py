@@ -3,6 +3,7 @@
 import pytest
 
 from autograder.submissions import exercises
+from tests import chosen
 
 from . import shipped
 
@@ -33,11 +34,7 @@ def test_every_program_that_is_shipped_is_tried(programs, student):
 @pytest.fixture(scope="module")
 def likeliest(request, programs, grade):
     """The gradings of the programs that are most like the answers of the exercises asked about, all begun at once."""
-    asked = {
-        item.callspec.params["name"]
-        for item in request.session.items
-        if item.path == request.path and "name" in getattr(getattr(item, "callspec", None), "params", {})
-    }
+    asked = chosen.values(request, "name")
     begun = {}
     for exercise in (exercises.load(name) for name in exercises.names() if name in asked):
         files = shipped.given(exercise) | shipped.likeliest(exercise, programs)

@@ -1,0 +1,16 @@
+"""The tests that this run has chosen, for fixtures that begin at once all that these tests will ask for."""
+
+from typing import Any
+
+import pytest
+
+
+def parameters(request: pytest.FixtureRequest, name: str) -> list[dict[str, Any]]:
+    """Return the parameters of each chosen test of the requesting file that has a parameter `name`."""
+    every = [getattr(item, "callspec", None) for item in request.session.items if item.path == request.path]
+    return [each.params for each in every if each and name in each.params]
+
+
+def values(request: pytest.FixtureRequest, name: str) -> set[Any]:
+    """Return what the parameter `name` is in the chosen tests of the requesting file."""
+    return {each[name] for each in parameters(request, name)}
