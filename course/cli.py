@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from course.untrusted import printable
+from course.foundation.untrusted import printable
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, help="The ROS 2 course's own command.")
 

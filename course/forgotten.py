@@ -11,8 +11,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from course import registry
-from course.untrusted import one_line
-from course.waiting import wait_until
+from course.foundation import processes
+from course.foundation.untrusted import one_line
+from course.foundation.waiting import wait_until
 
 GRACE = 5.0  # s for a kernel to end by itself
 
@@ -49,5 +50,5 @@ def _end(record: registry.SessionRecord) -> None:
     """End a session's process, by force when it does not end by itself; its nodes' processes end with it."""
     with contextlib.suppress(ProcessLookupError):
         os.kill(record.pid, signal.SIGTERM)
-        if not wait_until(lambda: not registry.alive(record.pid, record.born), GRACE):
+        if not wait_until(lambda: not processes.alive(record.pid, record.born), GRACE):
             os.kill(record.pid, signal.SIGKILL)

@@ -26,9 +26,9 @@ import typer
 from rich.console import Console
 
 from course.errors import HandInError, UnreadableNotebook
-from course.notebook import cells
+from course.foundation import cells
+from course.foundation.untrusted import read_regular
 from course.notebook.drift import differences, written_by
-from course.untrusted import read_regular
 
 RECEIPT = "receipt.json"
 FORMAT = 1  # of the receipt

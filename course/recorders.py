@@ -21,8 +21,8 @@ from rclpy.parameter import Parameter
 from rclpy.task import Future
 
 from course.errors import CourseError
+from course.foundation.waiting import ask_lookouts, wait_until
 from course.ros.rclpy_internals import keep_feedback, watch_parameters
-from course.waiting import ask_lookouts, wait_until
 
 STATUS = {
     GoalStatus.STATUS_SUCCEEDED: "succeeded",

@@ -6,13 +6,14 @@ that only its user may enter, and says nothing once its process has ended.
 
 import contextlib
 import json
-import os
-import stat
-import tempfile
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from filelock import FileLock
+
+from course.foundation import storage
+from course.foundation.folders import runtime_folder
+from course.foundation.processes import alive
 
 LOCK = 10.0  # s to wait for others who look for a domain
 
@@ -49,48 +50,14 @@ class SessionRecord:
     domain: int
     folder: str
     since: float  # time.time()
-    born: int  # what tells its process from a later one of the same number, see `birth`
+    born: int  # what tells its process from a later one of the same number, see `course.foundation.processes.birth`
     nodes: list[NodeRecord] = field(default_factory=list)
-
-
-def folder() -> Path:
-    """The folder of the files, made if need be: `$XDG_RUNTIME_DIR/ros2-course`, or one in /tmp of this user's alone.
-
-    Anybody can have taken a name in /tmp before: then it is a folder in the user's cache.  Raises PermissionError when
-    none of them can be had.
-    """
-    runtime = os.environ.get("XDG_RUNTIME_DIR")
-    if runtime and _is_own(Path(runtime)) and os.access(runtime, os.W_OK):
-        places = [Path(runtime, "ros2-course")]
-    else:
-        places = [Path(tempfile.gettempdir(), f"ros2-course-{os.getuid()}"), _in_cache()]
-    for place in places:
-        with contextlib.suppress(FileExistsError):
-            place.mkdir(mode=0o700, parents=place == _in_cache())
-        if _is_own(place):
-            place.chmod(0o700)
-            return place
-    raise PermissionError(f"{places[-1]} belongs to another user")
-
-
-def _is_own(place: Path) -> bool:
-    """Return True for a folder of this user; a link is none, wherever it leads."""
-    with contextlib.suppress(OSError):
-        found = place.lstat()
-        return stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
-    return False
-
-
-def _in_cache() -> Path:
-    """A folder for this start of this machine: a home may be seen by several machines, and outlives their processes."""
-    start = Path("/proc/sys/kernel/random/boot_id").read_text().strip()
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ros2-course" / f"run-{start}"
 
 
 def lock() -> contextlib.AbstractContextManager[object]:
     """Held by whoever looks for a domain, until the domain is written down."""
     try:
-        return FileLock(folder() / ".lock", timeout=LOCK)
+        return FileLock(runtime_folder() / ".lock", timeout=LOCK)
     except OSError:
         return contextlib.nullcontext()
 
@@ -98,22 +65,20 @@ def lock() -> contextlib.AbstractContextManager[object]:
 def write(record: SessionRecord | ShellRecord) -> None:
     """Write the file of a session or a terminal; what cannot be written is left out: others then do not know of it."""
     with contextlib.suppress(OSError):
-        path = folder() / f"{'shell-' if isinstance(record, ShellRecord) else ''}{record.pid}.json"
-        draft = path.with_suffix(".part")
-        draft.write_text(json.dumps(asdict(record)), encoding="utf-8")
-        draft.replace(path)
+        path = runtime_folder() / f"{'shell-' if isinstance(record, ShellRecord) else ''}{record.pid}.json"
+        storage.replace(path, json.dumps(asdict(record)).encode(), storage.PRIVATE)
 
 
 def tell(record: SessionRecord, story: str) -> None:
     """Let a session know that the reader was told `story`, so that its next cell does not say it again."""
-    with contextlib.suppress(OSError), open(folder() / f"{record.pid}.told", "a", encoding="utf-8") as file:
+    with contextlib.suppress(OSError), open(runtime_folder() / f"{record.pid}.told", "a", encoding="utf-8") as file:
         file.write(json.dumps(story) + "\n")
 
 
 def told_elsewhere(pid: int) -> set[str]:
     """The stories that other processes have told the reader."""
     try:
-        lines = (folder() / f"{pid}.told").read_text(encoding="utf-8").splitlines()
+        lines = (runtime_folder() / f"{pid}.told").read_text(encoding="utf-8").splitlines()
     except OSError:
         return set()
     return {json.loads(line) for line in lines}
@@ -123,14 +88,14 @@ def remove(pid: int) -> None:
     """Remove a session's files."""
     with contextlib.suppress(OSError):
         for suffix in ("json", "told"):
-            (folder() / f"{pid}.{suffix}").unlink(missing_ok=True)
+            (runtime_folder() / f"{pid}.{suffix}").unlink(missing_ok=True)
 
 
 def running() -> list[SessionRecord]:
     """The sessions whose process is alive, the oldest first; files of others are removed."""
     found = []
     with contextlib.suppress(OSError):
-        for path in folder().glob("[0-9]*.json"):
+        for path in runtime_folder().glob("[0-9]*.json"):
             record = _read(path)
             if record is not None and alive(record.pid, record.born):
                 found.append(record)
@@ -143,7 +108,7 @@ def shells() -> list[ShellRecord]:
     """The terminals whose shell is alive."""
     found = []
     with contextlib.suppress(OSError):
-        for path in folder().glob("shell-*.json"):
+        for path in runtime_folder().glob("shell-*.json"):
             with contextlib.suppress(OSError, ValueError, TypeError):
                 record = ShellRecord(**json.loads(path.read_text(encoding="utf-8")))
                 if alive(record.pid, record.born):
@@ -164,20 +129,3 @@ def _read(path: Path) -> SessionRecord | None:
         return SessionRecord(**fields | {"nodes": [NodeRecord(**node) for node in fields["nodes"]]})
     except (OSError, ValueError, TypeError, KeyError):
         return None
-
-
-def alive(pid: int, born: int) -> bool:
-    """Return True while the process of this `birth` runs; a later one of the same number is another."""
-    return born != 0 and birth(pid) == born
-
-
-def birth(pid: int) -> int:
-    """Return when a process started, in clock ticks since boot (proc(5), `starttime`); 0 if it does not run.
-
-    A zombie does not run.  It may stay for good: in a container, the first process often waits for nobody.
-    """
-    try:
-        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-        return 0 if fields[0] in ("Z", "X") else int(fields[19])
-    except (OSError, IndexError, ValueError):
-        return 0

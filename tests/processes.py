@@ -7,7 +7,7 @@ import psutil
 
 from autograder.grading.worker import WORKER
 from autograder.submissions import exercises
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 
 KERNEL = "ipykernel_launcher"
 

@@ -9,7 +9,7 @@ import nbformat
 import pytest
 
 from autograder.gradebook.release import release
-from course.notebook.cells import content
+from course.foundation.cells import content
 
 ROOT = Path(__file__).parents[1]
 NOTEBOOKS = sorted(ROOT.glob("notebooks/[!.]*/*.ipynb"))

@@ -7,8 +7,8 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from course.notebook import cells
-from course.notebook.cells import Cell
+from course.foundation import cells
+from course.foundation.cells import Cell
 
 ROOT = Path(__file__).parents[1]
 START = ROOT / "notebooks/index.ipynb"

@@ -16,7 +16,7 @@ from typing import Any
 
 from autograder.errors import UsageError
 from autograder.paths import PACKAGE, repository
-from course.notebook.cells import content
+from course.foundation.cells import content
 
 POINTS = 5  # of the hidden tests in the template of suite.py
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")

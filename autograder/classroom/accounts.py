@@ -17,9 +17,8 @@ from autograder.classroom import homes
 from autograder.classroom.members import Member
 from autograder.classroom.plan import Classroom
 from autograder.errors import AutograderError, UsageError
-from autograder.results import storage
-from course import registry
-from course.waiting import wait_until
+from course.foundation import processes, storage
+from course.foundation.waiting import wait_until
 
 ACCOUNTS, PASSWORDS = "accounts.json", "passwords.csv"
 ENDED = 20.0  # s until processes that were killed are gone
@@ -128,7 +127,7 @@ def _end(uids: set[int]) -> bool:
     found = False
     for process in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):
-            if process.stat().st_uid in uids and registry.birth(int(process.name)):
+            if process.stat().st_uid in uids and processes.birth(int(process.name)):
                 found = True
                 os.kill(int(process.name), signal.SIGKILL)
     return found

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from autograder.classroom.plan import Classroom
-from autograder.results import storage
+from course.foundation import storage
 
 FREE, FREE_TOGETHER = 5, 50  # wrong passwords until one has to wait: from one place, and from all places together
 FIRST, LONGEST = 10.0, 300.0  # s to wait: then, and at most; it doubles with each

@@ -17,7 +17,7 @@ from autograder.classroom.members import Member
 from autograder.classroom.plan import COURSE_ID, Classroom
 from autograder.errors import AutograderError
 from autograder.gradebook.release import START_PAGE, names, pages, start_page
-from autograder.results import storage
+from course.foundation import storage
 from course.notebook.stubs import RELEASED
 
 # Who may do what there: nbgrader asks for these modes.  The first bit of `inbound` keeps students from removing what

@@ -19,9 +19,8 @@ from autograder.classroom import spawner
 from autograder.classroom.plan import Classroom
 from autograder.errors import AutograderError, UsageError
 from autograder.paths import repository
-from autograder.results import storage
-from course import registry
-from course.waiting import wait_until
+from course.foundation import processes, storage
+from course.foundation.waiting import wait_until
 
 LOG, RECORD, SHARED, LOCK = "hub.log", "hub.json", "shared_passwords.json", "lock"
 UP = 120.0  # s until the hub answers
@@ -133,7 +132,7 @@ def start(classroom: Classroom) -> None:
                 "LANG": "C.UTF-8",
             },
         )
-    made = spawner.Running(process.pid, registry.birth(process.pid))
+    made = spawner.Running(process.pid, processes.birth(process.pid))
     storage.replace(classroom.state / RECORD, json.dumps(asdict(made)).encode(), storage.PRIVATE)
     if not wait_until(lambda: _ready(path, begin), UP, unless=lambda: process.poll() is not None, alert=False):
         stop(classroom)

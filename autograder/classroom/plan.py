@@ -9,7 +9,7 @@ from urllib.parse import quote
 
 from autograder.classroom.members import Member
 from autograder.errors import UsageError
-from autograder.results import storage
+from course.foundation import storage
 
 COURSE_ID = "ros2"  # nbgrader's name for the course, as in `autograder.gradebook.config`
 SETTINGS = "classroom.json"

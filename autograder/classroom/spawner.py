@@ -21,10 +21,9 @@ from jupyterhub.spawner import Spawner
 from autograder.classroom import box, memory, serve
 from autograder.classroom.members import Member
 from autograder.classroom.plan import GIB, Classroom, as_url
-from autograder.results import storage
 from autograder.sandbox import cgroup
-from course import registry
-from course.waiting import wait_until
+from course.foundation import processes, storage
+from course.foundation.waiting import wait_until
 
 VARIABLE = "CLASSROOM"  # the environment variable that tells the hub its classroom's folder
 PORT = 8888  # which a server is told, and does not use
@@ -53,7 +52,7 @@ class Running:
     """A process that was started: a server, or the hub."""
 
     pid: int
-    born: int  # what tells it from a later process of the same number, see `registry.birth`
+    born: int  # what tells it from a later process of the same number, see `processes.birth`
     groups: tuple[str, ...] = ()  # the folders of its control group
 
     @classmethod
@@ -64,7 +63,7 @@ class Running:
     @property
     def alive(self) -> bool:
         """Return True if its process is there."""
-        return self.pid > 0 and registry.alive(self.pid, self.born)
+        return self.pid > 0 and processes.alive(self.pid, self.born)
 
     def end(self) -> None:
         """End it with all that runs in its box."""
@@ -185,7 +184,7 @@ def start(classroom: Classroom, member: Member, env: dict[str, str]) -> tuple[su
         for descriptor in (said, saying, log):
             os.close(descriptor)
     groups = tuple(map(str, group.folders)) if group else ()
-    running = Running(process.pid, registry.birth(process.pid), groups)
+    running = Running(process.pid, processes.birth(process.pid), groups)
     storage.replace(_record(classroom, member.name), json.dumps(asdict(running)).encode(), storage.PRIVATE)
     return process, running
 

@@ -10,7 +10,7 @@ from pathlib import Path, PurePosixPath
 from typing import BinaryIO
 
 from course.errors import BadArchive
-from course.untrusted import Allowance, Archive, shortened
+from course.foundation.untrusted import Allowance, Archive, shortened
 
 MAX_STUDENT = 50_000_000  # bytes of all that one student handed in, unpacked; an exercise has up to 1,000,000
 MAX_CLASS = 2_000_000_000  # bytes of all that a bulk download holds, unpacked

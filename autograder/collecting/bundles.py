@@ -26,8 +26,8 @@ from autograder.errors import UsageError
 from autograder.platforms import Origin, origin
 from autograder.submissions import exercises, notebook, reading
 from course.errors import BadArchive
+from course.foundation.untrusted import Allowance, shortened
 from course.hand_in import RECEIPT
-from course.untrusted import Allowance, shortened
 
 File = TypeVar("File", Member, Packed)
 WRAPPED = 3  # archives around each other

@@ -26,8 +26,8 @@ from autograder.collecting.roster import Roster, folder_name
 from autograder.errors import UsageError
 from autograder.platforms import Origin, users_are_global
 from autograder.submissions import exercises, reading
+from course.foundation.untrusted import one_line, shortened
 from course.hand_in import RECEIPT
-from course.untrusted import one_line, shortened
 
 OTHERS = ".others"  # hand-ins that do not count
 TIME = "%Y-%m-%d %H:%M:%S UTC"

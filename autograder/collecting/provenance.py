@@ -9,7 +9,7 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from autograder.results import storage
+from course.foundation import storage
 
 ORIGINS = ".origins"
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from nbgrader.exchange.default.collect import ExchangeCollect
 
-from autograder.results import storage
+from course.foundation import storage
 
 MOST_FILES, MOST_BYTES = 200, 100 << 20  # of one submission
 MOST_ENTRIES, DEEPEST = 2000, 20  # files and folders that are looked at, and folders in each other

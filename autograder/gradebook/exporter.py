@@ -31,8 +31,8 @@ from nbgrader.plugins import ExportPlugin
 
 from autograder.errors import CannotExport
 from autograder.gradebook import late
-from autograder.results import storage
 from autograder.results.text import printable
+from course.foundation import storage
 
 DONE, WAITING, MISSING = "graded", "waiting for marks", "not handed in"
 Thing = TypeVar("Thing", Assignment, Student)

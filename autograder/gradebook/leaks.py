@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from autograder.paths import COURSE, HIDDEN, repository
-from course.notebook import cells
-from course.notebook.cells import MARKERS, SOLUTION
+from course.foundation import cells
+from course.foundation.cells import MARKERS, SOLUTION
 
 TELLTALES = ("BEGIN SOLUTION", "END SOLUTION", "HIDDEN TESTS", "marking scheme", "mark scheme", "autograder")
 ANSWER = "the solution or its marking scheme"

@@ -18,9 +18,9 @@ from autograder.errors import Leak, UsageError
 from autograder.gradebook.config import COURSE_FILE
 from autograder.gradebook.leaks import leaks, secrets
 from autograder.paths import repository
-from autograder.results import storage
 from autograder.submissions import exercises
 from course.environment import prepare
+from course.foundation import storage
 from course.notebook.stubs import RELEASED
 
 log = logging.getLogger(__name__)

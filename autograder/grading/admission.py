@@ -13,7 +13,7 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from course import registry
+from course.foundation.folders import runtime_folder
 
 WORKERS = 3  # for each core
 SPARE = 0.7  # of a core that must be idle, the start of a grading takes more than the rest of it
@@ -28,7 +28,7 @@ def cores() -> int:
 @contextlib.contextmanager
 def turn() -> Iterator[None]:
     """Wait until a grading may begin; it lasts as long as the block."""
-    folder = registry.folder()
+    folder = runtime_folder()
     while True:
         with contextlib.ExitStack() as held:
             if _take_core(folder, held) or _find_spare(folder):

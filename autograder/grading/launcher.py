@@ -24,7 +24,7 @@ from autograder.sandbox.machine_load import Load
 from autograder.sandbox.sandbox import MEMORY, Sandbox
 from autograder.sandbox.supervision import GLANCE
 from autograder.sandbox.usage import children, of_sandbox, of_user, processes, takes_more
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 
 JUDGE = f"{__package__}.judge_process"  # loads ROS 2 and pytest, which this process does not need
 DOMAINS = 40  # ROS domains of a grading

@@ -15,7 +15,8 @@ from pathlib import Path
 
 from autograder.errors import UsageError
 from autograder.records import INFRASTRUCTURE_ERROR, Report
-from autograder.results import feedback, storage
+from autograder.results import feedback
+from course.foundation import storage
 
 RESULTS = "results.jsonl"
 HISTORY = "history.jsonl"  # results that were replaced by newer ones

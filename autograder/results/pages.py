@@ -4,7 +4,7 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader
 
-from course.untrusted import visible
+from course.foundation.untrusted import visible
 
 TEMPLATES = Path(__file__).resolve().with_name("templates")  # absolute now, because nbgrader changes the working folder
 

@@ -24,8 +24,9 @@ from autograder.records import (
     Report,
     Result,
 )
-from autograder.results import pages, storage
+from autograder.results import pages
 from autograder.results.text import one_line
+from course.foundation import storage
 
 ODD = -0.2  # a correlation below this is unlikely to be chance
 BARS = 10  # of the histogram of scores

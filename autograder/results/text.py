@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from autograder.records import FAULT, GRADED, PASSED, Report, Result
-from course.untrusted import one_line, printable
+from course.foundation.untrusted import one_line, printable
 
 __all__ = ["describe", "line", "one_line", "printable", "result", "score"]  # a student's names may hold anything
 

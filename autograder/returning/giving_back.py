@@ -17,9 +17,10 @@ from autograder.gradebook import late
 from autograder.gradebook.book import by_hand, default_url
 from autograder.platforms import FILES, instruction
 from autograder.records import INFRASTRUCTURE_ERROR, Report
-from autograder.results import feedback, output, storage
+from autograder.results import feedback, output
 from autograder.returning import ways
 from autograder.submissions import listing
+from course.foundation import storage
 from course.returned.record import Mark
 
 FOLDER = "returned"  # in the output folder

@@ -15,7 +15,7 @@ import time
 from functools import partial
 from pathlib import Path
 
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 
 ROOT = Path("/sys/fs/cgroup")
 NAME = "ros2-autograder-"

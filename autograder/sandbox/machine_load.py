@@ -4,7 +4,7 @@ import os
 import time
 from pathlib import Path
 
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 
 STARVED = 5.0  # threads for each core that run or could; more gradings than cores make it two or three
 CALM = 3.0  # threads for each core, below which a machine is calm

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 from filelock import FileLock, Timeout
 
-from course import registry
+from course.foundation.folders import runtime_folder
 
 
 @contextlib.contextmanager
@@ -21,7 +21,7 @@ def taken() -> Iterator[int]:
     with contextlib.ExitStack() as held:
         for place in itertools.count():
             with contextlib.suppress(Timeout):
-                held.enter_context(FileLock(registry.folder() / f"core-{place}.lock", blocking=False))
+                held.enter_context(FileLock(runtime_folder() / f"core-{place}.lock", blocking=False))
                 break
         yield cores[place % len(cores)]
 

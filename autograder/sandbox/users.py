@@ -14,7 +14,7 @@ from pathlib import Path
 
 from autograder.errors import SandboxUnavailable
 from autograder.sandbox.usage import of_user
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 
 INSIDE = 65534  # what a program is inside a user namespace, where it is started by anybody but root
 SPARE = range(60600, 61100)  # left alone by Debian's and systemd's own allocations

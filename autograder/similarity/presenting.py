@@ -3,8 +3,9 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from autograder.results import pages, storage
+from autograder.results import pages
 from autograder.similarity.comparing import Finding
+from course.foundation import storage
 
 
 def describe(finding: Finding) -> str:

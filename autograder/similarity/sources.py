@@ -9,8 +9,8 @@ from autograder.paths import COURSE, repository
 from autograder.results import output
 from autograder.similarity.tokens import clean
 from autograder.submissions import exercises, listing, reading
-from course.notebook import cells
-from course.notebook.cells import SOLUTION
+from course.foundation import cells
+from course.foundation.cells import SOLUTION
 
 COMMAND = re.compile(r"^[%!].*$", re.MULTILINE)  # Jupyter's, not Python's
 

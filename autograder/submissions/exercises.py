@@ -20,7 +20,7 @@ from autograder.errors import BrokenExercise, UnknownExercise
 from autograder.paths import HIDDEN
 from autograder.submissions import declared
 from autograder.submissions.declared import Test
-from course.notebook import cells
+from course.foundation import cells
 
 Value = TypeVar("Value")
 

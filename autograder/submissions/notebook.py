@@ -8,8 +8,8 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from course.errors import UnreadableNotebook
-from course.notebook import cells
-from course.notebook.cells import Cell, text_of
+from course.foundation import cells
+from course.foundation.cells import Cell, text_of
 
 if TYPE_CHECKING:  # loading it takes time, and most gradings show no notebook
     from nbformat import NotebookNode

@@ -14,7 +14,7 @@ from pathlib import Path
 from autograder.records import Submission
 from autograder.submissions import notebook
 from course.errors import UnreadableNotebook
-from course.notebook.cells import Cell, exercise_file, text_of
+from course.foundation.cells import Cell, exercise_file, text_of
 
 TIMESTAMP = "timestamp.txt"  # in which nbgrader says when a submission was handed in
 MAX_BYTES = 1_000_000  # a file; a program of this course has some 5,000

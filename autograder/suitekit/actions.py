@@ -23,7 +23,7 @@ from unique_identifier_msgs.msg import UUID
 from autograder.errors import Fault
 from autograder.suitekit.ros import Ros, graph, sensible
 from autograder.suitekit.topics import Heard
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 
 DEPTH = 200  # feedback messages that may wait to be read
 LISTENED = 5.0  # s to wait until a client has subscribed to the feedback

@@ -11,7 +11,7 @@ from autograder.suitekit.hints import last_words
 from autograder.suitekit.lifecycle import ANSWER, TOLD, Alive, Lifecycle
 from autograder.suitekit.ros import Ros
 from autograder.suitekit.topics import PUBLISH, own_topics, short
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 
 STUCK = "it was stuck with several callers"
 

@@ -11,7 +11,7 @@ from autograder.sandbox.cleaning import NUMBER
 from autograder.sandbox.program import Program
 from autograder.suitekit.clock import Clock
 from autograder.suitekit.hints import last_words
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 
 LIMIT = 10.0  # s that a client may run, with or without a server
 GRACE = 3.0  # s more for a program to load on a busy machine

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, TypeVar
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from autograder.suitekit.ros import Ros, graph, sensible
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 
 PUBLISH, SUBSCRIBE = True, False
 OF_NODES = {"/rosout", "/parameter_events", "/clock"}  # topics that every node has, or any may have

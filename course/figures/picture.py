@@ -12,8 +12,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from course.figures.palette import GROUND, plain
+from course.foundation.waiting import wait_until
 from course.recorders import Recorder
-from course.waiting import wait_until
 
 WIDTH = 8.0  # inches: the width of a notebook
 

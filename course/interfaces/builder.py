@@ -21,6 +21,7 @@ from pathlib import Path
 from filelock import FileLock
 
 from course.errors import InterfaceError
+from course.foundation.folders import user_cache
 from course.interfaces.definition import Definition, parse
 
 # What the generated code of a service or an action uses beside the packages named in its fields.
@@ -107,8 +108,7 @@ class Built:
 
 def cache_folder() -> Path:
     """Where builds are kept: $COURSE_CACHE, or `ros2-course` in the user's cache folder."""
-    default = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ros2-course"
-    return Path(os.environ.get("COURSE_CACHE", default))
+    return Path(os.environ.get("COURSE_CACHE", user_cache()))
 
 
 def build(

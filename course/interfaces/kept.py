@@ -15,6 +15,7 @@ from pathlib import Path
 from filelock import FileLock
 
 from course.errors import InterfaceError
+from course.foundation import storage
 from course.interfaces.builder import Built, build, cache_folder, identity
 
 RECORD = ".interfaces.json"
@@ -58,9 +59,7 @@ def keep(folder: Path, built: Built, files: Iterable[str]) -> None:
         known = {kept.package: {"files": list(kept.files), "build": kept.prefix.name} for kept in packages(folder)}
         new = {"files": sorted(files), "build": built.prefix.name}
         if known.get(built.package) != new:
-            draft = path.with_suffix(".part")
-            draft.write_text(json.dumps({"packages": known | {built.package: new}}), encoding="utf-8")
-            draft.replace(path)
+            storage.replace(path, json.dumps({"packages": known | {built.package: new}}).encode())
 
 
 def refresh(folder: Path) -> list[str]:

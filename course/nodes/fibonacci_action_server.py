@@ -76,7 +76,7 @@ class FibonacciActionServer(Node):
             left = end - time.monotonic()
             if left <= 0.0:
                 return True
-            time.sleep(min(left, POLL))  # by hand: a robot to which this file is copied has no course.waiting
+            time.sleep(min(left, POLL))  # by hand: a robot to which this file is copied has no `course`
         return False
 
 

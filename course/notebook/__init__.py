@@ -1,1 +1,1 @@
-"""The work of notebook cells (write an exercise's file, check it, run commands), and reading notebook files."""
+"""The work of notebook cells (write an exercise's file, check it, run commands)."""

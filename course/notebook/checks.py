@@ -6,7 +6,7 @@ from pathlib import Path
 
 from IPython import get_ipython
 
-from course.notebook import cells
+from course.foundation import cells
 from course.notebook.drift import differences
 from course.notebook.extension import reason
 from course.notebook.needed import names_of

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from course.errors import UnreadableNotebook
+from course.foundation import cells
+from course.foundation.untrusted import read_regular
 from course.interfaces.definition import SECTIONS
-from course.notebook import cells
-from course.untrusted import read_regular
 
 SUFFIXES = (".py", *(f".{kind}" for kind in SECTIONS))
 

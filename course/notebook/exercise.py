@@ -7,10 +7,10 @@ from IPython.core.error import UsageError
 from IPython.core.magic_arguments import argument, magic_arguments, parse_argstring
 
 from course.errors import ExerciseError
+from course.foundation.cells import content
 from course.interfaces import InterfaceError, build
 from course.interfaces.definition import SECTIONS
 from course.interfaces.kept import keep, packages
-from course.notebook.cells import content
 from course.notebook.drift import remember
 from course.session.live import live
 

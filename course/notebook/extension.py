@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from course.errors import CourseError, UnreadableNotebook
-from course.notebook import cells
+from course.foundation import cells
 from course.notebook.needed import SESSION, names_of
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import symtable
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
-from course.notebook.cells import Cell
+from course.foundation.cells import Cell
 
 SESSION = "ros"  # what the notebooks call the session
 MAGIC = "%%exercise"

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from course.errors import UnreadableNotebook
-from course.notebook import cells
-from course.notebook.cells import PASSED, Cell
+from course.foundation import cells
+from course.foundation.cells import PASSED, Cell
 
 ORDER = ("services", "actions", "parameters", "ai_integration", "calculator")
 ANSWERED = "answered"

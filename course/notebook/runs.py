@@ -13,7 +13,7 @@ from nbformat import NotebookNode
 from nbgrader.preprocessors import CheckCellMetadata, ClearOutput, Execute, NbGraderPreprocessor
 from nbgrader.validator import Validator
 
-from course.notebook.cells import PASSED, Cell
+from course.foundation.cells import PASSED, Cell
 from course.notebook.drift import written_by
 from course.notebook.needed import needed
 

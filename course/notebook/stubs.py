@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from course.errors import ExerciseError, UnreadableNotebook
-from course.notebook import cells
+from course.foundation import cells
 
 RELEASED = ".released"  # beside the sections' folders: the notebooks as they were handed out
 

@@ -2,14 +2,14 @@
 
 import contextlib
 import io
-import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
 from course.errors import BadArchive, FeedbackError
+from course.foundation import storage
+from course.foundation.untrusted import Allowance, Archive, read_regular
 from course.returned.record import Feedback, read
-from course.untrusted import Allowance, Archive, read_regular
 
 FOLDER = "feedback"  # in the exercise's folder; nbgrader puts pages there too
 LARGEST = 5_000_000  # bytes of a page
@@ -49,7 +49,8 @@ def keep(page: bytes, feedback: Feedback, folder: Path) -> Path:
         for number in range(1, 1000):
             path = target / f"{feedback.assignment}{f'-{number}' if number > 1 else ''}.html"
             if not path.exists():
-                return _written(path, page)
+                storage.replace(path, page)
+                return path
             if path.read_bytes() == page:
                 path.touch()  # it is the newest again
                 return path
@@ -93,14 +94,3 @@ def _pages_in(file: Path, content: bytes) -> Iterator[bytes]:
                 yield archive.read(info, allowance)
     except BadArchive as error:
         raise FeedbackError(f"{file} cannot be unpacked: {error}") from None
-
-
-def _written(path: Path, page: bytes) -> Path:
-    draft = path.with_name(f".{path.name}.part")
-    try:
-        draft.write_bytes(page)
-        os.replace(draft, path)
-    except OSError:
-        draft.unlink(missing_ok=True)
-        raise
-    return path

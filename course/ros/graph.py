@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 from course.environment import DISCOVERY_PROFILE
+from course.foundation.waiting import wait_until
 from course.ros.discovery import COUNTABLE, ask_participants, participants_here
-from course.waiting import wait_until
 
 if TYPE_CHECKING:  # rclpy is loaded by the first Graph: `-h` and the Tab key need none
     from rclpy.executors import SingleThreadedExecutor

@@ -10,8 +10,8 @@ import sys
 import warnings
 
 from course.environment import prepare
+from course.foundation.untrusted import guard_terminal
 from course.ros2 import grammar
-from course.untrusted import guard_terminal
 
 # Each command is the module of this package with its name, or with that in ALIASES.
 COMMANDS = {

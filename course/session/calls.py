@@ -10,11 +10,11 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from course.errors import CallTimeout, LiveError, NodeFailed
+from course.foundation.waiting import wait_until
 from course.ros.graph import OF_EVERY_NODE
 from course.session.source import blocked
 from course.session.uses import is_of
 from course.session.watch import Handle, Watch
-from course.waiting import wait_until
 
 LOOK = 0.05  # s between two looks whether the node that is to answer has died
 LISTED = 8  # services that a message names

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from course import registry
 from course.errors import LiveError
+from course.foundation import processes
 from course.ros.graph import participants_here
 
 # 0 is everybody's; from 101 on the ports meet Linux's ephemeral ones, and `ros2` cannot count nodes.
@@ -30,7 +31,7 @@ def session_domain(folder: Path) -> tuple[socket.socket | None, int]:
         claim: socket.socket | None = None
         if domain is None:
             claim, domain = claim_domain()
-        born = registry.birth(os.getpid())
+        born = processes.birth(os.getpid())
         registry.write(registry.SessionRecord(os.getpid(), domain, str(folder), time.time(), born))
     return claim, domain
 
@@ -44,7 +45,7 @@ def shell_domain(folder: Path, pid: int) -> tuple[socket.socket | None, int]:
         known = [record.domain for record in registry.running() if Path(record.folder) == folder]
         known += [shell.domain for shell in registry.shells() if Path(shell.folder) == folder and shell.pid != pid]
         claim, domain = (None, known[0]) if known else claim_domain()
-        registry.write(registry.ShellRecord(pid, registry.birth(pid), str(folder), domain))
+        registry.write(registry.ShellRecord(pid, processes.birth(pid), str(folder), domain))
     return claim, domain
 
 

@@ -16,8 +16,8 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
+from course.foundation.waiting import wait_until
 from course.ros.rclpy_internals import is_shut_down, replace_in_rclpy
-from course.waiting import wait_until
 
 SLICE = 0.2  # s between two looks at Ctrl-C
 SPUN = "the session spins it already, in the background"

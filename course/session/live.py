@@ -23,6 +23,7 @@ from rclpy.task import Future
 
 from course import environment
 from course.errors import CallTimeout, LiveError, NodeFailed
+from course.foundation.waiting import lookouts, wait_until
 from course.interfaces import builder, kept
 from course.ros.rclpy_internals import is_initialized, patch, watch_goals
 from course.session.calls import Calls
@@ -40,7 +41,6 @@ from course.session.started import sitecustomize
 from course.session.table import Nodes, Row
 from course.session.uses import uses
 from course.session.watch import Watch
-from course.waiting import lookouts, wait_until
 
 FLOODS = 20  # nodes of which the reader is told that they log too much
 

@@ -15,8 +15,8 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message, serialize_message
 
-from course.untrusted import visible
-from course.waiting import wait_until
+from course.foundation.untrusted import visible
+from course.foundation.waiting import wait_until
 
 LEVELS = {10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
 Message = TypeVar("Message")

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 from rcl_interfaces.srv import ListParameters
 from rclpy.node import Node
 
+from course.foundation.waiting import wait_until
 from course.ros.rclpy_internals import NodeNameNonExistentError, unwatched
-from course.waiting import wait_until
 
 if TYPE_CHECKING:
     from course.session.process import NodeProcess

@@ -6,6 +6,7 @@ import time
 from collections.abc import Mapping
 
 from course import registry
+from course.foundation import processes
 from course.session.watch import Handle
 
 
@@ -25,7 +26,7 @@ class Publishing:
                 pid = os.getpid()
                 registry.write(
                     registry.SessionRecord(
-                        pid, self._domain, self._folder, self._since, registry.birth(pid), self._records()
+                        pid, self._domain, self._folder, self._since, processes.birth(pid), self._records()
                     )
                 )
 

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from course.untrusted import one_line
+from course.foundation.untrusted import one_line
 
 
 @dataclass(frozen=True)

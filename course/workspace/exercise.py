@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from course.errors import UnreadableNotebook, WorkspaceError
+from course.foundation import cells
 from course.interfaces.definition import Definition, parse
-from course.notebook import cells
 
 NOTEBOOKS = Path(__file__).parents[2] / "notebooks"
 

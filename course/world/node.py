@@ -27,8 +27,8 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
+from course.foundation.waiting import wait_until
 from course.ros.rclpy_internals import RCLError
-from course.waiting import wait_until
 from course.world.controls import LATCHED, Controls
 from course.world.geometry import Pose
 from course.world.laser import Laser

@@ -18,7 +18,7 @@ from autograder.sandbox import cgroup, forkserver, networks, seccomp, usage, use
 from autograder.sandbox.forkserver import Forkserver
 from autograder.sandbox.program import Program
 from autograder.sandbox.sandbox import BOXES, LIMITS, Sandbox
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 
 from .programs import SIBLINGS, ZOMBIES
 

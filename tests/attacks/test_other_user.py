@@ -13,7 +13,9 @@ from pathlib import Path
 import pytest
 
 from course import registry
-from course.waiting import wait_until
+from course.foundation import processes
+from course.foundation.folders import runtime_folder
+from course.foundation.waiting import wait_until
 from tests.ports import free_port
 
 from .programs import REPOSITORY
@@ -296,9 +298,9 @@ def test_a_link_that_another_user_laid_is_not_followed(shared, tmp_path):
     (tmp_path / "open").mkdir(mode=0o755)
     shared.symlink_to(tmp_path / "open")
     os.lchown(shared, OTHER, OTHER)
-    registry.write(registry.SessionRecord(os.getpid(), 7, "/", 1.0, registry.birth(os.getpid())))
+    registry.write(registry.SessionRecord(os.getpid(), 7, "/", 1.0, processes.birth(os.getpid())))
     assert [record.pid for record in registry.running()] == [os.getpid()]
-    assert list((tmp_path / "open").iterdir()) == [] and own_and_closed(registry.folder())
+    assert list((tmp_path / "open").iterdir()) == [] and own_and_closed(runtime_folder())
 
 
 @pytest.mark.parametrize("kind", ["folder", "file", "link to nothing"])
@@ -311,15 +313,15 @@ def test_a_name_that_another_user_took_is_left_to_them(shared, tmp_path, kind):
     else:
         shared.symlink_to(tmp_path / "nothing")
     os.lchown(shared, OTHER, OTHER)
-    assert own_and_closed(registry.folder()) and registry.folder().is_relative_to(tmp_path / "home")
+    assert own_and_closed(runtime_folder()) and runtime_folder().is_relative_to(tmp_path / "home")
     with registry.lock():
-        registry.write(registry.SessionRecord(os.getpid(), 7, "/", 1.0, registry.birth(os.getpid())))
+        registry.write(registry.SessionRecord(os.getpid(), 7, "/", 1.0, processes.birth(os.getpid())))
     assert [record.pid for record in registry.running()] == [os.getpid()]
 
 
 def test_a_folder_that_everybody_may_enter_is_closed(shared):
     shared.mkdir(mode=0o755)
-    assert registry.folder() == shared and own_and_closed(shared)
+    assert runtime_folder() == shared and own_and_closed(shared)
 
 
 def test_the_runtime_folder_of_another_user_is_not_used(shared, tmp_path, monkeypatch):
@@ -327,4 +329,4 @@ def test_the_runtime_folder_of_another_user_is_not_used(shared, tmp_path, monkey
     (tmp_path / "run").mkdir()
     os.chown(tmp_path / "run", OTHER, OTHER)
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "run"))
-    assert registry.folder() == shared and list((tmp_path / "run").iterdir()) == []
+    assert runtime_folder() == shared and list((tmp_path / "run").iterdir()) == []

@@ -18,7 +18,7 @@ import psutil
 import pytest
 from playwright.sync_api import Page, expect
 
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 from tests.browser.pages import cell, keep_picture, open_page, run_cell, run_from_palette, show_panel, write_greeter
 from tests.ports import free_port
 

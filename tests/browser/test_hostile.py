@@ -13,7 +13,7 @@ from autograder.records import Report, Result
 from autograder.results import feedback, summary
 from autograder.similarity import comparing, presenting
 from autograder.submissions import notebook
-from course.notebook.cells import Cell
+from course.foundation.cells import Cell
 from course.returned import pages
 from course.returned.record import Mark
 from tests.browser.conftest import WAIT

@@ -4,8 +4,8 @@ import nbformat
 import pytest
 from playwright.sync_api import Locator, expect
 
+from course.foundation.waiting import wait_until
 from course.interfaces.definition import parse
-from course.waiting import wait_until
 from tests.browser.conftest import WAIT
 from tests.browser.pages import cell, choose, keep_picture, open_page, set_theme
 

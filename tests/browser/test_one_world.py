@@ -4,7 +4,7 @@ from pathlib import Path
 
 from playwright.sync_api import Page
 
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 from tests.browser.conftest import WAIT
 from tests.browser.pages import choose, open_page, wait_until_run
 

@@ -5,7 +5,7 @@ A page of 1280 px at 200 % is one of 640 CSS px with two pixels each (WCAG 2.2, 
 
 from playwright.sync_api import Locator, Page, expect
 
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 from tests.browser.conftest import WAIT
 from tests.browser.pages import cell, choose, keep_picture, open_page, run_from_palette, show_panel, write_greeter
 

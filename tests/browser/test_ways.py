@@ -3,7 +3,7 @@
 import nbformat
 from playwright.sync_api import expect
 
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 from tests.browser.conftest import WAIT
 from tests.browser.pages import choose, open_page, run_from_palette, write_greeter
 

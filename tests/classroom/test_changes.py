@@ -23,7 +23,7 @@ from autograder.classroom import accounts, hub, spawner
 from autograder.classroom.certificate import check_covers, warning
 from autograder.classroom.plan import RUN, Classroom
 from autograder.errors import UsageError
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 from tests.browser.pages import SERVER
 from tests.classroom import theft
 from tests.classroom.conftest import ROSTER, run_classroom

@@ -16,8 +16,8 @@ from pathlib import Path
 import pytest
 
 from autograder.classroom import accounts, box, spawner
-from course import registry
-from course.waiting import wait_until
+from course.foundation import processes
+from course.foundation.waiting import wait_until
 
 SECONDS = 30.0  # within which a process changes its state
 HOLD = "\nprint(got, flush=True)\ninput()\n"
@@ -204,7 +204,7 @@ def sleeper(able):
     """A process of nobody else's user, which its parent waits for at the end alone."""
     uid = next(number for number in range(61000, 65000) if not _taken(number))
     with subprocess.Popen(["sleep", "600"], user=uid, group=uid) as process:
-        yield uid, spawner.Running(process.pid, registry.birth(process.pid))
+        yield uid, spawner.Running(process.pid, processes.birth(process.pid))
         process.kill()
 
 

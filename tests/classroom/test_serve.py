@@ -1,7 +1,6 @@
 """How the servers of a class answer the proxy, without a class."""
 
 import asyncio
-import os
 import socket
 
 import pytest

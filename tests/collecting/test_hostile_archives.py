@@ -18,7 +18,7 @@ from autograder.collecting.collect import collect, describe
 from autograder.collecting.roster import Roster
 from autograder.errors import UsageError
 from autograder.platforms import origin
-from course import untrusted
+from course.foundation import untrusted
 
 from .test_collect import AUTOGRADER, FILES, archive, counted, handed_in, laid_out
 

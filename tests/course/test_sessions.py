@@ -12,9 +12,11 @@ from typer.testing import CliRunner
 
 from course import registry
 from course.cli import app
+from course.foundation import processes
+from course.foundation.folders import runtime_folder
+from course.foundation.waiting import wait_until
 from course.registry import NodeRecord, SessionRecord
 from course.session import domains
-from course.waiting import wait_until
 
 HOLDER = """
 import sys, time
@@ -73,7 +75,7 @@ def test_a_forgotten_session_is_ended_with_its_nodes(session):
     done = run("--stop", str(session.pid))
     assert done.exit_code == 0 and f"Ended: session {session.pid}" in done.stdout
     assert session.wait(10) is not None
-    assert wait_until(lambda: not registry.birth(child), 10)
+    assert wait_until(lambda: not processes.birth(child), 10)
     assert registry.running() == [] and "No live session" in run().stdout
 
 
@@ -87,11 +89,11 @@ def test_what_a_killed_session_left_is_removed(session):
     session.kill()
     session.wait()
     assert registry.running() == []
-    assert list(registry.folder().glob("*.json")) == []
+    assert list(runtime_folder().glob("*.json")) == []
 
 
 def test_another_process_of_the_same_number_is_no_session():
-    record = SessionRecord(os.getpid(), 7, "/", time.time(), registry.birth(os.getpid()) - 1)
+    record = SessionRecord(os.getpid(), 7, "/", time.time(), processes.birth(os.getpid()) - 1)
     registry.write(record)
     assert registry.running() == []
 
@@ -100,7 +102,7 @@ def test_another_process_of_the_same_number_is_no_session():
 def zombie():
     """A process that has ended, and that nobody waits for; and when it was started."""
     process = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
-    born = registry.birth(process.pid)
+    born = processes.birth(process.pid)
     process.stdin.close()
     os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)  # it stays what it is
     assert Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
@@ -111,11 +113,11 @@ def zombie():
 def test_a_zombie_is_no_session_and_no_terminal(zombie, tmp_path):
     """Where the first process of a container waits for nobody, each ended kernel stays one."""
     pid, born = zombie
-    assert born and not registry.alive(pid, born)
+    assert born and not processes.alive(pid, born)
     registry.write(SessionRecord(pid, 7, str(tmp_path), time.time(), born))
     registry.write(registry.ShellRecord(pid, born, str(tmp_path), 8))
     assert registry.running() == [] and registry.shells() == [] and registry.of_domain(7) is None
-    assert list(registry.folder().glob("*.json")) == []
+    assert list(runtime_folder().glob("*.json")) == []
 
 
 def test_zombies_take_no_domain(zombie, tmp_path, monkeypatch):
@@ -130,7 +132,7 @@ def test_zombies_take_no_domain(zombie, tmp_path, monkeypatch):
 def test_a_session_that_ended_before_it_was_written_down_is_none(zombie):
     """A process without a birth is not alive because it has none now either."""
     pid, _ = zombie
-    assert registry.birth(pid) == 0 and not registry.alive(pid, registry.birth(pid))
+    assert processes.birth(pid) == 0 and not processes.alive(pid, processes.birth(pid))
 
 
 def test_ending_a_session_does_not_wait_for_whoever_started_it(session, monkeypatch):
@@ -140,17 +142,17 @@ def test_ending_a_session_does_not_wait_for_whoever_started_it(session, monkeypa
     kill = os.kill
     monkeypatch.setattr(os, "kill", lambda pid, number: (signals.append(number), kill(pid, number)))
     assert run("--stop", str(record.pid)).exit_code == 0
-    assert signals == [signal.SIGTERM] and not registry.alive(record.pid, record.born)
+    assert signals == [signal.SIGTERM] and not processes.alive(record.pid, record.born)
 
 
 def test_what_cannot_be_read_is_no_session():
-    (registry.folder() / "1.json").write_text('{"pid": 1')
-    (registry.folder() / "2.json").write_text('{"pid": 2, "colour": "red"}')
+    (runtime_folder() / "1.json").write_text('{"pid": 1')
+    (runtime_folder() / "2.json").write_text('{"pid": 2, "colour": "red"}')
     assert registry.running() == []
 
 
 def test_the_files_are_their_users_alone():
-    assert registry.folder().stat().st_mode & 0o777 == 0o700
+    assert runtime_folder().stat().st_mode & 0o777 == 0o700
 
 
 def test_what_another_process_has_told_is_known():

@@ -14,8 +14,8 @@ import pytest
 
 from course import forgotten, hand_in, registry
 from course.errors import FeedbackError, HandInError
+from course.foundation.untrusted import all_visible, read_regular, visible
 from course.returned import pages
-from course.untrusted import all_visible, read_regular, visible
 
 COURSE = str(Path(sys.executable).with_name("course"))
 EVIL = "\x1b]52;c;cm0=\x07\x1b[2J\u202e\r[/][link=x]"
@@ -103,7 +103,7 @@ def test_the_list_of_sessions_obeys_no_name(monkeypatch, capsys):
 
 
 SAYS = """import sys
-from course.untrusted import guard_terminal
+from course.foundation.untrusted import guard_terminal
 guard_terminal()
 print(sys.argv[1] + chr(9) + 'end')
 print(sys.argv[1], file=sys.stderr)

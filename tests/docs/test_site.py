@@ -11,8 +11,8 @@ from urllib.parse import urlsplit
 import pytest
 
 from autograder.gradebook.leaks import TELLTALES, secrets
-from course.notebook import cells
-from course.notebook.cells import SOLUTION
+from course.foundation import cells
+from course.foundation.cells import SOLUTION
 
 ROOT = Path(__file__).parents[2]
 BOOK = ROOT / "docs/book"

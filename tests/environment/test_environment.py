@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 from tests.ports import free_port
 
 ROOT = Path(__file__).parents[2]

@@ -19,7 +19,7 @@ from autograder.paths import HIDDEN, repository
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.submissions import exercises, notebook, reading
 from course.errors import UnreadableNotebook
-from course.notebook.cells import exercise_file
+from course.foundation.cells import exercise_file
 from tests.hidden.answers.calculator import CLIENT, REFERENCE, SERVER, SRV, server
 
 pytestmark = pytest.mark.filterwarnings("ignore:Object of type")  # nbgrader's own, about its sessions

@@ -18,7 +18,7 @@ from autograder.grading import cluster, installed
 from autograder.paths import COURSE, PACKAGE
 from autograder.results import output
 from autograder.submissions import exercises, listing
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 from tests.hidden.answers import SOLUTIONS
 from tests.processes import processes, runs
 

@@ -20,7 +20,7 @@ from autograder.paths import HIDDEN, PACKAGE
 from autograder.records import BUSY_MACHINE, FAILED, GRADED, KILLED_JUDGE, NOT_RUN, PASSED, Submission, Verdict
 from autograder.sandbox import machine_load, seccomp, users
 from autograder.submissions import exercises
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 from tests.hidden.answers.services import REFERENCE
 
 THREADS = 40  # of the judge at least, one for each ROS domain
@@ -70,7 +70,7 @@ def test_a_worker_buries_what_programs_leave(box):
 AS_FIRST = """
 import ctypes, psutil
 from autograder.grading.worker import Worker
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 
 assert ctypes.CDLL(None).prctl(36, 1, 0, 0, 0) == 0  # PR_SET_CHILD_SUBREAPER: orphans below come to this process
 worker = Worker({box!r})

@@ -43,7 +43,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from autograder.submissions import exercises
-from course.notebook import cells
+from course.foundation import cells
 
 from . import answers
 

@@ -22,12 +22,12 @@ from autograder.records import GRADED, Report, Submission
 from autograder.sandbox import sandbox
 from autograder.submissions import exercises
 from autograder.submissions.exercises import Exercise
-from course.notebook import cells
+from course.foundation import cells
 
 from . import answers
 
 NOTHING = b"pass\n"  # in the place of a file that is not looked at
-INLINED = ("nodes", "robot", "world", "recorders", "ros", "errors", "waiting")  # what a program can need
+INLINED = ("nodes", "robot", "world", "recorders", "ros", "errors", "foundation")  # what a program can need
 FENCED = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 NAMED = {"create_publisher", "create_subscription", "create_service", "create_client", "ActionServer", "ActionClient"}
 MAIN = re.compile(r"^(?:if __name__ == .__main__.:|rclpy\.init\()", re.MULTILINE)

@@ -8,9 +8,9 @@ import pytest
 from jupyter_core.paths import jupyter_runtime_dir
 
 from course.errors import CallTimeout
+from course.foundation.waiting import wait_until
 from course.lab.kernel.bridge import AHEAD, Bridge
 from course.lab.kernel.panels import Backlog, Changes, Panels, Topic
-from course.waiting import wait_until
 from tests.kernels import Kernel
 from tests.lab.client import WAIT, Client, socket_of
 

@@ -15,12 +15,12 @@ from rclpy.serialization import serialize_message
 from visualization_msgs.msg import Marker
 
 from course import environment
+from course.foundation.waiting import wait_until
 from course.lab.kernel.exchange import LARGEST, Exchange
 from course.lab.kernel.eyes import TOLD, Eyes
 from course.session import logs
 from course.session.logs import Entry, LogBook, Logs, entry_of, node_of, short
 from course.session.process import NodeProcess
-from course.waiting import wait_until
 from tests.kernels import Kernel
 from tests.lab.client import page_of
 

@@ -6,11 +6,11 @@ import pytest
 from rcl_interfaces.msg import Log
 from rclpy.serialization import serialize_message
 
+from course.foundation.waiting import wait_until
 from course.session.following import LogFollower
 from course.session.logs import Entry, entry_of, node_of
 from course.session.presence import base
 from course.session.process import NodeProcess
-from course.waiting import wait_until
 from tests.browser.pages import SERVER
 from tests.kernels import Kernel
 from tests.lab.client import WAIT, Client

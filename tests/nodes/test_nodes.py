@@ -27,6 +27,7 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64
 
 import course.nodes
+from course.foundation.waiting import wait_until
 from course.nodes import fibonacci_action_client
 from course.nodes.add_two_ints_client import AddTwoIntsClient
 from course.nodes.add_two_ints_server import AddTwoIntsServer
@@ -36,7 +37,6 @@ from course.nodes.dynamic_parameter_node import DynamicParameterNode
 from course.nodes.fibonacci_action_server import FibonacciActionServer
 from course.nodes.parameter_node import ParameterNode
 from course.session.domains import claim_domain
-from course.waiting import wait_until
 
 CLAIMS, (DOMAIN, PROGRAMS, NOBODY) = zip(*(claim_domain() for _ in range(3)), strict=True)  # held while this runs
 FOLDER = Path(course.nodes.__file__).parent

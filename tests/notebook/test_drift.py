@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from course.notebook import cells
+from course.foundation import cells
 from course.notebook.drift import EDITED, NOT_WRITTEN, difference_of, differences, remember, unlike
 
 

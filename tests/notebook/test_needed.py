@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from course.notebook import cells
-from course.notebook.cells import Cell
+from course.foundation import cells
+from course.foundation.cells import Cell
 from course.notebook.needed import names_of, needed
 
 NOTEBOOKS = sorted((Path(__file__).parents[2] / "notebooks").glob("[!.]*/*.ipynb"))

@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from course.environment import prepare
+from course.foundation.waiting import wait_until
 from course.session.domains import claim_domain
-from course.waiting import wait_until
 
 HERE = Path(__file__).parent
 SECONDS = 20  # s until a command that should have ended is killed

@@ -14,7 +14,7 @@ from autograder.sandbox import networks
 from autograder.sandbox.forkserver import Forkserver
 from autograder.sandbox.program import Program
 from autograder.sandbox.sandbox import LIMITS, Sandbox
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 
 pytestmark = pytest.mark.usefixtures("forks")
 ENDED = 30.0  # s

@@ -16,7 +16,7 @@ from autograder.paths import PACKAGE
 from autograder.sandbox import processor_core, sandbox, seccomp, view
 from autograder.sandbox.sandbox import BOXES
 from autograder.sandbox.variables import ros_prefixes
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 from tests.hidden.answers import SOLUTIONS
 from tests.hidden.answers.calculator import REFERENCE, SERVER
 from tests.processes import processes, programs_left

@@ -9,6 +9,7 @@ import pytest
 
 from course import registry
 from course.errors import LiveError
+from course.foundation.processes import birth
 from course.session import domains
 from course.session.domains import session_domain, shell_domain
 
@@ -36,7 +37,7 @@ def processes():
 
 
 def session(pid: int, domain: int, folder: Path) -> None:
-    registry.write(registry.SessionRecord(pid, domain, str(folder), 1.0 + pid, registry.birth(pid)))
+    registry.write(registry.SessionRecord(pid, domain, str(folder), 1.0 + pid, birth(pid)))
 
 
 def test_a_terminal_meets_the_notebook_of_its_folder(tmp_path, processes):
@@ -101,7 +102,7 @@ def test_a_registry_that_cannot_be_written_keeps_nobody_from_working(tmp_path, m
     def refuse():
         raise PermissionError("no")
 
-    monkeypatch.setattr(registry, "folder", refuse)
+    monkeypatch.setattr(registry, "runtime_folder", refuse)
     claim, domain = session_domain(tmp_path)
     assert domain in domains.DOMAINS
     claim.close()

@@ -19,11 +19,11 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from course.errors import CallTimeout, LiveError, NodeFailed
+from course.foundation.waiting import wait_until
 from course.nodes.fibonacci_action_server import FibonacciActionServer
 from course.session.domains import claim_domain
 from course.session.live import Session
 from course.session.spinner import STORIES
-from course.waiting import wait_until
 
 SERVER = """
 import sys

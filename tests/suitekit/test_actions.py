@@ -10,8 +10,8 @@ from rclpy.context import Context
 from rclpy.node import Node
 
 from autograder.suitekit import ActionCaller, Goal, Heard, Ros, offered_actions, sought_actions
+from course.foundation.waiting import wait_until
 from course.session.domains import claim_domain
-from course.waiting import wait_until
 
 FOUND = 20.0  # s
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 from course.workspace.export import export
 from tests.workspace.conftest import SOLUTIONS
 

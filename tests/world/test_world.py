@@ -411,7 +411,7 @@ def test_at_real_time_ros_controls_it(context):
     from std_srvs.srv import Empty
     from visualization_msgs.msg import Marker
 
-    from course.waiting import wait_until
+    from course.foundation.waiting import wait_until
     from course.world.controls import LATCHED
 
     node, user = world(context, "hall", rate=50.0), Node("user", context=context)

@@ -29,7 +29,7 @@ from autograder.suitekit import (
     offered_actions,
     on_wrong,
 )
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 
 ACTION, BLOCK = "/lift", "/lift/block"
 OFFERED = f"the action {ACTION} (course_interfaces/action/Lift)"

@@ -13,7 +13,7 @@ from autograder.errors import Fault
 from autograder.hidden.actions.conversation import ACTION, PLAYS
 from autograder.sandbox.program import Program
 from autograder.suitekit import Bench, Ros, Wrong, numbers, on_wrong, serve, sought_actions
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 
 CLIENT = "lift_client.py"
 FEEDBACK_PAUSE = 0.05  # s between two feedback messages to the client

@@ -38,7 +38,7 @@ from autograder.suitekit import (
 )
 from autograder.suitekit.lifecycle import Answer, Question
 from autograder.suitekit.ros import CLOSED
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 from course.world import Laser, Room, Simulation
 from course.world.node import World
 

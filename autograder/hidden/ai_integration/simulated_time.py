@@ -13,7 +13,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 
 from autograder.suitekit import Alive, Heard, Listener, Ros
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 from course.world.lockstep import Barrier
 
 SECOND = 10**9  # ns

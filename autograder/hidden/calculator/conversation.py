@@ -11,7 +11,7 @@ from calculator_interfaces.srv import Calculate
 
 from autograder.errors import Fault
 from autograder.suitekit import Bench, Run, Server, Wrong, numbers
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 
 SERVICE = "/calculator"
 ANSWERS: dict[str, Callable[[float, float], float]] = {

@@ -24,7 +24,7 @@ from autograder.hidden.parameters.conversation import (
     near,
 )
 from autograder.suitekit import Crashed, Wrong, points, twice
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 
 EXTRA = 0.2  # s in which a second answer to one error would come
 INSTANT = 1e-6  # s, the shortest time between two errors that a node can have measured

@@ -14,7 +14,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from autograder.errors import Fault
 from autograder.suitekit import SETTLED, Alive, Bench, Crashed, Offers, Parameters, Ros, Server, Wrong, numbers, offer
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 
 ENABLE, STOP, STATUS = "/motors/enable", "/motors/emergency_stop", "/motors/status"
 ENABLED, DISABLED, STOPPED = "enabled", "disabled", "stopped"

@@ -26,7 +26,7 @@ from autograder.hidden.services.conversation import (
     told,
 )
 from autograder.suitekit import ANSWER, Wrong, numbers, offer, points, twice
-from course.waiting import wait_until
+from course.foundation.waiting import wait_until
 
 PROMPT = 5.0  # s in which the relay must answer when nobody offers /add_two_ints
 SLACK = 1.5  # s more on a busy machine

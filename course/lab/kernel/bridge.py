@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Any
 
 from course.errors import CourseError
+from course.foundation.untrusted import all_visible
 from course.lab import protocol
 from course.lab.kernel.panels import Feed, Panels, Topic
 from course.ros.rclpy_internals import unwatched
-from course.untrusted import all_visible
 
 REQUESTS = 16  # of a page at a time
 AHEAD = 2  # events of a subscription that the page may have not taken in yet

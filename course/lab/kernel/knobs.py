@@ -11,11 +11,11 @@ from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
 from course.errors import LiveError
+from course.foundation.waiting import wait_until
 from course.lab.kernel.eyes import Eyes, Source, close_eyes, eyes_in_use, open_eyes
 from course.lab.kernel.nodes import answer
 from course.lab.kernel.panels import Panels, Topic
 from course.session.logs import decoded
-from course.waiting import wait_until
 
 FOUND = 1.0  # s that a node's services may take to be found
 EVENTS = QoSProfile(depth=100)  # of /parameter_events, which a node may flood

@@ -8,10 +8,10 @@ from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
 from std_srvs.srv import Empty
 
 from course.errors import LiveError
+from course.foundation.waiting import wait_until
 from course.lab.kernel.eyes import Eyes, close_eyes, eyes_in_use, open_eyes
 from course.lab.kernel.nodes import session
 from course.lab.kernel.panels import Panels, Topic
-from course.waiting import wait_until
 from course.world.geometry import Floats
 from course.world.node import World
 from course.world.rooms import ROOMS

@@ -15,12 +15,12 @@ from rclpy.publisher import Publisher
 from rclpy.task import Future
 
 from course.errors import CourseError
+from course.foundation.waiting import wait_until
 from course.lab.kernel.exchange import Exchange, keep
 from course.lab.kernel.forms import Interface
 from course.recorders import GoalRecorder
 from course.ros.rclpy_internals import RCLError, destroy, unwatched
 from course.session.live import Session
-from course.waiting import wait_until
 
 MATCH = 2.0  # s until a new publisher knows the topic's subscriptions
 RECEIVED = 10.0  # s; Fast DDS asks every 3 s for a receipt that has got lost

@@ -8,8 +8,9 @@ from typing import Any
 from tornado import web
 
 from course.errors import CourseError, UnreadableNotebook
+from course.foundation import cells
 from course.lab.server.files import Beside
-from course.notebook import cells, drift, stubs
+from course.notebook import drift, stubs
 from course.notebook.progress import parts
 
 

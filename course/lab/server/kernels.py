@@ -6,7 +6,7 @@ from pathlib import Path
 from jupyter_server.services.kernels.kernelmanager import ServerKernelManager
 from traitlets.config import Config
 
-from course import registry
+from course.foundation.folders import runtime_folder
 
 LONGEST = 107  # bytes of a Unix socket's name (unix(7))
 NUMBER = len("-1")  # which of a kernel's five sockets it is
@@ -24,7 +24,7 @@ class PrivateKernel(ServerKernelManager):
         if self.transport != "ipc":
             return str(super()._ip_default())
         name = Path(self.connection_file).stem
-        place = registry.folder() / name
+        place = runtime_folder() / name
         if len(bytes(place)) + NUMBER > LONGEST:
             place = Path(tempfile.mkdtemp(prefix="kernel-"), name)
         return str(place)

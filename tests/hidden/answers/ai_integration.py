@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from autograder.submissions import exercises
-from course.notebook import cells
+from course.foundation import cells
 
 from . import changed, solution
 

@@ -11,8 +11,12 @@ def replace(path: Path, content: bytes | Iterable[bytes], mode: int = 0o666) -> 
     """Write a file, or replace it; `mode` as for open(2).  When it raises OSError, nothing has changed."""
     draft = path.with_name(f".{path.name}.part")
     draft.unlink(missing_ok=True)  # left by a writer that was killed, perhaps with another mode
-    with open(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, mode), "wb") as file:
-        file.writelines([content] if isinstance(content, bytes) else content)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(draft, path)
+    try:
+        with open(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, mode), "wb") as file:
+            file.writelines([content] if isinstance(content, bytes) else content)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(draft, path)
+    except BaseException:
+        draft.unlink(missing_ok=True)  # a full disk is not filled further
+        raise

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from course.errors import UnreadableNotebook
-from course.untrusted import read_regular
+from course.foundation.untrusted import read_regular
 
 # nbgrader's marks around what is taken out of the released notebook: they are not part of the file.
 MARKERS = re.compile(r"^[ \t]*### (?:BEGIN|END) SOLUTION[ \t]*\n", re.MULTILINE)

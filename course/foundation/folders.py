@@ -1,0 +1,48 @@
+"""The folders of a user: what is kept for the next time, and what concerns the processes that run now."""
+
+import contextlib
+import os
+import stat
+import tempfile
+from pathlib import Path
+
+NAME = "ros2-course"
+
+
+def user_cache() -> Path:
+    """The course's folder in the user's cache, `$XDG_CACHE_HOME` or ~/.cache; it may not be there yet."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / NAME
+
+
+def runtime_folder() -> Path:
+    """The folder of what runs now, made if need be: in `$XDG_RUNTIME_DIR`, or in /tmp for this user alone.
+
+    Anybody can have taken a name in /tmp before: then it is a folder in the user's cache.  Raises PermissionError when
+    none of them can be had.
+    """
+    runtime = os.environ.get("XDG_RUNTIME_DIR")
+    if runtime and _is_own(Path(runtime)) and os.access(runtime, os.W_OK):
+        places = [Path(runtime, NAME)]
+    else:
+        places = [Path(tempfile.gettempdir(), f"{NAME}-{os.getuid()}"), _in_cache()]
+    for place in places:
+        with contextlib.suppress(FileExistsError):
+            place.mkdir(mode=0o700, parents=place == _in_cache())
+        if _is_own(place):
+            place.chmod(0o700)
+            return place
+    raise PermissionError(f"{places[-1]} belongs to another user")
+
+
+def _is_own(place: Path) -> bool:
+    """Return True for a folder of this user; a link is none, wherever it leads."""
+    with contextlib.suppress(OSError):
+        found = place.lstat()
+        return stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
+    return False
+
+
+def _in_cache() -> Path:
+    """One for this start of this machine: a home may be seen by several machines, and outlives their processes."""
+    start = Path("/proc/sys/kernel/random/boot_id").read_text().strip()
+    return user_cache() / f"run-{start}"

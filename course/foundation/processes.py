@@ -1,0 +1,21 @@
+"""Processes told apart: a number (pid) is used again, so a process is known by its number and its birth."""
+
+from pathlib import Path
+
+
+def birth(pid: int) -> int:
+    """Return when a process started, in clock ticks since boot (proc(5), `starttime`); 0 if it does not run.
+
+    A zombie does not run.  It may stay for good: in a container, the first process often waits for nobody.  (psutil
+    counts a zombie as running, and its times move when the clock is set.)
+    """
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+        return 0 if fields[0] in ("Z", "X") else int(fields[19])
+    except (OSError, IndexError, ValueError):
+        return 0
+
+
+def alive(pid: int, born: int) -> bool:
+    """Return True while the process of this `birth` runs; a later one of the same number is another."""
+    return born != 0 and birth(pid) == born
