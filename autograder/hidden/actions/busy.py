@@ -51,6 +51,7 @@ class Asked:
 
     goal: Goal
     running: bool = True  # the goal still ran when the service was first asked
+    freed: str = ""  # how the goal had ended when the shaft, which was free, had been freed; empty while it ran
     success: list[bool] = field(default_factory=list)  # for `false`, and at last for `true`
     took: list[float] = field(default_factory=list)  # s until an answer came while the goal ran
 
@@ -78,6 +79,10 @@ class Busy(Server):
     def three(self) -> Any:
         """A goal that runs, another one, and a third one before that has begun."""
         return self._scene("three", self._send_three, "a goal while another one ran", OFFERED)
+
+    def leaving(self) -> Any:
+        """A goal that another one preempts, for the floor that the cabin is just leaving."""
+        return self._scene("leaving", self._leave, "a goal while another one ran", OFFERED)
 
     def cancelled(self) -> Any:
         """A goal that is cancelled while it waits for the one that runs."""
@@ -149,13 +154,20 @@ class Busy(Server):
         return self.unfinished(goal) if self.endless and not goal.feedback and not goal.status else None
 
     def _preempt(self, limit: float, alive: Alive) -> Preemption | Fault | None:
+        return self._take_over(self.away, limit, alive)
+
+    def _leave(self, limit: float, alive: Alive) -> Preemption | Fault | None:
+        return self._take_over(lambda: self.place, limit, alive)
+
+    def _take_over(self, where: Callable[[], int], limit: float, alive: Alive) -> Preemption | Fault | None:
+        """A goal that another one preempts, for the floor that `where` gives when the first one runs."""
         first = self.begin_long(alive, limit)
         if first is None:
             return None
         if fault := self.hangs(first.goal):
             return fault
         running = not first.goal.status
-        floors = [self.away()]
+        floors = [where()]
         goal = self.give(floors, alive, limit)
         if goal is None:
             return None
@@ -268,6 +280,7 @@ class Busy(Server):
             seen.took.append(time.monotonic() - sent)
             if number and min(seen.took) < SOON:
                 break
+        seen.freed = ride.goal.status
         for blocked in (True, True, False):
             if not blocked and seen.running:  # a shaft that is freed within the step has not stopped the goal
                 ride.goal.wait(lambda g: g.status, self.bench.clock.allow(AT_MOST))

@@ -41,6 +41,7 @@ LATE = 1.0  # s until the last feedback has come, after the result
 HOPEFUL = 3.0  # s without news until a goal is given up, of a program whose goals have been given up before
 # s: short enough for many steps; an ActionServer keeps 10 messages for a grader that is late, so not shorter.
 QUICK_STEPS = (0.04, 0.045, 0.05)
+PART = 0.6  # of a step that is over when a goal is cancelled
 DYING = 0.2  # s in which a program that gives no result may turn out to be dying
 PLAYS = 3  # times that something is tried, when what came of it was wrong
 RAISED = "Error raised in execute callback: "  # so rclpy logs it, and aborts the goal
@@ -247,6 +248,8 @@ class Cancelled(Server):
         goal = self.give(self.floors, alive, limit)
         if goal and goal.accepted:
             goal.wait(lambda g: len(g.feedback) >= self.STEPS or g.status, 3 * self.STEPS * STEP)
+            told = len(goal.feedback)  # what breaks off a step must not round it up to a whole one
+            goal.wait(lambda g: len(g.feedback) > told or g.status, PART * STEP)
             if not goal.status:
                 goal.cancel()
             if not self.over(goal, self.floors, limit) and not alive():

@@ -60,6 +60,18 @@ def expect_one_cabin(seen: Preemption) -> None:
         )
 
 
+def expect_arrival(seen: Preemption) -> None:
+    """A goal that succeeds must have brought the cabin to its last floor, wherever that was when the goal came."""
+    first, second = seen.rides[:2]
+    told = [*floors_heard(first.goal), *floors_heard(second.goal)]
+    if second.goal.accepted and second.end == "SUCCEEDED" and told and told[-1] != second.floors[-1]:
+        raise Wrong(
+            "A goal that takes over must make its stops from where the cabin is when the goal before has ended. One that "
+            "asked for the floor that the cabin was just leaving succeeded, and the cabin had not gone back there.",
+            f"{second.floors}: {told}, {second.goal.result}",
+        )
+
+
 def expect_lengths(told: Sequence[Heard], shortest: float, longest: float, rule: str) -> None:
     """Steps must take at least most of `shortest` s on average, and the fastest one no more than `longest` s."""
     between = lengths(told)
@@ -122,6 +134,24 @@ def expect_preempted_result(seen: Preemption) -> bool:
         raise Wrong(
             "`floor` in the result of a goal that another one has taken over from must say where the cabin is.",
             f"heard {heard}, got {here}, then {after}",
+        )
+    return True
+
+
+def expect_waiting_result(seen: Preemption) -> bool:
+    """The result of a goal that was aborted while it waited must say so; False when there is none."""
+    if not seen.running or len(seen.rides) < 3 or seen.rides[1].end != "ABORTED":
+        return False
+    first, waited = seen.rides[0].goal, seen.rides[1].goal
+    passed = way(first)[Busy.STEPS - 1 :]  # from the floor at which the other goals were sent
+    if waited.feedback or not passed:
+        return False
+    stops, floor = list(waited.result.stops), waited.result.floor
+    if stops or floor not in {place + by for place in passed for by in (-1, 0, 1)}:
+        raise Wrong(
+            "The result of a goal that was aborted while it waited must say that it has stopped nowhere, and where the "
+            "cabin is.",
+            f"cabin at {passed}, result {waited.result}",
         )
     return True
 

@@ -29,6 +29,7 @@ from autograder.hidden.actions.judging import (
     SHORTEST,
     expect_able,
     expect_aborted_results,
+    expect_arrival,
     expect_in_time,
     expect_lengths,
     expect_one_cabin,
@@ -39,6 +40,7 @@ from autograder.hidden.actions.judging import (
     expect_running,
     expect_so_far,
     expect_status,
+    expect_waiting_result,
 )
 from autograder.hidden.actions.rides import Ride, floors_heard, follows, later, steps, way
 from autograder.suitekit import (
@@ -275,6 +277,9 @@ def test_one_cabin(busy: Busy) -> None:
         if not seen.rides[1].goal.accepted:
             raise Wrong("While a goal runs, a new one must be accepted.")
         expect_one_cabin(seen)
+    with busy.leaving() as seen:
+        expect_running(busy, seen.rides[0], seen.running, "a new one came")
+        expect_arrival(seen)
 
 
 @points(0.5, cell="lift-server")
@@ -342,6 +347,12 @@ def test_blocked_before(busy: Busy, quick: Quick) -> None:
             raise Wrong(NOT_ACCEPTED)
         if not quick.ends_well(freed):
             ended(freed, "SUCCEEDED", f"After {BLOCK} got `data: false`, a goal must succeed.", busy)
+    with busy.asked() as asked:
+        if asked.freed == "ABORTED":
+            raise Wrong(
+                f"`data: false` must free the shaft, and leave it free when it was free before. After {BLOCK} got it "
+                f"while the shaft was free, the goal that ran {busy.how(asked.freed)}."
+            )
 
 
 @points(0.5, cell="lift-server")
@@ -367,6 +378,7 @@ def test_aborted_result(busy: Busy) -> None:
     scenes: list[tuple[Callable[[], Any], Callable[[Any], bool]]] = [
         (busy.blocking, expect_aborted_results),
         (busy.preemption, expect_preempted_result),
+        (busy.three, expect_waiting_result),
     ]
     for scene, expect in scenes:
         try:

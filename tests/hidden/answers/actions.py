@@ -1111,6 +1111,23 @@ WRONG = {
         server((CANCEL, CANCEL.replace("break", "return Lift.Result()"))),
         {"cancelled_result"},
     ),
+    "a cancel past the middle of a step moves the cabin on, untold": (
+        server(
+            (
+                SLEEP,
+                """            begun = time.monotonic()
+            while time.monotonic() < begun + period and not goal_handle.is_cancel_requested:
+                time.sleep(0.01)
+            if goal_handle.is_cancel_requested:
+                if time.monotonic() > begun + 0.5 * period:
+                    self.floor += 1 if left[0] > self.floor else -1
+                goal_handle.canceled()
+                break
+""",
+            )
+        ),
+        {"cancelled_result"},
+    ),
     "cancelled goal is aborted": (server((CANCEL, CANCEL.replace("canceled", "abort"))), {"cancel"}),
     "cancelled goal succeeds": (
         server((CANCEL, CANCEL.replace("canceled", "succeed"))),
@@ -1230,6 +1247,21 @@ WRONG = {
         server(
             (TAKE, "        goal_handle.start = self.floor\n" + TAKE),
             (PERIOD, PERIOD + "        self.floor = goal_handle.start\n"),
+        ),
+        {"one_cabin"},
+    ),
+    "makes the stops that are due before it has the cabin": (
+        server(
+            (
+                LOCK,
+                """        stops, left = [], list(goal_handle.request.floors)
+        self.stop(stops, left)
+        with self.cabin:
+            return self.move(goal_handle, stops, left)
+""",
+            ),
+            ("def move(self, goal_handle):", "def move(self, goal_handle, stops, left):"),
+            ("        stops, left = [], list(goal_handle.request.floors)\n        self.stop(stops, left)\n        while", "        while"),
         ),
         {"one_cabin"},
     ),
@@ -1366,6 +1398,10 @@ WRONG = {
         {"blocked"},
     ),
     "never free again": (server(("self.blocked = request.data", "self.blocked = True")), {"blocked_before"}),
+    "each call blocks what is free, and frees what is blocked": (
+        server(("self.blocked = request.data", "self.blocked = not self.blocked")),
+        {"blocked_before"},
+    ),
     "an aborted goal frees the shaft": (
         server((ABORT, ABORT.replace("break", "self.blocked = False\n                break"))),
         {"blocked_before"},
@@ -1414,6 +1450,20 @@ WRONG = {
             )
         ),
         {"stops_while_blocked"},
+    ),
+    "a goal that was replaced while it waited has an empty result": (
+        server(
+            (
+                LOCK,
+                """        with self.cabin:
+            if self.newest is not goal_handle and not goal_handle.is_cancel_requested:
+                goal_handle.abort()
+                return Lift.Result()
+            return self.move(goal_handle)
+""",
+            )
+        ),
+        {"aborted_result"},
     ),
     "aborted goal has an empty result": (
         server((ABORT, ABORT.replace("break", "return Lift.Result()"))),
