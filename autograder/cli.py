@@ -13,7 +13,7 @@ from typing import Annotated, NoReturn, cast
 import typer
 
 from autograder import platforms
-from autograder.errors import ClusterError, SandboxUnavailable, UsageError
+from autograder.errors import InfrastructureError, SandboxUnavailable, UsageError
 from autograder.grading import batch, regrade, single
 from autograder.paths import repository
 from autograder.records import INFRASTRUCTURE_ERROR, Report
@@ -356,7 +356,7 @@ def main() -> None:
         _fail(str(error.args[0]))
     except SandboxUnavailable as error:
         _fail(f"{error}; --unsafe grades without a sandbox")
-    except ClusterError as error:
+    except InfrastructureError as error:
         _fail(f"stopped, what is done is kept: {error}", INFRASTRUCTURE)
     except OSError as error:
         _fail(f"stopped, what is done is kept: {error.filename or 'writing'}: {error.strerror}", INFRASTRUCTURE)

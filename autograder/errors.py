@@ -6,6 +6,11 @@ AutograderError
         BrokenExercise      the exercise is there, but cannot be read
         Leak                the student version would show an answer or a hidden test
         CannotExport        the grades cannot be exported as asked
+        NotGradedHere       a notebook has no report of this grader
+    RefusedFile             a file that was handed in is not read: in words for the student
+    UnknownTime             it is not known when something was handed in
+    Unplaced                a hand-in has no place among the submissions, or a page no way back: it is named, and left
+    ClassroomError          the class's server cannot be set up, started or ended: one line, exit status 3
     SandboxUnavailable      this machine cannot confine a program: one line with what to do, exit status 2
     InfrastructureError     the grader itself failed: nothing is known of the submission, exit status 3
         JudgeDied           the process that judges came to a bad end
@@ -43,6 +48,26 @@ class Leak(UsageError):
 
 class CannotExport(UsageError):
     """The export cannot be made as asked."""
+
+
+class NotGradedHere(UsageError):
+    """A notebook has no report of this grader to make a page of."""
+
+
+class RefusedFile(AutograderError, ValueError):
+    """A file that was handed in is not read; the message is for the student."""
+
+
+class UnknownTime(AutograderError, ValueError):
+    """It is not known when something was handed in; the message says why."""
+
+
+class Unplaced(AutograderError):
+    """A hand-in has no place among the submissions, or a page no way back; the message says why in a few words."""
+
+
+class ClassroomError(AutograderError):
+    """The class's server cannot be set up, started or ended; the message is one line for the person who asked."""
 
 
 class SandboxUnavailable(AutograderError):

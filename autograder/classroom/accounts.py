@@ -16,7 +16,7 @@ from pathlib import Path
 from autograder.classroom import homes
 from autograder.classroom.members import Member
 from autograder.classroom.plan import Classroom
-from autograder.errors import AutograderError, UsageError
+from autograder.errors import ClassroomError, UsageError
 from course.foundation import processes, storage
 from course.foundation.waiting import wait_until
 
@@ -97,7 +97,7 @@ def remove(classroom: Classroom) -> list[str]:
     known = _known(classroom)
     uids = {pwd.getpwnam(name).pw_uid for name in known if _exists(name)}
     if not wait_until(lambda: not _end(uids), ENDED, alert=False):
-        raise AutograderError("processes of the students' users cannot be ended; run `down` again")
+        raise ClassroomError("processes of the students' users cannot be ended; run `down` again")
     removed = []
     for name in sorted(known, key=_exists, reverse=True):  # users before the group
         if _exists(name):
@@ -168,4 +168,4 @@ def _run(*command: str, text: str | None = None) -> None:
     done = subprocess.run(command, input=text, text=True, capture_output=True)
     if done.returncode:
         said = (done.stderr.strip().splitlines() or [f"exit status {done.returncode}"])[-1]
-        raise AutograderError(f"{command[0]}: {said}")
+        raise ClassroomError(f"{command[0]}: {said}")

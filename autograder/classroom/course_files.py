@@ -15,7 +15,7 @@ from pathlib import PurePosixPath
 from autograder.classroom import accounts, box, homes
 from autograder.classroom.members import Member
 from autograder.classroom.plan import COURSE_ID, Classroom
-from autograder.errors import AutograderError
+from autograder.errors import ClassroomError
 from autograder.gradebook.release import START_PAGE, names, pages, start_page
 from course.foundation import storage
 from course.notebook.stubs import RELEASED
@@ -48,7 +48,7 @@ def make_folders(classroom: Classroom) -> None:
 
 
 def make_shared(classroom: Classroom) -> None:
-    """The folders that instructors share, and those of the exchange.  Raises AutograderError."""
+    """The folders that instructors share, and those of the exchange.  Raises ClassroomError."""
     staff = accounts.staff_id(classroom)
     classroom.grading.mkdir(exist_ok=True)
     os.chown(classroom.grading, 0, staff)
@@ -64,7 +64,7 @@ def make_shared(classroom: Classroom) -> None:
                 os.mkdir(name, dir_fd=opened)
             _share(opened, name, staff, mode)
     except OSError as error:
-        raise AutograderError(f"{course / name}: {error.strerror}; move it away, and give the command again") from None
+        raise ClassroomError(f"{course / name}: {error.strerror}; move it away, and give the command again") from None
     finally:
         os.close(opened)
     for member in classroom.instructors:  # where it is seen; who puts the box together would make it as root
@@ -107,7 +107,7 @@ def hand_out_notebooks(classroom: Classroom) -> list[str]:
     for member in classroom.members:
         try:
             homes.lay(classroom.home(member), *accounts.ids(classroom, member), things)
-        except AutograderError as error:
+        except ClassroomError as error:
             failed.append(f"The notebooks could not be laid into the home folder of {member.name}: {error}.")
     return failed
 
@@ -120,19 +120,19 @@ def disk(classroom: Classroom) -> dict[str, int | None]:
 
 
 def remove(classroom: Classroom) -> None:
-    """Remove all files of the class, once nobody of it has a process; raises AutograderError.
+    """Remove all files of the class, once nobody of it has a process; raises ClassroomError.
 
     `rm` follows no link, and goes as deep as somebody has made folders.
     """
     done = subprocess.run(["rm", "-rf", "--one-file-system", "--", classroom.folder], capture_output=True, text=True)
     if done.returncode:
-        raise AutograderError((done.stderr.splitlines() or ["rm failed"])[-1])
+        raise ClassroomError((done.stderr.splitlines() or ["rm failed"])[-1])
 
 
 def run(classroom: Classroom, member: Member, argv: list[str], text: str = "") -> str:
     """Run one of the environment's programs in a member's box, with `text` to read; what it printed.
 
-    Raises AutograderError.
+    Raises ClassroomError.
     """
     contents = box.Contents()
     try:
@@ -152,7 +152,7 @@ def run(classroom: Classroom, member: Member, argv: list[str], text: str = "") -
         contents.close()
     if done.returncode:
         said = [line for line in (done.stdout + done.stderr).splitlines() if line.strip()]
-        raise AutograderError(f"{' '.join(argv)}: {said[-1] if said else f'exit status {done.returncode}'}")
+        raise ClassroomError(f"{' '.join(argv)}: {said[-1] if said else f'exit status {done.returncode}'}")
     return done.stdout + done.stderr
 
 

@@ -18,7 +18,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path, PurePosixPath
 
-from autograder.errors import AutograderError
+from autograder.errors import ClassroomError
 
 LONGEST = 60.0  # s that one child may take
 MOST_FILES, MOST_BYTES = 2000, 200 << 20  # that are read of one folder
@@ -33,7 +33,7 @@ def act(
 ) -> bytes:
     """Run `work` with an open `folder` as another user, in a child of this process; what it returned.
 
-    Raises AutograderError when `work` fails, or takes longer than `seconds`.
+    Raises ClassroomError when `work` fails, or takes longer than `seconds`.
     """
     opened = os.open(folder, FOLDER)
     reading, writing = os.pipe()
@@ -58,14 +58,14 @@ def act(
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
     if not answer:
-        raise AutograderError(f"it did not end within {seconds:g} s")
+        raise ClassroomError(f"it did not end within {seconds:g} s")
     if answer[:1] != b"+":
-        raise AutograderError(answer[1:].decode(errors="replace"))
+        raise ClassroomError(answer[1:].decode(errors="replace"))
     return answer[1:]
 
 
 def lay(home: Path, uid: int, gid: int, things: Mapping[str, Mapping[str, bytes]]) -> None:
-    """Lay files into a home folder, as its owner; raises AutograderError.
+    """Lay files into a home folder, as its owner; raises ClassroomError.
 
     Each thing is left out when there is something of its name.  It is a file, by the name '', or a folder of files.
     """
@@ -73,12 +73,12 @@ def lay(home: Path, uid: int, gid: int, things: Mapping[str, Mapping[str, bytes]
 
 
 def make_folder(home: Path, uid: int, gid: int, name: str) -> None:
-    """Make a folder in a home folder, as its owner, unless it is there; raises AutograderError."""
+    """Make a folder in a home folder, as its owner, unless it is there; raises ClassroomError."""
     act(home, uid, gid, lambda opened: _make(opened, name))
 
 
 def read(folder: Path, name: str, uid: int, gid: int, groups: Sequence[int]) -> dict[str, bytes]:
-    """The regular files in `folder`/`name`, read as a user who may, by their paths in it; raises AutograderError.
+    """The regular files in `folder`/`name`, read as a user who may, by their paths in it; raises ClassroomError.
 
     Links are left out.
     """
@@ -217,7 +217,7 @@ def _tree(folder: int, name: str) -> bytes:
                     left -= len(content)
                     found[os.path.relpath(os.path.join(at, each), name)] = b64encode(content).decode()
             if left < 0 or len(found) > MOST_FILES:
-                raise AutograderError(f"it holds more than {MOST_FILES} files or {MOST_BYTES >> 20} MiB")
+                raise ClassroomError(f"it holds more than {MOST_FILES} files or {MOST_BYTES >> 20} MiB")
     return json.dumps(found).encode()
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from autograder.classroom import spawner
 from autograder.classroom.plan import Classroom
-from autograder.errors import AutograderError, UsageError
+from autograder.errors import ClassroomError, UsageError
 from autograder.paths import repository
 from course.foundation import processes, storage
 from course.foundation.waiting import wait_until
@@ -112,7 +112,7 @@ def running(classroom: Classroom) -> spawner.Running | None:
 
 
 def start(classroom: Classroom) -> None:
-    """Start the hub, which starts the proxy, and wait until it answers; raises AutograderError."""
+    """Start the hub, which starts the proxy, and wait until it answers; raises ClassroomError."""
     classroom.hub_socket.unlink(missing_ok=True)
     for name in ("proxy.sock", "staff-proxy.sock"):
         (classroom.run / name).unlink(missing_ok=True)
@@ -137,7 +137,7 @@ def start(classroom: Classroom) -> None:
     if not wait_until(lambda: _ready(path, begin), UP, unless=lambda: process.poll() is not None, alert=False):
         stop(classroom)
         lines = [line for line in path.read_bytes()[begin:].decode(errors="replace").splitlines() if line.strip()]
-        raise AutograderError(f"JupyterHub did not start, see {path}: {lines[-1] if lines else 'it said nothing'}")
+        raise ClassroomError(f"JupyterHub did not start, see {path}: {lines[-1] if lines else 'it said nothing'}")
 
 
 def stop(classroom: Classroom) -> None:

@@ -22,7 +22,7 @@ from autograder.collecting.archives import (
     members_of,
     opened,
 )
-from autograder.errors import UsageError
+from autograder.errors import RefusedFile, UsageError
 from autograder.platforms import Origin, origin
 from autograder.submissions import exercises, notebook, reading
 from course.errors import BadArchive
@@ -47,7 +47,7 @@ class Loose:
             content = reading.read_file(self._file, MAX_STUDENT)
         except OSError as error:
             raise BadArchive(f"cannot be read ({error.strerror})") from None
-        except ValueError as error:
+        except RefusedFile as error:
             raise BadArchive(str(error)) from None
         allowance.spend(len(content))
         return Member(self.path, content, self.changed)
@@ -139,7 +139,7 @@ def _folder(folder: Path, student: str, source: Path) -> Bundle:
 def files_of(folder: Path) -> Iterator[tuple[Path, bytes]]:
     """The ordinary files of a folder.  What else is there is not taken along: the grader names what is missing."""
     for path in sorted(folder.iterdir()) if folder.is_dir() else ():
-        with contextlib.suppress(OSError, ValueError):
+        with contextlib.suppress(OSError, RefusedFile):
             yield path, reading.read_file(path, notebook.MAX_BYTES)
 
 

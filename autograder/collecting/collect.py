@@ -23,7 +23,7 @@ from autograder.collecting.bundles import Bundle, bundles, files_of
 from autograder.collecting.bundles import receipt as read_receipt
 from autograder.collecting.provenance import Source
 from autograder.collecting.roster import Roster, folder_name
-from autograder.errors import UsageError
+from autograder.errors import Unplaced, UsageError
 from autograder.platforms import Origin, users_are_global
 from autograder.submissions import exercises, reading
 from course.foundation.untrusted import one_line, shortened
@@ -90,7 +90,7 @@ def collect(
         for bundle in bundles(source, unplaced):
             try:
                 handed_in = _identify(bundle, roster)
-            except LookupError as error:
+            except Unplaced as error:
                 unplaced.append(f"{bundle.source}: {error.args[0]}")
             else:
                 found[handed_in.student, handed_in.assignment].append(handed_in)
@@ -143,16 +143,16 @@ def _weight(at: datetime, due: datetime | None) -> tuple[bool, datetime]:
 
 
 def _identify(bundle: Bundle, roster: Roster | None) -> HandedIn:
-    """Return who handed a bundle in, for which exercise, and when; raises LookupError, which says what is not known."""
+    """Return who handed a bundle in, for which exercise, and when; raises Unplaced, which says what is not known."""
     files = {str(member.path): member.content for member in bundle.members if len(member.path.parts) == 1}
     receipt = read_receipt(files.pop(RECEIPT, None))
     assignment = _assignment(files, receipt)
     names = bundle.origin.names if bundle.origin else (str(receipt.get("student") or ""),)
     if not any(names):
-        raise LookupError("nothing tells who handed it in")
+        raise Unplaced("nothing tells who handed it in")
     student = roster.find(names) if roster else folder_name(names[-1])
     if not student:
-        raise LookupError(f"{shortened(names[-1])!r} cannot be the name of a folder")
+        raise Unplaced(f"{shortened(names[-1])!r} cannot be the name of a folder")
     wanted = exercises.load(assignment).taken
     at, state = bundle.at, NONE
     if receipt:
@@ -181,13 +181,13 @@ def _assignment(files: dict[str, bytes], receipt: dict[str, Any]) -> str:
     owned = {name: exercises.load(name).taken for name in exercises.names()}
     claimed = receipt.get("assignment")
     if isinstance(claimed, str) and claimed not in owned:
-        raise LookupError(f"its receipt says {claimed[:100]!r}, which is no exercise of this course")
+        raise Unplaced(f"its receipt says {claimed[:100]!r}, which is no exercise of this course")
     if isinstance(claimed, str) and owned[claimed] & files.keys():
         return claimed
     best = max(owned, key=lambda name: len(owned[name] & files.keys()), default="")
     if not best or not owned[best] & files.keys():
         shown = ", ".join(map(shortened, sorted(files)[:5])) or "no file"
-        raise LookupError(f"it has no file of an exercise of this course, but {shown}")
+        raise Unplaced(f"it has no file of an exercise of this course, but {shown}")
     return best
 
 
@@ -203,7 +203,7 @@ def _verify(receipt: dict[str, Any], files: dict[str, bytes], student: str, rost
     if more := sorted(files.keys() - listed.keys()):
         return f"does not list {shortened(more[0])}"
     if roster:
-        with contextlib.suppress(LookupError):  # a login name need not be in the roster
+        with contextlib.suppress(Unplaced):  # a login name need not be in the roster
             if (owner := roster.find((str(receipt.get("student")),))) != student:
                 return f"is made out to {owner}"
     return VERIFIED

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from autograder.errors import UsageError
+from autograder.errors import Unplaced, UsageError
 
 ID = re.compile(r"[\w.@+-]+(?: [\w.@+-]+)*")
 
@@ -21,17 +21,17 @@ class Roster:
     _called: dict[str, set[str]] = field(default_factory=lambda: defaultdict(set))
 
     def find(self, names: tuple[str, ...]) -> str:
-        """The student who is called one of `names`, the first that the roster knows; raises LookupError.
+        """The student who is called one of `names`, the first that the roster knows; raises Unplaced.
 
         The message says why in a few words.
         """
         for name in names:
             found = self._called.get(_plain(name), set())
             if len(found) > 1:
-                raise LookupError(f"{name!r} is {' and '.join(sorted(found))} in the roster")
+                raise Unplaced(f"{name!r} is {' and '.join(sorted(found))} in the roster")
             if found:
                 return next(iter(found))
-        raise LookupError(f"{' or '.join(map(repr, names))} is not in the roster")
+        raise Unplaced(f"{' or '.join(map(repr, names))} is not in the roster")
 
     def has(self, name: str) -> bool:
         """Return True if a student is called so."""

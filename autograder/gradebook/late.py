@@ -24,7 +24,7 @@ from nbgrader.utils import parse_utc
 from traitlets import Bunch, Dict, Enum, Float, Integer, TraitError, validate
 from traitlets.config import Config, PyFileConfigLoader
 
-from autograder.errors import UsageError
+from autograder.errors import UnknownTime, UsageError
 from autograder.submissions import reading
 
 DAY = 86_400  # s
@@ -122,7 +122,7 @@ def timestamp(folder: Path) -> datetime | None:
     """Return when a submission was handed in (UTC), from the file that nbgrader puts into its folder, or None."""
     try:
         return reading.handed_in_at(folder)
-    except ValueError as error:
+    except UnknownTime as error:
         who = f"{folder.parent.name}/{folder.name}"
         log.warning("%s: it is not known when this was handed in, so no penalty is reckoned: %s", who, error)
         return None

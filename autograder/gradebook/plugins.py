@@ -19,7 +19,7 @@ from nbgrader.converters.base import BaseConverter
 from nbgrader.preprocessors import NbGraderPreprocessor
 from traitlets import Bool, Float, Integer
 
-from autograder.errors import InfrastructureError
+from autograder.errors import InfrastructureError, NotGradedHere
 from autograder.gradebook.book import Scores, by_hand
 from autograder.grading.single import grade
 from autograder.records import INFRASTRUCTURE_ERROR, Report
@@ -127,12 +127,12 @@ class FeedbackPage(Exporter):
     def from_filename(  # type: ignore[override]  # a page is text, which nbconvert's own exporters return too
         self, filename: str, resources: Resources | None = None, **kw: object
     ) -> tuple[str, Resources]:
-        """The page of the report that `GradeInSandbox` has put into the graded notebook; raises ValueError for none."""
+        """The page of the report that `GradeInSandbox` has put into the notebook; raises NotGradedHere for none."""
         fields = read_notebook(filename, as_version=4).metadata.get("autograder")
         resources = resources or {}
         names = resources["nbgrader"]
         if fields is None:
-            raise ValueError(f"{filename} was not graded by this grader: run nbgrader autograde again")
+            raise NotGradedHere(f"{filename} was not graded by this grader: run nbgrader autograde again")
         page = feedback.page(
             Report.from_fields(fields), by_hand(names["db_url"], names["assignment"], names["student"])
         )

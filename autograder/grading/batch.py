@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
+from autograder.errors import UnknownTime
 from autograder.grading import admission
 from autograder.grading.dispatch import Dispatcher, Pool, Task
 from autograder.grading.here import ThisMachine
@@ -62,7 +63,7 @@ def run(pool: Pool, submitted: Path, seeds: dict[tuple[str, str], int]) -> Itera
 def _time_is_known(folder: Path) -> bool:
     try:
         handed_in_at(folder)
-    except ValueError:
+    except UnknownTime:
         return False
     return True
 

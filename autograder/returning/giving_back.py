@@ -12,7 +12,7 @@ from nbgrader.api import Gradebook, MissingEntry
 from traitlets.config import Config
 
 from autograder.collecting import provenance
-from autograder.errors import UsageError
+from autograder.errors import Unplaced, UsageError
 from autograder.gradebook import late
 from autograder.gradebook.book import by_hand, default_url
 from autograder.platforms import FILES, instruction
@@ -92,13 +92,13 @@ def give_back(
         who = "/".join(key)
         try:
             if report.status == INFRASTRUCTURE_ERROR:
-                raise LookupError("the grader failed, and there is no score yet: `autograder grade --resume`")
+                raise Unplaced("the grader failed, and there is no score yet: `autograder grade --resume`")
             if key not in places:
-                raise LookupError("it is not known which folder was graded: grade it again")
+                raise Unplaced("it is not known which folder was graded: grade it again")
             way = ways.way(*key, provenance.read(places[key], *key), form)
             if way.form != FILES and listing.digest(listing.read(places[key], *key)) != origins[key].files:
-                raise LookupError("something else was handed in since: `autograder regrade` grades it")
-        except LookupError as error:
+                raise Unplaced("something else was handed in since: `autograder regrade` grades it")
+        except Unplaced as error:
             result.left_out.append(f"{who}: {error.args[0]}")
             continue
         by_hand = marks[places[key]].of(report)

@@ -7,6 +7,7 @@ archive of `course hand-in`, as a page that is called as the student.
 from dataclasses import dataclass
 
 from autograder.collecting.provenance import Source
+from autograder.errors import Unplaced
 from autograder.platforms import FILES, PLATFORMS
 
 
@@ -21,7 +22,7 @@ class Way:
 def way(student: str, assignment: str, came: list[Source], form: str | None) -> Way:
     """Return how the page of a submission goes back: in `form`, or else the way that it came.
 
-    `came` is where its hand-ins came from, that of the one graded last.  Raises LookupError, which says why there is no
+    `came` is where its hand-ins came from, that of the one graded last.  Raises Unplaced, which says why there is no
     way.
     """
     page = f"{assignment}-feedback.html"
@@ -29,11 +30,11 @@ def way(student: str, assignment: str, came: list[Source], form: str | None) -> 
     if form == FILES or (form is None and not known):
         return Way(FILES, f"{student}-{page}")
     if not known or form not in (None, PLATFORMS[known[-1].platform].form):
-        raise LookupError(f"it did not come from {str(form).capitalize()}: --for files makes a page of it")
+        raise Unplaced(f"it did not come from {str(form).capitalize()}: --for files makes a page of it")
     last = known[-1]
     people = sorted({source.user for source in known if source.platform == last.platform})
     if len(people) > 1:
-        raise LookupError(
+        raise Unplaced(
             f"it was handed in by {' and '.join(people)} of {last.platform}: return this page by hand, --for files"
         )
     platform, late = PLATFORMS[last.platform], "LATE_" if last.late else ""

@@ -12,7 +12,7 @@ import subprocess
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from autograder.errors import SandboxUnavailable
+from autograder.errors import SandboxError, SandboxUnavailable
 from autograder.sandbox.usage import of_user
 from course.foundation.waiting import wait_until
 
@@ -50,7 +50,7 @@ def borrowed(box: str) -> Iterator[int | None]:
 def take() -> tuple[int, int]:
     """A user id that no other program on this machine has, and the open lock that keeps it: `give_back` frees the id.
 
-    No process of that user is left: the kernel would count it among the next program's.  Raises RuntimeError when all
+    No process of that user is left: the kernel would count it among the next program's.  Raises SandboxError when all
     are taken, and SandboxUnavailable when the locks are not root's.
     """
     _make_folder()
@@ -66,7 +66,7 @@ def take() -> tuple[int, int]:
             continue
         os.pwrite(lock, TAKEN, 0)
         return uid, lock
-    raise RuntimeError(f"all {len(SPARE)} user ids for students' programs are taken")
+    raise SandboxError(f"all {len(SPARE)} user ids for students' programs are taken: end another grading first")
 
 
 def give_back(taken: Mapping[int, int]) -> None:

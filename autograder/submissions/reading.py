@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+from autograder.errors import RefusedFile, UnknownTime
 from autograder.records import Submission
 from autograder.submissions import notebook
 from course.errors import UnreadableNotebook
@@ -51,7 +52,7 @@ def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> 
                     missing.append(_missing(name, present))
                 else:
                     files[name] = content
-            except ValueError as error:
+            except RefusedFile as error:
                 problems.append(str(error))
             except OSError as error:
                 problems.append(f"{name} cannot be read ({error.strerror}): hand it in again.")
@@ -66,7 +67,7 @@ def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> 
 
 
 def read_file(path: Path, limit: int = MAX_BYTES) -> bytes:
-    """The bytes of one regular file in a folder that was handed in; raises OSError, or ValueError for anything else."""
+    """The bytes of a regular file in a folder that was handed in; raises OSError, or RefusedFile for anything else."""
     inside = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC)
     try:
         return _read_file(path.name, inside, limit)
@@ -77,27 +78,29 @@ def read_file(path: Path, limit: int = MAX_BYTES) -> bytes:
 def handed_in_at(folder: Path) -> datetime | None:
     """Return when a submission was handed in, in UTC and without a zone as nbgrader has it; None when nothing tells.
 
-    Raises ValueError when what should tell is no time as nbgrader and `autograder collect` write it: UTC, or with an
+    Raises UnknownTime when what should tell is no time as nbgrader and `autograder collect` write it: UTC, or with an
     offset from it, and not in the future.
     """
     try:
-        text = read_file(folder / TIMESTAMP, MAX_TIME_BYTES).decode().strip()
+        text = read_file(folder / TIMESTAMP, MAX_TIME_BYTES).decode(errors="replace").strip()
     except (FileNotFoundError, NotADirectoryError):
         return None
     except OSError as error:
-        raise ValueError(f"{TIMESTAMP} cannot be read ({error.strerror})") from None
+        raise UnknownTime(f"{TIMESTAMP} cannot be read ({error.strerror})") from None
+    except RefusedFile as error:
+        raise UnknownTime(str(error)) from None
     if not text:
         return None
     parts = A_TIME.fullmatch(text)
     if not parts:
-        raise ValueError(f"{TIMESTAMP} is no time such as 2026-05-08 23:59:00 UTC")
+        raise UnknownTime(f"{TIMESTAMP} is no time such as 2026-05-08 23:59:00 UTC")
     zone = "+00:00" if parts[3] in (None, "UTC", "Z") else parts[3]
     try:
         found = datetime.fromisoformat(f"{parts[1]}T{parts[2]}{zone}").astimezone(UTC)
-    except OverflowError as error:  # of the first and the last day that there are
-        raise ValueError(f"{TIMESTAMP} is no time ({error})") from None
+    except (ValueError, OverflowError) as error:  # no such day, or the first or the last that there is
+        raise UnknownTime(f"{TIMESTAMP} is no time ({error})") from None
     if found > datetime.now(UTC) + EARLY:
-        raise ValueError(f"{TIMESTAMP} lies in the future")
+        raise UnknownTime(f"{TIMESTAMP} lies in the future")
     return found.replace(tzinfo=None)
 
 
@@ -120,22 +123,22 @@ def _cells(name: str, inside: int) -> list[Cell]:
 
 
 def _read_file(name: str, inside: int, limit: int = MAX_BYTES) -> bytes:
-    """The bytes of the regular file `name`; raises ValueError, in words for the student, when it is anything else."""
+    """The bytes of the regular file `name`; raises RefusedFile, in words for the student, when it is anything else."""
     kind = os.stat(name, dir_fd=inside, follow_symlinks=False).st_mode
     if stat.S_ISLNK(kind):
-        raise ValueError(f"{name} is a link: hand in the file itself.")
+        raise RefusedFile(f"{name} is a link: hand in the file itself.")
     if stat.S_ISDIR(kind):
-        raise ValueError(f"{name} is a folder: hand in a file of that name.")
+        raise RefusedFile(f"{name} is a folder: hand in a file of that name.")
     if not stat.S_ISREG(kind):
-        raise ValueError(f"{name} is not an ordinary file: hand in the file itself.")
+        raise RefusedFile(f"{name} is not an ordinary file: hand in the file itself.")
     # O_NONBLOCK: should the file be swapped for a FIFO now, opening it must not wait for a writer.
     descriptor = os.open(name, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, dir_fd=inside)
     with open(descriptor, "rb") as file:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            raise ValueError(f"{name} is not an ordinary file: hand in the file itself.")
+            raise RefusedFile(f"{name} is not an ordinary file: hand in the file itself.")
         content = file.read(limit + 1)
     if len(content) > limit:
-        raise ValueError(f"{name} is larger than {limit / 1e6:.0f} MB: hand in only the program's text.")
+        raise RefusedFile(f"{name} is larger than {limit / 1e6:.0f} MB: hand in only the program's text.")
     return content
 
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from autograder.errors import SandboxUnavailable
+from autograder.errors import SandboxError, SandboxUnavailable
 from autograder.sandbox import cgroup, forkserver, networks, seccomp, usage, users
 from autograder.sandbox.forkserver import Forkserver
 from autograder.sandbox.program import Program
@@ -309,7 +309,7 @@ def test_a_user_of_whom_a_killed_worker_has_left_something_is_not_given(few_user
     os.close(lock)
     other, lock = users.take()
     assert [user, other] == [*few_users]
-    with pytest.raises(RuntimeError, match="taken"):
+    with pytest.raises(SandboxError, match="taken"):
         users.take()
     left.kill()
     left.wait()

@@ -13,7 +13,7 @@ import pytest
 
 from autograder.classroom import accounts, course_files, homes
 from autograder.classroom.plan import COURSE_ID, Classroom
-from autograder.errors import AutograderError
+from autograder.errors import ClassroomError
 from tests.classroom.conftest import run_classroom
 
 ROUNDS = 40  # as often as `up` would be given
@@ -113,7 +113,7 @@ def test_who_acts_in_a_home_has_no_rights_but_its_owners(home):
 
 def test_who_does_not_end_is_ended(home):
     begin = time.monotonic()
-    with pytest.raises(AutograderError, match="did not end within 0.2 s"):
+    with pytest.raises(ClassroomError, match="did not end within 0.2 s"):
         homes.act(home, OWNER, OWNER, lambda _: time.sleep(600) or b"", seconds=0.2)
     assert time.monotonic() - begin < 60
 
@@ -136,7 +136,7 @@ def test_what_is_there_is_left_and_links_are_not_followed(home, tmp_path):
 
 def test_a_full_home_is_told_and_hurts_nobody_else(home):
     home.chmod(0o500)
-    with pytest.raises(AutograderError, match="Permission denied"):
+    with pytest.raises(ClassroomError, match="Permission denied"):
         homes.lay(home, OWNER, OWNER, {"a": {"": b""}})
 
 
@@ -181,7 +181,7 @@ def test_the_exchanges_folders_are_roots_and_no_links(classroom, tmp_path):
     (course / "feedback").rename(course / "kept")
     (course / "feedback").symlink_to(target)
     try:
-        with pytest.raises(AutograderError, match="move it away"):
+        with pytest.raises(ClassroomError, match="move it away"):
             course_files.make_shared(classroom)
         assert target.stat().st_mode & 0o777 == 0o700 and target.stat().st_gid == 0
     finally:
