@@ -32,11 +32,11 @@ def close_gently() -> None:
     what the proxy has yet to write, be it empty, and the proxy then answers 503 in place of the response, although the
     request was served.  A server should close in these two steps (RFC 9112, section 9.6).
     """
-    IOStream.close_fd = _close_fd
+    IOStream.close_fd = _close_fd  # type: ignore[method-assign, assignment]
 
 
 def _close_fd(stream: IOStream) -> None:
-    connection, stream.socket = stream.socket, None
+    connection, stream.socket = stream.socket, None  # type: ignore[assignment]
     if connection.family != socket.AF_UNIX:
         connection.close()
         return

@@ -72,7 +72,8 @@ def succeed(handle: Any) -> Any:
 @pytest.fixture(scope="session", autouse=True)
 def begun(request: pytest.FixtureRequest) -> None:
     """Have all programs start at once that a test will ask for: all of them, but where a few tests were chosen."""
-    asked = {name for item in request.session.items for name in inspect.signature(item.obj).parameters}
+    tests = [item for item in request.session.items if isinstance(item, pytest.Function)]
+    asked = {name for test in tests for name in inspect.signature(test.obj).parameters}
     for name in ("cancelled", "quick", "busy"):
         if name in asked:
             request.getfixturevalue(name).begin()
