@@ -29,7 +29,7 @@ class NodeRecord:
     where: str
     services: list[str] = field(default_factory=list)
     stories: list[str] = field(default_factory=list)  # its exceptions, and its end, as texts
-    told: list[float] = field(default_factory=list)  # time.time() of each story
+    told: list[float] = field(default_factory=list)  # time.time() of each report
 
 
 @dataclass(frozen=True)
@@ -69,10 +69,10 @@ def write(record: SessionRecord | ShellRecord) -> None:
         storage.replace(path, json.dumps(asdict(record)).encode(), storage.PRIVATE)
 
 
-def tell(record: SessionRecord, story: str) -> None:
-    """Let a session know that the reader was told `story`, so that its next cell does not say it again."""
+def tell(record: SessionRecord, report: str) -> None:
+    """Let a session know that the reader was told `report`, so that its next cell does not say it again."""
     with contextlib.suppress(OSError), open(runtime_folder() / f"{record.pid}.told", "a", encoding="utf-8") as file:
-        file.write(json.dumps(story) + "\n")
+        file.write(json.dumps(report) + "\n")
 
 
 def told_elsewhere(pid: int) -> set[str]:

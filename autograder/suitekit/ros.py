@@ -15,7 +15,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
-from course.ros.graph import OF_EVERY_NODE
+from course.ros.names import OF_EVERY_NODE
 from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError, patch
 from course.session.spinner import Spinner
 

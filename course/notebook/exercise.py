@@ -42,8 +42,8 @@ def exercise(line: str, cell: str) -> None:
     if process.alive:
         print(f"{path.name}: written, running as {', '.join(process.nodes)}")
     else:
-        live().watch.told(process)
-        print("\n".join([f"{path.name}: written, but it does not run:", *map(str, process.stories)]))
+        live().watch.mark_told(process)
+        print("\n".join([f"{path.name}: written, but it does not run:", *map(str, process.reports)]))
 
 
 def _check_syntax(path: Path, cell: str) -> None:

@@ -45,7 +45,7 @@ def _explain(shell: "InteractiveShell", kind: type, error: Any, trace: Any, tb_o
 
 def _known(error: Exception) -> str:
     """The hint on an error that the cell itself has met, where a session is there to know it; '' for none."""
-    module = sys.modules.get("course.session.story")
+    module = sys.modules.get("course.session.failure_report")
     return str(module.hint_on(error)) if module and not isinstance(error, CourseError) else ""
 
 

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 from course.environment import DISCOVERY_PROFILE
 from course.foundation.waiting import wait_until
 from course.ros.discovery import COUNTABLE, ask_participants, participants_here
+from course.ros.names import HIDDEN_PREFIX, absolute, is_hidden, split
 
 if TYPE_CHECKING:  # rclpy is loaded by the first Graph: `-h` and the Tab key need none
     from rclpy.executors import SingleThreadedExecutor
@@ -29,8 +30,6 @@ if TYPE_CHECKING:  # rclpy is loaded by the first Graph: `-h` and the Tab key ne
 
 PROFILES = Path(__file__).parent
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
-HIDDEN_PREFIX = "_"
-OF_EVERY_NODE = ("rcl_interfaces/", "type_description_interfaces/")  # types of the services that every node has
 COMMAND_PREFIX = "_ros2cli"
 
 QUIET = 0.1  # s without a change after which topics and services count as complete
@@ -47,22 +46,6 @@ class NodeName(NamedTuple):
     name: str
     namespace: str
     full_name: str
-
-
-def is_hidden(name: str) -> bool:
-    """Return True if any part of the name of a topic, service or node begins with an underscore."""
-    return any(part.startswith(HIDDEN_PREFIX) for part in name.split("/"))
-
-
-def absolute(node_name: str) -> str:
-    """Return a node's name with a leading slash."""
-    return node_name if node_name.startswith("/") else "/" + node_name
-
-
-def split(node_name: str) -> tuple[str, str]:
-    """Return the name and the namespace in a full node name."""
-    namespace, name = absolute(node_name).rsplit("/", 1)
-    return name, namespace or "/"
 
 
 def reaches_other_hosts() -> bool:

@@ -4,7 +4,8 @@ import re
 from collections.abc import Iterable
 from typing import Any
 
-from course.ros.graph import Graph, absolute
+from course.ros.graph import Graph
+from course.ros.names import absolute
 from course.ros.server_status import ServerStatus
 
 SERVICE_TIMEOUT = 5.0  # s to wait for a node's parameter service

@@ -6,7 +6,8 @@ import time
 from collections.abc import Callable
 
 from course import registry
-from course.ros.graph import OF_EVERY_NODE, Graph
+from course.ros.graph import Graph
+from course.ros.names import OF_EVERY_NODE
 
 LOOK = 0.2  # s between two looks at what became of a server
 TELL = 5.0  # s after which it is told what is served instead
@@ -15,7 +16,7 @@ STALE = 0.2  # s that what was read is good for
 
 
 class ServerStatus:
-    """The stories of nodes that serve `service`, or whose services were never known."""
+    """The failure reports of nodes that serve `service`, or whose services were never known."""
 
     def __init__(self, service: str):
         self.name = service if service.startswith("/") else f"/{service}"
@@ -31,16 +32,16 @@ class ServerStatus:
     def report(self) -> str:
         """Return what such a node has reported since this object was made."""
         for node in self._nodes():
-            for story, told in zip(node.stories, node.told, strict=True):
+            for report, told in zip(node.stories, node.told, strict=True):
                 if told >= self._began:
-                    return self._telling(story)
+                    return self._telling(report)
         return ""
 
-    def _telling(self, story: str) -> str:
-        if story and self._record and story not in self._told:
-            self._told.add(story)
-            registry.tell(self._record, story)
-        return story
+    def _telling(self, report: str) -> str:
+        if report and self._record and report not in self._told:
+            self._told.add(report)
+            registry.tell(self._record, report)
+        return report
 
     def _nodes(self) -> list[registry.NodeRecord]:
         if time.monotonic() > self._read + STALE:
@@ -69,8 +70,8 @@ def wait_for_server(
     """
     began, told = time.monotonic(), False
     while not graph.wait_until(ready, LOOK):
-        if story := status.ending():
-            return f"There is no such {what}. {story}"
+        if report := status.ending():
+            return f"There is no such {what}. {report}"
         if not told and time.monotonic() > began + TELL:
             told = True
             own = sorted(

@@ -167,8 +167,8 @@ def _follow(
 
     status = ServerStatus(f"{args.action_name}/_action/send_goal")
     print("Waiting for an action server to become available...")
-    if story := wait_for_server(graph, status, client.server_is_ready, graph.actions, "action"):
-        return story
+    if report := wait_for_server(graph, status, client.server_is_ready, graph.actions, "action"):
+        return report
     for stamp in stamps:
         stamp(graph.node.get_clock().now().to_msg())
     print(f"Sending goal:\n     {messages.to_yaml(goal)}")

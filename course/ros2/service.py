@@ -160,8 +160,8 @@ def call(args: Namespace) -> str | None:
         # ros2cli prints this line when its first look, before discovery, finds nothing; here, when one has to wait.
         if not graph.settle(ready):
             print("waiting for service to become available...")
-            if story := wait_for_server(graph, status, ready, graph.services, "service"):
-                return story
+            if report := wait_for_server(graph, status, ready, graph.services, "service"):
+                return report
         while True:
             for stamp in stamps:
                 stamp(graph.node.get_clock().now().to_msg())

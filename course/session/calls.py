@@ -11,14 +11,14 @@ from rclpy.task import Future
 
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation.waiting import wait_until
-from course.ros.graph import OF_EVERY_NODE
+from course.ros.names import OF_EVERY_NODE
+from course.session.interface_usage import is_of
 from course.session.source import blocked
-from course.session.uses import is_of
 from course.session.watch import Handle, Watch
 
 LOOK = 0.05  # s between two looks whether the node that is to answer has died
 LISTED = 8  # services that a message names
-GRACE = 1.0  # s that a server may take to be found, before the story of a dead node is told instead
+GRACE = 1.0  # s that a server may take to be found, before the report of a dead node is told instead
 
 
 class Calls:
@@ -94,8 +94,8 @@ class Calls:
 
     def _look_at(self, service: str, *, again: bool = False) -> None:
         """Raise NodeFailed when a node that serves, or was to serve, `service` has something to tell."""
-        if story := self.watch.reason(service, again=again):
-            raise NodeFailed(f"{service} does not answer.\n{story}")
+        if report := self.watch.reason(service, again=again):
+            raise NodeFailed(f"{service} does not answer.\n{report}")
 
     def _client(self, service: str, srv_type: type[Any]) -> Client:
         key = (service, srv_type)

@@ -3,10 +3,10 @@
 from collections.abc import Callable, Iterable, Mapping
 from itertools import chain
 
+from course.ros.names import base
+from course.session.live_node import LiveNode
 from course.session.logs import KEPT, Entry, LogBook, entry_of, entry_of_line, node_of
-from course.session.node import LiveNode
-from course.session.presence import base
-from course.session.process import NodeProcess
+from course.session.node_process import NodeProcess
 from course.session.watch import Handle
 
 
@@ -18,7 +18,7 @@ class LogFollower:
         self._logged = 0  # of the book's messages that were read
         self._held: list[bytes] = []  # of these, until it is known whether a program prints them as well
         self._printed: dict[NodeProcess, int] = {}  # of the lines of each program
-        self._ended: set[tuple[NodeProcess, int]] = set()  # the programs' ends that were told, and the stories before
+        self._ended: set[tuple[NodeProcess, int]] = set()  # the programs' ends that were told, and the reports before
 
     def read(self, limit: int) -> tuple[list[Entry], int]:
         """The newest new entries, `limit` at most from the book and as many from each program, and how many are lost.
@@ -70,10 +70,10 @@ class LogFollower:
 
     def _news(self, program: NodeProcess, over: bool) -> Iterable[Entry]:
         """Return how it has ended, once."""
-        for number, story in enumerate(program.stories if over else []):
+        for number, report in enumerate(program.reports if over else []):
             if (program, number) not in self._ended:
                 self._ended.add((program, number))
-                yield Entry("ENDED", program.name, story.line)
+                yield Entry("ENDED", program.name, report.line)
 
     def _newest(self, entries: Iterable[Entry], limit: int, lost: int) -> tuple[list[Entry], int]:
         found = [entry for entry in entries if self._wanted is None or self._wanted(entry)]

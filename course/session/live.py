@@ -25,21 +25,22 @@ from course import environment
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation.waiting import lookouts, wait_until
 from course.interfaces import builder, kept
+from course.ros.names import base
 from course.ros.rclpy_internals import is_initialized, patch, watch_goals
 from course.session.calls import Calls
 from course.session.domains import session_domain
 from course.session.following import LogFollower
 from course.session.guards import Guards
+from course.session.interface_usage import destructors
+from course.session.live_node import LiveNode, in_context
 from course.session.logs import FLOOD, KEPT, NAME, Entry, LogBook, Logs, program_logs
-from course.session.node import LiveNode, in_context
-from course.session.presence import Presence, base, difference
-from course.session.process import NodeProcess
+from course.session.node_process import NodeProcess
+from course.session.presence import Presence, difference
 from course.session.publishing import Publishing
 from course.session.requests import argument, fill
 from course.session.spinner import Spinner
 from course.session.started import sitecustomize
 from course.session.table import Nodes, Row
-from course.session.uses import uses
 from course.session.watch import Watch
 
 FLOODS = 20  # nodes of which the reader is told that they log too much
@@ -70,7 +71,7 @@ class Session:
         # Children (`!ros2 ...`, `!python ...`) must meet these nodes, and nobody else's.
         os.environ.update(environment.session_variables(domain_id))
         patch()
-        # Of a client that has died while it waited: its own story says so.
+        # Of a client that has died while it waited: its own report says so.
         warnings.filterwarnings("ignore", "failed to send response", RuntimeWarning)
         self.context = Context()
         # The book shows the logs, from /rosout: on stderr they would litter the cells.
@@ -205,8 +206,8 @@ class Session:
         return process
 
     def _failed(self, process: NodeProcess) -> NodeFailed:
-        self.watch.told(process)
-        return NodeFailed("\n".join(map(str, process.stories)))
+        self.watch.mark_told(process)
+        return NodeFailed("\n".join(map(str, process.reports)))
 
     def stop(self, name: str | None = None) -> None:
         """Stop the node (or the file's process) called `name`, or all of them; one that is not there is no error."""
@@ -231,7 +232,7 @@ class Session:
         A notebook shows them as a table, with the started nodes that have ended, and why.
         """
         for handle in list(self._handles.values()):
-            self.watch.told(handle)
+            self.watch.mark_told(handle)
         return Nodes(self._names(), self.rows())
 
     def _names(self) -> list[str]:
@@ -242,9 +243,9 @@ class Session:
         names = self._names()
         rows, known = [], set()
         for key, handle in list(self._handles.items()):
-            stories = tuple(map(str, handle.stories))
+            reports = tuple(map(str, handle.reports))
             for name in handle.nodes or [handle.name]:
-                rows.append(Row(name, handle.state, handle.started, handle.where, key, handle.alive, stories))
+                rows.append(Row(name, handle.state, handle.started, handle.where, key, handle.alive, reports))
                 known.add(name)
         rows += [Row(name, "running", None, "not started by this session") for name in names if name not in known]
         return sorted(rows, key=lambda row: row.name)
@@ -281,7 +282,7 @@ class Session:
         entries = [entry for entry in self._book.read() if entry.node not in printed and wanted in (None, entry.node)]
         for program in programs:
             if wanted in (None, program.name, *map(base, program.nodes)):
-                entries += program_logs(program.name, program.output, [story.line for story in program.stories])
+                entries += program_logs(program.name, program.output, [report.line for report in program.reports])
         return Logs(entries)
 
     # Calls
@@ -370,11 +371,11 @@ class Session:
     def _drop_types(self, package: str) -> None:
         """Stop the nodes of this kernel that use an interface of `package`, and drop the session's own uses."""
         for handle in list(self._handles.values()):
-            if isinstance(handle, LiveNode) and any(uses(handle.node, package)):
+            if isinstance(handle, LiveNode) and any(destructors(handle.node, package)):
                 self.stop(handle.name)
         self._spinner.stop(destroy=False)  # what an executor waits on is not destroyed before it looks up
         self._calls.forget_types(package)
-        for end in list(uses(self.node, package)):
+        for end in list(destructors(self.node, package)):
             end()
         self._spinner = Spinner(self.node)
 

@@ -9,16 +9,14 @@ listener_thread.cpp; rmw_dds_common, GraphCache::update_participant_entities).
 import time
 from collections import Counter
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 from rcl_interfaces.srv import ListParameters
 from rclpy.node import Node
 
 from course.foundation.waiting import wait_until
+from course.ros.names import full, split
 from course.ros.rclpy_internals import NodeNameNonExistentError, unwatched
-
-if TYPE_CHECKING:
-    from course.session.process import NodeProcess
+from course.session.node_process import NodeProcess
 
 FORGOTTEN = 15.0  # s; a node that was killed is in the graph for 5 (discovery.xml), on a busy machine for longer
 SETTLED = 2.0  # s that a program may take from its node to its executor
@@ -33,9 +31,9 @@ class Presence:
 
     def names(self) -> list[str]:
         """The full names of all nodes, hidden ones too; a name that two nodes have is there twice."""
-        listed = Counter(_full(name, space) for name, space in self._node.get_node_names_and_namespaces())
+        listed = Counter(full(name, space) for name, space in self._node.get_node_names_and_namespaces())
         publishers = self._node.get_publishers_info_by_topic(EVENTS)
-        alive = Counter(_full(each.node_name, each.node_namespace) for each in publishers)
+        alive = Counter(full(each.node_name, each.node_namespace) for each in publishers)
         for name in listed - alive:
             listed[name] = alive[name] or int(self._has_endpoints(name))
         return sorted(listed.elements())
@@ -47,7 +45,7 @@ class Presence:
         """
         wait_until(lambda: not set(ended) & set(difference(self.names(), others)), FORGOTTEN, alert=False)
 
-    def settle(self, process: "NodeProcess", served: set[str]) -> None:
+    def settle(self, process: NodeProcess, served: set[str]) -> None:
         """Wait until the program answers from its executor, so that what it does in its first moments is over.
 
         `served` are the services that were there before it.  A program that offers no parameters, or is busy for longer
@@ -67,7 +65,7 @@ class Presence:
     def services(self, name: str) -> set[str]:
         """The services that the node with the full name `name` offers."""
         try:
-            return {service for service, _ in self._node.get_service_names_and_types_by_node(*parts(name))}
+            return {service for service, _ in self._node.get_service_names_and_types_by_node(*split(name))}
         except NodeNameNonExistentError:
             return set()
 
@@ -77,27 +75,12 @@ class Presence:
 
     def _has_endpoints(self, name: str) -> bool:
         try:
-            found = self._node.get_publisher_names_and_types_by_node(*parts(name))
+            found = self._node.get_publisher_names_and_types_by_node(*split(name))
         except NodeNameNonExistentError:
             return False
         return bool(found or self.services(name))
 
 
-def base(node: str) -> str:
-    """The name of a node without its namespace."""
-    return node.rpartition("/")[2]
-
-
 def difference(after: Iterable[str], before: Iterable[str]) -> list[str]:
     """The names that are in `after` more often than in `before`, sorted."""
     return sorted((Counter(after) - Counter(before)).elements())
-
-
-def _full(name: str, namespace: str) -> str:
-    return f"{namespace.rstrip('/')}/{name}"
-
-
-def parts(name: str) -> tuple[str, str]:
-    """The name and the namespace of a node's full name, as rclpy asks for them."""
-    namespace, _, name = name.rpartition("/")
-    return name, namespace or "/"

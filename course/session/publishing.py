@@ -44,8 +44,8 @@ class Publishing:
                 handle.started,
                 handle.where,
                 sorted(handle.services),
-                [str(story) for story in handle.stories],
-                [story.at for story in handle.stories],
+                [str(report) for report in handle.reports],
+                [report.at for report in handle.reports],
             )
             for handle in list(self._handles.values())
             for name in handle.nodes or [handle.name]

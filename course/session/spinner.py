@@ -10,10 +10,10 @@ from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor, Sh
 from rclpy.node import Node
 
 from course.ros.rclpy_internals import cancel_pending_requests, destroy, end_thread_pool
-from course.session.story import Story, of_exception
+from course.session.failure_report import FailureReport, of_exception
 
 KEPT = 100  # exceptions of one node
-STORIES = 20  # of these, that a reader is told: each may have another text
+REPORTS = 20  # of these, that a reader is told: each may have another text
 
 
 class Spinner:
@@ -25,7 +25,7 @@ class Spinner:
         context = node.context
         self.node = node
         self.errors: deque[BaseException] = deque(maxlen=KEPT)
-        self.stories: list[Story] = []
+        self.reports: list[FailureReport] = []
         self._stopping = False
         self.executor = (
             SingleThreadedExecutor(context=context)
@@ -53,15 +53,15 @@ class Spinner:
         self.errors.append(error)
         self.tell(of_exception(f"The node {self.node.get_name()}", error, self._service_callbacks(), doing))
 
-    def tell(self, story: Story) -> None:
-        """Keep a story for the reader, once for each place."""
-        if len(self.stories) < STORIES:
-            known = {(known.error, known.frames) for known in self.stories}
-            if (story.error, story.frames) not in known:
-                self.stories.append(story)
-            if len(self.stories) == STORIES:
-                self.stories[-1] = replace(story, hint="It may go on: what else it raises is in `ros.logs()` alone.")
-        self.node.get_logger().error(story.line)
+    def tell(self, report: FailureReport) -> None:
+        """Keep a report for the reader, once for each place."""
+        if len(self.reports) < REPORTS:
+            known = {(known.error, known.frames) for known in self.reports}
+            if (report.error, report.frames) not in known:
+                self.reports.append(report)
+            if len(self.reports) == REPORTS:
+                self.reports[-1] = replace(report, hint="It may go on: what else it raises is in `ros.logs()` alone.")
+        self.node.get_logger().error(report.line)
         self._changed()
 
     def _service_callbacks(self) -> list[Callable[..., object]]:

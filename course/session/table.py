@@ -20,7 +20,7 @@ class Row:
         ""  # what to call it in `stop` and `restart`: the node's name, or the file's; '' for somebody else's
     )
     alive: bool = True
-    stories: tuple[str, ...] = ()  # its exceptions, and its end, with the reader's own lines
+    reports: tuple[str, ...] = ()  # its exceptions, and its end, with the reader's own lines
 
     def texts(self) -> tuple[str, str, str, str]:
         """Return the texts of its row in the table."""

@@ -11,9 +11,9 @@ from collections.abc import Iterable
 
 from course.errors import NodeFailed
 from course.registry import told_elsewhere
-from course.session.node import LiveNode
-from course.session.process import NodeProcess
-from course.session.story import Story
+from course.session.failure_report import FailureReport
+from course.session.live_node import LiveNode
+from course.session.node_process import NodeProcess
 
 Handle = LiveNode | NodeProcess
 
@@ -23,26 +23,26 @@ class Watch:
 
     def __init__(self, handles: dict[str, Handle]):
         self._handles = handles
-        self._told: set[tuple[Handle, int]] = set()  # a node, and which of its stories
+        self._told: set[tuple[Handle, int]] = set()  # a node, and which of its reports
         self._notices: deque[str] = deque(maxlen=20)
         self._lock = threading.Lock()
 
     def look(self) -> None:
         """Raise NodeFailed when a node has something to tell that nobody was told."""
-        for handle, number, story in self._untold():
+        for handle, number, report in self._untold():
             self._tell(handle, number)
-            raise NodeFailed(str(story))
+            raise NodeFailed(str(report))
 
-    def reason(self, service: str, *, again: bool = False) -> Story | None:
+    def reason(self, service: str, *, again: bool = False) -> FailureReport | None:
         """Return why nobody answers at `service`, and mark it as told; with `again`, also one told before.
 
         What is not known to have served anything may have been meant to serve this.
         """
-        stories = self._all() if again else self._untold()
-        for handle, number, story in reversed(list(stories)):
+        reports = self._all() if again else self._untold()
+        for handle, number, report in reversed(list(reports)):
             if not handle.services or service in handle.services:
                 self._tell(handle, number)
-                return story
+                return report
         return None
 
     def pending(self) -> list[str]:
@@ -50,10 +50,10 @@ class Watch:
         said = []
         untold = list(self._untold())
         elsewhere = told_elsewhere(os.getpid()) if untold else set()
-        for handle, number, story in untold:
+        for handle, number, report in untold:
             self._tell(handle, number)
-            if str(story) not in elsewhere:
-                said.append(f"Since the last cell: {story}")
+            if str(report) not in elsewhere:
+                said.append(f"Since the last cell: {report}")
         return said + self.notices()
 
     def notices(self) -> list[str]:
@@ -76,18 +76,18 @@ class Watch:
             self._notices.clear()
             self._notices.extend(kept)
 
-    def told(self, handle: Handle) -> None:
-        """All that `handle` has to tell so far is known to the reader."""
-        for number, _ in enumerate(handle.stories):
+    def mark_told(self, handle: Handle) -> None:
+        """Note that the reader knows all that `handle` has to tell so far."""
+        for number, _ in enumerate(handle.reports):
             self._tell(handle, number)
 
     def _tell(self, handle: Handle, number: int) -> None:
         self._told.add((handle, number))
 
-    def _untold(self) -> Iterable[tuple[Handle, int, Story]]:
+    def _untold(self) -> Iterable[tuple[Handle, int, FailureReport]]:
         return (each for each in self._all() if each[:2] not in self._told)
 
-    def _all(self) -> Iterable[tuple[Handle, int, Story]]:
+    def _all(self) -> Iterable[tuple[Handle, int, FailureReport]]:
         for handle in list(self._handles.values()):
-            for number, story in enumerate(handle.stories):
-                yield handle, number, story
+            for number, report in enumerate(handle.reports):
+                yield handle, number, report

@@ -3,26 +3,46 @@
 Only a world in real time has them.  In fast mode, where a drive must repeat itself, nobody can change anything.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import Protocol
 
 from geometry_msgs.msg import Point, PointStamped, PoseWithCovarianceStamped
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Empty
 from visualization_msgs.msg import Marker
 
-if TYPE_CHECKING:
-    from course.world.laser import Laser
-    from course.world.node import World
+from course.world.geometry import Pose
+from course.world.laser import Laser
+from course.world.rooms import Room
+from course.world.simulation import Simulation
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 SPEEDS = (0.1, 4.0)
 MOST_BEAMS = 3600
+
+
+class Controlled(Protocol):
+    """The world, as far as its controls change it."""
+
+    simulation: Simulation
+    laser: Laser
+
+    def reset(self, room: str | Path | Room | None = None) -> None:
+        """Put the robot at the start of `room`."""
+
+    def check_room(self, room: str | Path | Room) -> None:
+        """Raise what `reset` raises for this room."""
+
+    def place(self, pose: Pose) -> None:
+        """Put the robot at `pose`; raises ValueError where it cannot stand."""
+
+    def drop(self, x: float, y: float) -> None:
+        """Put an obstacle at x, y (m); raises ValueError where the robot stands."""
 
 
 class Controls:
@@ -36,11 +56,12 @@ class Controls:
     (visualization_msgs/Marker, a list of lines, kept for subscribers that come later) tells the walls and obstacles.
     """
 
-    def __init__(self, world: World) -> None:
-        self._world = world
+    def __init__(self, node: Node, world: Controlled) -> None:
+        """`node` is where the world is controlled, as a rule the `world` itself."""
+        self._node, self._world = node, world
         limits = [FloatingPointRange(from_value=SPEEDS[0], to_value=SPEEDS[1])]
-        self.paused: bool = world.declare_parameter("paused", False).value
-        self.speed: float = world.declare_parameter(
+        self.paused: bool = node.declare_parameter("paused", False).value
+        self.speed: float = node.declare_parameter(
             "speed", 1.0, ParameterDescriptor(floating_point_range=limits, description="1 is real time")
         ).value
         laser = world.laser
@@ -50,14 +71,14 @@ class Controls:
             ("angle_min", laser.angle_min),
             ("noise", laser.noise),
         ):
-            if not world.has_parameter(name):
-                world.declare_parameter(name, value)
-        world.add_on_set_parameters_callback(self._check)
-        world.add_post_set_parameters_callback(self._change)
-        world.create_service(Empty, "~/reset", self._reset)
-        world.create_subscription(PoseWithCovarianceStamped, "initialpose", self._place, 10)
-        world.create_subscription(PointStamped, "clicked_point", self._drop, 10)
-        self._walls = world.create_publisher(Marker, "walls", LATCHED)
+            if not node.has_parameter(name):
+                node.declare_parameter(name, value)
+        node.add_on_set_parameters_callback(self._check)
+        node.add_post_set_parameters_callback(self._change)
+        node.create_service(Empty, "~/reset", self._reset)
+        node.create_subscription(PoseWithCovarianceStamped, "initialpose", self._place, 10)
+        node.create_subscription(PointStamped, "clicked_point", self._drop, 10)
+        self._walls = node.create_publisher(Marker, "walls", LATCHED)
         self.show_walls()
 
     def show_walls(self) -> None:
@@ -113,10 +134,10 @@ class Controls:
         try:
             self._world.place((position.x, position.y, heading))
         except ValueError as error:
-            self._world.get_logger().warning(str(error))
+            self._node.get_logger().warning(str(error))
 
     def _drop(self, message: PointStamped) -> None:
         try:
             self._world.drop(message.point.x, message.point.y)
         except ValueError as error:
-            self._world.get_logger().warning(str(error))
+            self._node.get_logger().warning(str(error))

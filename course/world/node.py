@@ -102,7 +102,7 @@ class World(Node):
         if self.fast:
             self._clock_pub = self.create_publisher(ClockMessage, "/clock", 10)
         else:
-            self._controls = Controls(self)
+            self._controls = Controls(self, self)
             self.create_timer(1.0 / rate, self._on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
         _latest[:] = [weakref.ref(self)]
         self._tell_watchers()

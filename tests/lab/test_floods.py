@@ -20,7 +20,7 @@ from course.lab.kernel.exchange import LARGEST, Exchange
 from course.lab.kernel.eyes import TOLD, Eyes
 from course.session import logs
 from course.session.logs import Entry, LogBook, Logs, entry_of, node_of, short
-from course.session.process import NodeProcess
+from course.session.node_process import NodeProcess
 from tests.kernels import Kernel
 from tests.lab.client import page_of
 

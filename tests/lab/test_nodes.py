@@ -7,10 +7,10 @@ from rcl_interfaces.msg import Log
 from rclpy.serialization import serialize_message
 
 from course.foundation.waiting import wait_until
+from course.ros.names import base
 from course.session.following import LogFollower
 from course.session.logs import Entry, entry_of, node_of
-from course.session.presence import base
-from course.session.process import NodeProcess
+from course.session.node_process import NodeProcess
 from tests.browser.pages import SERVER
 from tests.kernels import Kernel
 from tests.lab.client import WAIT, Client

@@ -23,7 +23,7 @@ from course.foundation.waiting import wait_until
 from course.nodes.fibonacci_action_server import FibonacciActionServer
 from course.session.domains import claim_domain
 from course.session.live import Session
-from course.session.spinner import STORIES
+from course.session.spinner import REPORTS
 
 SERVER = """
 import sys
@@ -250,10 +250,10 @@ def test_a_callback_that_raises_something_else_each_time_tells_only_the_first(se
             raise RuntimeError(f"number {self.count}")
 
     handle = session.start(Raising)
-    assert wait_until(lambda: handle.node.count > 3 * STORIES, 20, alert=False)
-    assert len(handle.stories) == STORIES
-    assert "ros.logs()" in handle.stories[-1].hint
-    assert len(session.watch.pending()) == STORIES
+    assert wait_until(lambda: handle.node.count > 3 * REPORTS, 20, alert=False)
+    assert len(handle.reports) == REPORTS
+    assert "ros.logs()" in handle.reports[-1].hint
+    assert len(session.watch.pending()) == REPORTS
 
 
 def test_a_node_that_blocks_for_ever_blocks_only_itself_and_can_be_stopped(session):

@@ -451,7 +451,10 @@ def test_at_real_time_ros_controls_it(context):
         drop.publish(PointStamped(point=Point(x=4.1, y=3.0)))  # the robot stands there
         drop.publish(PointStamped(point=Point(x=6.0, y=3.0)))
         assert wait_until(lambda: len(walls[-1].points) > 8, 30.0)
-        assert len(walls[-1].points) == 8 + 2 * 16 and scans[-1].ranges[180] == pytest.approx(4.0, abs=0.1)
+        assert len(walls[-1].points) == 8 + 2 * 16
+        assert wait_until(lambda: scans[-1].ranges[180] == pytest.approx(4.0, abs=0.1), 30.0), (
+            "the next scan is from there"
+        )
 
         assert set_all(paused=True, beams=720, angle_min=-math.pi).successful
         seen = len(scans)

@@ -25,7 +25,7 @@ from visualization_msgs.msg import Marker
 from course.errors import LiveError
 from course.lab.kernel.nodes import session
 from course.robot.sectors import from_scan
-from course.ros.graph import is_hidden
+from course.ros.names import is_hidden
 from course.session.following import LogFollower
 from course.session.live import Session
 from course.session.logs import Entry, decoded

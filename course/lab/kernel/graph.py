@@ -4,8 +4,8 @@ from typing import Any
 
 from course.lab.kernel.nodes import endpoints
 from course.lab.kernel.panels import Changes, Panels, Topic
+from course.ros.names import base
 from course.session.live import Session, current
-from course.session.presence import base
 
 PERIOD = 0.5  # s
 NODES, THINGS = 100, 300  # that a page draws: with more it stands still, and nobody finds anything

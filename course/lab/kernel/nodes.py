@@ -12,10 +12,9 @@ from rclpy.parameter import parameter_value_to_python
 
 from course.errors import LiveError
 from course.lab.kernel.panels import Changes, Panels, Topic
-from course.ros.graph import OF_EVERY_NODE, is_hidden
+from course.ros.names import OF_EVERY_NODE, is_hidden, split
 from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError
 from course.session.live import Session, current
-from course.session.presence import parts
 from course.session.table import Row
 
 SHOWN = 500  # parameters of a node
@@ -73,7 +72,7 @@ def _shown(row: Row, state: str) -> dict[str, Any]:
         "line": row.state if state != "stopped" else "stopped",
         "since": row.since,
         "where": row.where,
-        "stories": list(row.stories),
+        "stories": list(row.reports),
     }
 
 
@@ -130,7 +129,7 @@ def _value(value: ParameterValue) -> str:
 
 def endpoints(live: Session, full_name: str, *, everything: bool = False) -> dict[str, list[list[str]]]:
     """Names with their types, by what a node does with them; with `everything` also what every node has."""
-    node, (name, namespace) = live.node, parts(full_name)
+    node, (name, namespace) = live.node, split(full_name)
     asked: dict[str, Callable[[], Iterable[tuple[str, list[str]]]]] = {
         "publishes": lambda: node.get_publisher_names_and_types_by_node(name, namespace),
         "subscribes to": lambda: node.get_subscriber_names_and_types_by_node(name, namespace),

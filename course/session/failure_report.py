@@ -30,6 +30,7 @@ GOAL_ENDING = "raised an exception in an execute callback, so that the goal was 
 NEVER_RETRIEVED = "The following exception was never retrieved"  # rclpy prints it of futures that nobody asks
 FRAME = re.compile(r'^  File "(.+)", line (\d+)(?:, in (.+))?$')
 COURSE = Path(__file__).resolve().parents[1]
+MACHINERY = tuple(COURSE / name for name in ("foundation", "ros", "session"))  # no code of theirs, nor for them to read
 MESSAGE_LINES = 6  # of an exception's own message
 RESULT_TYPE = "The 'result' field must be a sub message of type"
 NO_RESPONSE = ("TypeError", "TypeError:")  # all that rclpy says of a callback that returned no response
@@ -51,7 +52,7 @@ class Frame:
 
 
 @dataclass(frozen=True)
-class Story:
+class FailureReport:
     """The report of a node, or a program, on how it ended."""
 
     who: str
@@ -72,8 +73,8 @@ class Story:
         return "\n".join([head, *map(str, self.frames), *([f"Hint: {self.hint}"] if self.hint else [])])
 
 
-def of_program(path: Path, output: str, status: int, *, before_its_node: bool = False) -> Story:
-    """The story of the program at `path` that printed `output` and ended with `status` (negative: by that signal)."""
+def of_program(path: Path, output: str, status: int, *, before_its_node: bool = False) -> FailureReport:
+    """The report of the program at `path` that printed `output` and ended with `status` (negative: by that signal)."""
     source = text_at(path)
     error, frames = _last_traceback(output, path)
     ending = f"ended with exit status {status}" if status >= 0 else f"was ended by the signal {_signal(-status)}"
@@ -83,7 +84,7 @@ def of_program(path: Path, output: str, status: int, *, before_its_node: bool = 
     if callback and not _inside(frames):  # the error is raised after it, in rclpy
         frames = (Frame(path.name, callback[1], "", source.splitlines()[callback[1] - 1].strip()),)
     if error:
-        return Story(path.name, ending, error, frames, _hint(error, source, frames))
+        return FailureReport(path.name, ending, error, frames, _hint(error, source, frames))
     if never_called(source):
         why = "main() is defined and never called: end the file with `if __name__ == '__main__': main()`."
     elif status == 0 and never_spins(source):
@@ -97,11 +98,13 @@ def of_program(path: Path, output: str, status: int, *, before_its_node: bool = 
     else:
         why = ""
     said = output.strip().splitlines()[-MESSAGE_LINES:] if status > 0 else []
-    return Story(path.name, ending, "\n  ".join(["it printed", *said]) if said else "", (), why)
+    return FailureReport(path.name, ending, "\n  ".join(["it printed", *said]) if said else "", (), why)
 
 
-def of_exception(who: str, error: BaseException, callbacks: list[Callable[..., object]], doing: str = "") -> Story:
-    """The story of an exception in a node of this kernel; `callbacks` are those of the node's services."""
+def of_exception(
+    who: str, error: BaseException, callbacks: list[Callable[..., object]], doing: str = ""
+) -> FailureReport:
+    """The report of an exception in a node of this kernel; `callbacks` are those of the node's services."""
     last = "".join(traceback.format_exception_only(error)).strip()
     frames = _own_frames(error.__traceback__)
     source = _source(error.__traceback__) or (text_of(callbacks[0]) if callbacks else "")
@@ -112,12 +115,12 @@ def of_exception(who: str, error: BaseException, callbacks: list[Callable[..., o
         code = silent[0].__code__
         text = linecache.getline(code.co_filename, code.co_firstlineno).strip()
         frames = (Frame(_place(code.co_filename), code.co_firstlineno, "", text),)
-    return Story(who, doing or "raised an exception in a callback", last, frames, why)
+    return FailureReport(who, doing or "raised an exception in a callback", last, frames, why)
 
 
-def of_goal(who: str, ending: str) -> Story:
-    """The story of a goal whose execute callback has returned, and not as it should: `NO_STATE` or `NO_RESULT`."""
-    return Story(who, ending, hint=ABOUT_GOALS[ending])
+def of_goal(who: str, ending: str) -> FailureReport:
+    """The report of a goal whose execute callback has returned, and not as it should: `NO_STATE` or `NO_RESULT`."""
+    return FailureReport(who, ending, hint=ABOUT_GOALS[ending])
 
 
 def hint_on(error: Exception) -> str:
@@ -128,17 +131,17 @@ def hint_on(error: Exception) -> str:
     return f"Hint: {why}" if why else ""
 
 
-def failed_goals(path: Path, output: str) -> list[Story]:
+def failed_goals(path: Path, output: str) -> list[FailureReport]:
     """The exceptions in execute callbacks that a program's action server has printed, one for each place."""
-    stories = []
+    reports = []
     if STATE_NOT_SET in re.sub(f"{GOAL_FAILED}.*?{STATE_NOT_SET}", "", output, flags=re.DOTALL):  # it follows each
-        stories.append(of_goal(path.name, NO_STATE))
+        reports.append(of_goal(path.name, NO_STATE))
     for part in output.split(GOAL_FAILED)[1:]:
         error, frames = _last_traceback(part.partition("\n")[2], path, first=True)
-        story = Story(path.name, GOAL_ENDING, error, frames, _hint(error, text_at(path), frames))
-        if error and story not in stories:
-            stories.append(story)
-    return stories
+        report = FailureReport(path.name, GOAL_ENDING, error, frames, _hint(error, text_at(path), frames))
+        if error and report not in reports:
+            reports.append(report)
+    return reports
 
 
 def _last_traceback(output: str, path: Path, *, first: bool = False) -> tuple[str, tuple[Frame, ...]]:
@@ -209,7 +212,7 @@ def _is_own(filename: str) -> bool:
     path = Path(filename)
     if any(part in filename for part in LIBRARIES):
         return False
-    return not path.is_relative_to(COURSE / "session") and path.parent != COURSE
+    return path.parent != COURSE and not any(path.is_relative_to(folder) for folder in MACHINERY)
 
 
 def _own_frames(trace: TracebackType | None) -> tuple[Frame, ...]:

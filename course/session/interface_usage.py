@@ -13,7 +13,7 @@ def is_of(interface: object, package: str) -> bool:
     return str(getattr(interface, "__module__", "")).split(".")[0] == package
 
 
-def uses(node: Node, package: str) -> Iterator[Callable[[], object]]:
+def destructors(node: Node, package: str) -> Iterator[Callable[[], object]]:
     """For each client, server, publisher, ... of `node` whose type is of `package`, what destroys it."""
     for client in node.clients:
         if is_of(client.srv_type, package):

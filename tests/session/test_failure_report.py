@@ -1,10 +1,13 @@
 """What is said of mistakes, from texts alone: the hints, and why a program may not answer."""
 
 import textwrap
+from pathlib import Path
 
 import pytest
 
-from course.session import source, story
+from course.foundation.waiting import wait_until
+from course.ros.names import is_hidden
+from course.session import failure_report, source
 from course.session.hints import hint
 
 SERVER = """
@@ -137,7 +140,7 @@ def test_the_story_of_a_program_has_the_readers_lines_alone(tmp_path):
         ZeroDivisionError: division by zero
         The following exception was never retrieved: no
         """)
-    assert str(story.of_program(path, output, 1)) == (
+    assert str(failure_report.of_program(path, output, 1)) == (
         "server.py ended with exit status 1: ZeroDivisionError: division by zero\n"
         "  server.py, line 3, in ask\n    return x / 0\n"
         "Hint: Look at the divisor before you divide."
@@ -152,6 +155,21 @@ def test_a_goal_without_a_state_and_one_with_an_exception(tmp_path):
         "[ERROR] [server.action_server]: Error raised in execute callback: 'x'\n"
         'Traceback (most recent call last):\n  File "/a/server.py", line 2, in execute\n    a[x]\nKeyError: x\n'
     )
-    assert [each.ending for each in story.failed_goals(path, warning)] == [story.NO_STATE]
-    assert [each.error for each in story.failed_goals(path, raised + warning)] == ["KeyError: x"]
-    assert [each.error for each in story.failed_goals(path, (raised + warning) * 2 + warning)] == ["", "KeyError: x"]
+    assert [each.ending for each in failure_report.failed_goals(path, warning)] == [failure_report.NO_STATE]
+    assert [each.error for each in failure_report.failed_goals(path, raised + warning)] == ["KeyError: x"]
+    assert [each.error for each in failure_report.failed_goals(path, (raised + warning) * 2 + warning)] == [
+        "",
+        "KeyError: x",
+    ]
+
+
+def test_lines_of_the_course_are_not_shown_as_the_readers_own():
+    with pytest.raises(TypeError) as waiting:
+        wait_until(None, 1.0)
+    assert [frame.place for frame in failure_report.of_exception("x", waiting.value, []).frames] == [
+        Path(__file__).name
+    ]
+    with pytest.raises(AttributeError) as names:
+        is_hidden(None)
+    places = [frame.place for frame in failure_report.of_exception("x", names.value, []).frames]
+    assert places == [Path(__file__).name]

@@ -14,9 +14,17 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import IO
 
+from course.ros.names import base
+from course.session.failure_report import (
+    GOAL_FAILED,
+    MARK,
+    STATE_NOT_SET,
+    FailureReport,
+    failed_goals,
+    of_program,
+    text_at,
+)
 from course.session.logs import LONGEST, node_of_line
-from course.session.presence import base
-from course.session.story import GOAL_FAILED, MARK, STATE_NOT_SET, Story, failed_goals, of_program, text_at
 
 KEPT_LINES = 2000
 GRACE = 3.0  # s for a program to end after Ctrl-C
@@ -47,9 +55,9 @@ class NodeProcess:
         self.services: set[str] = set()  # that it has offered
         self._loggers: set[str] = set()  # the names of its nodes that have logged on its terminal
         self.stopped = False  # by the reader, through the session
-        self._story: Story | None = None
+        self._report: FailureReport | None = None
         self._goals = False  # whether one has failed
-        self._failed: list[Story] = []
+        self._failed: list[FailureReport] = []
         self._read_lines = 0  # of its output
         self._searched_lines = 0  # of these, for failed goals
         self._printing = threading.Lock()
@@ -159,25 +167,25 @@ class NodeProcess:
         return not self.alive and not self.stopped
 
     @property
-    def stories(self) -> list[Story]:
+    def reports(self) -> list[FailureReport]:
         """Return its failure reports: an exception in an action's execute callback, and how it came to its end."""
         if self._goals and self._searched_lines != self._read_lines:
             self._searched_lines = self._read_lines
-            known = {(story.error, story.frames) for story in self._failed}
+            known = {(report.error, report.frames) for report in self._failed}
             found = failed_goals(self.path, "".join(self._lines))
-            self._failed += [story for story in found if (story.error, story.frames) not in known]
+            self._failed += [report for report in found if (report.error, report.frames) not in known]
         if not self.died or self.returncode is None:
             return self._failed
-        if self._story is None:
-            self._story = of_program(self.path, self.output, self.returncode, before_its_node=not self.nodes)
-        return [*self._failed, self._story]
+        if self._report is None:
+            self._report = of_program(self.path, self.output, self.returncode, before_its_node=not self.nodes)
+        return [*self._failed, self._report]
 
     @property
     def state(self) -> str:
         """In a line: running, stopped, or how it ended."""
         if self.alive:
-            return "; ".join(["running", *(story.line for story in self.stories[-1:])])
-        return self.stories[-1].line if self.stories else "stopped"
+            return "; ".join(["running", *(report.line for report in self.reports[-1:])])
+        return self.reports[-1].line if self.reports else "stopped"
 
     @property
     def where(self) -> str:

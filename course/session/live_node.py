@@ -3,26 +3,33 @@
 import contextlib
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 
 from course.ros.rclpy_internals import NodeNameNonExistentError
+from course.session.failure_report import GOAL_ENDING, NO_RESULT, NO_STATE, FailureReport, of_goal, text_of
 from course.session.logs import Logs
 from course.session.spinner import Spinner, destroy_node
-from course.session.story import GOAL_ENDING, NO_RESULT, NO_STATE, Story, of_goal, text_of
 
-if TYPE_CHECKING:
-    from course.session.live import Session
+
+class Owner(Protocol):
+    """The session, as far as a handle needs it."""
+
+    def logs(self, name: str) -> Logs:
+        """Return what the node called `name` has logged."""
+
+    def stop(self, name: str) -> None:
+        """Stop the node called `name`."""
 
 
 class LiveNode:
     """A handle on a node that runs in this kernel; `node` is the rclpy node itself."""
 
-    def __init__(self, session: "Session", spinner: Spinner):
-        self._session, self._spinner = session, spinner
+    def __init__(self, owner: Owner, spinner: Spinner):
+        self._owner, self._spinner = owner, spinner
         self.node = spinner.node
         self.name = self.node.get_name()
         self.nodes = [self.node.get_fully_qualified_name()]
@@ -51,9 +58,9 @@ class LiveNode:
         return "".join(dict.fromkeys(text_of(service.callback) for service in self.node.services))
 
     @property
-    def stories(self) -> list[Story]:
+    def reports(self) -> list[FailureReport]:
         """Return what its callbacks raised, and where."""
-        return list(self._spinner.stories)
+        return list(self._spinner.reports)
 
     @property
     def services(self) -> set[str]:
@@ -67,7 +74,7 @@ class LiveNode:
     def state(self) -> str:
         """In a line: running or stopped, and the last exception."""
         running = "running" if self.alive else "stopped"
-        return f"{running}; {self.stories[-1].line}" if self.stories else running
+        return f"{running}; {self.reports[-1].line}" if self.reports else running
 
     @property
     def where(self) -> str:
@@ -77,7 +84,7 @@ class LiveNode:
     @property
     def logs(self) -> Logs:
         """Return what the node has logged so far."""
-        return self._session.logs(self.name)
+        return self._owner.logs(self.name)
 
     def is_version_of(self, cls: type[Node]) -> bool:
         """Return True if this node is of class `cls` as it was before, or of one that `cls` is made from."""
@@ -86,7 +93,7 @@ class LiveNode:
 
     def stop(self) -> None:
         """Stop spinning it and destroy it; stopping twice is no error."""
-        self._session.stop(self.name)
+        self._owner.stop(self.name)
 
     def _end(self) -> None:
         if self.alive and not self._spinner.stop():

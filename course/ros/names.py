@@ -1,0 +1,30 @@
+"""Names in the ROS graph: with and without their namespace, and those that are hidden."""
+
+HIDDEN_PREFIX = "_"
+OF_EVERY_NODE = ("rcl_interfaces/", "type_description_interfaces/")  # types of the services that every node has
+
+
+def is_hidden(name: str) -> bool:
+    """Return True if any part of the name of a topic, service or node begins with an underscore."""
+    return any(part.startswith(HIDDEN_PREFIX) for part in name.split("/"))
+
+
+def absolute(node_name: str) -> str:
+    """Return a node's name with a leading slash."""
+    return node_name if node_name.startswith("/") else "/" + node_name
+
+
+def full(name: str, namespace: str) -> str:
+    """Return a node's full name from the two parts that rclpy has of it."""
+    return f"{namespace.rstrip('/')}/{name}"
+
+
+def split(node_name: str) -> tuple[str, str]:
+    """Return the name and the namespace in a full node name, as rclpy asks for them."""
+    namespace, name = absolute(node_name).rsplit("/", 1)
+    return name, namespace or "/"
+
+
+def base(node_name: str) -> str:
+    """Return the name of a node without its namespace."""
+    return node_name.rpartition("/")[2]
