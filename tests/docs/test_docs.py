@@ -61,6 +61,10 @@ def test_every_command_is_explained_to_instructors_or_developers():
     assert set(typer.main.get_command(cli.app).commands) <= told
 
 
+def test_the_readme_names_every_command():
+    assert {name for name, _ in COMMAND.findall(TEXTS["README.md"])} >= set(typer.main.get_command(cli.app).commands)
+
+
 def test_the_readme_is_short():
     assert len(TEXTS["README.md"].split()) <= 700
 
@@ -78,7 +82,7 @@ def test_the_drawing_shows_the_layers_that_are_held():
         layers = next(contract["layers"] for contract in contracts if contract.get("containers") == [package])
         drawn = re.findall(rf'\b{letter}(\d+)\["([^"]+)"\]', TEXTS["docs/architecture.md"])
         assert [int(number) for number, _ in drawn] == list(range(1, len(layers) + 1))
-        assert [set(rooms.split(", ")) for _, rooms in drawn] == [set(layer.split(" | ")) for layer in layers]
+        assert [set(parts.split(", ")) for _, parts in drawn] == [set(layer.split(" | ")) for layer in layers]
         arrows = re.findall(rf"\b({letter}\d+)(?:\[[^\]]+\])? --> ({letter}\d+)\b", TEXTS["docs/architecture.md"])
         assert arrows == [(f"{letter}{n}", f"{letter}{n + 1}") for n in range(1, len(layers))]
 
