@@ -26,7 +26,8 @@ def live() -> "Session":
     if (shell := _shell()) is not None:
         from course.notebook.drift import difference_of
         from course.notebook.extension import load_ipython_extension
-        from course.session.live import before_start, current
+        from course.session.live import current
+        from course.session.started_nodes import before_start
 
         load_ipython_extension(shell)
         before_start[:] = [difference_of]

@@ -1,0 +1,65 @@
+"""All that the nodes of a session log: what is on /rosout, and what their programs have printed."""
+
+from collections.abc import Callable, Mapping
+
+from rclpy.node import Node
+
+from course.foundation.waiting import wait_until
+from course.ros.names import base
+from course.session.following import LogFollower
+from course.session.logs import FLOOD, KEPT, NAME, Entry, LogBook, Logs, program_logs
+from course.session.node_process import NodeProcess
+from course.session.watch import Handle
+
+FLOODS = 20  # nodes of which the reader is told that they log too much
+
+
+class SessionLogs:
+    """The log of the nodes in `handles`, and of others in the domain of `node`, which is spun elsewhere.
+
+    `notice` is given what the reader must know of it: a node that logs too much.
+    """
+
+    def __init__(self, node: Node, handles: Mapping[str, Handle], notice: Callable[[str], None]):
+        self._handles, self._notice = handles, notice
+        self._flooding: set[str] = set()  # nodes of which the reader was told that they log without measure
+        self._book = LogBook(node, self._flooded)
+        self.forget = self._book.forget
+
+    def follow(self, wanted: Callable[[Entry], bool] | None = None) -> LogFollower:
+        """Return a follower of the log as it grows; only the entries that are `wanted`."""
+        return LogFollower(self._book, self._handles, wanted)
+
+    def wait(self, name: str | None, text: str, timeout: float) -> None:
+        """Wait, at most `timeout` s, for a line with `text` of the node or the file called `name`, or of any."""
+        wait_until(lambda: any(text in entry.text for entry in self.read(name)), timeout)
+
+    def read(self, name: str | None) -> Logs:
+        """Return the log of the node or the file called `name`, or of all.
+
+        Of programs what they wrote on their terminal, where it is in order; of the others what is on /rosout.
+        """
+        wanted = name and name.lstrip("/")
+        programs = [handle for handle in self._handles.values() if isinstance(handle, NodeProcess)]
+        printed = {node for program in programs for node in program.names if program.output}
+        entries = [entry for entry in self._book.read() if entry.node not in printed and wanted in (None, entry.node)]
+        for program in programs:
+            if wanted in (None, program.name, *map(base, program.nodes)):
+                entries += program_logs(program.name, program.output, [report.line for report in program.reports])
+        return Logs(entries)
+
+    def _flooded(self, node: str) -> None:
+        """A node logs so much that most of it is lost: tell who does, and how to end it, once."""
+        if node in self._flooding or len(self._flooding) == FLOODS:
+            return
+        self._flooding.add(node)
+        key = next((key for key, handle in list(self._handles.items()) if node in map(base, handle.nodes)), "")
+        end = (
+            f"To end it: ros.stop('{key}')."
+            if key
+            else "This session has not started it: end its program where it was started (Ctrl-C in its terminal)."
+        )
+        self._notice(
+            f"The node {node[:NAME]!r} logs more than {FLOOD:,.0f} lines a second. Only the newest {KEPT:,} lines of "
+            f"all nodes are kept. {end}"
+        )

@@ -1,0 +1,215 @@
+"""The nodes that a session has started: how each is started, replaced, ended and started again, and their table."""
+
+import itertools
+import os
+import threading
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from rclpy.exceptions import NotInitializedException
+from rclpy.node import Node
+
+from course.errors import CallTimeout, LiveError, NodeFailed
+from course.foundation.waiting import wait_until
+from course.ros.names import base
+from course.ros.rclpy_internals import is_initialized
+from course.session.calls import Calls
+from course.session.interface_usage import destructors
+from course.session.live_node import LiveNode, Owner, in_context
+from course.session.node_process import NodeProcess
+from course.session.presence import Presence, difference
+from course.session.publishing import Publishing
+from course.session.requests import argument
+from course.session.session_logs import SessionLogs
+from course.session.spinner import Spinner
+from course.session.started import sitecustomize
+from course.session.table import Row
+from course.session.watch import Handle, Watch
+
+# Asked before a file is started; what they return is told to the reader.  The notebook's part of the course looks here
+# whether the file is what its cell says.
+before_start: list[Callable[[Path], str]] = []
+
+
+class StartedNodes:
+    """The nodes in `handles`, by name: those of this kernel, and those of files' programs.
+
+    `owner` is the session, whose own node is `calls.node`; `prepare` is called before each start.
+    """
+
+    def __init__(
+        self,
+        owner: Owner,
+        handles: dict[str, Handle],
+        *,
+        calls: Calls,
+        logs: SessionLogs,
+        prepare: Callable[[], None],
+        publishing: Publishing,
+        watch: Watch,
+    ):
+        self._owner, self._handles = owner, handles
+        self._calls, self._logs, self._prepare, self._publishing, self._watch = calls, logs, prepare, publishing, watch
+        self._presence = Presence(calls.node)
+        self._again: dict[str, Callable[[], Handle]] = {}  # how each was started last
+        self._changing = threading.RLock()  # held while a node is started or stopped
+        self.introspecting = False  # whether the services of programs that are started publish what passes
+
+    def start_class(
+        self,
+        cls: type[Node],
+        args: tuple[object, ...],
+        kwargs: dict[str, object],
+        parameters: Mapping[str, object],
+        threads: int,
+    ) -> Handle:
+        """Make a node of this kernel and spin it; raises what its `__init__` raises."""
+        return self._alone(partial(self._start_class, cls, args, kwargs, _arguments(parameters), threads))
+
+    def start_file(
+        self, path: Path, args: tuple[object, ...], parameters: Mapping[str, object], timeout: float
+    ) -> Handle:
+        """Run a file in its own process; raises LiveError when it ends, or shows no node within `timeout` s."""
+        again = partial(self._start_file, path, [*map(str, args), *_arguments(parameters)], timeout)
+        self._again[path.name] = again  # a program that fails at once can be restarted, too
+        return self._alone(again)
+
+    def restart(self, name: str) -> Handle:
+        """Start the node or the file called `name` as it was started last; raises LiveError for an unknown name."""
+        if name not in self._again:
+            raise LiveError(f"this session has started no node and no file {name}: ros.nodes() shows those that it has")
+        return self._alone(self._again[name])
+
+    def stop(self, name: str | None = None, *, wait: bool = True) -> None:
+        """Stop the node or the file called `name`, or all of them; `wait` until the graph has forgotten them."""
+        with self._changing:
+            for key in [name] if name else list(self._handles):
+                if handle := self._handles.pop(key, None):
+                    self._stop(handle, wait)
+
+    def stop_users(self, package: str) -> None:
+        """Stop the nodes of this kernel that use an interface of `package`."""
+        for handle in list(self._handles.values()):
+            if isinstance(handle, LiveNode) and any(destructors(handle.node, package)):
+                self.stop(handle.name)
+
+    def goal_failed(self, node: Node, error: Exception | None, result: bool) -> None:
+        """An execute callback in this kernel has raised, or returned no result, or set no state of its goal."""
+        for handle in list(self._handles.values()):
+            if isinstance(handle, LiveNode) and handle.node is node:
+                handle.goal_failed(error, result=result)
+
+    def names(self) -> list[str]:
+        """Return the full names of the nodes that run in the session's domain, hidden ones left out."""
+        return [name for name in self._presence.names() if not base(name).startswith("_")]
+
+    def rows(self) -> list[Row]:
+        """Return a row for each started node, and for each node that somebody else has started."""
+        names = self.names()
+        rows, known = [], set()
+        for key, handle in list(self._handles.items()):
+            reports = tuple(map(str, handle.reports))
+            for name in handle.nodes or [handle.name]:
+                rows.append(Row(name, handle.state, handle.started, handle.where, key, handle.alive, reports))
+                known.add(name)
+        rows += [Row(name, "running", None, "not started by this session") for name in names if name not in known]
+        return sorted(rows, key=lambda row: row.name)
+
+    def _alone(self, start: Callable[[], Handle]) -> Handle:
+        """Call `start` while nobody else starts or stops a node, and keep it for `restart`."""
+        with self._changing:
+            self._prepare()
+            handle = start()
+            self._again[handle.name] = start
+        return handle
+
+    def _start_class(
+        self, what: Any, args: tuple[object, ...], kwargs: dict[str, object], arguments: list[str], threads: int
+    ) -> LiveNode:
+        if not (isinstance(what, type) and issubclass(what, Node)):
+            raise LiveError(f"start() takes a Node class or the path of a Python file, not {type(what).__name__}")
+        for handle in list(self._handles.values()):
+            if isinstance(handle, LiveNode) and type(handle.node).__name__ == what.__name__:
+                self._replace(handle.name)
+        cls = in_context(what, self._calls.node.context, arguments, lambda name: self._replace(name, cls=what))
+        node = cls.__new__(cls)
+        try:
+            type(node).__init__(node, *args, **kwargs)  # type: ignore[arg-type]
+        except BaseException as error:
+            if is_initialized(node):
+                node.destroy_node()
+            if isinstance(error, NotInitializedException):
+                raise LiveError(
+                    f"{what.__name__} makes a node that is not in this session: in its __init__, write "
+                    "super().__init__('name') instead of Node.__init__(self, 'name')"
+                ) from None
+            raise
+        self._replace(node.get_name(), cls=what)  # it may have been renamed by its arguments
+        handle = LiveNode(self._owner, Spinner(node, threads, self._publishing.publish))
+        self._handles[handle.name] = handle
+        self._publishing.publish()
+        return handle
+
+    def _replace(self, name: str, new: NodeProcess | None = None, cls: type[Node] | None = None) -> None:
+        """Make room for a node, or a file's process, of this name; `new` already has it, and `cls` is to have it."""
+        for key, handle in list(self._handles.items()):
+            if handle is not new and name in (key, *map(base, handle.nodes)):
+                if cls is not None and isinstance(handle, LiveNode) and not handle.is_version_of(cls):
+                    self._watch.notice(
+                        f"{cls.__name__} takes the place of {type(handle.node).__name__}: both call their node "
+                        f"'{name}'. Give one of them another name in `super().__init__(...)` to run both."
+                    )
+                self.stop(key)
+                for node in handle.nodes:
+                    self._logs.forget(base(node), *([new.started] if new else []))
+
+    def _start_file(self, path: Path, arguments: list[str], timeout: float) -> NodeProcess:
+        if not path.is_file():
+            raise LiveError(f"there is no file {path}: run the cell that writes it, or check the name")
+        for look in before_start:
+            if line := look(path):
+                self._watch.notice(line)
+        self._replace(path.name)
+        before, served = self._presence.names(), self._presence.served()
+        variables = sitecustomize.environment(os.environ) if self.introspecting else {}
+        process = NodeProcess(path, arguments, self._publishing.publish, variables)
+        self._handles[process.name] = process
+        wait_until(lambda: not process.alive or len(self._presence.names()) > len(before), timeout, alert=False)
+        process.nodes = difference(self._presence.names(), before) if process.alive else []
+        if not process.alive:
+            raise self._failed(process)
+        if not process.nodes:
+            process.stop()
+            raise CallTimeout(
+                f"{path.name} ran for {timeout:g} s and created no node: does it wait for something before its "
+                "`super().__init__('name')`, or is `main()` not reached?"
+            )
+        for node in process.nodes:
+            self._replace(base(node), process)
+        self._presence.settle(process, served)
+        self._publishing.publish()
+        if process.died and process.returncode:
+            raise self._failed(process)
+        return process
+
+    def _failed(self, process: NodeProcess) -> NodeFailed:
+        self._watch.mark_told(process)
+        return NodeFailed("\n".join(map(str, process.reports)))
+
+    def _stop(self, handle: Handle, wait: bool) -> None:
+        self._calls.forget(handle.services)
+        others = [node for other in self._handles.values() for node in other.nodes]
+        if handle.alive and wait:  # another session's node may have the same name
+            others = difference(self._presence.names(), handle.nodes)
+        handle._end()
+        if wait:
+            self._presence.wait_until_gone(handle.nodes, others)
+            self._publishing.publish()
+
+
+def _arguments(parameters: Mapping[str, object]) -> list[str]:
+    """The command line that overrides declared parameters."""
+    overrides = [["-p", f"{name}:={argument(value)}"] for name, value in parameters.items()]
+    return ["--ros-args", *itertools.chain.from_iterable(overrides)] if overrides else []
