@@ -1128,6 +1128,41 @@ WRONG = {
         ),
         ONE_BY_ONE,
     ),
+    "asks twice a second without a call": (
+        relay(
+            (
+                "        self.get_logger()",
+                "        self.create_timer(0.5, self.look, callback_group=group)\n        self.get_logger()",
+            ),
+            (
+                "    async def relay",
+                """    def look(self):
+        if self.client.service_is_ready():
+            self.client.call_async(AddTwoInts.Request())
+
+    async def relay""",
+            ),
+        ),
+        {"relay_asks_each_time"},
+    ),
+    "looks once a second whether the answer is there": (
+        relay(
+            (
+                "answer = await self.client.call_async(AddTwoInts.Request(a=a, b=b))",
+                """future = self.client.call_async(AddTwoInts.Request(a=a, b=b))
+        while not future.done():
+            time.sleep(1.0)
+        answer = future.result()""",
+            ),
+            ("import rclpy\n", "import time\n\nimport rclpy\n"),
+            (
+                "    rclpy.init(args=args)\n    node = Relay()\n",
+                "    from rclpy.executors import MultiThreadedExecutor\n    rclpy.init(args=args)\n    node = Relay()\n",
+            ),
+            ("rclpy.spin(node)", "rclpy.spin(node, MultiThreadedExecutor(num_threads=20))"),
+        ),
+        {"no_caller_waits_for_another"},
+    ),
     "relay waits 8 s for a server": (
         relay(("if not self.client.service_is_ready()", "if not self.client.wait_for_service(timeout_sec=8.0)")),
         {"without_add_two_ints"},
