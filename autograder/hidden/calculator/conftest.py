@@ -6,6 +6,7 @@ from autograder.hidden.calculator.conversation import Calculator, Call, ClientRu
 from autograder.suitekit import Bench
 
 CONSONANTS = "bdfgklmnprstvz"  # of made-up words, which no program prints by chance
+FOR_ROS = ("--ros-args", "--log-level", "info")
 
 
 @pytest.fixture(scope="session")
@@ -26,17 +27,19 @@ def runs(bench: Bench) -> ClientRuns:
 
     a, b = (rng.choice([-1, 1]) * (rng.randrange(10, 900) + rng.choice([0.25, 0.5, 0.75])) for _ in "ab")
     operation = rng.choice(["subtract", "multiply", "divide"])
-    result = -rng.randrange(10_000, 90_000) - 0.5
+    result = -rng.randrange(1_000_000, 9_000_000) - 0.5
     # As a message may be: long, with capitals and punctuation.  With a result, which means nothing in a refusal.
     reason = f"{word(6).capitalize()} {word(4).upper()}: {word(7)} ({word(5)}), {word(8)}-{word(3)}. {word(6)}!"
     noise = word(6)
     bench.hide(noise)
     answering = Counterpart(bench, result=result, success=True, message=word(9))
     refusing = Counterpart(bench, result=-rng.randrange(1000, 9000) - 0.5, success=False, message=reason)
+    accepting = Counterpart(bench, result=1.0, success=True, message=word(9))
     p, q = (str(rng.randrange(10, 900)) for _ in "pq")
     return ClientRuns(
         answered=Call(answering, str(a), str(b), operation),
         refused=Call(refusing, p, "0", "divide"),
+        unusual=Call(accepting, f"{p}e-5", f"+{q}", word(5).capitalize(), *FOR_ROS),
         absent=bench.early["absent"],
         misused={
             "with too few arguments": refusing.run(p, q),

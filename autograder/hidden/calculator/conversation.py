@@ -304,6 +304,7 @@ class ClientRuns:
 
     answered: Call
     refused: Call  # the server answers with success False
+    unusual: Call  # numbers and an operation as nobody writes them, and arguments for ROS
     absent: Run  # there is no server
     misused: dict[str, Run]  # with a wrong command line, by what is wrong with it
 

@@ -257,6 +257,10 @@ def test_survives_bad_requests(calculator: Calculator, rng: random.Random) -> No
         (3.0, "Überlauf\n%s{}", 4.0),
         (1.0, "destroy_node", 2.0),  # names of what every node has
         (1.0, "__init__", 2.0),
+        (1e308, "add", 1e308),  # no float64 is as large as what these make
+        (-1e308, "subtract", 1e308),
+        (1e308, "multiply", -10.0),
+        (-1e308, "divide", 0.1),
         (-1.0, "divide", 0.0),
     ]:
         calculator.ask(a, operation, b)
@@ -341,6 +345,17 @@ def test_client_sends(runs: ClientRuns) -> None:
         if last:
             raise Wrong(f"The client must call {SERVICE} once.", f"{len(call.requests)} requests")
         call.repeat()
+    call = runs.unusual
+    a, b, operation = call.sent[:3]
+    if not call.reached:
+        call.run.finish("with a number such as 1e-5 and an operation that it does not know")
+        raise Wrong(
+            "With a number such as 1e-5, an operation that only the server can refuse, and arguments for ROS behind them "
+            f"(--ros-args ...), no request came to {SERVICE}.",
+            call.run.output,
+        )
+    if (sent := call.requests[0]) != (right := Calculate.Request(a=float(a), b=float(b), operation=operation)):
+        raise Wrong("The client must send the two numbers and the operation as they are given.", f"{sent}, not {right}")
 
 
 @points(1, cell="calculator-client")
@@ -350,7 +365,8 @@ def test_client_shows_result(runs: ClientRuns) -> None:
     if not runs.answered.comes_to(lambda: shows_result(runs)):
         output = runs.answered.run.finish("with a server that answers").output
         raise Wrong(
-            "When success is True, the client must show the result of the response, with its sign.",
+            "When success is True, the client must show the result of the response, with its sign, rounded to one decimal "
+            "at most.",
             f"answered {runs.answered.response}, shown: {output}",
         )
 
@@ -358,7 +374,7 @@ def test_client_shows_result(runs: ClientRuns) -> None:
 def shows_result(runs: ClientRuns) -> bool:
     """Whether the client has shown the result that the server has answered."""
     result = runs.answered.response.result
-    found = [number for number in numbers(runs.answered.run.output) if 10_000 <= abs(number) <= 90_001]  # as results
+    found = [number for number in numbers(runs.answered.run.output) if 1e6 <= abs(number) <= 9e6 + 1]  # as results
     return len(found) <= CHATTER and any(abs(number - result) < SHOWN for number in found)
 
 

@@ -155,6 +155,13 @@ def keeps(key: str) -> dict[str, bytes]:
 # What is wrong, and the tests that it loses (without "test_").
 WRONG = {
     "subtract swapped": (server(("request.a - request.b", "request.b - request.a")), {"subtract"}),
+    "adds with math.fsum": (
+        server(
+            ("import rclpy\n", "import math\n\nimport rclpy\n"),
+            (RESULT.format("+"), "response.result = math.fsum([request.a, request.b])"),
+        ),
+        {"survives_bad_requests"},
+    ),
     "crash on division by zero": (server((REFUSE_ZERO, "")), {"division_by_zero", "survives_bad_requests"}),
     "division by zero is infinite": (
         server((REFUSE_ZERO, "        elif request.b == 0.0:\n            response.result = float('inf')\n")),
@@ -703,6 +710,64 @@ WRONG = {
         {"client_shows_message", "client_exit_status"},
     ),
     "client shows its own reason": (client(("{response.message}", "division by zero")), {"client_shows_message"}),
+    "client counts the arguments for ROS": (
+        client(("_, a, b, operation = remove_ros_args(args)", "_, a, b, operation = args or sys.argv")),
+        {"client_sends"},
+    ),
+    "client knows a number by its digits": (
+        client(
+            (
+                "_, a, b, operation = remove_ros_args(args)\n",
+                """_, a, b, operation = remove_ros_args(args)
+        if not all(word.lstrip('+-').replace('.', '', 1).isdigit() for word in (a, b)):
+            raise ValueError
+""",
+            )
+        ),
+        {"client_sends"},
+    ),
+    "client counts the words of its whole command line": (
+        client(
+            (
+                "_, a, b, operation = remove_ros_args(args)\n",
+                """if len(sys.argv) != 4:
+            raise ValueError
+        _, a, b, operation = remove_ros_args(args)
+""",
+            )
+        ),
+        {"client_sends"},
+    ),
+    "client knows a number by a pattern without an exponent": (
+        client(
+            (
+                "_, a, b, operation = remove_ros_args(args)\n",
+                """_, a, b, operation = remove_ros_args(args)
+        import re
+        if not all(re.fullmatch(r'[-+]?[0-9]*[.]?[0-9]+', word) for word in (a, b)):
+            raise ValueError
+""",
+            )
+        ),
+        {"client_sends"},
+    ),
+    "client sends the operation in small letters": (
+        client(("operation=operation", "operation=operation.lower()")),
+        {"client_sends"},
+    ),
+    "client knows the four operations": (
+        client(
+            (
+                "_, a, b, operation = remove_ros_args(args)\n",
+                """_, a, b, operation = remove_ros_args(args)
+        if operation not in ('add', 'subtract', 'multiply', 'divide'):
+            raise ValueError
+""",
+            )
+        ),
+        {"client_sends"},
+    ),
+    "client shows six digits": (client(("{response.result}", "{response.result:g}")), {"client_shows_result"}),
     "client sends whole numbers": (
         client(("float(a), float(b)", "float(int(float(a))), float(int(float(b)))")),
         {"client_sends"},

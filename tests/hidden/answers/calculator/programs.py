@@ -58,7 +58,7 @@ class Server(Node):
         try:
             response.result = await self.backend.compute(request.a, request.b, request.operation)
             response.success = True
-        except ValueError as error:
+        except (ValueError, OverflowError) as error:
             response = Calculate.Response(success=False, message=str(error))
         self.get_logger().info(str(response))
         return response
@@ -187,8 +187,8 @@ class S(Node):
         a, b, op = req.a, req.b, req.operation
         print(f'{a},{b},{op}')
         res.success = False
-        if op == 'add': res.result = math.fsum((a, b)); res.success = True
-        if op == 'subtract': res.result = math.fsum((a, -b)); res.success = True
+        if op == 'add': res.result = sum((a, b)); res.success = True
+        if op == 'subtract': res.result = sum((a, -b)); res.success = True
         if op == 'multiply': res.result = math.prod((a, b)); res.success = True
         if op == 'divide':
             if math.isclose(b, 0.0):
@@ -389,13 +389,14 @@ if __name__ == '__main__':
 ARGPARSE_CLIENT = """
 import argparse, sys
 import rclpy
+from rclpy.utilities import remove_ros_args
 from calculator_interfaces.srv import Calculate
 
 parser = argparse.ArgumentParser()
 parser.add_argument('a', type=float)
 parser.add_argument('b', type=float)
 parser.add_argument('operation')
-options = parser.parse_args()
+options = parser.parse_args(remove_ros_args(sys.argv)[1:])
 rclpy.init()
 node = rclpy.create_node('c')
 caller = node.create_client(Calculate, 'calculator')
@@ -430,11 +431,12 @@ class Client(Node):
         self.client = self.create_client(Calculate, '/calculator')
 
 def main():
-    if len(sys.argv) != 4:
-        print('usage: %s a b operation' % sys.argv[0], file=sys.stderr)
+    argv = rclpy.utilities.remove_ros_args(sys.argv)
+    if len(argv) != 4:
+        print('usage: %s a b operation' % argv[0], file=sys.stderr)
         return 1
     try:
-        request = Calculate.Request(a=float(sys.argv[1]), b=float(sys.argv[2]), operation=sys.argv[3])
+        request = Calculate.Request(a=float(argv[1]), b=float(argv[2]), operation=argv[3])
     except ValueError as error:
         print('a and b must be numbers:', error)
         return 1
@@ -458,11 +460,14 @@ sys.exit(main())
 """
 
 CALLBACK_CLIENT = """
-import os, sys, time
+import os, re, sys, time
 import rclpy
 from rclpy.logging import LoggingSeverity, set_logger_level
 from rclpy.node import Node
+from rclpy.utilities import remove_ros_args
 from calculator_interfaces.srv import Calculate
+
+NUMBER = re.compile(r'[+-]?(\\d+\\.?\\d*|\\.\\d+)(e[+-]?\\d+)?', re.IGNORECASE)
 
 class Asker(Node):
     def __init__(self, request):
@@ -484,12 +489,12 @@ class Asker(Node):
 
     def show(self, future):
         answer = future.result()
-        print(f'{answer.result:g}' if answer.success else answer.message)
+        print(f'{answer.result:.12g}' if answer.success else answer.message)
         self.status = 0 if answer.success else 1
 
 def main():
-    words = sys.argv[1:]
-    if len(words) != 3 or not all(word.lstrip('-').replace('.', '', 1).isdigit() for word in words[:2]):
+    words = remove_ros_args(sys.argv)[1:]
+    if len(words) != 3 or not all(NUMBER.fullmatch(word) for word in words[:2]):
         sys.exit('How to: calculator_client.py NUMBER NUMBER OPERATION')
     print(*(f'line {number} of 400, at level debug' for number in range(400)), sep='\\n')
     rclpy.init()
@@ -506,6 +511,7 @@ THREAD_CLIENT = """
 import sys, threading
 import rclpy
 from rclpy.executors import ExternalShutdownException
+from rclpy.utilities import remove_ros_args
 from calculator_interfaces.srv import Calculate
 
 def spin(node):
@@ -516,10 +522,8 @@ def spin(node):
 
 OPERATIONS = ('add', 'subtract', 'multiply', 'divide')
 try:
-    _, a, b, operation = sys.argv
+    _, a, b, operation = remove_ros_args(sys.argv)
     a, b = float(a), float(b)
-    if operation not in OPERATIONS:
-        raise ValueError(operation)
 except ValueError:
     print('Give two numbers and one of', *OPERATIONS)
     raise SystemExit(64)
@@ -702,6 +706,7 @@ import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.utilities import remove_ros_args
 from calculator_interfaces.srv import Calculate
 
 class Failure(Exception):
@@ -736,7 +741,7 @@ def calculate(words):
         context.shutdown()
 
 try:
-    print(json.dumps(calculate(sys.argv[1:])))
+    print(json.dumps(calculate(remove_ros_args(sys.argv)[1:])))
 except Failure as failure:
     print(json.dumps(failure.said, ensure_ascii=False), file=sys.stderr)
     sys.exit(failure.status)
