@@ -183,7 +183,7 @@ def regrade_command(
                 print(printable(move.describe()))
         print(f"{len(moves)} graded again, {sum(move.moved for move in moves)} of them with a different score.")
         if apply and moves:
-            submitted = Path(next(iter(again.origins.values())).submitted)
+            submitted = Path(next(iter(again.bases.values())).submitted)
             with _gradebook(no_gradebook, gradebook, submitted, out) as enter:
                 again.apply(enter)
             print(f"Written; the old results are in {out / output.HISTORY}.")

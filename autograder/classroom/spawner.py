@@ -18,7 +18,7 @@ from typing import Any, Self
 
 from jupyterhub.spawner import Spawner
 
-from autograder.classroom import box, memory, serve
+from autograder.classroom import box, memory_limit, serve
 from autograder.classroom.members import Member
 from autograder.classroom.plan import GIB, Classroom, as_url
 from autograder.sandbox import cgroup
@@ -145,7 +145,7 @@ class BoxSpawner(Spawner):
         classroom = self.classroom
         with contextlib.suppress(KeyError):  # no longer a member
             most = classroom.limits_of(classroom.find(self.user.name)).memory
-            if pid := memory.bound(self._running.pid, most):
+            if pid := memory_limit.bound(self._running.pid, most):
                 self.log.warning("%s took more than %.1f GiB: process %d was ended", self.user.name, most / GIB, pid)
 
     def _tell_url(self, classroom: Classroom, member: Member) -> None:

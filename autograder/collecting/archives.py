@@ -21,7 +21,7 @@ JUNK = {"__MACOSX", ".DS_Store", "Thumbs.db", "desktop.ini"}
 
 
 @dataclass(frozen=True)
-class Member:
+class ArchivedFile:
     """A file in an archive."""
 
     path: PurePosixPath
@@ -38,9 +38,9 @@ class Packed:
     _archive: Archive
     _info: zipfile.ZipInfo
 
-    def unpack(self, allowance: Allowance) -> Member:
+    def unpack(self, allowance: Allowance) -> ArchivedFile:
         """Read it; raises BadArchive."""
-        return Member(self.path, self._archive.read(self._info, allowance), self.changed)
+        return ArchivedFile(self.path, self._archive.read(self._info, allowance), self.changed)
 
 
 def contents(file: BinaryIO, most: int = MAX_CLASS_FILES) -> Iterator[Packed | str]:
@@ -66,7 +66,7 @@ def contents(file: BinaryIO, most: int = MAX_CLASS_FILES) -> Iterator[Packed | s
             yield Packed(path, _changed(info), archive, info)
 
 
-def members(file: BinaryIO, allowance: Allowance) -> list[Member]:
+def members(file: BinaryIO, allowance: Allowance) -> list[ArchivedFile]:
     """Unpack one student's archive; raises BadArchive when anything in it is not as it should be."""
     found = list(contents(file, MAX_FILES))
     if wrong := [each for each in found if isinstance(each, str)]:
@@ -74,7 +74,7 @@ def members(file: BinaryIO, allowance: Allowance) -> list[Member]:
     return [each.unpack(allowance) for each in found if isinstance(each, Packed)]
 
 
-def members_of(content: bytes, allowance: Allowance) -> list[Member]:
+def members_of(content: bytes, allowance: Allowance) -> list[ArchivedFile]:
     """Unpack an archive that lay in another; they share the allowance.  Raises BadArchive."""
     return members(io.BytesIO(content), allowance)
 
@@ -89,7 +89,7 @@ def opened(path: Path) -> Iterator[BinaryIO]:
         raise BadArchive(f"cannot be read ({error.strerror})") from None
 
 
-def flat(inside: list[Member]) -> list[Member]:
+def flat(inside: list[ArchivedFile]) -> list[ArchivedFile]:
     """The files without the folders that are around all of them."""
     while inside and len({member.path.parts[0] for member in inside}) == 1 and len(inside[0].path.parts) > 1:
         inside = [replace(member, path=PurePosixPath(*member.path.parts[1:])) for member in inside]

@@ -14,7 +14,7 @@ from autograder.collecting.archives import (
     MAX_CLASS,
     MAX_CLASS_FILES,
     MAX_STUDENT,
-    Member,
+    ArchivedFile,
     Packed,
     contents,
     flat,
@@ -29,7 +29,7 @@ from course.errors import BadArchive
 from course.foundation.untrusted import Allowance, shortened
 from course.hand_in import RECEIPT
 
-File = TypeVar("File", Member, Packed)
+File = TypeVar("File", ArchivedFile, Packed)
 WRAPPED = 3  # archives around each other
 
 
@@ -41,7 +41,7 @@ class Loose:
     changed: datetime
     _file: Path
 
-    def unpack(self, allowance: Allowance) -> Member:
+    def unpack(self, allowance: Allowance) -> ArchivedFile:
         """Read it; raises BadArchive."""
         try:
             content = reading.read_file(self._file, MAX_STUDENT)
@@ -50,7 +50,7 @@ class Loose:
         except RefusedFile as error:
             raise BadArchive(str(error)) from None
         allowance.spend(len(content))
-        return Member(self.path, content, self.changed)
+        return ArchivedFile(self.path, content, self.changed)
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Bundle:
 
     source: str  # where it was found, for messages
     download: str  # the archive or folder that was given, in which a platform's numbers tell students apart
-    members: list[Member]
+    members: list[ArchivedFile]
     origin: Origin | None
     at: datetime
 
@@ -131,7 +131,7 @@ def _folder(folder: Path, student: str, source: Path) -> Bundle:
     found = []
     for path, content in files_of(folder):
         allowance.spend(len(content))
-        found.append(Member(PurePosixPath(path.name), content, _changed(path)))
+        found.append(ArchivedFile(PurePosixPath(path.name), content, _changed(path)))
     at = max((member.changed for member in found), default=_changed(folder))
     return Bundle(str(folder), str(source), found, Origin((student,), ""), at)
 
@@ -221,7 +221,7 @@ def _of_platform(download: str, inside: Iterable[Packed | Loose], unplaced: list
             yield _uploaded(download, found)
 
 
-def _unwrapped(inside: list[Member], allowance: Allowance, depth: int = WRAPPED) -> list[Member]:
+def _unwrapped(inside: list[ArchivedFile], allowance: Allowance, depth: int = WRAPPED) -> list[ArchivedFile]:
     """The files of what may be an archive around one other archive, such as a hand-in that was zipped again."""
     inner = _archives_in(inside)
     if len(inner) == 1 and all(member.path.suffix.lower() not in (".py", ".ipynb") for member in inside):
@@ -235,9 +235,9 @@ def _archives_in(inside: list[File]) -> list[File]:
     return [member for member in inside if _is_archive(member.path)]
 
 
-def _uploaded(download: str, uploaded: list[tuple[Member, Origin]]) -> Bundle:
+def _uploaded(download: str, uploaded: list[tuple[ArchivedFile, Origin]]) -> Bundle:
     """The files that one student uploaded one by one; of a file that is there twice the later one."""
-    newest: dict[str, Member] = {}
+    newest: dict[str, ArchivedFile] = {}
     for member, whose in sorted(uploaded, key=lambda each: each[1].upload):
         newest[whose.file] = replace(member, path=PurePosixPath(whose.file))
     last = max((whose for _, whose in uploaded), key=lambda whose: whose.upload)

@@ -19,7 +19,7 @@ ABOUT_STUDENTS = (*ABOUT, "Section")  # columns that are no assignment
 
 
 @dataclass(frozen=True)
-class Roster:
+class CanvasGradebook:
     """The gradebook as exported from Canvas; every line has as many cells as the header."""
 
     file: str
@@ -28,7 +28,7 @@ class Roster:
     students: list[list[str]]
 
     @classmethod
-    def read(cls, file: str) -> "Roster":
+    def read(cls, file: str) -> "CanvasGradebook":
         """Read the file; raises CannotExport when it is no gradebook exported from Canvas."""
         try:
             text = Path(file).read_text(encoding="utf-8-sig")
@@ -104,7 +104,7 @@ class CanvasExporter(Exporter):
             raise CannotExport("export the gradebook from Canvas, and give the file: --CanvasExporter.roster=FILE")
         if Path(self.to or self.default_name).resolve() == Path(self.roster).resolve():
             raise CannotExport(f"{self.roster} would be overwritten: choose another name with --to")
-        roster = Roster.read(self.roster)
+        roster = CanvasGradebook.read(self.roster)
         known = [roster.header.index(name) for name in ABOUT_STUDENTS if name in roster.header]
         names = {name for student in grades.values() for name in student}
         places = {name: roster.column(name, self.columns.get(name)) for name in sorted(names)}
@@ -126,7 +126,7 @@ class CanvasExporter(Exporter):
         return rows
 
     def _assignments(
-        self, grades: Grades, roster: Roster, places: dict[str, int | None]
+        self, grades: Grades, roster: CanvasGradebook, places: dict[str, int | None]
     ) -> tuple[list[str], list[str]]:
         """Title and points possible of each assignment's column; a difference from Canvas is logged."""
         assignments = {name: grade.assignment for student in grades.values() for name, grade in student.items()}
@@ -149,7 +149,7 @@ class CanvasExporter(Exporter):
             possible.append(there)
         return titles, possible
 
-    def _students(self, grades: Grades, roster: Roster) -> dict[int, str]:
+    def _students(self, grades: Grades, roster: CanvasGradebook) -> dict[int, str]:
         """The student of each line that has one: by id, email or LMS id in any of the roster's three columns."""
         found: dict[str, set[int]] = {}
         for student, mine in grades.items():

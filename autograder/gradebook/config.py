@@ -4,7 +4,7 @@ from nbgrader.preprocessors import AssignLatePenalties
 from traitlets.config import Config
 
 from autograder.gradebook.late import LatePolicy
-from autograder.gradebook.plugins import FeedbackPage, GradeInSandbox, HandedIn, NameCells
+from autograder.gradebook.plugins import FeedbackPage, GradeInSandbox, HandedInNotebook, NameCells
 
 # What `autograder release` writes into a new course folder.  It names the module, not its file: the course's
 # repository may move.
@@ -23,8 +23,8 @@ def apply(c: Config) -> None:
     c.ClearSolutions.code_stub = {"python": "# YOUR CODE HERE"}
 
     # The files handed in are graded in the sandbox.  The notebook is shown to the instructor as handed in, never run.
-    c.Autograde.exporter_class = HandedIn
-    c.Autograde.sanitize_preprocessors = []  # what HandedIn reads can do no harm
+    c.Autograde.exporter_class = HandedInNotebook
+    c.Autograde.sanitize_preprocessors = []  # what HandedInNotebook reads can do no harm
     c.Autograde.autograde_preprocessors = [NameCells, GradeInSandbox, AssignLatePenalties]
     c.GenerateFeedback.exporter_class = FeedbackPage
     c.GenerateFeedback.preprocessors = []

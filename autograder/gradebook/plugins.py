@@ -34,7 +34,7 @@ Resources = dict[str, Any]  # what nbconvert hands from step to step
 Preprocessed = tuple[NotebookNode, Resources]
 
 
-class HandedIn(NotebookExporter):
+class HandedInNotebook(NotebookExporter):
     """Reads the notebook that a student handed in, whatever it is."""
 
     def from_filename(

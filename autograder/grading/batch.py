@@ -10,10 +10,10 @@ from pathlib import Path
 from autograder.errors import UnknownTime
 from autograder.grading import admission
 from autograder.grading.dispatch import Dispatcher, Pool, Task
-from autograder.grading.here import ThisMachine
+from autograder.grading.this_machine import ThisMachine
 from autograder.records import TIME_UNKNOWN, Report
 from autograder.results import output
-from autograder.results.output import Origin
+from autograder.results.output import Basis
 from autograder.submissions import exercises
 from autograder.submissions.listing import digest, read
 from autograder.submissions.reading import handed_in_at
@@ -35,25 +35,25 @@ def workers(jobs: int | None, scheduler: str | None, patience: float, unsafe: bo
         yield pool
 
 
-def run(pool: Pool, submitted: Path, seeds: dict[tuple[str, str], int]) -> Iterator[tuple[Report, Origin]]:
+def run(pool: Pool, submitted: Path, seeds: dict[tuple[str, str], int]) -> Iterator[tuple[Report, Basis]]:
     """Grade the (student, assignment) pairs in `seeds`, each with its seed; reports come in the order they are done.
 
     The first begin at once; the others are taken one by one, as workers are free and reports are asked for.  Ask for
     them from the main thread.  That raises ClusterError when the cluster is lost, SandboxUnavailable when a worker
     cannot confine programs, and KeyboardInterrupt.
     """
-    origins: dict[tuple[str, str], Origin] = {}
+    bases: dict[tuple[str, str], Basis] = {}
 
     def handed_in() -> Iterator[Task]:
         for key, seed in seeds.items():
             found = read(submitted, *key)
-            origins[key] = Origin(str(submitted.resolve()), exercises.pack(key[1]).digest, digest(found))
+            bases[key] = Basis(str(submitted.resolve()), exercises.pack(key[1]).digest, digest(found))
             yield Task(found, seed)
 
-    def reports() -> Iterator[tuple[Report, Origin]]:
+    def reports() -> Iterator[tuple[Report, Basis]]:
         for report in dispatcher.run():
             flags = [] if _time_is_known(submitted / report.student / report.assignment) else [TIME_UNKNOWN]
-            yield replace(report, flags=[*report.flags, *flags]), origins.pop((report.student, report.assignment))
+            yield replace(report, flags=[*report.flags, *flags]), bases.pop((report.student, report.assignment))
 
     dispatcher = Dispatcher(pool, handed_in())
     dispatcher.begin()
@@ -70,20 +70,20 @@ def _time_is_known(folder: Path) -> bool:
 
 def changed(out: Path, keys: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
     """Of these results in the output folder `out`, those that are outdated."""
-    known = output.origins(out, lost=True)
+    known = output.bases(out, lost=True)
     return [key for key in keys if key in known and outdated(known[key], key)]
 
 
-def outdated(origin: Origin, key: tuple[str, str]) -> bool:
+def outdated(basis: Basis, key: tuple[str, str]) -> bool:
     """Return True if the suite or the files handed in have changed since a result; missing files have not."""
-    now = current(origin, key)
-    there = os.path.lexists(Path(origin.submitted, *key))
-    return origin.suite != now.suite or (there and origin.files != now.files)
+    now = current(basis, key)
+    there = os.path.lexists(Path(basis.submitted, *key))
+    return basis.suite != now.suite or (there and basis.files != now.files)
 
 
-def current(origin: Origin, key: tuple[str, str]) -> Origin:
+def current(basis: Basis, key: tuple[str, str]) -> Basis:
     """Return what a result would be made from now."""
-    return Origin(origin.submitted, exercises.pack(key[1]).digest, digest(read(Path(origin.submitted), *key)))
+    return Basis(basis.submitted, exercises.pack(key[1]).digest, digest(read(Path(basis.submitted), *key)))
 
 
 def draw(found: Iterable[tuple[str, str]], seed: int | None) -> dict[tuple[str, str], int]:

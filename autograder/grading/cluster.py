@@ -12,7 +12,7 @@ from functools import cache
 from distributed import Client, Future, KilledWorker, get_worker
 
 from autograder.errors import ClusterError, SandboxUnavailable, WorkerLost
-from autograder.grading import admission, installed, single
+from autograder.grading import admission, installed_code, single
 from autograder.grading.dispatch import WELCOME, Grading, Task
 from autograder.records import Report, Submission
 from autograder.sandbox.sandbox import choose
@@ -39,7 +39,7 @@ def connect(address: str, patience: float, unsafe: bool) -> "Iterator[DaskPool]"
             raise ClusterError(
                 f"the scheduler at {address} has no workers: start some with `dask worker {address}`"
             ) from None
-        check_code(client.run(installed.digests, on_error="return"))
+        check_code(client.run(installed_code.digests, on_error="return"))
         yield DaskPool(client, patience, unsafe)
 
 
@@ -53,15 +53,15 @@ def _silence() -> None:
 def check_code(found: Mapping[str, dict[str, str] | Exception]) -> None:
     """Compare the workers' code, by address, with this process's; raises ClusterError for the first that differs.
 
-    What is found is a worker's `installed.digests()`, or what asking it for them raised.
+    What is found is a worker's `installed_code.digests()`, or what asking it for them raised.
     """
-    mine = installed.digests()
+    mine = installed_code.digests()
     for worker, theirs in found.items():
         if isinstance(theirs, Exception):
             raise ClusterError(
                 f"the worker {worker} cannot grade ({theirs}): install the course on its machine, as it is on this one"
             )
-        if difference := installed.difference(mine, theirs):
+        if difference := installed_code.difference(mine, theirs):
             raise ClusterError(
                 f"the worker {worker} has another version of the course ({difference}): "
                 "install the same one on both machines, then start the worker again"

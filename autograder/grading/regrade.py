@@ -15,7 +15,7 @@ from autograder.grading import batch
 from autograder.grading.dispatch import Pool
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.results import text
-from autograder.results.output import Origin, Output, origins
+from autograder.results.output import Basis, Output, bases
 from autograder.submissions import exercises
 
 PENDING = "regrade"
@@ -54,13 +54,13 @@ class Regrading:
         UnknownExercise.
         """
         self.results = results
-        self.origins = _chosen(results, assignment, students, everything)
+        self.bases = _chosen(results, assignment, students, everything)
         self.pending = Output(results.folder / PENDING, resume=True)
-        self._fresh = origins(self.pending.folder)
-        for key, origin in self.origins.items():
-            if not os.path.lexists(Path(origin.submitted, *key)):
-                raise UsageError(f"{'/'.join(key)} is no longer in {origin.submitted}: its result would be lost")
-        self.waiting = {key for key in self.origins if not self._is_pending(key)}
+        self._fresh = bases(self.pending.folder)
+        for key, basis in self.bases.items():
+            if not os.path.lexists(Path(basis.submitted, *key)):
+                raise UsageError(f"{'/'.join(key)} is no longer in {basis.submitted}: its result would be lost")
+        self.waiting = {key for key in self.bases if not self._is_pending(key)}
 
     def __enter__(self) -> "Regrading":
         return self
@@ -74,22 +74,22 @@ class Regrading:
         The same files are graded with the seed that they had.  Others get a new one: whoever has seen what the last
         grading asked could have written down the answers.
         """
-        for folder in {self.origins[key].submitted for key in self.waiting}:
-            keys = [key for key in sorted(self.waiting) if self.origins[key].submitted == folder]
-            same = {key for key in keys if batch.current(self.origins[key], key).files == self.origins[key].files}
+        for folder in {self.bases[key].submitted for key in self.waiting}:
+            keys = [key for key in sorted(self.waiting) if self.bases[key].submitted == folder]
+            same = {key for key in keys if batch.current(self.bases[key], key).files == self.bases[key].files}
             seeds = batch.draw(keys, None) | {key: self.results.done[key].seed for key in same}
-            for report, origin in batch.run(pool, Path(folder), seeds):
-                self.pending.write(report, origin)
-                self._fresh[report.student, report.assignment] = origin
+            for report, basis in batch.run(pool, Path(folder), seeds):
+                self.pending.write(report, basis)
+                self._fresh[report.student, report.assignment] = basis
                 yield report
 
     def moves(self) -> list[Move]:
         """Before and after of all that were graded again."""
-        return [Move(self.results.done[key], self.pending.done[key], self._why(key)) for key in sorted(self.origins)]
+        return [Move(self.results.done[key], self.pending.done[key], self._why(key)) for key in sorted(self.bases)]
 
     def apply(self, enter: Callable[[Report], object]) -> None:
         """Replace the old results, which go to the history, and `enter` each of the new ones into the gradebook."""
-        for key in sorted(self.origins):
+        for key in sorted(self.bases):
             if self.pending.done[key].status != INFRASTRUCTURE_ERROR:
                 self.results.write(self.pending.done[key], self._fresh[key])
                 enter(self.pending.done[key])
@@ -100,13 +100,13 @@ class Regrading:
         return (
             key in self.pending.done
             and self.pending.done[key].status != INFRASTRUCTURE_ERROR
-            and self._fresh[key] == batch.current(self.origins[key], key)
+            and self._fresh[key] == batch.current(self.bases[key], key)
         )
 
     def _why(self, key: tuple[str, str]) -> list[str]:
         old, new = self.results.done[key], self.pending.done[key]
         before = {test.id: test for test in old.tests}
-        why = [] if self._fresh[key].files == self.origins[key].files else ["other files were handed in since"]
+        why = [] if self._fresh[key].files == self.bases[key].files else ["other files were handed in since"]
         for test in new.tests:
             was = before.pop(test.id, None)
             said = f" ({test.message})" if test.message and not (was and was.message == test.message) else ""
@@ -119,19 +119,19 @@ class Regrading:
 
 def _chosen(
     results: Output, assignment: str | None, students: list[str], everything: bool
-) -> dict[tuple[str, str], Origin]:
+) -> dict[tuple[str, str], Basis]:
     """The results to make again, each with what it was made from."""
     name = assignment and exercises.load(assignment).name
-    known = origins(results.folder)
+    known = bases(results.folder)
     if missing := sorted(results.done.keys() - known.keys()):
         raise UsageError(f"it is not known what {'/'.join(missing[0])} was graded from: grade it with --resume first")
     if absent := {*students} - {student for student, _ in results.done}:
         raise UsageError(f"no result of student {min(absent)!r} in {results.folder}")
     return {
-        key: origin
-        for key, origin in known.items()
+        key: basis
+        for key, basis in known.items()
         if key in results.done
         and name in (None, key[1])
         and (not students or key[0] in students)
-        and (everything or batch.outdated(origin, key))
+        and (everything or batch.outdated(basis, key))
     }

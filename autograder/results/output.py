@@ -24,7 +24,7 @@ DETAILS = "details.jsonl"  # for instructors alone
 
 
 @dataclass(frozen=True)
-class Origin:
+class Basis:
     """The inputs that a result was made from; as long as it has not changed, grading again would tell nothing new."""
 
     submitted: str  # the folder with STUDENT/ASSIGNMENT/FILES
@@ -71,10 +71,10 @@ class Output:
         """Of the submissions found, those without a result, or with an infrastructure error for one."""
         return [key for key in found if key not in self.done or self.done[key].status == INFRASTRUCTURE_ERROR]
 
-    def write(self, report: Report, origin: Origin) -> None:
+    def write(self, report: Report, basis: Basis) -> None:
         """Append the instructor's details and then the result, both to stay, and write the student's page."""
         who = {"student": report.student, "assignment": report.assignment, "seed": report.seed}
-        _append(self._details, {**who, "details": report.details, **asdict(origin)})
+        _append(self._details, {**who, "details": report.details, **asdict(basis)})
         _append(self._results, report.public())
         self.done[report.student, report.assignment] = report
         self._write_feedback(report)
@@ -138,18 +138,18 @@ def read_with_details(
         yield report, details.get((*key, report.seed), {})
 
 
-def origins(folder: Path, lost: bool = False) -> dict[tuple[str, str], Origin]:
+def bases(folder: Path, lost: bool = False) -> dict[tuple[str, str], Basis]:
     """Return what each result of an output folder was made from.
 
     Raises UsageError when a folder of submissions does not exist any more, unless `lost` allows it.
     """
-    known = {field.name for field in fields(Origin)}
+    known = {field.name for field in fields(Basis)}
     found = {
-        (entry["student"], entry["assignment"]): Origin(**{name: entry[name] for name in known})
+        (entry["student"], entry["assignment"]): Basis(**{name: entry[name] for name in known})
         for entry in _read_details(folder)
         if known <= entry.keys()
     }
-    gone = sorted(place for place in {origin.submitted for origin in found.values()} if not Path(place).is_dir())
+    gone = sorted(place for place in {basis.submitted for basis in found.values()} if not Path(place).is_dir())
     if gone and not lost:
         raise UsageError(f"the submissions of {folder} are no longer in {gone[0]}")
     return found

@@ -83,8 +83,8 @@ def give_back(
     }
     if not reports:
         raise UsageError(f"no results in {out}{' of that student and assignment' if assignment or students else ''}")
-    origins = output.origins(out, lost=form == FILES)
-    places = {key: Path(origins[key].submitted) for key in reports if key in origins}
+    bases = output.bases(out, lost=form == FILES)
+    places = {key: Path(bases[key].submitted) for key in reports if key in bases}
     marks = {place: Marks(_url(gradebook, place, out), place) for place in set(places.values())}
     result = Returned(nothing=sorted({*roster} - {student for student, _ in reports}))
     pages: dict[tuple[str, str], list[tuple[str, str, bytes]]] = defaultdict(list)
@@ -96,7 +96,7 @@ def give_back(
             if key not in places:
                 raise Unplaced("it is not known which folder was graded: grade it again")
             way = ways.way(*key, provenance.read(places[key], *key), form)
-            if way.form != FILES and listing.digest(listing.read(places[key], *key)) != origins[key].files:
+            if way.form != FILES and listing.digest(listing.read(places[key], *key)) != bases[key].files:
                 raise Unplaced("something else was handed in since: `autograder regrade` grades it")
         except Unplaced as error:
             result.left_out.append(f"{who}: {error.args[0]}")

@@ -25,10 +25,10 @@ def places(folder: Path, assignment: str | None) -> dict[tuple[str, str], Path]:
         return dict.fromkeys(listing.find(folder, assignment, []), folder)
     wanted = assignment and exercises.load(assignment).name
     try:
-        origins = output.origins(folder)
+        bases = output.bases(folder)
     except UsageError as error:
         raise UsageError(f"{error}: give their folder instead") from None
-    found = {key: Path(origin.submitted) for key, origin in origins.items() if wanted in (None, key[1])}
+    found = {key: Path(basis.submitted) for key, basis in bases.items() if wanted in (None, key[1])}
     if not found:
         raise UsageError(f"{folder} does not tell where the submissions are: give their folder instead")
     return found

@@ -1,9 +1,9 @@
 """The facts about an exercise before anything runs: the folder `hidden/NAME` with `exercise.toml` and `suite.py`.
 
 `exercise.toml` names the files handed in and the interface package; the suite's tests carry their points in a decorator
-and their title in the docstring (`declared`).  Both are read without importing the suite, so that the coordinator knows
-which verdicts must come back whatever happens in the worker.  To a worker on another machine the folder travels as
-bytes.
+and their title in the docstring (`declared_tests`).  Both are read without importing the suite, so that the coordinator
+knows which verdicts must come back whatever happens in the worker.  To a worker on another machine the folder travels
+as bytes.
 """
 
 import hashlib
@@ -18,8 +18,8 @@ from typing import Any, TypeVar
 
 from autograder.errors import BrokenExercise, UnknownExercise
 from autograder.paths import HIDDEN
-from autograder.submissions import declared
-from autograder.submissions.declared import Test
+from autograder.submissions import declared_tests
+from autograder.submissions.declared_tests import Test
 from course.foundation import cells
 
 Value = TypeVar("Value")
@@ -94,7 +94,7 @@ def load(name: str, hidden: Path | None = None) -> Exercise:
             package=said.get("package", _text, "the name of an interface package", default=""),
             time_limit=said.get("time_limit", _seconds, "a number of seconds above 0"),
             early=said.get("early", _runs, 'a table of command lines, such as run = ["client.py", "5"]', default={}),
-            tests=declared.tests(folder / "suite.py"),
+            tests=declared_tests.tests(folder / "suite.py"),
         )
     except ValueError as error:  # TOML's and those of decoding
         raise BrokenExercise(f"the exercise {name} cannot be read: {description}: {error}") from None

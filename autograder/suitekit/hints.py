@@ -20,14 +20,14 @@ KNOWN = [
 ]
 
 
-class Ended(Protocol):
+class EndedProgram(Protocol):
     """The interface of a program that has ended."""
 
     def last_words(self) -> str:
         """Return why it ended, in a line for the student."""
 
 
-def last_words(program: Ended) -> str:
+def last_words(program: EndedProgram) -> str:
     """Return why a program ended, in a line for the student, with what lies behind it where that is known."""
     words = program.last_words()
     found = next((text for pattern, text in KNOWN if re.search(pattern, words)), "")

@@ -14,7 +14,7 @@ import pytest
 from nbgrader.api import Gradebook
 
 from autograder.errors import ClusterError, UsageError
-from autograder.grading import cluster, installed
+from autograder.grading import cluster, installed_code
 from autograder.paths import COURSE, PACKAGE
 from autograder.results import output
 from autograder.submissions import exercises, listing
@@ -321,18 +321,18 @@ def test_a_worker_with_other_code_is_refused(submitted, dask_cluster, tmp_path):
 
 
 def test_the_code_of_workers_is_compared(tmp_path):
-    mine = installed.digests()
+    mine = installed_code.digests()
     assert {"autograder/grading/launcher.py", "course/discovery.xml", "course/session/live.py"} <= mine.keys()
     assert not [name for name in mine if "__pycache__" in name or "hidden" in name]
-    assert installed.difference(mine, dict(reversed(mine.items()))) == ""
+    assert installed_code.difference(mine, dict(reversed(mine.items()))) == ""
     cluster.check_code({"tcp://a": mine, "tcp://b": mine})
     names = sorted(mine)
     other = {**mine, "course/new.py": "1", names[0]: "2"}
     del other[names[1]]
-    assert installed.difference(mine, other) == (
+    assert installed_code.difference(mine, other) == (
         f"{names[0]} differs, {names[1]} is missing there, course/new.py is missing here"
     )
-    assert installed.difference(mine, {}).endswith(f"is missing there, and so on, {len(mine)} files in all")
+    assert installed_code.difference(mine, {}).endswith(f"is missing there, and so on, {len(mine)} files in all")
     with pytest.raises(
         ClusterError, match=r"the worker tcp://b cannot grade \(No module.*\): install the course on its"
     ):

@@ -12,7 +12,7 @@ from autograder.errors import UnknownExercise, UsageError
 from autograder.gradebook.book import Scores
 from autograder.grading import batch, regrade
 from autograder.grading.dispatch import Pool
-from autograder.grading.here import ThisMachine
+from autograder.grading.this_machine import ThisMachine
 from autograder.paths import HIDDEN
 from autograder.records import FAILED, PASSED, Report
 from autograder.results import output, summary

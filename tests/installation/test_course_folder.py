@@ -20,7 +20,7 @@ def course(tmp_path) -> Path:
 def test_its_configuration_is_this_packages(course):
     for config in (release.api(course).config, late.course_config(course / "submitted")):
         assert plugins.GradeInSandbox in config.Autograde.autograde_preprocessors
-        assert config.Autograde.exporter_class is plugins.HandedIn
+        assert config.Autograde.exporter_class is plugins.HandedInNotebook
         assert config.AssignLatePenalties.plugin_class is late.LatePolicy
         assert config.LatePolicy.percent_per_day == 10
 

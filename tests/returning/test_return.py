@@ -14,7 +14,7 @@ from autograder.errors import UsageError
 from autograder.gradebook.book import Scores
 from autograder.gradebook.config import COURSE_FILE
 from autograder.records import FAILED, GRADED, INFRASTRUCTURE_ERROR, INVALID_SUBMISSION, NOT_RUN, PASSED, Report, Result
-from autograder.results.output import Origin, Output
+from autograder.results.output import Basis, Output
 from autograder.returning.giving_back import describe, give_back
 from autograder.submissions import exercises, listing
 from course.returned import record
@@ -43,7 +43,7 @@ def graded(submitted: Path, out: Path, *reports: Report) -> Path:
     with Output(out, resume=True) as output:
         for one in reports:
             handed = listing.read(submitted, one.student, "services")
-            output.write(one, Origin(str(submitted), "suite", listing.digest(handed)))
+            output.write(one, Basis(str(submitted), "suite", listing.digest(handed)))
     return out
 
 
