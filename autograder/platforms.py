@@ -15,7 +15,7 @@ NUMBER = r"[0-9]{1,18}"
 
 @dataclass(frozen=True)
 class Platform:
-    """What the course knows of a learning platform."""
+    """A learning platform: its names, what it takes back, and how grades go in."""
 
     name: str
 

@@ -1,4 +1,4 @@
-"""What CONTRIBUTING says of errors: those that a user can meet are of the trees."""
+"""Errors that a user can meet are of the trees, as CONTRIBUTING says."""
 
 import ast
 from pathlib import Path
