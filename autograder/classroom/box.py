@@ -7,7 +7,6 @@ instructor sees the whole checkout, and the folder in which the class is graded.
 """
 
 import json
-import os
 import shlex
 import sys
 from collections.abc import Callable, Mapping
@@ -190,24 +189,3 @@ def _folders_to(folder: Path) -> list[str]:
     return [
         word for each in [*reversed(folder.parents[:-1]), folder] for word in ("--perms", "0755", "--dir", str(each))
     ]
-
-
-class Contents:
-    """Files in memory that a box is made of; to be closed when it runs."""
-
-    def __init__(self) -> None:
-        self.descriptors: list[int] = []
-
-    def __call__(self, content: bytes) -> str:
-        """A descriptor to read `content` from."""
-        descriptor = os.memfd_create("file")
-        os.write(descriptor, content)
-        os.lseek(descriptor, 0, os.SEEK_SET)
-        self.descriptors.append(descriptor)
-        return str(descriptor)
-
-    def close(self) -> None:
-        """Close them here; who inherited them keeps them."""
-        for descriptor in self.descriptors:
-            os.close(descriptor)
-        self.descriptors.clear()

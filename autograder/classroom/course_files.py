@@ -17,6 +17,7 @@ from autograder.classroom.members import Member
 from autograder.classroom.plan import COURSE_ID, Classroom
 from autograder.errors import ClassroomError
 from autograder.gradebook.release import START_PAGE, names, pages, start_page
+from autograder.sandbox.memory_files import MemoryFiles
 from course.foundation import storage
 from course.notebook.stubs import RELEASED
 
@@ -134,7 +135,7 @@ def run(classroom: Classroom, member: Member, argv: list[str], text: str = "") -
 
     Raises ClassroomError.
     """
-    contents = box.Contents()
+    contents = MemoryFiles()
     try:
         command = box.command(classroom, member, [f"{sys.prefix}/bin/{argv[0]}", *argv[1:]], contents)
         done = subprocess.run(

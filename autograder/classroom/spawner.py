@@ -22,6 +22,7 @@ from autograder.classroom import box, memory_limit, serve
 from autograder.classroom.members import Member
 from autograder.classroom.plan import GIB, Classroom, as_url
 from autograder.sandbox import cgroup
+from autograder.sandbox.memory_files import MemoryFiles
 from course.foundation import processes, storage
 from course.foundation.waiting import wait_until
 
@@ -159,7 +160,7 @@ def start(classroom: Classroom, member: Member, env: dict[str, str]) -> tuple[su
         forget(classroom, member.name, left)
     limits = classroom.limits_of(member)
     group = cgroup.make(limits.memory, limits.tasks, limits.cores, f"ros2-classroom-{classroom.run.name}-{member.name}")
-    contents = box.Contents()
+    contents = MemoryFiles()
     log = _open_log(classroom, member)
     said, saying = os.pipe()
     listening = _listen(classroom.socket(member))

@@ -25,6 +25,7 @@ from typing import IO, NamedTuple, Self
 from autograder.errors import SandboxUnavailable
 from autograder.sandbox import cgroup, processor_core, seccomp, users, variables, view
 from autograder.sandbox.forkserver import Forkserver, Request
+from autograder.sandbox.memory_files import MemoryFiles
 from autograder.sandbox.supervision import HOLD, Process
 from autograder.sandbox.usage import of_sandbox, of_user
 from course import environment
@@ -110,12 +111,17 @@ class Sandbox:
         self.interfaces = interfaces
         self.core = core
         self.forkserver = forkserver
-        self.descriptors: list[int] = []  # of the next program: what bubblewrap reads files from
+        self._memory = MemoryFiles()  # what bubblewrap reads the next program's files from
         self._started: list[Process] = []
         self._group: cgroup.Group | None = None
         self._grouped = False  # whether there was a try to make the group
         self._users: dict[int, int] = {}  # the programs' users, with their locks
         self._folder = tempfile.TemporaryDirectory(prefix="autograder-") if box == "unsafe" else None
+
+    @property
+    def descriptors(self) -> list[int]:
+        """The descriptors that the next command inherits: what bubblewrap reads files from."""
+        return self._memory.descriptors
 
     def __enter__(self) -> Self:
         return self
@@ -135,7 +141,7 @@ class Sandbox:
         if self._group:
             self._group.close()
             self._group = None
-        self._release()
+        self._memory.close()
         users.give_back(self._users)
         self._users.clear()
         if self._folder:
@@ -154,7 +160,7 @@ class Sandbox:
             self._group, self._grouped = cgroup.make(), True
         users_before = {*self._users}
         with contextlib.ExitStack() as made, contextlib.ExitStack() as undo:
-            made.callback(self._release)
+            made.callback(self._memory.close)
             status, status_write = _pipe(undo, made)
             output, output_write = _pipe(undo, made)
             end, end_write = os.pipe()
@@ -247,8 +253,8 @@ class Sandbox:
         if status is not None:
             bwrap += ["--json-status-fd", str(status)]
         if seccomp.available():
-            bwrap += ["--seccomp", self._descriptor(seccomp.program())]
-        bwrap += view.options(uid, files, self.interfaces, self._descriptor)
+            bwrap += ["--seccomp", self._memory(seccomp.program())]
+        bwrap += view.options(uid, files, self.interfaces, self._memory)
         for name, value in self._variables(domain).items():
             bwrap += ["--setenv", name, value]
         return view.with_store([*bwrap, "--chdir", view.HOME, "--", *command])
@@ -267,7 +273,7 @@ class Sandbox:
         bwrap += [word for name in JUDGE_CAPABILITIES for word in ("--cap-add", f"CAP_{name}")]
         packages = cache_folder() / "interfaces"
         packages.mkdir(parents=True, exist_ok=True)
-        bwrap += view.of_judge(packages, self._descriptor)
+        bwrap += view.of_judge(packages, self._memory)
         for name, value in variables.of_judge(view.JUDGE_HOME).items():
             bwrap += ["--setenv", name, value]
         return view.with_store([*bwrap, "--chdir", "/", "--", *python])
@@ -292,19 +298,6 @@ class Sandbox:
         if self._group and self._group.out_of_memory:
             return f"your programs together took more than {cgroup.MEMORY >> 30} GiB of memory; keep only what you need"
         return ""
-
-    def _descriptor(self, content: bytes) -> str:
-        """A file in memory that the next program's bubblewrap copies from."""
-        descriptor = os.memfd_create("file")
-        os.write(descriptor, content)
-        os.lseek(descriptor, 0, os.SEEK_SET)
-        self.descriptors.append(descriptor)
-        return str(descriptor)
-
-    def _release(self) -> None:
-        for descriptor in self.descriptors:
-            os.close(descriptor)
-        self.descriptors.clear()
 
 
 def _pipe(undo: contextlib.ExitStack, made: contextlib.ExitStack) -> tuple[int, int]:

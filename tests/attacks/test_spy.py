@@ -49,7 +49,7 @@ def look_around(box: str, prefix: Path, leak: str = "", needed: list[str] | None
         more = [word.format(**names) for word in needed or []]
         if leak:
             path = Path(leak.format(**names))
-            more += [*way_to(path), "--perms", "0444", "--ro-bind-data", made._descriptor(b"secret = 1"), str(path)]
+            more += [*way_to(path), "--perms", "0444", "--ro-bind-data", made._memory(b"secret = 1"), str(path)]
         end = next(at for at, words in enumerate(itertools.pairwise(command)) if words == ("--remount-ro", "/"))
         command = [*sandbox.BOXES[box], *command[:end], *more, *command[end:]]
         done = subprocess.run(command, pass_fds=made.descriptors, capture_output=True, text=True, timeout=60)

@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 
 from autograder.classroom import accounts, box, spawner
+from autograder.sandbox.memory_files import MemoryFiles
 from course.foundation import processes
 from course.foundation.waiting import wait_until
 
@@ -121,7 +122,7 @@ def hostile(classroom):
     with contextlib.ExitStack() as ends:
 
         def run(code: str) -> str:
-            contents = box.Contents()
+            contents = MemoryFiles()
             ends.callback(contents.close)
             argv = [sys.executable, "-I", "-c", code + HOLD]
             member = classroom.find("ada")
