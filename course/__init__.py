@@ -24,8 +24,8 @@ def live() -> "Session":
     from course.session.live import live as session
 
     if (shell := _shell()) is not None:
-        from course.notebook.drift import difference_of
         from course.notebook.extension import load_ipython_extension
+        from course.notebook.file_differences import difference_of
         from course.session.live import current
         from course.session.started_nodes import before_start
 

@@ -21,7 +21,7 @@ def doctor(
     short: Annotated[bool, typer.Option("--brief", help="Only what a student needs, in a line each.")] = False,
 ) -> None:
     """Check that this machine can run the course, and say what to do where it cannot."""
-    from course.doctor import brief, report
+    from course.installation_check import brief, report
 
     raise typer.Exit(brief() if short else report())
 
@@ -38,7 +38,7 @@ def sessions_command(
 
     Ending a session ends its kernel and all of its nodes.  Jupyter may start the kernel anew, without a session.
     """
-    from course.forgotten import end, show
+    from course.running_sessions import end, show
 
     raise typer.Exit(end(stop or [], everything=stop_all) if stop or stop_all else show())
 

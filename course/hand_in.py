@@ -28,7 +28,7 @@ from rich.console import Console
 from course.errors import HandInError, UnreadableNotebook
 from course.foundation import cells
 from course.foundation.untrusted import read_regular
-from course.notebook.drift import differences, written_by
+from course.notebook.file_differences import differences, written_by
 
 RECEIPT = "receipt.json"
 FORMAT = 1  # of the receipt

@@ -7,9 +7,9 @@ from pathlib import Path
 from IPython import get_ipython
 
 from course.foundation import cells
-from course.notebook.drift import differences
 from course.notebook.extension import reason
-from course.notebook.needed import names_of
+from course.notebook.file_differences import differences
+from course.notebook.needed_cells import names_of
 
 
 def check(name: str = "") -> None:

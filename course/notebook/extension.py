@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from course.errors import CourseError, UnreadableNotebook
 from course.foundation import cells
-from course.notebook.needed import SESSION, names_of
+from course.notebook.needed_cells import SESSION, names_of
 
 if TYPE_CHECKING:
     from IPython.core.interactiveshell import InteractiveShell
@@ -22,7 +22,7 @@ def load_ipython_extension(shell: "InteractiveShell") -> None:
     if "exercise" in shell.magics_manager.magics["cell"]:
         return
     from course.interfaces import kept
-    from course.notebook.exercise import exercise
+    from course.notebook.exercise_magic import exercise
 
     shell.register_magic_function(exercise, magic_kind="cell", magic_name="exercise")  # type: ignore[call-arg]
     kept.use(Path())  # a package of this folder can be imported before there is a session

@@ -14,8 +14,8 @@ from nbgrader.preprocessors import CheckCellMetadata, ClearOutput, Execute, NbGr
 from nbgrader.validator import Validator
 
 from course.foundation.cells import PASSED, Cell
-from course.notebook.drift import written_by
-from course.notebook.needed import needed
+from course.notebook.file_differences import written_by
+from course.notebook.needed_cells import needed_cells
 
 CELL = 60  # s that a cell may take
 COLOUR = re.compile(r"\x1b\[[0-9;]*m")
@@ -26,7 +26,7 @@ class Needed(NbGraderPreprocessor):
 
     def preprocess(self, nb: NotebookNode, resources: dict[str, Any]) -> tuple[NotebookNode, dict[str, Any]]:
         """The notebook without these cells."""
-        kept = set(needed([_cell(cell) for cell in nb.cells]))
+        kept = set(needed_cells([_cell(cell) for cell in nb.cells]))
         nb.cells = [cell for number, cell in enumerate(nb.cells) if cell.cell_type != "code" or number in kept]
         return nb, resources
 
@@ -45,7 +45,7 @@ def outcomes(
     `folder` must be empty: the files are written there, from what was handed over and not from the exercise cells.
     `tell` is given how many of the checks have run, and of how many, whenever it is one more.
     """
-    wanted = [cells[number] for number in needed(cells)]
+    wanted = [cells[number] for number in needed_cells(cells)]
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(_source(cell, files)) for cell in wanted])
     client = NotebookClient(
         notebook,

@@ -4,7 +4,7 @@ import contextlib
 from pathlib import Path
 
 from course.errors import FeedbackError
-from course.returned import exchange, pages
+from course.returned import nbgrader_exchange, pages
 from course.returned.record import Feedback
 from course.returned.shown import Shown
 
@@ -59,7 +59,7 @@ def news(folder: Path) -> str:
 
 def _fetched(assignment: str) -> list[tuple[Feedback, bytes]]:
     """The pages that the exchange has for this student, the newest hand-in last."""
-    return [pages.take(released.path) for released in exchange.released(assignment)]
+    return [pages.take(released.path) for released in nbgrader_exchange.released(assignment)]
 
 
 def _assignments(folder: Path) -> list[str]:

@@ -5,16 +5,16 @@ Loaded by JupyterLab's server, in a setting that environment/install writes.
 
 from typing import Any
 
-from course.returned import exchange
+from course.returned import nbgrader_exchange
 
 ASSIGNMENTS, FORMGRADER, MENU = (f"@jupyter/nbgrader:{name}" for name in ("assignment-list", "formgrader", "menu"))
 
 
-def show_what_works(handler: object, page_config: dict[str, Any]) -> dict[str, Any]:
+def page_config_hook(handler: object, page_config: dict[str, Any]) -> dict[str, Any]:
     """JupyterLab's `page_config_hook`: leave out what could only say that it does not work."""
     off = page_config["disabledExtensions"]
     try:
-        works = exchange.folder() is not None
+        works = nbgrader_exchange.folder() is not None
     except Exception:  # a configuration of nbgrader's that cannot be loaded: nbgrader says so itself
         works = True
     if not works:

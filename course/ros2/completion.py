@@ -7,7 +7,7 @@ from course.ros import messages
 from course.ros.graph import Graph
 from course.ros.packages import all_packages, find_executables
 from course.ros.packages import installed_packages as packages_in_index
-from course.ros.parameters import list_parameters
+from course.ros.parameter_services import list_parameters
 from course.ros2.grammar import Completer
 
 

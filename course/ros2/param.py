@@ -7,7 +7,7 @@ from typing import Any
 
 from course.ros.graph import Graph
 from course.ros.names import absolute
-from course.ros.parameters import call, list_parameters, set_parameter
+from course.ros.parameter_services import call, list_parameters, set_parameter
 from course.ros2 import completion, grammar
 from course.ros2.grammar import Verb
 

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 from course import environment
 from course.errors import WorkspaceError
-from course.workspace import exercise, packages
+from course.workspace import exercise_files, package_files
 
 # Beside `src`: the digest of each file as it was last exported, which tells an edited file from an older export.
 RECORD = ".course-export.json"
@@ -26,8 +26,8 @@ def export(name: str, workspace: Path, folder: Path = Path(), *, package: str = 
     Returns what to tell the reader, a line each.  Raises WorkspaceError, and InterfaceError for a definition that ROS 2
     cannot build.
     """
-    read = exercise.read(name, folder)
-    made = packages.of_exercise(read, package or name)
+    read = exercise_files.read(name, folder)
+    made = package_files.of_exercise(read, package or name)
     try:
         notes = _check(workspace, made)
         _write(workspace, {f"src/{p}/{path}": text for p, files in made.items() for path, text in files.items()}, force)
@@ -36,7 +36,7 @@ def export(name: str, workspace: Path, folder: Path = Path(), *, package: str = 
             f"cannot write {error.filename2 or error.filename or workspace}: {error.strerror}; make room there, or "
             "choose another WORKSPACE"
         ) from None
-    return _summary(workspace, made, [*packages.notes(read), *notes])
+    return _summary(workspace, made, [*package_files.notes(read), *notes])
 
 
 def _summary(workspace: Path, made: dict[str, dict[str, str]], notes: list[str]) -> list[str]:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from course.doctor import CHECKS, Check, brief, report
+from course.installation_check import CHECKS, Check, brief, report
 
 
 def broken() -> str:

@@ -97,7 +97,8 @@ def test_what_was_built_can_be_imported_after_a_restart(kernel, environment, fol
 
 def test_a_definition_that_changed_on_the_disk_is_built_again(environment, tmp_path):
     program = (
-        "from course.notebook.exercise import _interface as write; from pathlib import Path; write({}, {!r}, 'ask')"
+        "from course.notebook.exercise_magic import _interface as write; from pathlib import Path; "
+        "write({}, {!r}, 'ask')"
     )
     text = "int32 a\n---\n"
     shell(environment, tmp_path, "python3", "-c", program.format("Path('Ask.srv')", text))

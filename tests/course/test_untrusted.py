@@ -12,7 +12,7 @@ from pathlib import Path
 import nbformat
 import pytest
 
-from course import forgotten, hand_in, registry
+from course import hand_in, registry, running_sessions
 from course.errors import FeedbackError, HandInError
 from course.foundation.untrusted import all_visible, read_regular, visible
 from course.returned import pages
@@ -96,7 +96,7 @@ def test_the_list_of_sessions_obeys_no_name(monkeypatch, capsys):
     node = registry.NodeRecord(EVIL, EVIL, True, 0.0, EVIL)
     record = registry.SessionRecord(1, 1, f"/home/{EVIL}", 0.0, 1, [node])
     monkeypatch.setattr(registry, "running", lambda: [record])
-    assert forgotten.show() == 0
+    assert running_sessions.show() == 0
     said = capsys.readouterr().out
     assert "[link=x]" in said
     assert not {"\x07", "\u202e", "\x1b", "\r"} & set(said)

@@ -17,7 +17,7 @@ from visualization_msgs.msg import Marker
 from course import environment
 from course.foundation.waiting import wait_until
 from course.lab.kernel.exchange import LARGEST, Exchange
-from course.lab.kernel.eyes import TOLD, Eyes
+from course.lab.kernel.robot_listener import TOLD, RobotListener
 from course.session import logs
 from course.session.logs import Entry, LogBook, Logs, entry_of, node_of, short
 from course.session.node_process import NodeProcess
@@ -229,13 +229,13 @@ def test_a_large_message_of_an_exchange_is_kept_as_it_is_shown():
 
 
 def test_walls_and_places_that_are_no_numbers_are_left_out():
-    eyes = object.__new__(Eyes)
+    listener = object.__new__(RobotListener)
     marker = Marker(ns="room")
     for x in (0.0, 1.0, float("nan"), 2.0, float("inf"), 3.0, 4.0, 5.0):
         marker.points.append(type(marker.pose.position)(x=x, y=1.0))
-    eyes._last, eyes.fast_world = {"/walls": serialize_message(marker)}, lambda: None
-    assert eyes.walls()[1:] == ("room", [0.0, 1.0, 1.0, 1.0, 4.0, 1.0, 5.0, 1.0])
-    eyes.count = {"/collision": 1}
-    eyes.hits = ["at x=1.2.3 m, y=1 m", f"x={400 * '9'} m, y=1 m", "x=1.5 m, y=-2 m"]
-    assert eyes.collisions()["places"] == [[1.5, -2.0]]
+    listener._last, listener.fast_world = {"/walls": serialize_message(marker)}, lambda: None
+    assert listener.walls()[1:] == ("room", [0.0, 1.0, 1.0, 1.0, 4.0, 1.0, 5.0, 1.0])
+    listener.count = {"/collision": 1}
+    listener.hits = ["at x=1.2.3 m, y=1 m", f"x={400 * '9'} m, y=1 m", "x=1.5 m, y=-2 m"]
+    assert listener.collisions()["places"] == [[1.5, -2.0]]
     assert TOLD < 10_000

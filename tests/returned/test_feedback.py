@@ -15,7 +15,7 @@ from nbgrader.utils import notebook_hash
 
 import course
 from course.errors import FeedbackError
-from course.returned import exchange, pages, reading, record, shown
+from course.returned import nbgrader_exchange, pages, reading, record, shown
 from course.returned.record import Feedback, Mark, Test
 
 COURSE = str(Path(sys.executable).with_name("course"))
@@ -240,15 +240,15 @@ def test_without_an_exchange_nothing_is_said_and_nbgrader_is_not_loaded(folder):
 def test_an_exchange_without_permission_is_a_line_and_stops_nothing(released, folder, monkeypatch):
     work = shutil.copytree(folder, released.parents[3] / "services")
     assert reading.news(work) != ""
-    fetcher = exchange._fetcher("ros2", "services")  # made now: the other user may not read the course's own files
-    monkeypatch.setattr(exchange, "_fetcher", lambda *_: fetcher)
+    fetcher = nbgrader_exchange._fetcher("ros2", "services")  # made now: the other user may not read the course
+    monkeypatch.setattr(nbgrader_exchange, "_fetcher", lambda *_: fetcher)
     released.parents[1].chmod(0o700)
     os.setresuid(65534, 65534, 0)
     try:
         assert reading.news(work) == ""
         with pytest.raises(FeedbackError, match="the exchange .*/exchange cannot be read: Permission denied"):
-            exchange.released("services")
-        assert exchange.folder() is None  # nbgrader needs to write there
+            nbgrader_exchange.released("services")
+        assert nbgrader_exchange.folder() is None  # nbgrader needs to write there
     finally:
         os.setresuid(0, 0, 0)
 
@@ -261,4 +261,4 @@ def test_feedback_that_nbgrader_s_own_page_has_fetched_is_found(folder):
 
 
 def test_the_exchange_is_where_nbgrader_looks_for_it(released):
-    assert exchange.folder() == released.parents[2]
+    assert nbgrader_exchange.folder() == released.parents[2]

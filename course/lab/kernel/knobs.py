@@ -12,9 +12,9 @@ from rclpy.subscription import Subscription
 
 from course.errors import LiveError
 from course.foundation.waiting import wait_until
-from course.lab.kernel.eyes import Eyes, Source, close_eyes, eyes_in_use, open_eyes
 from course.lab.kernel.nodes import answer
 from course.lab.kernel.panels import Panels, Topic
+from course.lab.kernel.robot_listener import RobotListener, Source, close_listener, listener_in_use, open_listener
 from course.session.logs import decoded
 
 FOUND = 1.0  # s that a node's services may take to be found
@@ -47,24 +47,24 @@ class KnobsFeed:
     """A feed of parameters, which follows whoever sets them."""
 
     def __init__(self) -> None:
-        self._eyes: Eyes | None = None
+        self._listener: RobotListener | None = None
         self._events: Subscription | None = None
         self._known: dict[Source, dict[str, Any]] = {}
         self._last: Any = None
 
     def read(self) -> dict[str, Any] | None:
         """{"nodes": each with its name and its parameters, None when it does not answer}, when anything is new."""
-        eyes = open_eyes(self)
-        if eyes is not self._eyes:
-            self._follow(eyes)
-        eyes.look()
-        wanted = dict.fromkeys([*eyes.publishers["/scan"], *eyes.publishers["/cmd_vel"]])
+        listener = open_listener(self)
+        if listener is not self._listener:
+            self._follow(listener)
+        listener.look()
+        wanted = dict.fromkeys([*listener.publishers["/scan"], *listener.publishers["/cmd_vel"]])
         nodes = {name: publisher for publisher in wanted for name in publisher[:1]}
         for publisher in set(self._known) - set(nodes.values()):
             del self._known[publisher]
-            eyes.forget(publisher[0])
+            listener.forget(publisher[0])
         for name, publisher in nodes.items():
-            if publisher not in self._known and (found := _read(eyes, name)) is not None:
+            if publisher not in self._known and (found := _read(listener, name)) is not None:
                 self._known[publisher] = found
         told = [
             {"name": name, "parameters": list(self._known[publisher].values()) if publisher in self._known else None}
@@ -77,14 +77,14 @@ class KnobsFeed:
 
     def close(self) -> None:
         """Follow nobody."""
-        if self._eyes is not None and self._events is not None and self._eyes.live.ok:
-            self._eyes.live.node.destroy_subscription(self._events)
-        close_eyes(self)
+        if self._listener is not None and self._events is not None and self._listener.live.ok:
+            self._listener.live.node.destroy_subscription(self._events)
+        close_listener(self)
 
-    def _follow(self, eyes: Eyes) -> None:
-        self._eyes, self._last = eyes, None
+    def _follow(self, listener: RobotListener) -> None:
+        self._listener, self._last = listener, None
         self._known.clear()
-        self._events = eyes.live.node.create_subscription(
+        self._events = listener.live.node.create_subscription(
             ParameterEvent, "/parameter_events", self._hear, EVENTS, raw=True
         )
 
@@ -109,16 +109,16 @@ class KnobsFeed:
 
 def set_parameters(node: str, values: dict[str, Any]) -> None:
     """Set parameters of a node, all or none; raises LiveError with the node's reason when it refuses."""
-    eyes = eyes_in_use()
+    listener = listener_in_use()
     names = list(values)
-    got = _ask(eyes, node, GetParameters, names=names)
+    got = _ask(listener, node, GetParameters, names=names)
     if got is None:
         raise LiveError(f"{node} does not answer: it is busy, blocked, or has ended.")
     parameters = [
         Parameter(name, value=_as(value, old)).to_parameter_msg()
         for (name, value), old in zip(values.items(), got.values, strict=True)
     ]
-    done = _ask(eyes, node, SetParametersAtomically, parameters=parameters)
+    done = _ask(listener, node, SetParametersAtomically, parameters=parameters)
     if done is None:
         raise LiveError(f"{node} does not answer: it is busy, blocked, or has ended.")
     if not done.result.successful:
@@ -137,14 +137,14 @@ def _as(value: Any, old: ParameterValue) -> Any:
     return value
 
 
-def _read(eyes: Eyes, node: str) -> dict[str, Any] | None:
+def _read(listener: RobotListener, node: str) -> dict[str, Any] | None:
     """The parameters of a node that have one number, truth value or text; None when it does not answer."""
-    listed = _ask(eyes, node, ListParameters)
+    listed = _ask(listener, node, ListParameters)
     if listed is None:
         return None
     names = sorted(set(listed.result.names) - set(OF_EVERY_NODE))[:SHOWN]
-    described = _ask(eyes, node, DescribeParameters, names=names)
-    got = _ask(eyes, node, GetParameters, names=names)
+    described = _ask(listener, node, DescribeParameters, names=names)
+    got = _ask(listener, node, GetParameters, names=names)
     if described is None or got is None:
         return None
     return {
@@ -182,8 +182,8 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _ask(eyes: Eyes, node: str, kind: Any, **fields: Any) -> Any:
+def _ask(listener: RobotListener, node: str, kind: Any, **fields: Any) -> Any:
     """Return the response of a node's parameter service, or None if there is none."""
-    client = eyes.client(kind, node, SERVICES[kind])
+    client = listener.client(kind, node, SERVICES[kind])
     wait_until(client.service_is_ready, FOUND, alert=False)
     return answer(client, kind.Request(**fields))

@@ -9,9 +9,9 @@ from std_srvs.srv import Empty
 
 from course.errors import LiveError
 from course.foundation.waiting import wait_until
-from course.lab.kernel.eyes import Eyes, close_eyes, eyes_in_use, open_eyes
 from course.lab.kernel.nodes import session
 from course.lab.kernel.panels import Panels, Topic
+from course.lab.kernel.robot_listener import RobotListener, close_listener, listener_in_use, open_listener
 from course.world.geometry import Floats
 from course.world.node import World
 from course.world.rooms import ROOMS
@@ -39,43 +39,43 @@ class RobotFeed:
     """A feed of what is new of the robot."""
 
     def __init__(self) -> None:
-        self._eyes: Eyes | None = None
+        self._listener: RobotListener | None = None
         self._sent: dict[str, Any] = {}
         self._walls: object = self
         self._path = _Path()
 
     def read(self) -> dict[str, Any] | None:
         """Those of `scan`, `robot`, `command`, `state`, `collisions`, `room`, `path` and `nodes` that have changed."""
-        eyes = open_eyes(self)
-        if eyes is not self._eyes:
-            self._eyes, self._sent, self._walls, self._path = eyes, {}, self, _Path()
-        eyes.look()
+        listener = open_listener(self)
+        if listener is not self._listener:
+            self._listener, self._sent, self._walls, self._path = listener, {}, self, _Path()
+        listener.look()
         news: dict[str, Any] = {}
         for name, topic, tell in (
-            ("scan", "/scan", eyes.scan),
-            ("robot", "/odom", eyes.robot),
-            ("command", "/cmd_vel", eyes.command),
-            ("collisions", "/collision", eyes.collisions),
+            ("scan", "/scan", listener.scan),
+            ("robot", "/odom", listener.robot),
+            ("command", "/cmd_vel", listener.command),
+            ("collisions", "/collision", listener.collisions),
         ):
-            if self._sent.get(name, 0) != eyes.count[topic]:
-                self._sent[name] = eyes.count[topic]
+            if self._sent.get(name, 0) != listener.count[topic]:
+                self._sent[name] = listener.count[topic]
                 news[name] = tell()
-        walls, name, lines = eyes.walls()
+        walls, name, lines = listener.walls()
         if walls is not self._walls:
             self._walls = walls
             news["room"] = {"name": name, "walls": lines}
-        if (state := eyes.state()) != self._sent.get("state", ""):
+        if (state := listener.state()) != self._sent.get("state", ""):
             self._sent["state"] = news["state"] = state
-        if path := self._path.news(eyes.fast_world()):
+        if path := self._path.news(listener.fast_world()):
             news["path"] = path
-        nodes = {"sees": eyes.nodes("/scan"), "drives": eyes.nodes("/cmd_vel")}
+        nodes = {"sees": listener.nodes("/scan"), "drives": listener.nodes("/cmd_vel")}
         if nodes != self._sent.get("nodes"):
             self._sent["nodes"] = news["nodes"] = nodes
         return news or None
 
     def close(self) -> None:
         """Hear no more of the robot."""
-        close_eyes(self)
+        close_listener(self)
 
 
 class _Path:
@@ -118,23 +118,23 @@ def start(room: str) -> None:
 
 def reset() -> None:
     """Put the robot back at its start, and take the obstacles away; raises LiveError."""
-    session().call(f"{_world(eyes_in_use())}/reset", Empty)
+    session().call(f"{_world(listener_in_use())}/reset", Empty)
 
 
 def place(x: float, y: float, heading: float) -> None:
     """Put the robot at x, y (m) with this heading (rad); raises LiveError where it cannot stand."""
-    eyes = eyes_in_use()
-    if obstacle := in_the_way((x, y), Robot().radius, _segments(eyes)):
+    listener = listener_in_use()
+    if obstacle := in_the_way((x, y), Robot().radius, _segments(listener)):
         raise LiveError(f"The robot cannot stand there: {obstacle}.")
     message = PoseWithCovarianceStamped()
     message.header.frame_id = "odom"
     message.pose.pose.position.x, message.pose.pose.position.y = float(x), float(y)
     message.pose.pose.orientation.z = math.sin(heading / 2.0)
     message.pose.pose.orientation.w = math.cos(heading / 2.0)
-    _tell(eyes, "initialpose", message)
+    _tell(listener, "initialpose", message)
 
     def there() -> bool:
-        pose = (eyes.robot() or {}).get("pose")
+        pose = (listener.robot() or {}).get("pose")
         return pose is not None and math.dist((x, y), pose[:2]) < NEAR
 
     if not wait_until(there, FOUND, alert=False):
@@ -143,38 +143,38 @@ def place(x: float, y: float, heading: float) -> None:
 
 def drop(x: float, y: float) -> None:
     """Drop an obstacle at x, y (m); raises LiveError where the robot stands."""
-    eyes = eyes_in_use()
-    pose = (eyes.robot() or {}).get("pose")
+    listener = listener_in_use()
+    pose = (listener.robot() or {}).get("pose")
     if pose and math.dist((x, y), pose[:2]) <= OBSTACLE + Robot().radius:
         raise LiveError("No obstacle fits there: the robot stands there.")
     message = PointStamped()
     message.header.frame_id = "odom"
     message.point.x, message.point.y = float(x), float(y)
-    before = eyes.walls()[0]
-    _tell(eyes, "clicked_point", message)
-    if not wait_until(lambda: eyes.walls()[0] is not before, FOUND, alert=False):
+    before = listener.walls()[0]
+    _tell(listener, "clicked_point", message)
+    if not wait_until(lambda: listener.walls()[0] is not before, FOUND, alert=False):
         raise LiveError("The world dropped no obstacle: its log says why.")
 
 
-def _segments(eyes: Eyes) -> Floats:
-    return np.array(eyes.walls()[2], dtype=float).reshape(-1, 2, 2)
+def _segments(listener: RobotListener) -> Floats:
+    return np.array(listener.walls()[2], dtype=float).reshape(-1, 2, 2)
 
 
-def _tell(eyes: Eyes, topic: str, message: Any) -> None:
+def _tell(listener: RobotListener, topic: str, message: Any) -> None:
     """Publish a message that the world, which must be there, takes as an order."""
-    _world(eyes)
-    publisher = eyes.publisher(topic, type(message))
+    _world(listener)
+    publisher = listener.publisher(topic, type(message))
     if not wait_until(publisher.get_subscription_count, FOUND, alert=False):
         raise LiveError(f"No node listens to /{topic}: is the world still running?")
     publisher.publish(message)
 
 
-def _world(eyes: Eyes) -> str:
+def _world(listener: RobotListener) -> str:
     """The full name of a node that sees for the robot and can be controlled; raises LiveError."""
-    served = {name for name, _ in eyes.live.node.get_service_names_and_types()}
-    for name in eyes.nodes("/scan"):
+    served = {name for name, _ in listener.live.node.get_service_names_and_types()}
+    for name in listener.nodes("/scan"):
         if f"{name}/reset" in served:
             return name
-    if eyes.nodes("/scan"):
+    if listener.nodes("/scan"):
         raise LiveError("This world cannot be changed: it runs in fast mode, or is not the course's.")
     raise LiveError("There is no world: start one first.")

@@ -6,7 +6,7 @@ from jupyter_server.serverapp import ServerApp
 from jupyter_server.utils import url_path_join
 
 from course.lab import protocol
-from course.lab.server.exercise import Exercise, Reset
+from course.lab.server.exercise_state import Exercise, Reset
 from course.lab.server.handing_in import HandingIn
 from course.lab.server.relay import Relay
 

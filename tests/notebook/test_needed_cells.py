@@ -6,7 +6,7 @@ import pytest
 
 from course.foundation import cells
 from course.foundation.cells import Cell
-from course.notebook.needed import names_of, needed
+from course.notebook.needed_cells import names_of, needed_cells
 
 NOTEBOOKS = sorted((Path(__file__).parents[2] / "notebooks").glob("[!.]*/*.ipynb"))
 
@@ -30,22 +30,22 @@ def test_the_cells_that_make_what_a_check_uses_are_needed_and_no_others():
         code("print(second)"),
         check("assert second == 5 and ros.call('/a')"),
     ]
-    assert needed(page) == [0, 5, 7]
+    assert needed_cells(page) == [0, 5, 7]
 
 
 def test_what_is_needed_may_need_more():
     page = [code("from a import base"), code("x = 1"), code("def f():\n    return base + x"), check("assert f()")]
-    assert needed(page) == [0, 1, 2, 3]
+    assert needed_cells(page) == [0, 1, 2, 3]
 
 
 def test_an_exercise_needs_the_session():
     page = [code("ros = object()"), code("y = 2"), code("%%exercise a.py\nprint(y)", solution=True)]
-    assert needed(page) == [0, 2]
+    assert needed_cells(page) == [0, 2]
 
 
 def test_a_name_that_a_cell_changes_is_needed_from_before():
     page = [code("count = 0"), code("count = count + 1"), check("assert count")]
-    assert needed(page) == [0, 1, 2]
+    assert needed_cells(page) == [0, 1, 2]
 
 
 @pytest.mark.parametrize(
@@ -74,6 +74,6 @@ def test_the_names_of_a_cell(source, made, used):
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_the_exercises_of_a_section_need_less_than_the_page(path):
     page = cells.read(path)
-    kept = needed(page)
+    kept = needed_cells(page)
     assert {number for number, cell in enumerate(page) if cell.public_check} <= set(kept)
     assert len(kept) < sum(cell.kind == "code" for cell in page)

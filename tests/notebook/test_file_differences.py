@@ -6,7 +6,7 @@ import os
 import pytest
 
 from course.foundation import cells
-from course.notebook.drift import EDITED, NOT_WRITTEN, difference_of, differences, remember, unlike
+from course.notebook.file_differences import EDITED, NOT_WRITTEN, difference_of, differences, remember, unlike
 
 
 @pytest.fixture

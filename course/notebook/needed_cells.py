@@ -62,7 +62,7 @@ def _read(table: symtable.SymbolTable, *, later: bool, inside: bool = False) -> 
         yield from _read(inner, later=later, inside=inside)
 
 
-def needed(cells: Sequence[Cell]) -> list[int]:
+def needed_cells(cells: Sequence[Cell]) -> list[int]:
     """The positions of the code cells that the exercises need, in order.
 
     What a cell changes without giving it a name (it appends to a list, it starts a node) is not seen: a public check

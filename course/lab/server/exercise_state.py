@@ -10,7 +10,7 @@ from tornado import web
 from course.errors import CourseError, UnreadableNotebook
 from course.foundation import cells
 from course.lab.server.files import Beside
-from course.notebook import drift, stubs
+from course.notebook import file_differences, stubs
 from course.notebook.progress import parts
 
 
@@ -35,7 +35,7 @@ class Reset(Beside):
         """Keep a copy, and give the stub."""
         body = await self.asked()
         cell, file, text = (str(body.get(key) or "") for key in ("cell", "file", "text"))
-        if not cell or Path(file).name != file or Path(file).suffix not in drift.SUFFIXES:
+        if not cell or Path(file).name != file or Path(file).suffix not in file_differences.SUFFIXES:
             raise web.HTTPError(400, "a cell, its file and its text are needed")
         notebook = self.notebook(body["path"])
         try:
@@ -58,5 +58,5 @@ def _state(notebook: Path, raw: Any) -> dict[str, Any]:
     return {
         "parts": [{"name": part.name, "state": part.state, "done": part.done, "points": part.points} for part in found],
         "summary": found.summary if found else "",
-        "files": drift.unlike(notebook.parent, [cell for cell in known if cell.solution]),
+        "files": file_differences.unlike(notebook.parent, [cell for cell in known if cell.solution]),
     }

@@ -15,7 +15,7 @@ from xml.sax.saxutils import escape
 from course import interfaces
 from course.errors import WorkspaceError
 from course.ros.package_templates import SETUP, SETUP_CFG
-from course.workspace.exercise import Exercise, Interface, Program
+from course.workspace.exercise_files import Exercise, Interface, Program
 
 # An interface package of the course that no ROS 2 installation has: a program that uses it brings it along.
 COURSES_OWN = "course_interfaces"

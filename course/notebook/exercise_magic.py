@@ -11,7 +11,7 @@ from course.foundation.cells import content
 from course.interfaces import InterfaceError, build
 from course.interfaces.definition import SECTIONS
 from course.interfaces.kept import keep, packages
-from course.notebook.drift import remember
+from course.notebook.file_differences import remember
 from course.session.live import live
 
 

@@ -53,7 +53,7 @@ PLACE = re.compile(r"x=(-?\d{1,9}(?:\.\d{1,9})?) m, y=(-?\d{1,9}(?:\.\d{1,9})?) 
 Source = tuple[str, tuple[int, ...]]  # a node's full name, and its publisher: a node that was started anew has a new
 
 
-class Eyes:
+class RobotListener:
     """A session's ears for the robot; messages are kept as they came, and are read no faster than a page asks."""
 
     def __init__(self, live: Session):
@@ -254,39 +254,39 @@ def _centimetres(value: float, least: float, most: float) -> int:
     return round(100.0 * value) if least <= value <= most else NO_MEASUREMENT  # never true for NaN
 
 
-_eyes: list[Eyes] = []
+_listener: list[RobotListener] = []
 _users: list[object] = []
 _sharing = threading.Lock()
 
 
-def open_eyes(user: object) -> Eyes:
-    """The eyes of the current session, which all users share; raises LiveError when the session has ended."""
+def open_listener(user: object) -> RobotListener:
+    """The listener of the current session, which all users share; raises LiveError when the session has ended."""
     with _sharing:
         live = session()
         if user not in _users:
             _users.append(user)
-        if not _eyes or _eyes[0].live is not live:
-            for old in _eyes:
+        if not _listener or _listener[0].live is not live:
+            for old in _listener:
                 old.close()
-            _eyes[:] = [Eyes(live)]
-        return _eyes[0]
+            _listener[:] = [RobotListener(live)]
+        return _listener[0]
 
 
-def eyes_in_use() -> Eyes:
-    """The eyes of the pages that are there; raises LiveError when the session has ended, or no page looks."""
+def listener_in_use() -> RobotListener:
+    """The listener of the pages that are there; raises LiveError when the session has ended, or no page looks."""
     live = session()
     with _sharing:
-        if not _eyes or _eyes[0].live is not live:
+        if not _listener or _listener[0].live is not live:
             raise LiveError("nobody looks at the robot: open the robot view again")
-        return _eyes[0]
+        return _listener[0]
 
 
-def close_eyes(user: object) -> None:
+def close_listener(user: object) -> None:
     """This user looks no more; after the last one they hear nothing."""
     with _sharing:
         if user in _users:
             _users.remove(user)
         if not _users:
-            for eyes in _eyes:
-                eyes.close()
-            _eyes.clear()
+            for listener in _listener:
+                listener.close()
+            _listener.clear()
