@@ -36,7 +36,7 @@ def sessions_command(
 ) -> None:
     """List the live sessions of this machine that are yours, with their nodes; --stop ends one that was forgotten.
 
-    Ending a session ends its kernel and all of its nodes.  Jupyter may start the kernel anew, without a session.
+    Ending a session ends its kernel and all of its nodes.  Jupyter may start the kernel again, without a session.
     """
     from course.running_sessions import end, show
 

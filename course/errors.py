@@ -6,8 +6,8 @@ CourseError                 something that the reader can put right; a notebook 
             NodeFailed      and will not: the node has died, or raised an exception
         ExerciseError       an exercise's cell could not become the file it names
     InterfaceError          a .msg, .srv or .action file that ROS 2 cannot build
-    UnreadableNotebook      a file that is no notebook
-    BadArchive              a zip archive that is none, or must not be unpacked
+    UnreadableNotebook      a file that is not a notebook
+    BadArchive              a file that is not a zip archive, or an archive that must not be unpacked
     WorkspaceError          an exercise that cannot be laid out as ROS 2 packages
     HandInError             a folder whose exercise cannot be handed in
     FeedbackError           what came back cannot be shown
@@ -43,11 +43,11 @@ class InterfaceError(CourseError, ValueError):
 
 
 class UnreadableNotebook(CourseError, ValueError):
-    """It is no notebook; the message says why."""
+    """The file is not a notebook; the message says why."""
 
 
 class BadArchive(CourseError, ValueError):
-    """It is no zip archive, or one that must not be unpacked; the message says why, in a few words."""
+    """The file is not a zip archive, or must not be unpacked; the message says why, in a few words."""
 
 
 class WorkspaceError(CourseError):

@@ -45,7 +45,7 @@ def read(path: Path, instructors: list[str]) -> list[Member]:
             raise UsageError(f"--instructor: {why}")
         members[name] = Member(name, True)
     if not members:
-        raise UsageError(f"{path} names nobody")
+        raise UsageError(f"{path} contains no students")
     if not any(member.instructor for member in members.values()):
         raise UsageError(f"there is no instructor: give one with --instructor, or a column 'role' in {path}")
     return list(members.values())
@@ -54,7 +54,7 @@ def read(path: Path, instructors: list[str]) -> list[Member]:
 def wrong(name: str) -> str:
     """Return why a name cannot be that of a Unix user; '' when it can."""
     if not NAME.fullmatch(name):
-        return f"{name!r} is no Unix name: write a lower-case letter first, then letters, digits, - and _"
+        return f"{name!r} is not a valid Unix user name: write a lower-case letter first, then letters, digits, - and _"
     if len(name) > LONGEST:
         return f"{name!r} is longer than {LONGEST} letters"
     return ""

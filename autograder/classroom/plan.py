@@ -48,7 +48,7 @@ class Classroom:
 
     @property
     def students(self) -> list[Member]:
-        """Those who are no instructors."""
+        """The members who are not instructors."""
         return [member for member in self.members if not member.instructor]
 
     @property

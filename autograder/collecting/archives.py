@@ -46,7 +46,7 @@ class Packed:
 def contents(file: BinaryIO, most: int = MAX_CLASS_FILES) -> Iterator[Packed | str]:
     """The files of an open archive, without what file managers leave; for one of no sane name, what is wrong with it.
 
-    Raises BadArchive for what is no archive and for one of more than `most` files.
+    Raises BadArchive for what is not an archive and for one of more than `most` files.
     """
     archive = Archive(file)
     infos = [info for info in archive.files if not _is_junk(info.filename)]

@@ -101,7 +101,7 @@ def unpacked(path: Path, assignment: str) -> Iterator[Path]:
     with tempfile.TemporaryDirectory(prefix="handed-in-") as folder:
         for member in inside:
             if str(member.path) == RECEIPT and (claimed := receipt(member.content).get("assignment")) != assignment:
-                other = claimed if claimed in exercises.names() else "no exercise of this course"
+                other = claimed if claimed in exercises.names() else "not an exercise in this course"
                 raise UsageError(f"{path} is a hand-in of {other}, not of {assignment}")
             if str(member.path) in wanted:
                 (Path(folder) / member.path.name).write_bytes(member.content)
@@ -189,7 +189,7 @@ def _archive(path: Path, unplaced: list[str]) -> Iterator[Bundle]:
 def _of_platform(download: str, inside: Iterable[Packed | Loose], unplaced: list[str]) -> Iterator[Bundle]:
     """Yield what each student uploaded, of the files of a bulk download.
 
-    One after the other is unpacked, and what is wrong with one is no other's loss.
+    One after the other is unpacked, and what is wrong with one does not affect the others.
     """
     everybody = Allowance(MAX_CLASS)
     each_student: dict[object, Allowance] = defaultdict(lambda: Allowance(MAX_STUDENT, everybody))

@@ -181,7 +181,7 @@ def _assignment(files: dict[str, bytes], receipt: dict[str, Any]) -> str:
     owned = {name: exercises.load(name).taken for name in exercises.names()}
     claimed = receipt.get("assignment")
     if isinstance(claimed, str) and claimed not in owned:
-        raise Unplaced(f"its receipt says {claimed[:100]!r}, which is no exercise of this course")
+        raise Unplaced(f"its receipt says {claimed[:100]!r}, which is not an exercise in this course")
     if isinstance(claimed, str) and owned[claimed] & files.keys():
         return claimed
     best = max(owned, key=lambda name: len(owned[name] & files.keys()), default="")
@@ -304,7 +304,7 @@ def parse_due(text: str) -> datetime:
     try:
         due = datetime.fromisoformat(re.sub(r"\s*(UTC|Z)$", "+00:00", text.strip()))
     except ValueError:
-        raise UsageError(f"{text!r} is no time: write it as '2026-11-20 23:59 UTC'") from None
+        raise UsageError(f"{text!r} is not a time: write it as '2026-11-20 23:59 UTC'") from None
     if due.tzinfo is None:
         raise UsageError(f"{text!r} has no time zone: write '{text} UTC', or an offset as in '{text}+01:00'")
     return due.astimezone(UTC)

@@ -91,7 +91,7 @@ def _lines(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
 
 
 def table(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
-    """Each line of a roster with its number; raises UsageError for what is no table with the column `student`."""
+    """Each line of a roster with its number; raises UsageError for what is not a table with the column `student`."""
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             reader = csv.DictReader(file)

@@ -45,7 +45,7 @@ class Scores:
         self._book.close()
 
     def write(self, report: Report) -> None:
-        """Write a report's points; an infrastructure error is no score, and changes nothing."""
+        """Write a report's points; an infrastructure error has no score, and changes nothing."""
         if report.status == INFRASTRUCTURE_ERROR:
             return
         name, student = report.assignment, report.student

@@ -15,7 +15,7 @@ from autograder.platforms import CANVAS
 from autograder.results.text import printable
 
 ABOUT = ("Student", "LastName", "FirstName", "ID", "SIS User ID", "SIS Login ID", "Integration ID", "Root Account")
-ABOUT_STUDENTS = (*ABOUT, "Section")  # columns that are no assignment
+ABOUT_STUDENTS = (*ABOUT, "Section")  # columns that are not assignments
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class CanvasGradebook:
 
     @classmethod
     def read(cls, file: str) -> "CanvasGradebook":
-        """Read the file; raises CannotExport when it is no gradebook exported from Canvas."""
+        """Read the file; raises CannotExport when it is not a gradebook exported from Canvas."""
         try:
             text = Path(file).read_text(encoding="utf-8-sig")
         except (OSError, UnicodeDecodeError) as error:
@@ -39,7 +39,7 @@ class CanvasGradebook:
         lines = list(csv.reader(io.StringIO(text, newline=""), delimiter=separator))
         header = [title.strip() for title in lines[0]] if lines else []
         if not {"ID", "Section"} <= set(header) or not {"Student", "LastName"} & set(header):
-            raise CannotExport(f"{file} is no gradebook exported from Canvas: it has no columns Student, ID, Section")
+            raise CannotExport(f"{file} is not a gradebook exported from Canvas: it has no columns Student, ID, Section")
         possible, students = [""] * len(header), []
         for count, given in enumerate(lines[1:], 2):
             line = (given + [""] * len(header))[: len(header)]
@@ -178,7 +178,7 @@ class CanvasExporter(Exporter):
 
 
 def _value(text: str) -> float | None:
-    """A number in the roster, whose decimals may be behind a comma; None when it is none."""
+    """A number in the roster, whose decimals may be behind a comma; None when it is not a number."""
     try:
         return float(text.replace(",", "."))
     except ValueError:

@@ -40,7 +40,7 @@ class OwnersCollect(ExchangeCollect):
             owner = f"user-{number}"
         try:
             record: dict[str, Any] = super()._path_to_record(path)
-        except (ValueError, OverflowError):  # what should be a time is none: the oldest
+        except (ValueError, OverflowError):  # what should be a time is not: the oldest
             record = {"filename": os.path.basename(path), "timestamp": NO_TIME, "username": ""}
         if owner != record["username"]:
             self.log.warning("%s was put there by %s, and is taken for theirs", shown(path), owner)
@@ -57,7 +57,7 @@ class OwnersCollect(ExchangeCollect):
             if is_folder(path):
                 newest[record["username"]] = record
             else:
-                self.log.warning("%s was left out: it is no folder", shown(path))
+                self.log.warning("%s was left out: it is not a folder", shown(path))
         self.src_records = list(newest.values())
 
     def _in_time(self, record: dict[str, Any]) -> tuple[bool, Any]:
@@ -132,7 +132,7 @@ def _copy(name: str, folder: int, copy: Path, most: int) -> int:
     with open(os.open(name, flags, dir_fd=folder), "rb") as source:
         known = os.fstat(source.fileno())
         if not stat.S_ISREG(known.st_mode):
-            raise OSError("it is no file")
+            raise OSError("it is not a file")
         if known.st_nlink > 1:
             raise OSError("it has another name elsewhere, and may be somebody else's")
         if known.st_size > most:

@@ -171,7 +171,7 @@ def judge(exercise: Exercise, files: dict[str, bytes], box: str, seed: int, pati
 def _report(
     submission: Submission, exercise: Exercise, seed: int, judgement: Judgement, flags: list[str], duration: float
 ) -> Report:
-    nothing = Verdict("", NOT_RUN, "The grader itself failed; this is no fault of yours, and will be graded again.")
+    nothing = Verdict("", NOT_RUN, "The grader failed. Your work is safe and will be graded again.")
     results = []
     for test in exercise.tests:
         verdict = judgement.verdicts.get(test.id, nothing)

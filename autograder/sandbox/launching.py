@@ -148,5 +148,5 @@ class LaunchClient:
 
 def _plain(name: str) -> str:
     if name != PurePath(name).name or name in ("", ".", "..") or "\0" in name or len(os.fsencode(name)) > NAME:
-        raise ValueError(f"{name!r} is no plain file name")
+        raise ValueError(f"{name!r} is not a plain file name")
     return name

@@ -27,7 +27,7 @@ def clean(text: str) -> str:
 
 
 def tokens(text: str) -> list[Token]:
-    """The tokens of a Python text without what a copier changes at no cost; what is no Python is passed over."""
+    """The tokens of a Python text without what a copier changes at no cost; what is not Python is passed over."""
     starts = [0]  # of each line
     for line in text.split("\n"):
         starts.append(starts[-1] + len(line) + 1)

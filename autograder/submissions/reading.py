@@ -93,12 +93,12 @@ def handed_in_at(folder: Path) -> datetime | None:
         return None
     parts = A_TIME.fullmatch(text)
     if not parts:
-        raise UnknownTime(f"{TIMESTAMP} is no time such as 2026-05-08 23:59:00 UTC")
+        raise UnknownTime(f"{TIMESTAMP} is not a time such as 2026-05-08 23:59:00 UTC")
     zone = "+00:00" if parts[3] in (None, "UTC", "Z") else parts[3]
     try:
         found = datetime.fromisoformat(f"{parts[1]}T{parts[2]}{zone}").astimezone(UTC)
     except (ValueError, OverflowError) as error:  # no such day, or the first or the last that there is
-        raise UnknownTime(f"{TIMESTAMP} is no time ({error})") from None
+        raise UnknownTime(f"{TIMESTAMP} is not a time ({error})") from None
     if found > datetime.now(UTC) + EARLY:
         raise UnknownTime(f"{TIMESTAMP} lies in the future")
     return found.replace(tzinfo=None)

@@ -38,7 +38,7 @@ class Run:
     """One run of a handed-in program that must end on its own, as `python FILE ARGS`; `bench.run` begins it."""
 
     def __init__(self, file: str, start: Callable[[], Program], clock: Clock):
-        """`start` starts the program anew."""
+        """`start` starts the program again."""
         self.file, self._start, self._clock = file, start, clock
         self._program = start()
         self._late: TimedOut | None = None  # what came of waiting for its end, twice

@@ -35,7 +35,7 @@ def runtime_folder() -> Path:
 
 
 def _is_own(place: Path) -> bool:
-    """Return True for a folder of this user; a link is none, wherever it leads."""
+    """Return True for a folder of this user; a link is not one, wherever it leads."""
     with contextlib.suppress(OSError):
         found = place.lstat()
         return stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()

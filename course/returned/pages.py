@@ -25,7 +25,7 @@ def take(file: Path) -> tuple[Feedback, bytes]:
     except OSError as error:
         raise FeedbackError(f"{file} cannot be read: {error.strerror}") from None
     except ValueError as error:
-        raise FeedbackError(f"{file} is no feedback: {error}") from None
+        raise FeedbackError(f"{file} is not a feedback page: {error}") from None
     if not content.startswith(ZIP):
         try:
             return read(content[:LARGEST]), content
@@ -81,7 +81,7 @@ def place_of(feedback: Feedback, start: Path) -> Path:
             if (folder / f"{name}.ipynb").exists():
                 return folder
     raise FeedbackError(
-        f"it is feedback on {name!r}, and there is no such notebook here: go to the exercise's folder first"
+        f"it is feedback on {name!r}, and that notebook is not here: go to the exercise's folder first"
     )
 
 

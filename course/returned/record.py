@@ -124,14 +124,14 @@ class Feedback:
                 ],
             )
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
-            raise FeedbackError("it is no page of feedback of this course, or a damaged one") from None
+            raise FeedbackError("it is not a feedback page from this course, or it is damaged") from None
 
 
 def read(page: bytes) -> Feedback:
     """The record in a page; raises FeedbackError.  Nothing else of the page is looked at, and nothing is run."""
     found = RECORD.search(page.decode(errors="replace"))
     if not found:
-        raise FeedbackError("it is no page of feedback of this course, or an old one: open it in a browser")
+        raise FeedbackError("it is not a feedback page from this course, or it is too old: open it in a browser")
     return Feedback.from_text(unescape(found[1]))
 
 

@@ -50,7 +50,7 @@ def usable(ranges: ArrayLike, range_min: float, range_max: float) -> NDArray[np.
     """The distances that can be trusted (m, shape (n,)), NaN elsewhere (REP 117).
 
     +inf is a beam with no return and stays inf; -inf is an obstacle too close to measure and becomes 0.0.  NaN, and a
-    finite value outside [range_min, range_max], is no measurement and becomes NaN.
+    finite value outside [range_min, range_max], is not a measurement and becomes NaN.
     """
     distances = np.array(ranges, dtype=float).reshape(-1)
     with np.errstate(invalid="ignore"):

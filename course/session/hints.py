@@ -121,7 +121,7 @@ def _fields(message: str, part: str, source: str) -> list[str]:
 def _wrong_type(found: re.Match[str], source: str) -> str:
     field, kind = found[1], found[2]
     examples = {
-        "float": "a float, like 3.0. An int like 3 is none, and a NumPy number is none either: write `float(...)`",
+        "float": "a float, like 3.0. An int like 3 is not one, and neither is a NumPy number: write `float(...)`",
         "int": "a whole number: `int(...)` makes one",
         "str": "a text: `str(...)` makes one, and `f'...'`",
         "bool": "True or False: `bool(...)` makes one",
@@ -162,7 +162,7 @@ def _argument_count(found: re.Match[str], source: str) -> str:
 def _not_callable(found: re.Match[str], source: str) -> str:
     if name := hidden_method(source):
         return f"`self.{name} = ...` takes the place of the method `{name}`: give one of the two another name."
-    return "What is called here is no function. Hand a callback over by its name, without brackets: `self.add`."
+    return "What is called here is not a function. Hand a callback over by its name, without brackets: `self.add`."
 
 
 def _no_such_class(found: re.Match[str], source: str) -> str:

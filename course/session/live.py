@@ -116,7 +116,7 @@ class Session:
         return self._nodes.start_class(what, args, kwargs, parameters or {}, threads)
 
     def stop(self, name: str | None = None) -> None:
-        """Stop the node (or the file's process) called `name`, or all of them; one that is not there is no error."""
+        """Stop the node (or the file's process) called `name`, or all of them; one that is not there is not an error."""
         self._nodes.stop(name)
 
     def nodes(self) -> Nodes:
@@ -187,7 +187,7 @@ class Session:
     # The session itself
 
     def close(self) -> None:
-        """Stop every node and process, the threads and the context; closing twice is no error."""
+        """Stop every node and process, the threads and the context; closing twice is not an error."""
         if self._closed:
             return
         self._closed = True
@@ -251,7 +251,7 @@ def current() -> Session | None:
 
 
 def live() -> Session:
-    """The kernel's session, made at the first call, and made anew when it has ended."""
+    """The kernel's session, made at the first call, and made again when it has ended."""
     if not _current or not _current[0].ok:
         for session in _current:
             session.close()

@@ -92,7 +92,7 @@ class LiveNode:
         return own.__name__ == cls.__name__ or issubclass(cls, own.__bases__[0])
 
     def stop(self) -> None:
-        """Stop spinning it and destroy it; stopping twice is no error."""
+        """Stop spinning it and destroy it; stopping twice is not an error."""
         self._owner.stop(self.name)
 
     def _end(self) -> None:

@@ -88,9 +88,9 @@ def node_of_line(line: str) -> str | None:
 
 
 def entry_of(message: bytes) -> Entry:
-    """The entry in a message of /rosout; anybody can publish there, also what is no message of the topic's type."""
+    """The entry in a message of /rosout; anybody can publish there, also bytes that are not a message of the topic's type."""
     if (log := decoded(message, Log)) is None:
-        return Entry("WARN", node_of(message), f"(published {len(message):,} bytes on /rosout that are no log message)")
+        return Entry("WARN", node_of(message), f"(published {len(message):,} bytes on /rosout that are not a log message)")
     return Entry(LEVELS.get(log.level, str(log.level)), log.name, log.msg)
 
 
@@ -114,7 +114,7 @@ def short(message: bytes) -> bytes:
 
 
 def decoded(message: bytes, kind: type[Message]) -> Message | None:
-    """A message as it came; None when it is none of this kind: anybody may publish any bytes on any topic."""
+    """A message as it came; None when it is not of this kind: anybody may publish any bytes on any topic."""
     try:
         return cast(Message, deserialize_message(message, kind))
     except (RuntimeError, MemoryError):  # the middleware's RMWError is a RuntimeError

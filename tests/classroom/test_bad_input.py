@@ -16,13 +16,13 @@ from tests.ports import free_port
 
 WRONG = {
     "two equal names": ("student\nada\nada\n", "line 3: 'ada' is there twice"),
-    "no Unix name": ("student\nAda Lovelace\n", "line 2: 'Ada Lovelace' is no Unix name"),
-    "an attack": ("student\n../../root\n", "is no Unix name"),
+    "not a Unix name": ("student\nAda Lovelace\n", "line 2: 'Ada Lovelace' is not a valid Unix user name"),
+    "an attack": ("student\n../../root\n", "is not a valid Unix user name"),
     "too long": (f"student\n{'a' * 25}\n", "longer than 24 letters"),
-    "an empty line": ("student,role\nada,\n,\n", "line 3: '' is no Unix name"),
+    "an empty line": ("student,role\nada,\n,\n", "line 3: '' is not a valid Unix user name"),
     "no column": ("name\nada\n", "no column 'student'"),
     "an unknown role": ("student,role\nada,boss\n", "the role 'boss' is neither"),
-    "nobody": ("student\n", "names nobody"),
+    "nobody": ("student\n", "contains no students"),
     "no instructor": ("student\nada\n", "there is no instructor"),
 }
 

@@ -33,7 +33,7 @@ def test_an_exercise_of_another_course_is_not_taken_for_ours_because_of_a_file_s
     other = write(HandIn("networks", [], {"relay.py": b"x"}, {}), tmp_path, "ada", {}, EARLY)
     result = collect([other], tmp_path / "out")
     assert (result.laid_out, counted(tmp_path / "out")) == ([], set())
-    assert result.unplaced == [f"{other.name}: its receipt says 'networks', which is no exercise of this course"]
+    assert result.unplaced == [f"{other.name}: its receipt says 'networks', which is not an exercise in this course"]
 
 
 def test_a_renamed_archive_is_known_by_its_receipt(tmp_path):

@@ -345,7 +345,7 @@ def test_the_command_says_what_came_of_it(tmp_path):
     ("arguments", "says"),
     [
         (["nothing.zip", "--into", "out"], "there is no file or folder nothing.zip"),
-        ([".", "--into", "out", "--due", "yesterday"], "'yesterday' is no time"),
+        ([".", "--into", "out", "--due", "yesterday"], "'yesterday' is not a time"),
         ([".", "--into", "out", "--due", "2026-11-20 23:59"], "has no time zone"),
         ([".", "--into", "out", "--roster", "none.csv"], "none.csv cannot be read"),
     ],

@@ -126,7 +126,7 @@ def test_what_a_hostile_page_says_is_shown_and_not_run(folder, monkeypatch):
     ],
 )
 def test_what_is_no_record_is_refused(text):
-    with pytest.raises(FeedbackError, match="no page of feedback of this course"):
+    with pytest.raises(FeedbackError, match="not a feedback page from this course"):
         Feedback.from_text(text)
 
 
@@ -156,7 +156,7 @@ def test_a_page_cannot_choose_where_it_is_put(folder, tmp_path, name):
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        (b"", "no page of feedback"),
+        (b"", "not a feedback page"),
         (b"<html><p>an old page</html>", "open it in a browser"),
         (b"PK\x05\x06" + bytes(18), "has no page of feedback"),
     ],

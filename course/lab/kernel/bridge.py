@@ -44,7 +44,7 @@ class Bridge:
         atexit.register(self.close)
 
     def close(self) -> None:
-        """Stop listening and leave the pages; closing twice is no error."""
+        """Stop listening and leave the pages; closing twice is not an error."""
         atexit.unregister(self.close)
         self._path.unlink(missing_ok=True)
         with contextlib.suppress(RuntimeError):  # closed before

@@ -69,7 +69,7 @@ class Exchange:
                 (self._first if len(self._first) < FIRST else self._last).append(row)
 
     def end(self, failed: str = "") -> None:
-        """Nothing more will come; `failed` says why, when that is no answer."""
+        """Nothing more will come; `failed` says why, when there was no answer."""
         with self._lock:
             self._over, self._failed, self._note = True, failed, ""
 
@@ -191,4 +191,4 @@ def find(number: str) -> Exchange:
         for each in _kept:
             if each.number == number:
                 return each
-    raise LiveError("nothing is known of it any more, as after a restart of the kernel: send it again")
+    raise LiveError("The kernel was restarted, or too much has happened since. Send it again.")

@@ -13,7 +13,7 @@ _bridge: list[Bridge] = []
 
 
 def start() -> None:
-    """Listen for pages, once; in a process that is no kernel, or may not listen, the panels just stay empty."""
+    """Listen for pages, once; in a process that is not a kernel, or may not listen, the panels just stay empty."""
     if _bridge:
         return
     with contextlib.suppress(OSError, RuntimeError, ValueError):
