@@ -149,7 +149,7 @@ def test_a_page_cannot_choose_where_it_is_put(folder, tmp_path, name):
     before = sorted(tmp_path.rglob("*"))
     ran = run(folder, tmp_path / "came.html")
     assert ran.returncode == 1
-    assert "there is no such notebook here" in ran.stderr and len(ran.stderr.splitlines()) == 1
+    assert "that notebook is not here" in ran.stderr and len(ran.stderr.splitlines()) == 1
     assert sorted(tmp_path.rglob("*")) == before
 
 
