@@ -39,7 +39,8 @@ class CanvasGradebook:
         lines = list(csv.reader(io.StringIO(text, newline=""), delimiter=separator))
         header = [title.strip() for title in lines[0]] if lines else []
         if not {"ID", "Section"} <= set(header) or not {"Student", "LastName"} & set(header):
-            raise CannotExport(f"{file} is not a gradebook exported from Canvas: it has no columns Student, ID, Section")
+            missing = "it has no columns Student, ID, Section"
+            raise CannotExport(f"{file} is not a gradebook exported from Canvas: {missing}")
         possible, students = [""] * len(header), []
         for count, given in enumerate(lines[1:], 2):
             line = (given + [""] * len(header))[: len(header)]

@@ -84,7 +84,7 @@ def pages() -> dict[str, Path]:
 
 
 def start_page() -> str:
-    """The notebook beside the sections, without what its cells have printed here: it is not an assignment of nbgrader's."""
+    """The notebook beside the sections, without what its cells have printed here: nbgrader has no assignment of it."""
     import nbformat
 
     notebook = nbformat.read(repository() / "notebooks" / START_PAGE, as_version=4)

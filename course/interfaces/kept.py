@@ -46,7 +46,7 @@ def packages(folder: Path) -> list[Kept]:
 
 
 def _kept(package: str, files: tuple[str, ...], name: str) -> Kept:
-    """One entry of a record, which may have come with a folder of somebody else's: ValueError for what is not a name."""
+    """One entry of a record, which may come with somebody else's folder; raises ValueError for what is not a name."""
     if not all(PLAIN.fullmatch(part) for part in (package, name, *files)):
         raise ValueError
     return Kept(package, files, cache_folder() / "interfaces" / package / name)

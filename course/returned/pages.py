@@ -80,9 +80,7 @@ def place_of(feedback: Feedback, start: Path) -> Path:
         for folder in (start, start / name, start / "notebooks" / name, start.parent / name):
             if (folder / f"{name}.ipynb").exists():
                 return folder
-    raise FeedbackError(
-        f"it is feedback on {name!r}, and that notebook is not here: go to the exercise's folder first"
-    )
+    raise FeedbackError(f"it is feedback on {name!r}, and that notebook is not here: go to the exercise's folder first")
 
 
 def _pages_in(file: Path, content: bytes) -> Iterator[bytes]:

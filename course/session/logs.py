@@ -88,9 +88,11 @@ def node_of_line(line: str) -> str | None:
 
 
 def entry_of(message: bytes) -> Entry:
-    """The entry in a message of /rosout; anybody can publish there, also bytes that are not a message of the topic's type."""
+    """The entry in a message of /rosout; anybody can publish there, also bytes that are not a log message."""
     if (log := decoded(message, Log)) is None:
-        return Entry("WARN", node_of(message), f"(published {len(message):,} bytes on /rosout that are not a log message)")
+        return Entry(
+            "WARN", node_of(message), f"(published {len(message):,} bytes on /rosout that are not a log message)"
+        )
     return Entry(LEVELS.get(log.level, str(log.level)), log.name, log.msg)
 
 

@@ -105,7 +105,8 @@ class Simulation:
     def place(self, pose: Pose) -> None:
         """Put the robot at `pose` (x m, y m, heading rad), at rest; its history goes on.
 
-        Raises ValueError where it would touch an obstacle or stand outside the room, and for what is not a finite number.
+        Raises ValueError where it would touch an obstacle or stand outside the room, and for a number that is not
+        finite.
         """
         x, y, heading = pose
         if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(heading)):
@@ -118,7 +119,8 @@ class Simulation:
     def drop(self, x: float, y: float, radius: float = OBSTACLE) -> None:
         """Put a round obstacle of `radius` (m) at x, y (m); a new Simulation is without it.
 
-        Raises ValueError where the robot stands, and for what is not a finite number.
+        Raises ValueError where the robot stands, and for a number that is not
+        finite.
         """
         if not (math.isfinite(x) and math.isfinite(y)):
             raise ValueError("a point is two finite numbers: x (m) and y (m)")

@@ -66,8 +66,9 @@ def expect_arrival(seen: Preemption) -> None:
     told = [*floors_heard(first.goal), *floors_heard(second.goal)]
     if second.goal.accepted and second.end == "SUCCEEDED" and told and told[-1] != second.floors[-1]:
         raise Wrong(
-            "A goal that takes over must make its stops from where the cabin is when the goal before has ended. One that "
-            "asked for the floor that the cabin was just leaving succeeded, and the cabin had not gone back there.",
+            "A goal that takes over must make its stops from where the cabin is when the goal before has ended. "
+            "One that asked for the floor that the cabin was just leaving succeeded, and the cabin had not gone back "
+            "there.",
             f"{second.floors}: {told}, {second.goal.result}",
         )
 

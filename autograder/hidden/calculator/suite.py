@@ -350,8 +350,8 @@ def test_client_sends(runs: ClientRuns) -> None:
     if not call.reached:
         call.run.finish("with a number such as 1e-5 and an operation that it does not know")
         raise Wrong(
-            "With a number such as 1e-5, an operation that only the server can refuse, and arguments for ROS behind them "
-            f"(--ros-args ...), no request came to {SERVICE}.",
+            "With a number such as 1e-5, an operation that only the server can refuse, and arguments for ROS behind "
+            f"them (--ros-args ...), no request came to {SERVICE}.",
             call.run.output,
         )
     if (sent := call.requests[0]) != (right := Calculate.Request(a=float(a), b=float(b), operation=operation)):
@@ -365,8 +365,8 @@ def test_client_shows_result(runs: ClientRuns) -> None:
     if not runs.answered.comes_to(lambda: shows_result(runs)):
         output = runs.answered.run.finish("with a server that answers").output
         raise Wrong(
-            "When success is True, the client must show the result of the response, with its sign, rounded to one decimal "
-            "at most.",
+            "When success is True, the client must show the result of the response, with its sign, rounded to one "
+            "decimal at most.",
             f"answered {runs.answered.response}, shown: {output}",
         )
 

@@ -1262,7 +1262,10 @@ WRONG = {
             ),
             ("def move(self, goal_handle):", "def move(self, goal_handle, stops, left):"),
             (
-                "        stops, left = [], list(goal_handle.request.floors)\n        self.stop(stops, left)\n        while",
+                (
+                    "        stops, left = [], list(goal_handle.request.floors)\n"
+                    "        self.stop(stops, left)\n        while"
+                ),
                 "        while",
             ),
         ),

@@ -1157,7 +1157,10 @@ WRONG = {
             ("import rclpy\n", "import time\n\nimport rclpy\n"),
             (
                 "    rclpy.init(args=args)\n    node = Relay()\n",
-                "    from rclpy.executors import MultiThreadedExecutor\n    rclpy.init(args=args)\n    node = Relay()\n",
+                (
+                    "    from rclpy.executors import MultiThreadedExecutor\n"
+                    "    rclpy.init(args=args)\n    node = Relay()\n"
+                ),
             ),
             ("rclpy.spin(node)", "rclpy.spin(node, MultiThreadedExecutor(num_threads=20))"),
         ),
