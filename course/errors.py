@@ -6,6 +6,10 @@ CourseError                 something that the reader can put right; a notebook 
             NodeFailed      and will not: the node has died, or raised an exception
         ExerciseError       an exercise's cell could not become the file it names
     InterfaceError          a .msg, .srv or .action file that ROS 2 cannot build
+    ToolChainError          ROS 2's generators or the compiler are missing, or have failed
+    RosError                what a `ros2` command needs is not there: a type, a package, an answer
+    WorldError              a room, a place, a scanner or a drive that cannot be
+        NoDriver            nobody drives the robot
     UnreadableNotebook      a file that is not a notebook
     BadArchive              a file that is not a zip archive, or an archive that must not be unpacked
     WorkspaceError          an exercise that cannot be laid out as ROS 2 packages
@@ -40,6 +44,22 @@ class ExerciseError(LiveError):
 
 class InterfaceError(CourseError, ValueError):
     """A definition that ROS 2 cannot build; the message names the file and the line and says what to write."""
+
+
+class ToolChainError(CourseError):
+    """ROS 2's generators or the compiler are missing, or have failed on a valid definition."""
+
+
+class RosError(CourseError):
+    """A name, a type or an answer that a `ros2` command needs is not there; it prints the message and returns 1."""
+
+
+class WorldError(CourseError, ValueError):
+    """A room, a place, a scanner or a drive that cannot be; the message says what to choose."""
+
+
+class NoDriver(WorldError, TimeoutError):
+    """No node that drives the robot has appeared in time."""
 
 
 class UnreadableNotebook(CourseError, ValueError):

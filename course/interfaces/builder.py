@@ -20,7 +20,7 @@ from pathlib import Path
 
 from filelock import FileLock
 
-from course.errors import InterfaceError
+from course.errors import InterfaceError, ToolChainError
 from course.foundation.folders import user_cache
 from course.interfaces.definition import Definition, parse
 
@@ -120,8 +120,8 @@ def build(
     under `cache` (default: `cache_folder()`) by content and versions, so that the same files are compiled once.  With
     `use=False` nothing is changed in this process.
 
-    Raises InterfaceError, with the file and the line, when a definition or a name is not valid, and RuntimeError when
-    the tool chain itself fails.
+    Raises InterfaceError, with the file and the line, when a definition or a name is not valid, and ToolChainError
+    when the tool chain itself fails.
     """
     if not re.fullmatch(r"[a-z](_?[a-z0-9]+)*", package):
         raise InterfaceError(f"'{package}' cannot be a package name: lower-case letters, digits and single underscores")
@@ -311,6 +311,6 @@ def _run(command: list, doing: str) -> None:
     try:
         done = subprocess.run([str(word) for word in command], capture_output=True, text=True, stdin=subprocess.DEVNULL)
     except FileNotFoundError:
-        raise RuntimeError(f"{command[0]} is not installed: run environment/install") from None
+        raise ToolChainError(f"{command[0]} is not installed: run environment/install") from None
     if done.returncode:
-        raise RuntimeError(f"{doing} failed:\n{done.stderr[-2000:]}")
+        raise ToolChainError(f"{doing} failed:\n{done.stderr[-2000:]}")

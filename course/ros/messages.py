@@ -8,6 +8,8 @@ from functools import partial, reduce
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from course.errors import RosError
+
 KINDS = ("msg", "srv", "action")
 Message = Any  # an object of a generated message class; those come without types
 Stamp = Callable[[Any], None]  # sets a field to the time (builtin_interfaces/msg/Time) that it is given
@@ -53,11 +55,11 @@ def get_message(identifier: str) -> Any:
 
 
 def get_service(identifier: str) -> Any:
-    """Return the service class of this name; raises one of INVALID_TYPE, or RuntimeError for another kind of type."""
+    """Return the service class of this name; raises one of INVALID_TYPE, or RosError for another kind of type."""
     try:
         return _load(identifier, "srv", ("Request", "Response"))
     except WrongKind:
-        raise RuntimeError("The passed type is not a service") from None
+        raise RosError("The passed type is not a service") from None
 
 
 def get_action(identifier: str) -> Any:

@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterable
 from typing import Any
 
+from course.errors import RosError
 from course.ros.graph import Graph
 from course.ros.names import absolute
 from course.ros.server_status import ServerStatus
@@ -14,7 +15,7 @@ SERVICE_TIMEOUT = 5.0  # s to wait for a node's parameter service
 def call(graph: Graph, node_name: str, kind: str, **fields: Any) -> Any:
     """Call a node's service `kind` (ListParameters, ...) and return the response.
 
-    Raises RuntimeError when the service is not available within 5 s, or the call fails.
+    Raises RosError when the service is not available within 5 s, or the call fails.
     """
     from rcl_interfaces import srv
 
@@ -23,13 +24,13 @@ def call(graph: Graph, node_name: str, kind: str, **fields: Any) -> Any:
     name = f"{absolute(node_name)}/{word}"
     client, status = graph.node.create_client(service, name), ServerStatus(name)
     if not graph.wait_until(client.service_is_ready, SERVICE_TIMEOUT):
-        raise RuntimeError(f"Wait for service timed out waiting for parameter services for node {node_name}")
+        raise RosError(f"Wait for service timed out waiting for parameter services for node {node_name}")
     future = client.call_async(service.Request(**fields))
     graph.spin(lambda: future.done() or status.report())
     if not future.done():
-        raise RuntimeError(f"The node does not answer.\n{status.report()}")
+        raise RosError(f"The node does not answer.\n{status.report()}")
     if future.result() is None:
-        raise RuntimeError(f"Exception while calling service of node '{node_name}': {future.exception()}")
+        raise RosError(f"Exception while calling service of node '{node_name}': {future.exception()}")
     return future.result()
 
 

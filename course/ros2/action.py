@@ -6,6 +6,7 @@ import sys
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING, Any
 
+from course.errors import RosError
 from course.ros import messages
 from course.ros.graph import COMMAND_PREFIX, Graph, uninterrupted
 from course.ros.messages import Message, Stamp
@@ -132,7 +133,7 @@ def send_goal(args: Namespace) -> int | str | None:
     try:
         action = messages.get_action(args.action_type)
     except messages.INVALID_TYPE:
-        raise RuntimeError("The passed action type is invalid") from None
+        raise RosError("The passed action type is invalid") from None
     goal = action.Goal()
     stamps: list[Stamp] = []
     try:
@@ -178,7 +179,7 @@ def _follow(
         return f"The goal got no answer. {status.report()}"
     handle = sent.result()
     if handle is None:
-        raise RuntimeError(f"Exception while sending goal: {sent.exception()!r}")
+        raise RosError(f"Exception while sending goal: {sent.exception()!r}")
     if not handle.accepted:
         print("Goal was rejected.")
         return None
@@ -200,7 +201,7 @@ def _follow(
     if not finished.done():
         return f"The goal has no result. {status.ending()}"
     if finished.result() is None:
-        raise RuntimeError(f"Exception while getting result: {finished.exception()!r}")
+        raise RosError(f"Exception while getting result: {finished.exception()!r}")
     print(f"Result:\n    {messages.to_yaml(finished.result().result)}")
     print(f"Goal finished with status: {_status(finished.result().status)}")
     if _status(finished.result().status) == "ABORTED" and graph.wait_until(status.report, LATE):
@@ -212,7 +213,7 @@ def _cancel(graph: Graph, handle: ClientGoalHandle) -> None:
     print("Canceling goal...")
     cancelled = handle.cancel_goal_async()
     if not graph.spin(cancelled.done, CANCEL_TIMEOUT) or not cancelled.result().goals_canceling:
-        raise RuntimeError("Failed to cancel goal")
+        raise RosError("Failed to cancel goal")
     print("Goal canceled.")
 
 
@@ -266,21 +267,21 @@ def echo(args: Namespace) -> str | None:
 
 
 def _find_type(graph: Graph, args: Namespace) -> Any:
-    """Return the class of the action; raises RuntimeError if it is not there or cannot be loaded."""
+    """Return the class of the action; raises RosError if it is not there or cannot be loaded."""
     if args.action_type is not None:
         try:
             return messages.get_action(args.action_type)
         except messages.INVALID_TYPE:
-            raise RuntimeError(f"The action type '{args.action_type}' is invalid") from None
+            raise RosError(f"The action type '{args.action_type}' is invalid") from None
     types = graph.types_of(args.action_name, graph.actions)
     if not types:
-        raise RuntimeError(f"Cannot find type for '{args.action_name}'")
+        raise RosError(f"Cannot find type for '{args.action_name}'")
     if len(types) > 1:
-        raise RuntimeError(f"More than one type associated with action '{args.action_name}'")
+        raise RosError(f"More than one type associated with action '{args.action_name}'")
     try:
         return messages.get_action(types[0])
     except messages.INVALID_TYPE:
-        raise RuntimeError(f"The action type '{types[0]}' is invalid") from None
+        raise RosError(f"The action type '{types[0]}' is invalid") from None
 
 
 def _listen(graph: Graph, action: Any, interface: str, args: Namespace) -> None:

@@ -9,6 +9,7 @@ import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
+from course.errors import RosError
 from course.ros import package_templates
 from course.ros.package_templates import NewPackage
 from course.ros.packages import find_executables, installed_packages, installed_paths, installed_prefix
@@ -51,7 +52,7 @@ def executables(args: Namespace) -> None:
         if paths is None:
             found = find_executables(name)
             if found is None:
-                raise RuntimeError(f"Package '{name}' not found")
+                raise RosError(f"Package '{name}' not found")
             paths = [Path(command[-1]) for commands in found.values() for command in commands]
         for path in sorted(paths):
             print(path if args.full_path else f"{name} {path.name}")

@@ -7,6 +7,7 @@ import signal
 import subprocess
 from argparse import REMAINDER, ArgumentParser, Namespace
 
+from course.errors import RosError
 from course.ros.packages import COURSE, find_executables, installed_paths, own_folders
 from course.ros2 import completion, grammar
 
@@ -30,13 +31,13 @@ def main(args: Namespace) -> int | str:
     """Start the executable, wait until it ends and return its exit status; Ctrl-C is left to the executable."""
     executables = find_executables(args.package_name)
     if executables is None:
-        raise RuntimeError(f"Package '{args.package_name}' not found")
+        raise RosError(f"Package '{args.package_name}' not found")
     name = args.executable_name
     commands = executables.get(name) or executables.get(name.removesuffix(".py"))
     if not commands:
         return "No executable found"
     if len(commands) > 1:
-        raise RuntimeError("\n- ".join(["Multiple executables found:", *(command[-1] for command in commands)]))
+        raise RosError("\n- ".join(["Multiple executables found:", *(command[-1] for command in commands)]))
     (command,) = commands
     prefix = shlex.split(args.prefix) if args.prefix else []
     try:

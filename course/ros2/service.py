@@ -5,6 +5,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Collection
 from typing import Any
 
+from course.errors import RosError
 from course.ros import messages
 from course.ros.graph import COMMAND_PREFIX, Graph
 from course.ros.messages import Stamp
@@ -141,11 +142,11 @@ def call(args: Namespace) -> str | None:
     import yaml
 
     if args.rate is not None and args.rate <= 0:
-        raise RuntimeError("rate must be greater than zero")
+        raise RosError("rate must be greater than zero")
     try:
         service = messages.get_service(args.service_type)
     except messages.INVALID_TYPE:
-        raise RuntimeError("The passed service type is invalid") from None
+        raise RosError("The passed service type is invalid") from None
     request = service.Request()
     stamps: list[Stamp] = []
     try:
@@ -172,7 +173,7 @@ def call(args: Namespace) -> str | None:
             if not future.done():
                 return f"The service does not answer.\n{status.report()}"
             if future.result() is None:
-                raise RuntimeError(f"Exception while calling service: {future.exception()!r}")
+                raise RosError(f"Exception while calling service: {future.exception()!r}")
             print(f"response:\n{future.result()!r}\n")
             if args.rate is None:
                 return None
@@ -195,16 +196,16 @@ def add_echo_arguments(parser: ArgumentParser) -> None:
 
 
 def _find_type(graph: Graph, name: str) -> Any:
-    """Return the class of a service; raises RuntimeError if it is not there, has several types, or cannot be loaded."""
+    """Return the class of a service; raises RosError if it is not there, has several types, or cannot be loaded."""
     types = graph.types_of(name, lambda: graph.services(hidden=True))
     if not types:
-        raise RuntimeError(f"Cannot find type for '{name}'")
+        raise RosError(f"Cannot find type for '{name}'")
     if len(types) > 1:
-        raise RuntimeError(f"More than one type associated with service '{name}'")
+        raise RosError(f"More than one type associated with service '{name}'")
     try:
         return messages.get_service(types[0])
     except messages.INVALID_TYPE:
-        raise RuntimeError(f"The service type '{types[0]}' is invalid") from None
+        raise RosError(f"The service type '{types[0]}' is invalid") from None
 
 
 def echo(args: Namespace) -> None:
@@ -218,7 +219,7 @@ def echo(args: Namespace) -> None:
             try:
                 service = messages.get_service(args.service_type)
             except (RuntimeError, *messages.INVALID_TYPE):
-                raise RuntimeError(f"The service type '{args.service_type}' is invalid") from None
+                raise RosError(f"The service type '{args.service_type}' is invalid") from None
         topic = f"{args.service_name}/_service_event"
         graph.node.create_subscription(
             service.Event, topic, lambda event: print(printing.event_text(event, args)), qos_profile_services_default

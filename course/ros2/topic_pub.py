@@ -7,6 +7,7 @@ import time
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
+from course.errors import RosError
 from course.ros import messages
 from course.ros.graph import Graph
 from course.ros.messages import Stamp
@@ -83,7 +84,7 @@ def pub(args: Namespace) -> str | None:
     try:
         message = messages.get_message(args.message_type)()
     except messages.INVALID_TYPE:
-        raise RuntimeError("The passed message type is invalid") from None
+        raise RosError("The passed message type is invalid") from None
     try:
         values = yaml.safe_load(grammar.read_stdin() if args.stdin else args.values)
     except yaml.YAMLError:

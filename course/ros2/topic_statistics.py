@@ -9,6 +9,7 @@ import time
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
+from course.errors import RosError
 from course.ros.graph import Graph
 from course.ros.messages import Message
 from course.ros2 import completion, grammar
@@ -190,9 +191,9 @@ class Delays:
         self.printed = 0  # ns
 
     def add(self, message: Message) -> None:
-        """Take in a message; raises RuntimeError if it has no header."""
+        """Take in a message; raises RosError if it has no header."""
         if not hasattr(message, "header"):
-            raise RuntimeError("msg does not have header")
+            raise RosError("msg does not have header")
         now = self.clock.now().nanoseconds
         if now == 0:
             if self.delays:

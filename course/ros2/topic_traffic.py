@@ -4,6 +4,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from typing import Any
 
+from course.errors import RosError
 from course.ros import messages, qos
 from course.ros.graph import Graph
 from course.ros.messages import Message
@@ -15,7 +16,7 @@ from course.ros2 import completion, grammar, printing, qos_options
 def find_message_type(graph: Graph, topic: str, *, wait: bool) -> Any:
     """Return the message class of a topic; for an unknown topic None, or `wait` until it is known.
 
-    Raises RuntimeError for a topic with several types, or with a type that is not installed.
+    Raises RosError for a topic with several types, or with a type that is not installed.
     """
     from rclpy.expand_topic_name import expand_topic_name
     from rclpy.validate_full_topic_name import validate_full_topic_name
@@ -34,24 +35,24 @@ def find_message_type(graph: Graph, topic: str, *, wait: bool) -> Any:
         graph.wait_until(look)
         types = look()
     if len(types) > 1:
-        raise RuntimeError(f"Cannot echo topic '{topic}', as it contains more than one type: [{', '.join(types)}]")
+        raise RosError(f"Cannot echo topic '{topic}', as it contains more than one type: [{', '.join(types)}]")
     try:
         return messages.get_message(types[0])
     except messages.INVALID_TYPE:
-        raise RuntimeError(f"The message type '{types[0]}' is invalid") from None
+        raise RosError(f"The message type '{types[0]}' is invalid") from None
 
 
 def make_filter(expression: str | None) -> Callable[[Message], Any]:
     """Return the test that `--filter` gives as a Python expression of the message `m`.
 
-    Raises RuntimeError if it is not valid Python.
+    Raises RosError if it is not valid Python.
     """
     if not expression:
         return lambda m: True
     try:
         code = compile(expression, "<filter>", "eval")
     except SyntaxError as error:
-        raise RuntimeError(f"Invalid filter expression '{expression}': {error}") from None
+        raise RosError(f"Invalid filter expression '{expression}': {error}") from None
     return lambda m: eval(code, {"m": m})
 
 
@@ -102,19 +103,19 @@ def echo(args: Namespace) -> str | None:
 
     fields = [field for field in (args.field or "").split(".") if field]
     if args.field is not None and not fields:
-        raise RuntimeError(f"Invalid field value '{args.field}'")
+        raise RosError(f"Invalid field value '{args.field}'")
     accepts = make_filter(args.filter_expr)
     profile, overridden = qos_options.chosen_profile(args)
     with Graph(args, talks=True) as graph:
         if args.message_type is None:
             message_type = find_message_type(graph, args.topic_name, wait=False)
             if message_type is None:
-                raise RuntimeError("Could not determine the type for the passed topic")
+                raise RosError("Could not determine the type for the passed topic")
         else:
             try:
                 message_type = messages.get_message(args.message_type)
             except messages.INVALID_TYPE:
-                raise RuntimeError("The passed message type is invalid") from None
+                raise RosError("The passed message type is invalid") from None
             graph.settle(lambda: graph.node.get_publishers_info_by_topic(args.topic_name))
         if not overridden and (publishers := graph.node.get_publishers_info_by_topic(args.topic_name)):
             qos.match_publishers(profile, publishers)
@@ -127,11 +128,11 @@ def echo(args: Namespace) -> str | None:
                 try:
                     part = getattr(part, field)
                 except AttributeError as error:
-                    raise RuntimeError(f"Invalid field '{'.'.join(fields)}': {error}") from None
+                    raise RosError(f"Invalid field '{'.'.join(fields)}': {error}") from None
             try:
                 accepted = accepts(part)
             except Exception as error:
-                raise RuntimeError(f"Invalid filter expression '{args.filter_expr}': {error}") from None
+                raise RosError(f"Invalid filter expression '{args.filter_expr}': {error}") from None
             if accepted and not (args.once and printed):
                 _print(part, info, args)
                 printed = True

@@ -16,6 +16,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Empty
 from visualization_msgs.msg import Marker
 
+from course.errors import WorldError
 from course.world.geometry import Pose
 from course.world.laser import Laser
 from course.world.rooms import Room
@@ -39,10 +40,10 @@ class Controlled(Protocol):
         """Raise what `reset` raises for this room."""
 
     def place(self, pose: Pose) -> None:
-        """Put the robot at `pose`; raises ValueError where it cannot stand."""
+        """Put the robot at `pose`; raises WorldError where it cannot stand."""
 
     def drop(self, x: float, y: float) -> None:
-        """Put an obstacle at x, y (m); raises ValueError where the robot stands."""
+        """Put an obstacle at x, y (m); raises WorldError where the robot stands."""
 
 
 class Controls:
@@ -110,15 +111,15 @@ class Controls:
             self._world.reset(wanted["room"])
 
     def _scanner(self, wanted: dict[str, object]) -> Laser:
-        """The scanner with these changes; raises ValueError for an impossible one."""
+        """The scanner with these changes; raises WorldError for an impossible one."""
         changes = {name: wanted[name] for name in ("beams", "angle_min", "noise") if name in wanted}
         laser = dataclasses.replace(self._world.laser, **changes)  # type: ignore[arg-type]
         if not 1 <= laser.beams <= MOST_BEAMS:
-            raise ValueError(f"beams must be from 1 to {MOST_BEAMS}, not {laser.beams}")
+            raise WorldError(f"beams must be from 1 to {MOST_BEAMS}, not {laser.beams}")
         if not math.isfinite(laser.angle_min):
-            raise ValueError("angle_min must be a finite angle (rad)")
+            raise WorldError("angle_min must be a finite angle (rad)")
         if not 0.0 <= laser.noise < math.inf:
-            raise ValueError("noise must be a distance (m), 0 or more")
+            raise WorldError("noise must be a distance (m), 0 or more")
         if "beams" in changes:
             turn = math.copysign(2.0 * math.pi, laser.angle_increment)
             laser = dataclasses.replace(laser, angle_increment=turn / laser.beams)

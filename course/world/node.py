@@ -27,6 +27,7 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
+from course.errors import NoDriver, WorldError
 from course.foundation.waiting import wait_until
 from course.ros.rclpy_internals import RCLError
 from course.world.controls import LATCHED, Controls
@@ -61,7 +62,7 @@ class World(Node):
     The arguments `room` and `laser` win over the parameters.  In real time the world can be controlled while it runs
     (course.world.controls); in fast mode only `cmd_vel` changes what happens, so that a drive repeats itself.
     `simulation` holds the robot's pose, path and collisions; `received` counts the commands.
-    Raises ValueError when there is no such room, or the robot touches an obstacle at its start.
+    Raises WorldError when there is no such room, or the robot touches an obstacle at its start.
     """
 
     def __init__(
@@ -83,7 +84,7 @@ class World(Node):
         self._robot = robot or Robot()
         rate = self.declare_parameter("rate", 10.0).value
         if not rate > 0.0:
-            raise ValueError(f"rate must be above 0 Hz, not {rate}")
+            raise WorldError(f"rate must be above 0 Hz, not {rate}")
         self._period = round(1e9 / rate)  # ns, so that ticks add up exactly
         self.fast = self.declare_parameter("fast", False).value
 
@@ -122,12 +123,12 @@ class World(Node):
             self._controls.show_walls()
 
     def place(self, pose: Pose) -> None:
-        """Put the robot at `pose` (x m, y m, heading rad); raises ValueError where it cannot stand."""
+        """Put the robot at `pose` (x m, y m, heading rad); raises WorldError where it cannot stand."""
         with self._lock:
             self.simulation.place(pose)
 
     def drop(self, x: float, y: float) -> None:
-        """Put a round obstacle at x, y (m), until the next `reset`; raises ValueError where the robot stands."""
+        """Put a round obstacle at x, y (m), until the next `reset`; raises WorldError where the robot stands."""
         with self._lock:
             self.simulation.drop(x, y)
         if self._controls:
@@ -210,12 +211,12 @@ class World(Node):
         `on_step` is called after each tick, in the caller's thread.  After `wall_limit` s of real time the drive ends,
         wherever the robot is.  When `drive` returns, the driver has finished the callbacks that the drive triggered.
 
-        Blocks; spins the node itself unless it has an executor already.  Raises RuntimeError when the node is not in
-        fast mode, and TimeoutError when no driver (a publisher of `cmd_vel` and a subscriber of `scan`) is found
+        Blocks; spins the node itself unless it has an executor already.  Raises WorldError when the node is not in
+        fast mode, and NoDriver when no driver (a publisher of `cmd_vel` and a subscriber of `scan`) is found
         within `find_within` s; with 0, no driver is needed.
         """
         if not self.fast:
-            raise RuntimeError("the world runs in real time: start it with the parameter fast:=true to drive it")
+            raise WorldError("the world runs in real time: start it with the parameter fast:=true to drive it")
         end = time.monotonic() + (math.inf if wall_limit is None else wall_limit)
         if find_within > 0.0:
             self._find_driver(min(find_within, end - time.monotonic()))
@@ -255,7 +256,7 @@ class World(Node):
         found_one = self._wait(found, timeout)
         self._barrier.find(min(timeout, FIND_SERVICES))
         if not found_one:
-            raise TimeoutError(f"within {timeout:g} s, no node appeared that publishes cmd_vel and subscribes to scan")
+            raise NoDriver(f"within {timeout:g} s, no node appeared that publishes cmd_vel and subscribes to scan")
 
     def _is_driven(self) -> bool:
         """Return True if somebody publishes commands, and somebody who may drive sees the scan.

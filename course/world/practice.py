@@ -36,7 +36,7 @@ def practise(
 
     In each room it drives `drives` times for `seconds` s of simulated time.  Half of the time it is shoved: something
     turns the robot aside, so that there are examples of how to get out of a bad place.  The same `seed` gives the same
-    examples.  Raises ValueError when there is no such room.
+    examples.  Raises WorldError when there is no such room.
     """
     random = np.random.default_rng(seed)
     seen: list[Mapping[str, Any]] = []

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from course.errors import WorldError
 from course.world import geometry
 from course.world.geometry import Floats, Pose
 
@@ -33,11 +34,11 @@ class Room:
         Its keys: `name`, `description`, `start` [x, y, heading], `boxes` [[x_min, y_min, x_max, y_max], ...],
         `circles` [[x, y, radius], ...], `polygons` (closed) and `walls` (open), each a list of lists of points [x, y].
 
-        Raises ValueError for any other key, and for a number that is missing, infinite or not a number.
+        Raises WorldError for any other key, and for a number that is missing, infinite or not a number.
         """
         unknown = set(data) - {"name", "description", "start", *PARTS}
         if unknown:
-            raise ValueError(f"a room has no {', '.join(sorted(unknown))}")
+            raise WorldError(f"a room has no {', '.join(sorted(unknown))}")
         name = str(data.get("name", "room"))
         try:
             segments = [geometry.box(*sides) for sides in data.get("boxes", ())]
@@ -46,10 +47,10 @@ class Room:
             segments += [geometry.polyline(points) for points in data.get("walls", ())]
             x, y, heading = (float(value) for value in data.get("start", (0.0, 0.0, 0.0)))
         except (TypeError, ValueError) as error:
-            raise ValueError(f"room '{name}': {error}") from error
+            raise WorldError(f"room '{name}': {error}") from error
         together = np.concatenate([np.empty((0, 2, 2)), *segments])
         if not np.isfinite(together).all() or not np.isfinite([x, y, heading]).all():
-            raise ValueError(f"room '{name}': every coordinate must be a finite number")
+            raise WorldError(f"room '{name}': every coordinate must be a finite number")
         together.setflags(write=False)
         return cls(name, together, (x, y, heading), str(data.get("description", "")))
 
@@ -66,14 +67,14 @@ def load(path: str | Path) -> Room:
     path = Path(path)
     data = json.loads(path.read_text(encoding="utf-8"))
     if not isinstance(data, dict):
-        raise ValueError(f"{path}: a room is a JSON object")
+        raise WorldError(f"{path}: a room is a JSON object")
     return Room.from_data({"name": path.stem, **data})
 
 
 def find(room: str | Path | Room) -> Room:
     """The room of this name in `ROOMS`, or in this `.json` file; a `Room` is returned as it is.
 
-    Raises ValueError when there is no such room, and what `load` raises.
+    Raises WorldError when there is no such room, and what `load` raises.
     """
     if isinstance(room, Room):
         return room
@@ -81,7 +82,7 @@ def find(room: str | Path | Room) -> Room:
         return load(room)
     name = str(room)
     if name not in ROOMS:
-        raise ValueError(f"there is no room '{name}': choose one of {', '.join(ROOMS)}, or a .json file")
+        raise WorldError(f"there is no room '{name}': choose one of {', '.join(ROOMS)}, or a .json file")
     return ROOMS[name]
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from course.errors import WorldError
 from course.world.geometry import Floats, Pose, RayCaster, circle, clearance
 from course.world.laser import Laser
 from course.world.rooms import Room, find
@@ -77,7 +78,7 @@ class Simulation:
     ) -> None:
         """Put the robot at the start of `room` (a name, the path of a .json file or a Room).
 
-        Raises ValueError when there is no such room or the robot touches an obstacle where it starts.
+        Raises WorldError when there is no such room or the robot touches an obstacle where it starts.
         """
         self.room = find(room)
         self.laser = laser or Laser()
@@ -85,7 +86,7 @@ class Simulation:
         self.seed = seed
         self._caster = RayCaster(self.room.segments)
         if self._clearance(self.room.start) <= self.robot.radius:
-            raise ValueError(f"room '{self.room.name}': the robot touches an obstacle at its start")
+            raise WorldError(f"room '{self.room.name}': the robot touches an obstacle at its start")
         self.reset()
 
     def reset(self) -> None:
@@ -105,27 +106,27 @@ class Simulation:
     def place(self, pose: Pose) -> None:
         """Put the robot at `pose` (x m, y m, heading rad), at rest; its history goes on.
 
-        Raises ValueError where it would touch an obstacle or stand outside the room, and for a number that is not
+        Raises WorldError where it would touch an obstacle or stand outside the room, and for a number that is not
         finite.
         """
         x, y, heading = pose
         if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(heading)):
-            raise ValueError("a pose is three finite numbers: x (m), y (m) and heading (rad)")
+            raise WorldError("a pose is three finite numbers: x (m), y (m) and heading (rad)")
         if obstacle := in_the_way((x, y), self.robot.radius, self.room.segments):
-            raise ValueError(f"the robot cannot stand at x={x:.2f} m, y={y:.2f} m: {obstacle}")
+            raise WorldError(f"the robot cannot stand at x={x:.2f} m, y={y:.2f} m: {obstacle}")
         self.pose, self.velocity, self.touching = (x, y, math.remainder(heading, 2.0 * math.pi)), (0.0, 0.0), False
         self._path.append((self.time, *self.pose))
 
     def drop(self, x: float, y: float, radius: float = OBSTACLE) -> None:
         """Put a round obstacle of `radius` (m) at x, y (m); a new Simulation is without it.
 
-        Raises ValueError where the robot stands, and for a number that is not
+        Raises WorldError where the robot stands, and for a number that is not
         finite.
         """
         if not (math.isfinite(x) and math.isfinite(y)):
-            raise ValueError("a point is two finite numbers: x (m) and y (m)")
+            raise WorldError("a point is two finite numbers: x (m) and y (m)")
         if math.dist((x, y), self.pose[:2]) <= radius + self.robot.radius:
-            raise ValueError(f"no obstacle fits at x={x:.2f} m, y={y:.2f} m: the robot stands there")
+            raise WorldError(f"no obstacle fits at x={x:.2f} m, y={y:.2f} m: the robot stands there")
         self.room = replace(self.room, segments=np.concatenate([self.room.segments, circle(x, y, radius)]))
         self._caster = RayCaster(self.room.segments)
 
