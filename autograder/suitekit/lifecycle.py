@@ -119,6 +119,10 @@ class Lifecycle(ABC):
     def other_services(self) -> list[str]:
         """The services that the program's nodes offer, beyond those that every node has."""
 
+    def mistyped(self, wanted: tuple[str, ...]) -> str:
+        """Return which of what is `wanted` is offered with another type, as a sentence; empty when nothing is."""
+        return ""
+
     def other_topics(self) -> str:
         """Return what the program's nodes publish and subscribe, as a sentence for the student; empty when nothing."""
         return ""
@@ -215,6 +219,8 @@ class Lifecycle(ABC):
                     "the end of the file."
                 )
             return Crashed(f"{self.file} did not start: {last_words(self.program)}.")
+        if told := self.mistyped(wanted):
+            return Wrong(told)
         if services := self.other_services():
             return Wrong(f"{self.file} runs, but does not offer {promise}. It offers: {', '.join(services)[:TOLD]}.")
         if self.has_node():

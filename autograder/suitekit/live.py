@@ -103,6 +103,15 @@ class Server(LiveProgram):
         self.clients = {name: self.ros.node.create_client(kind, name) for name, kind in self.services.items()}
         return {offer(name): client.service_is_ready for name, client in self.clients.items()}
 
+    def mistyped(self, wanted: tuple[str, ...]) -> str:
+        """Return which of the services is offered with another type, as a sentence; empty when none is."""
+        missing, kinds = self.missing(wanted), {name: type_name(kind) for name, kind in self.services.items()}
+        for offered in self.ros.offered():
+            name, _, kind = offered.removesuffix(")").partition(" (")
+            if name in kinds and kind != kinds[name] and offer(name) in missing:
+                return f"{self.file} offers {offer(name)} with the type {kind}; its type must be {kinds[name]}."
+        return ""
+
     def call(self, request: Any, service: str | None = None) -> Any:
         """The response of a service, by default the first; raises Crashed or TimedOut."""
         name = service or next(iter(self.services))
@@ -144,6 +153,12 @@ class Server(LiveProgram):
                 f"{limit:.0f} s{doubt and ': '}{doubt or '.'}"
             )
         raise Crashed(f"{self.file} died while {len(clients)} clients called {service}: {last_words(program)}.")
+
+
+def type_name(kind: type) -> str:
+    """Return the name that ROS 2 has for an interface type: std_srvs/srv/Trigger."""
+    package, category, *_ = kind.__module__.split(".")
+    return f"{package}/{category}/{kind.__name__}"
 
 
 def offer(service: str) -> str:

@@ -48,6 +48,7 @@ class Ros:
         self.node = Node(f"node_{secrets.token_hex(4)}", context=self._context, **CLOSED)
         self.names.add(self.node.get_name())
         self._heard: deque[str] = deque(maxlen=HEARD)
+        self._sent: list[str] = []  # the service of each request
         self.node.create_subscription(
             Log, "/rosout", self._on_log, QoSProfile(depth=HEARD, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         )
@@ -76,13 +77,22 @@ class Ros:
 
         while (waited := time.monotonic() - start) < timeout and alive() and not answered():
             if waited >= again * len(futures):
-                futures.append(client.call_async(request))
+                futures.append(self.send(client, request))
                 done = threading.Event()
                 futures[-1].add_done_callback(lambda _, done=done: done.set())
             done.wait(ALIVE)
         for future in futures:
             client.remove_pending_request(future)
         return next((sensible(future.result()) for future in futures if future.done()), None)
+
+    def send(self, client: Any, request: Any) -> Any:
+        """Send `request` once; the future of its response."""
+        self._sent.append(client.srv_name)
+        return client.call_async(request)
+
+    def sent(self, service: str) -> int:
+        """Return how many requests `call` and `send` have sent to a service."""
+        return self._sent.count(service)
 
     @property
     def rosout(self) -> str:

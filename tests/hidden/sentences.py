@@ -21,8 +21,8 @@ What `why` begins with:
 - `every test`: without it a program does nothing useful. Such an entry has `wrong`, too.
 
 The task is the text of the notebook's Markdown cells below each heading with "Your turn", up to the next heading of the
-same or a higher level, without the folded hints and answers; and the docstrings and comments that the student finds in
-the cells `%%exercise`, outside of the solution.
+same or a higher level, without what is folded below "Hint", "Answer" and "How it is marked"; and the docstrings and
+comments that the student finds in the cells `%%exercise`, outside of the solution.
 """
 
 import argparse
@@ -53,7 +53,8 @@ TASK = "Your turn"
 WHY = ("no claim", "told elsewhere", "judged by hand", "every test")
 LEAST = 2  # wrong answers for each test that judges a sentence
 
-FOLDED = re.compile(r"^<details>.*?^</details>", re.MULTILINE | re.DOTALL)
+UNJUDGED = re.compile(r"^<details><summary>(?:Hint|Answer|How it is marked).*?^</details>", re.MULTILINE | re.DOTALL)
+FOLD = re.compile(r"^<details><summary>.*?</summary>$|^</details>$", re.MULTILINE)
 HEADING = re.compile(r"(#+) +(.*)")
 ITEM = re.compile(r"\s*(?:[-*]|\d+\.) +(.*)")
 # The end of a sentence, and the beginning of the next one.
@@ -89,7 +90,7 @@ def task(exercise: str) -> list[str]:
     found, level = [], 0  # level: of the heading "Your turn" that the text is below, or 0
     for cell in cells.read(NOTEBOOKS / exercise / f"{exercise}.ipynb"):
         if cell.kind == "markdown" and not cell.solution:
-            for line in _blocks(FOLDED.sub("", cell.source)):
+            for line in _blocks(FOLD.sub("", UNJUDGED.sub("", cell.source))):
                 if heading := HEADING.fullmatch(line):
                     depth = len(heading[1])
                     if TASK in heading[2]:

@@ -10,7 +10,7 @@ from autograder.records import CRASHED, FAILED, GRADED, PASSED, TIMED_OUT
 from autograder.submissions import exercises
 from tests import chosen
 
-from . import answers
+from . import answers, messages
 
 LOST = (FAILED, CRASHED, TIMED_OUT)
 
@@ -69,6 +69,7 @@ def test_only(begun, exercise, test, name):
     verdict = verdicts[f"test_{test}"]
     assert verdict.outcome in LOST
     assert verdict.message
+    assert messages.others(exercise, name, {test: verdict.message}) == {}
 
 
 @pytest.mark.parametrize(("exercise", "name"), RIGHT)
@@ -87,6 +88,7 @@ def test_wrong(begun, exercise, name):
     assert set(lost) == answers.load(exercise).WRONG[name][1]
     assert all(test.outcome in LOST and test.points == 0 and test.message for test in lost.values())
     assert report.score == report.max_score - sum(test.max_points for test in lost.values())
+    assert messages.others(exercise, name, {test: verdict.message for test, verdict in lost.items()}) == {}
 
 
 def test_crash_is_explained(begun):

@@ -13,17 +13,32 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from std_srvs.srv import SetBool, Trigger
 
 from autograder.errors import Fault
-from autograder.suitekit import SETTLED, Alive, Bench, Crashed, Offers, Parameters, Ros, Server, Wrong, numbers, offer
+from autograder.suitekit import SETTLED, Alive, Bench, Crashed, Offers, Parameters, Ros, Server, Wrong, offer
+from autograder.suitekit.printed_numbers import GROUPED
 from course.foundation.waiting import wait_until
 
 ENABLE, STOP, STATUS = "/motors/enable", "/motors/emergency_stop", "/motors/status"
 ENABLED, DISABLED, STOPPED = "enabled", "disabled", "stopped"
 STATES = (DISABLED, ENABLED, STOPPED)
+# Commands, and what the motors are after each.
+LESSON = ((ENABLE, False, DISABLED), (ENABLE, True, ENABLED), (STOP, True, STOPPED), (STOP, False, DISABLED))
+# How the motors get into a state that they are not in, when they are not stopped: one way, and another.
+WAYS = {
+    DISABLED: [[(ENABLE, False)], [(STOP, True), (STOP, False)]],
+    ENABLED: [[(ENABLE, True)], [(ENABLE, False), (ENABLE, True)]],
+    STOPPED: [[(STOP, True)]],
+}
+COMMANDS = ((ENABLE, True), (ENABLE, False), (STOP, True), (STOP, False))
+QUOTED = 100  # characters of a message that its student is shown
 RELAY, ADD = "/relay", "/add_two_ints"
 CALLERS = 6  # at once
 SLOW = 0.15  # s that /add_two_ints takes then, so that the calls overlap
 HELD = 4.0  # s that /add_two_ints holds an answer back at most, until the grader has seen what it wanted to see
+TRIES = 4  # calls that are timed at most
 SENT = 2.0  # s until a request has arrived, when its answer was not waited for
+
+
+Table = dict[tuple[str, str, bool], tuple[Any, str]]  # the response to each command in each state, and the state then
 
 
 class Motors(Server):
@@ -31,10 +46,16 @@ class Motors(Server):
 
     def __init__(self, bench: Bench):
         super().__init__(bench, "motor_service.py", {ENABLE: SetBool, STOP: SetBool, STATUS: Trigger})
+        self.changes = False  # whether a command has ever changed the state
+        self.can_enable = False  # whether the motors were ever said to be enabled after they had been enabled
+        self.status_answers = False  # whether asking for the state has got an answer
+        self._left: tuple[int, float] | None = None  # the start that was left enabled, and when (s of time.monotonic)
+        self._failed: set[tuple[str, bool, bool]] = set()  # the commands without a response, and whether stopped then
         self._pressed = False  # whether the emergency stop was asked for last, and not its end
         self._last = ""  # the message of the last command's response
-        self._tells: bool | None = None  # whether the status tells the state, in whatever way it changes
-        self._changed = False  # whether a command has ever changed the state
+        self._tells: bool | None = None  # whether the status changes with the state, in whatever words; None: not known
+        self._table: Table = {}
+        self._words: dict[str, str] = {}  # the state that a message means which names none of them, or several
 
     def connect(self) -> Offers:
         """The clients, of the grader's node and of a second one."""
@@ -52,62 +73,146 @@ class Motors(Server):
         return response
 
     def attempt(self, service: str, on: bool) -> Any:
-        """The same, or None when there is no response: that costs other points."""
+        """The same, or None when there is no response: that costs other points, and is not asked for again."""
+        asked = (service, on, self._pressed)
+        if asked in self._failed:
+            return None
         try:
             return self.command(service, on)
         except Fault:
             if self.bench.clock.left <= 0:
                 raise  # the time for all tests is used up
+            self._failed.add(asked)
             return None
 
     def status(self, second: bool = False) -> Any:
         """The response to asking for the state."""
         return self._call(STATUS, Trigger.Request(), second)
 
-    def current(self, second: bool = False) -> str:
-        """What the motors are said to be, by the status.
+    def learn(self) -> None:
+        """Find out, once, in which words the program says its states, and whether the status tells and leaves them.
 
-        Where the status names no state it is the last command's response, so that a mistake in the status does not hide
-        what the other services do.
+        So a mistake in the words, or in the status, costs its own points, and does not hide what the commands do.
         """
-        if self._tells is None:
-            try:
-                self._tells = says(self.status().message) is not None
-            except Fault:
-                self._tells = False
-        return told(self.status(second).message if self._tells else self._last)
+        if self._tells is not None:
+            return
+        meant: dict[str, set[str]] = {}  # by the message without its numbers: after which commands it was said
+        statuses, steady = set(), True
+        for service, on, state in LESSON:
+            response = self.attempt(service, on)
+            status, again = self._try_status(), self._try_status()
+            steady = steady and (says(status) or plain(status)) == (says(again) or plain(again))
+            statuses.add(says(status) or plain(status))
+            for message in (status, response.message if response else ""):
+                if says(message) is None and message:
+                    meant.setdefault(plain(message), set()).add(state)
+        self._words = {message: states.pop() for message, states in meant.items() if len(states) == 1}
+        self._tells = steady and len(statuses) > 1
+        states = {}
+        for service, on, _ in LESSON:
+            states[service, on] = self.current() if self.attempt(service, on) else ""
+        self.changes = len({*states.values()} - {""}) > 1
+        self.can_enable = states[ENABLE, True] == ENABLED
+
+    def _try_status(self) -> str:
+        try:
+            message = self.status().message
+        except Fault:
+            if self.bench.clock.left <= 0:
+                raise
+            return ""
+        self.status_answers = True
+        return message
+
+    def named(self, message: str) -> str:
+        """The state that a message names, in whatever words the program has for it; else the message."""
+        return says(message) or self._words.get(plain(message)) or message
+
+    def current(self, second: bool = False) -> str:
+        """What the motors are said to be: by the status, or by the last command where the status is of no use."""
+        self.learn()
+        return self.named(self.said(second))
+
+    def said(self, second: bool = False) -> str:
+        """The message by which `current` goes."""
+        return self.status(second).message if self._tells else self._last
+
+    @property
+    def witness(self) -> str:
+        """Where `said` comes from, for the student."""
+        return STATUS if self._tells else "the response"
 
     def bring(self, state: str) -> bool:
         """Bring the motors into that state before a test begins, as far as they let themselves be brought.
 
-        False when they gave no answer, which costs other points.
+        On a second way where the first fails: what is wrong with one command costs its own points.
         """
-        now = self.current() if self._tells is not False else ""
-        if state != STOPPED and (self._pressed or now in (STOPPED, "")):
-            self.attempt(STOP, False)
-            now = self.current() if self._tells else ""
-        if now == state:
-            return True
-        response = self.attempt(STOP, True) if state == STOPPED else self.attempt(ENABLE, state == ENABLED)
-        return response is not None
+        for ways in WAYS[state]:
+            if self.current() == state:
+                break
+            if state != STOPPED and self._is_stopped():
+                self.attempt(STOP, False)
+            if self.current() != state:
+                for service, on in ways:
+                    self.attempt(service, on)
+        return self.current() == state
 
-    def expect(self, state: str, when: str) -> None:
+    def _is_stopped(self) -> bool:
+        return self._pressed or self.current() == STOPPED
+
+    def table(self) -> Table:
+        """What each command does in each state, as far as the motors can be brought into it, and answer."""
+        if not self._table:
+            for state in STATES:
+                for service, on in COMMANDS:
+                    if self.bring(state) and (response := self.attempt(service, on)) is not None:
+                        self._table[state, service, on] = response, self.current()
+        return self._table
+
+    def forget(self) -> None:
+        """Have `table` find it out once more."""
+        self._table = {}
+
+    def renew(self) -> None:
+        """Have the motors disabled after a stop and after having been enabled, so that nothing before counts."""
+        self.attempt(STOP, True)
+        self.attempt(STOP, False)
+        self.bring(ENABLED)
+        self.bring(DISABLED)
+
+    def leave_enabled(self) -> None:
+        """Enable the motors, to be looked at again when nobody has asked for anything for a while."""
+        self._left = None
+        with suppress(Fault):
+            self.learn()
+            if self.can_enable and self.bring(DISABLED):
+                self.command(ENABLE, True)  # the last word: a look at the status might change the state
+                self._left = self.starts, time.monotonic()
+
+    def stays_enabled(self, seconds: float) -> bool:
+        """Whether motors that were left enabled still are, so many seconds later; True when they cannot be enabled."""
+        if self._left is None or self._left[0] != self.starts:
+            self.leave_enabled()
+        if self._left is None:
+            return True
+        starts, since = self._left
+        self._left = None
+        wait_until(lambda: not self.program.alive, self.allow(since + seconds - time.monotonic()))
+        return self.current() == ENABLED or self.starts != starts
+
+    def expect(self, state: str, after: str) -> None:
         """They must be said to be in this state."""
-        now = self.current()
-        if now != state:
-            by = f"the message of {STATUS}" if self._tells else "the message of the response"
-            raise Wrong(f"{when}, {by} must contain the word '{state}', and neither of the other two.", f"got {now!r}")
+        message = self.said()
+        if self.named(message) != state:
+            raise Wrong(f"After {after} the motors must be {state}; {self.witness} says {quoted(message)}.")
 
     def expect_change(self) -> None:
         """Some command must have an effect: only then it is judged what stays as it is."""
-        for service in (ENABLE, STOP):
-            if not self._changed:
-                self.bring(DISABLED)
-                before = self.current()
-                self._changed = self.attempt(service, True) is not None and self.current() != before
-        if not self._changed:
+        self.learn()
+        if not self.changes:
             raise Wrong(
-                "This is judged with motors that do something: but their state is the same after every command."
+                "This is judged with motors that do something: but after every command their state is said to be the "
+                f"same, {quoted(self.said())}."
             )
 
     def _call(self, name: str, request: Any, second: bool) -> Any:
@@ -124,9 +229,14 @@ def says(message: str) -> str | None:
     return words.pop() if len(words) == 1 else None
 
 
-def told(message: str) -> str:
-    """What a message tells, in whatever words, to be compared with another."""
-    return says(message) or message
+def plain(message: str) -> str:
+    """A message without what may differ each time: counts and times."""
+    return re.sub(r"[\d.]+", "", message)
+
+
+def quoted(message: str) -> str:
+    """What a program said, for its student."""
+    return repr(message if len(message) <= QUOTED else message[:QUOTED] + "...")
 
 
 class Adder:
@@ -138,7 +248,8 @@ class Adder:
         self.sums: list[int] = []
         self.held: list[threading.Event] = []  # what lets go each answer that is held back, in the order of requests
         self.fixed: int | None = None  # what is answered instead of random numbers
-        self._holds = False
+        self.given_up = False  # whether an answer was held for as long as it could be
+        self._holds = 0.0  # s for which an answer is held back
         self._rng, self._lock = rng, threading.Lock()
         self._node = ros.node
         self._service = ros.node.create_service(AddTwoInts, ADD, self._answer, callback_group=ReentrantCallbackGroup())
@@ -149,17 +260,17 @@ class Adder:
 
     def hold_no_more(self) -> None:
         """Answer further requests at once; those that are held stay so."""
-        self._holds = False
+        self._holds = 0.0
 
     @contextmanager
-    def holding(self) -> Iterator[None]:
-        """Hold back each answer in this block, until its event is set, at most for HELD s."""
+    def holding(self, seconds: float = HELD) -> Iterator[None]:
+        """Hold back each answer in this block, until its event is set, at most for so long."""
         self.held.clear()
-        self._holds = True
+        self._holds, self.given_up = seconds, False
         try:
             yield
         finally:
-            self._holds = False
+            self._holds = 0.0
             for let_go in self.held:
                 let_go.set()
 
@@ -169,11 +280,13 @@ class Adder:
             response.sum = self._rng.randrange(10**8, 10**12) if self.fixed is None else self.fixed
             self.requests.append((request.a, request.b))
             self.sums.append(response.sum)
-            if self._holds:
+            holds = self._holds
+            if holds:
                 self.held.append(let_go)
             else:
                 let_go.set()
-        let_go.wait(HELD)
+        if not let_go.wait(holds):
+            self.given_up = True
         time.sleep(self.delay)
         return response
 
@@ -185,6 +298,8 @@ class Relay(Server):
 
     def __init__(self, bench: Bench, rng: random.Random, served: bool):
         self.rng, self.served = rng, served
+        if not served:
+            self.advice = f"when nobody offers {ADD}, the answer must come within 5 s"
         self.numbers = a, b = draw(rng)
         bench.hide(a, b)
         super().__init__(bench, "relay.py", {RELAY: Trigger}, "--ros-args", "-p", f"a:={a}", "-p", f"b:={b}")
@@ -194,6 +309,17 @@ class Relay(Server):
         self._adder: Adder | None = None
         self._adders: list[Adder] = []
         self._has_succeeded = False
+        self._started = 0.0  # s of time.monotonic, the latest start
+
+    @property
+    def has_been_silent(self) -> bool:
+        """Whether a question has got no answer, which is known then."""
+        return self._silences > 0
+
+    @property
+    def sent(self) -> int:
+        """How often this start has been called."""
+        return self.ros.sent(RELAY)
 
     @property
     def does_something(self) -> bool:
@@ -212,7 +338,7 @@ class Relay(Server):
 
     def connect(self) -> Offers:
         """The client, and the server for the program's own client."""
-        self._adder = None
+        self._adder, self._started = None, time.monotonic()
         if self.served:
             self.serve()
         return super().connect() | self.parameters.connect()
@@ -244,19 +370,27 @@ class Relay(Server):
         self._has_succeeded = self._has_succeeded or response.success
         return response
 
-    def wait_for_success(self, asking: bool = False) -> Any:
-        """Its response, asked again and again until that has success True, or the time to find a server is over.
-
-        With `asking` it must have called /add_two_ints, too.
-        """
+    def wait_for_success(self) -> Any:
+        """Its response, asked again and again until that has success True, or the time to find a server is over."""
         responses: list[Any] = []
 
         def succeeds() -> bool:
             responses.append(self._relay())
-            return responses[-1].success and (not asking or bool(self.adder.requests))
+            return responses[-1].success
 
         wait_until(succeeds, self.allow(SETTLED))
         return responses[-1]
+
+    def after_offer(self, limit: float) -> Any:
+        """The response to calls once /add_two_ints has come, with success True and a request, if it gets so far.
+
+        None when a call has no answer within `limit` s.  The program is not started again.
+        """
+        end = time.monotonic() + self.allow(SETTLED)
+        while (response := self.answers_again(limit)) is not None and time.monotonic() < end:
+            if response.success and self.adder.requests:
+                break
+        return response
 
     def _relay(self) -> Any:
         def question(limit: float, alive: Alive) -> Any:
@@ -265,11 +399,58 @@ class Relay(Server):
 
         return self.converse(question, f"a request to {RELAY}", offer(RELAY))
 
-    def answers_again(self, limit: float) -> bool:
-        """Whether one more call gets an answer within `limit` s."""
+    def answers_again(self, limit: float) -> Any:
+        """The response to one more call, or None when there is none within `limit` s."""
         program, client = self.program, self.clients[RELAY]
         limit = self.allow(limit)
-        return self.ros.call(client, Trigger.Request(), limit, lambda: program.alive, again=limit) is not None
+        response = self.ros.call(client, Trigger.Request(), limit, lambda: program.alive, again=limit)
+        if response is not None and not response.success:
+            self.failed = self.starts
+        return response
+
+    def all_refused(self, limit: float) -> bool:
+        """Whether several calls at once are all answered within `limit` s, with success False; raises Crashed."""
+        futures = [self._send() for _ in range(CALLERS)]
+        if self.wait_for(lambda: all(future.done() for future in futures), limit):
+            return not any(future.result().success for future in futures)
+        self.end()
+        return False
+
+    def after_withdrawal(self, limit: float) -> Any:
+        """The response to a call when /add_two_ints has gone; None when there is none within `limit` s, twice.
+
+        A call just when the server leaves may be lost, and a relay may see a little later that it has gone.
+        """
+        lost, end = 0, time.monotonic() + self.allow(SETTLED)
+        while lost < 2:
+            response = self.answers_again(limit)
+            if response is None:
+                lost += 1
+            elif not response.success or time.monotonic() > end:
+                return response
+        return None
+
+    def watch(self, seconds: float) -> None:
+        """Wait until this start has been running for so many seconds."""
+        program = self.program
+        wait_until(lambda: not program.alive, self.allow(self._started + seconds - time.monotonic()))
+
+    def quickest(self, limit: float, loaded: float) -> tuple[float, float]:
+        """How long (s) the quickest of some calls takes, and how long it may take.
+
+        That is `limit`, or `loaded` times as long as another request takes: on a busy machine everything takes longer.
+        """
+        quickest = float("inf")
+        for _ in range(TRIES):
+            start = time.monotonic()
+            self.parameters.get("a")
+            asked = time.monotonic()
+            self.relay()
+            took, allowed = time.monotonic() - asked, max(limit, loaded * (asked - start))
+            quickest = min(quickest, took)
+            if took <= allowed:
+                return took, allowed
+        return quickest, limit
 
     def send(self, count: int = 1) -> list[Any]:
         """Call it `count` times without waiting; the futures of the responses, in the order of the held requests.
@@ -279,18 +460,22 @@ class Relay(Server):
         """
         client, futures = self.clients[RELAY], []
         for number in range(1, count + 1):
-            futures.append(client.call_async(Trigger.Request()))
+            futures.append(self._send())
             if not self._held(number):
                 for future in futures:
                     client.remove_pending_request(future)
                 raise Wrong(
                     f"The relay must call {ADD} each time that {RELAY} is called; it did not."
                     if number == 1
-                    else f"While one call of {RELAY} waits for {ADD}, the next call must not have to wait for it: its "
-                    f"request must go out to {ADD} at once.",
+                    else f"While one call of {RELAY} waited for {ADD}, {RELAY} was called once more: the request of "
+                    f"this call must go out to {ADD} at once, and none came within {SENT:.0f} s.",
                     f"{len(self.adder.held)} of {number} requests arrived",
                 )
         return futures
+
+    def _send(self) -> Any:
+        """Call it without waiting; the future of the response."""
+        return self.ros.send(self.clients[RELAY], Trigger.Request())
 
     def _held(self, number: int) -> bool:
         """Whether so many requests are held, soon; raises Crashed."""
@@ -306,11 +491,15 @@ class Relay(Server):
 
     def _soon(self, condition: Callable[[], bool]) -> bool:
         """Whether the condition holds within SENT s; raises Crashed when the program dies before."""
+        return self.wait_for(condition, SENT)
+
+    def wait_for(self, condition: Callable[[], bool], limit: float) -> bool:
+        """Whether the condition holds within `limit` s; raises Crashed when the program dies before."""
         program = self.program
-        wait_until(lambda: condition() or not program.alive, self.allow(SENT))
+        wait_until(lambda: condition() or not program.alive, self.allow(limit))
         if not program.alive:
             self.end()
-            raise Crashed(f"{self.file} died while several calls of {RELAY} waited for {ADD}: {program.last_words()}.")
+            raise Crashed(f"{self.file} died while calls of {RELAY} waited for an answer: {program.last_words()}.")
         return condition()
 
     def asked(self) -> tuple[int, int]:
@@ -345,15 +534,24 @@ class Relay(Server):
 
     def change(self, numbers: dict[str, int]) -> None:
         """Set its parameters while it runs."""
-        self.bench.hide(*numbers.values())
-        if not all(result.successful for result in self.parameters.set(numbers)):
+        if not self.can_change(numbers):
             raise Wrong(
                 "The parameters a and b must be declared, and must accept every whole number while the relay runs."
             )
 
+    def can_change(self, numbers: dict[str, int]) -> bool:
+        """Set its parameters; False when it refuses."""
+        self.bench.hide(*numbers.values())
+        return all(result.successful for result in self.parameters.set(numbers))
+
+    def vary(self, rng: random.Random) -> None:
+        """Set its parameters to other numbers: that it asks again for the same ones, or can be set, others judge."""
+        with suppress(Wrong):
+            self.change(dict(zip("ab", draw(rng), strict=True)))
+
     def sum_in(self, message: str) -> int | None:
         """The answer of /add_two_ints that a message contains, or None."""
-        return next((int(number) for number in numbers(message) if number in self.adder.sums), None)
+        return next((number for number in whole_numbers(message) if number in self.adder.sums), None)
 
     def together(self) -> list[Any]:
         """The responses to several callers at once, while /add_two_ints takes its time."""
@@ -367,6 +565,12 @@ class Relay(Server):
         finally:
             self.adder.delay = 0.0
         return [response for (response,) in responses]
+
+
+def whole_numbers(text: str) -> list[int]:
+    """The whole numbers in a text, 1,234 and 1_234 as one each."""
+    joined = GROUPED.sub(lambda found: re.sub("[,_]", "", found[0]), text)
+    return [int(number) for number in re.findall(r"-?(?<!\d)\d{1,30}(?!\d)", joined)]
 
 
 def draw(rng: random.Random) -> tuple[int, int]:

@@ -1,9 +1,12 @@
 """What the services of section 3.1 must do, as a conversation with the student's motor service and relay.
 
-Points add up to 20.  The message of a failure speaks of the task; the numbers that were drawn stay with the grader.
+Points add up to 20: half of each file's are for what the exercise is about, an emergency stop after which nothing
+starts by itself, and callers that do not wait for each other.  The message of a failure says what the program did,
+beside what the task asks; the numbers that were drawn stay with the grader.
 """
 
 import random
+import re
 import time
 from typing import Any
 
@@ -13,38 +16,50 @@ from autograder.hidden.services.conversation import (
     DISABLED,
     ENABLE,
     ENABLED,
-    HELD,
+    LESSON,
     RELAY,
     SENT,
+    STATES,
     STATUS,
     STOP,
     STOPPED,
     Motors,
     Relay,
     draw,
+    quoted,
     says,
-    told,
+    whole_numbers,
 )
-from autograder.suitekit import ANSWER, Wrong, numbers, offer, points, twice
+from autograder.suitekit import ANSWER, Wrong, offer, on_wrong, points, twice
+from autograder.suitekit.hints import last_words
 from course.foundation.waiting import wait_until
 
 PROMPT = 5.0  # s in which the relay must answer when nobody offers /add_two_ints
+BEFORE = 1.0  # s for a call without /add_two_ints to a relay that is known to give no answer then
 SLACK = 1.5  # s more on a busy machine
-QUIET = 1.2  # s in which nobody calls the relay
-AT_ONCE = 0.5  # s in which an answer of /add_two_ints goes to its caller, one of TRIES times
-TRIES = 5
+QUIET = 0.3  # s in which nobody calls the relay
+WATCHED = 2.0  # s after the relay's start until its requests are counted
+KEPT = 5.2  # s for which the motors keep their state when nobody asks for anything
+MAY_TAKE = 5.0  # s that /add_two_ints may take for an answer, by the task
+TAKES = 4.6  # s that it takes
+AT_ONCE = 0.5  # s in which an answer that is there goes to its caller, by the task
+LOADED = 3  # times as long as another request to the relay takes: on a busy machine an answer may need that, too
 
 
-@points(1, cell="motor-service")
+def after(state: str, service: str, on: bool) -> str:
+    """The state after a command, by the table of the task."""
+    if service == STOP:
+        return STOPPED if on else DISABLED if state == STOPPED else state
+    return state if state == STOPPED else ENABLED if on else DISABLED
+
+
+@points(0.5, cell="motor-service")
 def test_motors_start_disabled(motors: Motors) -> None:
     """The motors are disabled at first, before a command changes this."""
     message = motors.status().message
-    if says(message) != DISABLED:
-        raise Wrong(
-            f"Right after the start, the message of {STATUS} must contain the word 'disabled', and neither of the "
-            "other two.",
-            f"got {message!r}",
-        )
+    motors.learn()
+    if motors.named(message) != DISABLED:
+        raise Wrong(f"Right after the start the motors must be disabled; {STATUS} says {quoted(message)}.")
     motors.expect_change()
 
 
@@ -52,165 +67,160 @@ def test_motors_start_disabled(motors: Motors) -> None:
 @twice
 def test_enable_and_disable(motors: Motors) -> None:
     """SetBool enables the motors and disables them."""
-    for on, before, after in [(True, DISABLED, ENABLED), (False, ENABLED, DISABLED)]:
-        motors.bring(before)
-        if motors.current() == after:
-            raise Wrong(f"The motors cannot be brought to '{before}', so {ENABLE} with data {on} cannot be tested.")
-        response = motors.command(ENABLE, on)
-        motors.expect(after, f"After {ENABLE} with data {on}")
-        expect_success(response, f"{ENABLE} with data {on}")
-
-
-def expect_success(response: Any, request: str) -> None:
-    """A request that could be done is answered with success True."""
-    if not response.success:
-        raise Wrong(f"{request} was done, so success must be True.", f"got {response}")
-
-
-@points(1, cell="motor-service")
-@twice
-def test_enable_says_state(motors: Motors) -> None:
-    """The answer to enabling and disabling says the new state."""
+    motors.bring(ENABLED)
     motors.bring(DISABLED)
     for on in (True, False, True, False):
-        expect_says(motors.command(ENABLE, on), f"{ENABLE} with data {on}", ENABLED if on else DISABLED)
-    if motors.bring(STOPPED) and motors.current() == STOPPED:
-        response = motors.command(ENABLE, False)
-        if motors.current() == STOPPED:  # that it stays so, another test judges
-            expect_says(response, f"{ENABLE} with data False, when the motors are stopped,", STOPPED)
+        motors.command(ENABLE, on)
+        motors.expect(ENABLED if on else DISABLED, f"{ENABLE} with data {on}")
 
 
-def expect_says(response: Any, request: str, state: str) -> None:
-    """A response must name this state."""
-    if says(response.message) != state:
-        raise Wrong(
-            f"The message of {request} must contain the word '{state}', which is the state after the request, and "
-            "neither of the others.",
-            f"got {response}",
-        )
-
-
-@points(1, cell="motor-service")
-@twice
-def test_status(motors: Motors) -> None:
-    """Trigger tells the state with success True, and does not change it."""
-    told_states = set()
-    for state in (ENABLED, STOPPED, DISABLED):
-        motors.bring(state)
-        first, again = motors.status(), motors.status()
-        if not (first.success and again.success):
-            raise Wrong(
-                f"{STATUS} can always tell the state, so success must be True, whatever the state is.", f"got {first}"
-            )
-        if says(first.message) is None:
-            raise Wrong(
-                f"The message of {STATUS} must contain one of the words 'enabled', 'disabled' and 'stopped', and "
-                "neither of the others.",
-                f"got {first}",
-            )
-        if told(first.message) != told(again.message):
-            raise Wrong(f"Asking {STATUS} must not change the state.", f"got {first}, then {again}")
-        told_states.add(told(first.message))
-    if len(told_states) == 1:
-        raise Wrong(f"{STATUS} says the same after every command.", f"{told_states}")
-
-
-@points(1, cell="motor-service")
+@points(0.5, cell="motor-service")
 @twice
 def test_emergency_stop(motors: Motors) -> None:
-    """The emergency stop stops the motors, whether they were enabled or not."""
+    """The emergency stop stops the motors, whether they were enabled or not, and can be ended."""
     for state in (ENABLED, DISABLED):
         if not motors.bring(state) and state == ENABLED:
             continue  # which costs other points
-        if motors.current() == STOPPED:
-            raise Wrong("The motors are said to be stopped before anybody stops them, so a stop cannot be tested.")
-        response = motors.command(STOP, True)
-        motors.expect(STOPPED, f"After {STOP} with data True")
-        expect_success(response, f"{STOP} with data True")
-        expect_says(response, f"{STOP} with data True", STOPPED)
-    if motors.bring(ENABLED) and motors.current() == ENABLED:
-        response = motors.command(STOP, False)
-        if motors.current() == ENABLED:  # that they stay so, another test judges
-            expect_says(response, f"{STOP} with data False, when the motors are enabled,", ENABLED)
-
-
-@points(2, cell="motor-service")
-@twice
-def test_stopped_motors_refuse(motors: Motors) -> None:
-    """While the motors are stopped, enabling them is refused, and nothing changes."""
-    motors.bring(DISABLED)
-    ordinary = motors.command(ENABLE, True)
-    if not ordinary.success and motors.current() != ENABLED:
-        raise Wrong(
-            f"{ENABLE} with data True is refused for motors that are not stopped, too: this shows nothing of stopped "
-            "ones.",
-            f"got {ordinary}",
-        )
-    motors.command(STOP, True)
-    before = motors.current()
-    refusal, after = motors.command(ENABLE, True), motors.current()
-    if refusal.success:
-        raise Wrong(f"While the emergency stop is on, {ENABLE} with data True must be refused: success False.")
-    if after != before:
-        raise Wrong(f"{ENABLE} with data True must not change the state of motors that are stopped.", f"got {after}")
-    # A message that never names a state loses the point of another test.
-    if says(ordinary.message) and says(refusal.message) != STOPPED:
-        raise Wrong(
-            f"The message of a refused {ENABLE} must contain the state after the request, which is still 'stopped', "
-            "and neither of the other two words.",
-            f"got {refusal}",
-        )
-
-
-@points(1, cell="motor-service")
-@twice
-def test_release(motors: Motors) -> None:
-    """After an emergency stop the motors are disabled, and can be enabled again."""
-    motors.bring(DISABLED)
-    motors.command(ENABLE, True)
-    enabled = motors.current()
-    for disturb in (False, True):
         motors.command(STOP, True)
-        if disturb and motors.command(ENABLE, True).success:
-            break  # it should have been refused, which another test judges
-        response = motors.command(STOP, False)
-        if disturb:
-            when = f"After {ENABLE} with data True was refused, and then {STOP} with data False"
-        else:
-            when = f"After an emergency stop of enabled motors, and then {STOP} with data False"
-        motors.expect(DISABLED, when)
-        expect_success(response, f"{STOP} with data False")
-        expect_says(response, f"{STOP} with data False", DISABLED)
-        motors.command(ENABLE, True)
-        if motors.current() != enabled or enabled == DISABLED:
-            raise Wrong("Once the emergency stop has ended, the motors can be enabled again.")
+        motors.expect(STOPPED, f"{STOP} with data True, when they were {state},")
+        motors.command(STOP, False)
+        if motors.current() == STOPPED:
+            raise Wrong(f"{STOP} with data False must end the stop; {motors.witness} says {quoted(motors.said())}.")
+        if motors.can_enable:
+            motors.command(ENABLE, True)
+            motors.expect(ENABLED, f"an emergency stop, its end, and then {ENABLE} with data True,")
+
+
+@points(5, cell="motor-service")
+@twice
+def test_stays_still(motors: Motors) -> None:
+    """After an emergency stop the motors stand still until somebody enables them when it has ended."""
+    motors.expect_change()
+    wish = (ENABLE, True)
+    for before, meanwhile in [
+        (ENABLED, []),
+        (ENABLED, [wish, wish]),
+        (DISABLED, [wish, wish]),
+        (ENABLED, [(ENABLE, False), wish]),
+        (ENABLED, [(STOP, True), wish]),
+    ]:
+        if not motors.bring(before):
+            if before == ENABLED:
+                raise Wrong(
+                    f"This is judged with motors that run: but after {ENABLE} with data True {motors.witness} says "
+                    f"{quoted(motors.said())}."
+                )
+            continue  # which costs other points
+        motors.command(STOP, True)
+        happened = [f"motors that were {before} got {STOP} with data True"]
+        expect_still(motors, happened, "must not run")
+        for service, on in meanwhile:
+            motors.attempt(service, on)
+            happened.append(f"{service} with data {on}")
+            expect_still(motors, happened, "must stay stopped")
+        motors.command(STOP, False)
+        happened.append(f"{STOP} with data False")
+        expect_still(motors, happened, "must be disabled when the stop ends, and not start")
+
+
+def expect_still(motors: Motors, happened: list[str], rule: str) -> None:
+    """The motors must not run after these commands."""
+    if motors.current() == ENABLED:
+        raise Wrong(
+            f"When {', then '.join(happened)}, {motors.witness} says {quoted(motors.said())}: the motors {rule}."
+        )
 
 
 @points(1, cell="motor-service")
 @twice
-def test_repeating_is_no_error(motors: Motors) -> None:
-    """A command that has nothing to do is no error, and changes nothing."""
+def test_success(motors: Motors) -> None:
+    """Only one request is refused, to enable stopped motors: success is True for all others."""
     motors.expect_change()
-    for first, (service, on) in [
-        ((ENABLE, True), (ENABLE, True)),
-        ((ENABLE, False), (ENABLE, False)),
-        ((STOP, True), (STOP, True)),
-        ((STOP, True), (ENABLE, False)),
-        ((STOP, False), (STOP, False)),
-        ((ENABLE, True), (STOP, False)),
-    ]:
-        motors.bring(DISABLED)
-        if motors.attempt(*first) is None:
-            continue  # which costs other points
-        before, response = motors.current(), motors.attempt(service, on)
-        if response is None:
-            continue
-        after = motors.current()
-        what = f"{service} with data {on}, when the state is {says(before) or 'that already'},"
-        if not response.success:
-            raise Wrong(f"{what} has nothing to do, and is no error: success must be True.", f"got {response}")
-        if after != before:
-            raise Wrong(f"{what} must leave the motors as they are.", f"{before}, then {after}")
+    if not motors.bring(STOPPED):
+        raise Wrong(
+            f"A refusal is judged with motors that are stopped: but after {STOP} with data True {motors.witness} says "
+            f"{quoted(motors.said())}."
+        )
+    motors.command(ENABLE, True)  # who cannot refuse without dying loses these points; another end costs others
+    with on_wrong(motors.forget):
+        for (state, service, on), (response, _) in motors.table().items():
+            refused = (state, service, on) == (STOPPED, ENABLE, True)
+            expect_success(response, not refused, f"{service} with data {on}", state)
+    for state in STATES if motors.status_answers else ():
+        if motors.bring(state):
+            expect_success(motors.status(), True, STATUS, state)
+
+
+def expect_success(response: Any, wanted: bool, request: str, state: str) -> None:
+    """A response must have this `success`."""
+    if response.success != wanted:
+        raise Wrong(
+            f"{request}, when the motors are {state}, {'is no error' if wanted else 'is refused'}: success must be "
+            f"{wanted}. It is {response.success}, with the message {quoted(response.message)}."
+        )
+
+
+@points(0.5, cell="motor-service")
+@twice
+def test_messages_say_state(motors: Motors) -> None:
+    """The message of each answer names the state after the request, and neither of the others."""
+    motors.expect_change()
+    with on_wrong(motors.forget):
+        for (state, service, on), (response, now) in motors.table().items():
+            # What the motors do, and what the status says of them, other tests judge.
+            if says(response.message) not in {after(state, service, on), now}:
+                raise Wrong(
+                    f"{service} with data {on}, when the motors are {state}, is answered with the message "
+                    f"{quoted(response.message)}: it must contain the word '{after(state, service, on)}', which is the "
+                    "state after the request, and neither of the other two."
+                )
+    if motors.status_answers:
+        for state in STATES:
+            if motors.bring(state) and says(message := motors.status().message) is None:
+                raise Wrong(
+                    f"{STATUS}, when the motors are {state}, is answered with the message {quoted(message)}: it must "
+                    f"contain the word '{state}', and neither of the other two."
+                )
+
+
+@points(0.5, cell="motor-service")
+@twice
+def test_status(motors: Motors) -> None:
+    """Trigger tells the state, and does not change it."""
+    motors.expect_change()
+    if not motors.bring(DISABLED):
+        return  # which costs other points
+    told = set()
+    for service, on, state in LESSON:
+        response = motors.attempt(service, on)
+        first, again = motors.status().message, motors.status().message
+        if motors.named(first) != motors.named(again):
+            raise Wrong(
+                f"Asking {STATUS} must not change the state: it says {quoted(first)}, and when it is asked again "
+                f"{quoted(again)}."
+            )
+        told.add(motors.named(first))
+        if response is not None and motors.named(response.message) == state != motors.named(first):
+            raise Wrong(
+                f"{service} with data {on} is answered with {quoted(response.message)}, but then {STATUS} says "
+                f"{quoted(first)}."
+            )
+    if len(told) == 1:
+        raise Wrong(f"{STATUS} says the same after every command: {quoted(first)}.")
+
+
+@points(0.5, cell="motor-service")
+@twice
+def test_repeating_changes_nothing(motors: Motors) -> None:
+    """A command that has nothing to do changes nothing."""
+    motors.expect_change()
+    with on_wrong(motors.forget):
+        for (state, service, on), (_, now) in motors.table().items():
+            if after(state, service, on) == state != now:
+                raise Wrong(
+                    f"{service} with data {on} has nothing to do when the motors are {state}: they must stay so, but "
+                    f"then {motors.witness} says {quoted(now)}."
+                )
     ends = []
     for stops in (1, 2):
         motors.bring(DISABLED)
@@ -220,56 +230,34 @@ def test_repeating_is_no_error(motors: Motors) -> None:
         ends.append(motors.current())
     if ends[0] != ends[1]:
         raise Wrong(
-            f"A second {STOP} with data True has nothing to do: one with data False must end the stop then, too.",
-            f"{ends}",
+            f"A second {STOP} with data True has nothing to do, so one with data False must end the stop: but then "
+            f"{motors.witness} says {quoted(motors.said())}."
         )
 
 
-@points(1, cell="motor-service")
-@twice
-def test_last_command_counts(motors: Motors, rng: random.Random) -> None:
-    """After many commands from two clients, the state is what the last ones made of it."""
-    commands = [(ENABLE, True), (ENABLE, False)]  # what follows a stop, other tests judge
-    if motors.attempt(STOP, False) is not None:
-        commands.append((STOP, False))
-    follows = {}  # what a command makes of each state, seen with one client: other tests judge whether it is right
-    for state in (DISABLED, ENABLED):
-        for command in commands:
-            motors.bring(state)
-            before = motors.current()
-            motors.command(*command)
-            follows[before, command] = motors.current()
-    state = motors.current()
-    if len(set(follows.values())) == 1:
-        raise Wrong(f"{STATUS} says the same after every command.", f"{follows}")
-    repeated = [(ENABLE, True)] * 2 + [(ENABLE, False)] * 6
-    for number, command in enumerate(repeated + rng.choices(commands, k=24)):
-        motors.command(*command, second=number % 2 == 1)
-        now = motors.current(second=rng.random() < 0.5)
-        expected, state = follows.setdefault((state, command), now), now
-        if state != expected:
-            raise Wrong(
-                "After several commands, some repeated and from two clients, the state is not what the last command "
-                "makes of the state before it.",
-                f"{command}: expected {expected!r}, got {state!r}",
-            )
-
-
-@points(1, cell="relay")
+@points(0.5, cell="relay")
 @twice
 def test_relay_answers(relay: Relay, rng: random.Random) -> None:
-    """The relay answers with the sum that it got from /add_two_ints."""
+    """The relay answers with the sum that it got from /add_two_ints, whatever it is."""
     response = relay.relay()
     if not relay.adder.requests:
-        raise Wrong("The relay did not call /add_two_ints.", f"got {response}")
+        raise Wrong(f"{RELAY} was called, and did not call {ADD}. It answered {shown(response)}.", f"got {response}")
     if not response.success:
-        raise Wrong("When /add_two_ints answers, success must be True.", f"got {response}")
+        raise Wrong(
+            f"{ADD} has answered, so success must be True: {RELAY} answered {shown(response)}.", f"got {response}"
+        )
     if relay.sum_in(response.message) is None:
         raise Wrong(
-            "The message must contain the sum that /add_two_ints answered (not one that the relay computed).",
-            f"answered {relay.adder.sums}, got {response}",
+            f"The message must contain the sum that {ADD} answered, not one that the relay computed: it is "
+            f"{masked(response.message)}.",
+            f"answered {relay.adder.sums}",
         )
-    for total in (-rng.randrange(10**8, 10**12), 0):
+    for total, kind in [
+        (-rng.randrange(10**8, 10**12), "a negative sum"),
+        (0, "a sum of 0"),
+        (-1, "a sum of -1"),
+        (rng.randrange(2**61, 2**62) | 1, "a sum beyond 2**53"),
+    ]:
         adder, asked = relay.adder, len(relay.adder.requests)
         adder.fixed = total
         try:
@@ -278,127 +266,39 @@ def test_relay_answers(relay: Relay, rng: random.Random) -> None:
             adder.fixed = None
         if len(adder.requests) == asked:
             return  # that it must call each time, another test judges
-        if not response.success or total not in numbers(response.message):
+        if not response.success or total not in whole_numbers(response.message):
             raise Wrong(
-                "A sum may be negative or 0, too: success must be True, and the message must contain it.",
-                f"answered {total}, got {response}",
+                f"{ADD} answered {kind}: success must be True, and the message must contain it. {RELAY} answered "
+                f"{shown(response)}.",
+                f"answered {total}",
             )
 
 
-@points(1, cell="relay")
-@twice
-def test_relay_asks_each_time(relay: Relay) -> None:
-    """Every call of the relay calls /add_two_ints anew."""
-    relay.asked()
-    before = len(relay.adder.requests)
-    for calls in range(1, 4):
-        relay.relay()
-        if not relay.has_been_asked(before + calls, relay.allow(SENT)):
-            raise Wrong(f"The relay must call {ADD} each time that {RELAY} is called; it did not.")
-    if relay.has_been_asked(before + calls + 1, QUIET):
-        raise Wrong(
-            f"Each call of {RELAY} must be one request to {ADD}; there were more.",
-            f"{len(relay.adder.requests) - before} requests for {calls} calls, {QUIET} s after the last",
-        )
+def shown(response: Any) -> str:
+    """A response of the relay, for its student."""
+    return f"success={response.success} and the message {masked(response.message)}"
 
 
-@points(1, cell="relay")
+def masked(message: str) -> str:
+    """A message of the relay, for its student: without its numbers, which were drawn."""
+    return quoted(re.sub(r"\d[\d,._]*", "#", message))
+
+
+@points(0.5, cell="relay")
 @twice
 def test_relay_sends_parameters(relay: Relay) -> None:
     """The relay sends the parameters a and b that it was started with."""
     asked = relay.asked_by_a_start()
     if asked != relay.numbers:
+        how = "b as a, and a as b" if asked == relay.numbers[::-1] else "other numbers"
         raise Wrong(
             "The request to /add_two_ints must hold the parameters a and b of the command line "
-            "(--ros-args -p a:=... -p b:=...).",
+            f"(--ros-args -p a:=... -p b:=...); it held {how}.",
             f"sent {asked}, not {relay.numbers}",
         )
 
 
-@points(1, cell="relay")
-@twice
-def test_several_callers(relay: Relay) -> None:
-    """Several callers at once each get their own answer."""
-    alone = relay.relay()
-    before = len(relay.adder.requests)
-    responses = relay.together()
-    if not wait_until(lambda: len(relay.adder.requests) >= before + CALLERS, relay.allow(SENT)):
-        raise Wrong(
-            f"When {CALLERS} clients call /relay at once, it must call /add_two_ints for each of them.",
-            f"{len(relay.adder.requests) - before} requests",
-        )
-    if any(response.success != alone.success for response in responses):
-        raise Wrong(
-            f"When {CALLERS} clients call /relay at once, success must be the same as for one client alone.",
-            f"{responses}",
-        )
-    sums = [relay.sum_in(response.message) for response in responses]
-    if relay.sum_in(alone.message) is not None and (None in sums or len(set(sums)) < CALLERS):
-        raise Wrong(
-            f"When {CALLERS} clients call /relay at once, each must get the answer of /add_two_ints to its own call, "
-            "and not another client's.",
-            f"{responses}",
-        )
-
-
-@points(2, cell="relay")
-@twice
-def test_no_caller_waits_for_another(relay: Relay) -> None:
-    """Each caller gets its answer as soon as /add_two_ints has given it, whoever called first."""
-    relay.relay()
-    took: list[float] = []
-    while len(took) < TRIES and min(took, default=AT_ONCE) >= AT_ONCE:
-        start = time.monotonic()
-        relay.relay()
-        took.append(time.monotonic() - start)
-    if min(took) >= relay.allow(AT_ONCE):
-        raise Wrong(
-            f"An answer of {ADD} must go to its caller as soon as it is there. {ADD} answered at once, and the caller "
-            f"had its answer after {min(took):.1f} s at best, of {TRIES} calls.",
-            f"{took} s",
-        )
-    for index, which in [(0, "first"), (-1, "last")]:
-        with relay.adder.holding():
-            futures = relay.send(count=2)
-            relay.adder.hold_no_more()
-            of_the_other = relay.adder.sums[-2:][-1 - index]
-            relay.adder.held[index].set()
-            if not relay.one_answered(futures):
-                raise Wrong(
-                    f"Two callers wait, and {ADD} answers the one that asked {which}: that answer must go to its "
-                    "caller at once, while the other still waits. (A callback that spins its own node cannot go "
-                    "on before all that runs inside that spin has ended.)"
-                )
-            if not futures[index].done():
-                raise Wrong(
-                    f"Two callers wait, and {ADD} answers the one that asked {which}: the answer went to the other one."
-                )
-            message = futures[index].result().message
-            if relay.sum_in(message) == of_the_other:
-                raise Wrong(
-                    f"Each caller must get the answer of {ADD} to its own call, and not another's.", f"got {message!r}"
-                )
-        relay.all_answered(futures)
-
-
-@points(1, cell="relay")
-@twice
-def test_goes_on_serving(relay: Relay, rng: random.Random) -> None:
-    """While a call waits for /add_two_ints, a parameter can be set."""
-    relay.relay()
-    with relay.adder.holding():
-        futures = relay.send()
-        start = time.monotonic()
-        relay.change(named(draw(rng)))
-        if time.monotonic() - start > HELD / 2:
-            raise Wrong(
-                f"While a call of {RELAY} waits for {ADD}, the node must go on serving: setting the parameter a had to "
-                "wait for the end of the call."
-            )
-    relay.all_answered(futures)
-
-
-@points(1, cell="relay")
+@points(0.5, cell="relay")
 @twice
 def test_changed_parameters(relay: Relay, rng: random.Random) -> None:
     """Parameters that are set while the relay runs are used from the next call on."""
@@ -407,15 +307,22 @@ def test_changed_parameters(relay: Relay, rng: random.Random) -> None:
     for changed, now in [
         ({"a": a, "b": b}, (a, b)),
         ({"a": new_a, "b": new_b}, (new_a, new_b)),
+        ({"b": 0}, (new_a, 0)),
         ({"b": last_b}, (new_a, last_b)),
         ({"a": a}, (a, last_b)),
     ]:
         relay.change(changed)
-        asked = relay.asked_by_a_start(named(now))
+        what = " and ".join(f"{name} (to 0)" if value == 0 else name for name, value in changed.items())
+        try:
+            asked = relay.asked_by_a_start(named(now))
+        except Wrong:
+            raise Wrong(
+                f"After a change of {what} while the relay ran, a call of {RELAY} must ask {ADD}; no request came."
+            ) from None
         if sorted(asked) != sorted(now):
             raise Wrong(
-                f"After {' and '.join(changed)} is set while the relay runs, the next request to {ADD} must hold the "
-                "current values of a and b.",
+                f"After a change of {what} while the relay ran, the next request to {ADD} must hold the current values "
+                "of a and b; it held other numbers.",
                 f"sent {asked}, not {now}",
             )
 
@@ -425,53 +332,237 @@ def named(values: tuple[int, int]) -> dict[str, int]:
     return dict(zip("ab", values, strict=True))
 
 
+@points(0.5, cell="relay")
+@twice
+def test_several_callers(relay: Relay, rng: random.Random) -> None:
+    """Six callers at once each get their own answer."""
+    alone = relay.relay()
+    relay.vary(rng)
+    before = len(relay.adder.requests)
+    responses = relay.together()
+    if not wait_until(lambda: len(relay.adder.requests) >= before + CALLERS, relay.allow(SENT)):
+        raise Wrong(
+            f"{CALLERS} clients called {RELAY} at once, so {CALLERS} requests must go out to {ADD}; "
+            f"{len(relay.adder.requests) - before} came."
+        )
+    odd = [response for response in responses if response.success != alone.success]
+    if odd:
+        raise Wrong(
+            f"{CALLERS} clients called {RELAY} at once: one was answered with {shown(odd[0])}, while one client alone "
+            f"is answered with {shown(alone)}."
+        )
+    sums = [relay.sum_in(response.message) for response in responses]
+    if relay.sum_in(alone.message) is not None and (None in sums or len(set(sums)) < CALLERS):
+        raise Wrong(
+            f"{CALLERS} clients called {RELAY} at once, and each must get the answer of {ADD} to its own call: of "
+            f"{CALLERS} different sums {len({*sums} - {None})} arrived.",
+            f"{responses}",
+        )
+
+
+@points(5, cell="relay")
+@twice
+def test_no_caller_waits_for_another(relay: Relay, rng: random.Random) -> None:
+    """Each caller gets its answer as soon as /add_two_ints has given it, whoever called first."""
+    relay.relay()
+    for index, which in [(0, "first"), (-1, "second")]:
+        relay.vary(rng)
+        with relay.adder.holding():
+            futures = relay.send(count=2)
+            relay.adder.hold_no_more()
+            of_the_other = relay.adder.sums[-2:][-1 - index]
+            relay.adder.held[index].set()
+            if not relay.one_answered(futures):
+                raise Wrong(
+                    f"Two callers wait, and {ADD} answers the question of the {which}: its caller got no answer within "
+                    f"{SENT:.0f} s, while the other question was open. The callback must not wait for anything of the "
+                    "other call: its spin, its lock, its turn."
+                )
+            if not futures[index].done():
+                raise Wrong(
+                    f"Two callers wait, and {ADD} answers the question of the {which}: the other caller was answered."
+                )
+            message = futures[index].result().message
+            if relay.sum_in(message) == of_the_other:
+                raise Wrong(
+                    f"Two callers wait, and {ADD} answers the question of the {which}: its caller was told the sum of "
+                    "the other."
+                )
+        relay.all_answered(futures)
+
+
 @points(1, cell="relay")
 @twice
+def test_goes_on_serving(relay: Relay, rng: random.Random) -> None:
+    """While a call waits for /add_two_ints, a parameter can be set."""
+    relay.relay()
+    relay.vary(rng)
+    with relay.adder.holding():
+        futures = relay.send()
+        start = time.monotonic()
+        if not relay.can_change(named(draw(rng))):
+            raise Wrong(
+                f"While a call of {RELAY} waits for {ADD}, a parameter that is set must be set at once: setting a and "
+                "b was refused."
+            )
+        if relay.adder.given_up or futures[0].done():
+            took = time.monotonic() - start
+            raise Wrong(
+                f"While a call of {RELAY} waits for {ADD}, the node must go on serving: setting the parameters a and b "
+                f"was answered only after {took:.0f} s, when the call had ended."
+            )
+    relay.all_answered(futures)
+
+
+@points(0.5, cell="relay")
+@twice
+def test_slow_answer(relay: Relay, motors: Motors, rng: random.Random) -> None:
+    """An answer that /add_two_ints takes 5 s for is waited for."""
+    motors.leave_enabled()  # and left alone meanwhile, which the last test looks at
+    relay.relay()
+    relay.vary(rng)
+    with relay.adder.holding(TAKES):
+        future = relay.send()[0]
+        start = time.monotonic()
+        relay.wait_for(lambda: future.done() or relay.adder.given_up, TAKES + SLACK)
+        took = time.monotonic() - start
+        if future.done() and not relay.adder.given_up:
+            raise Wrong(
+                f"{ADD} may take {MAY_TAKE:.0f} s for an answer: {RELAY} did not wait for it, and answered after "
+                f"{took:.1f} s with {shown(future.result())}."
+            )
+    if not relay.all_answered([future]):
+        raise Wrong(f"{ADD} took {TAKES} s for its answer, and then {RELAY} gave its caller none.")
+    if not future.result().success:
+        raise Wrong(f"{ADD} took {TAKES} s for its answer, and {RELAY} answered with {shown(future.result())}.")
+
+
+@points(0.5, cell="relay")
+@twice
 def test_without_add_two_ints(lonely: Relay, relay: Relay) -> None:
-    """Without /add_two_ints the relay says so, within 5 s."""
+    """Without /add_two_ints the relay says so within 5 s, to six callers at once, too."""
     lonely.up(offer(RELAY))
     start = time.monotonic()
     response = lonely.relay()
     took = time.monotonic() - start
     if response.success:
-        raise Wrong(f"When nobody offers {ADD}, success must be False.", f"got {response}")
+        raise Wrong(f"Nobody offers {ADD}, so success must be False: {RELAY} answered {shown(response)}.")
     if not response.message.strip():
         raise Wrong(f"When nobody offers {ADD}, the message must say so; it is empty.")
     if took > PROMPT + SLACK:
-        raise Wrong(f"When nobody offers {ADD}, the answer must come within {PROMPT:.0f} s.", f"it took {took:.1f} s")
+        raise Wrong(f"When nobody offers {ADD}, the answer must come within {PROMPT:.0f} s; it took {took:.1f} s.")
+    if not lonely.all_refused(PROMPT + SLACK):
+        raise Wrong(
+            f"When nobody offers {ADD}, and {CALLERS} clients call {RELAY} at once, each must have its answer within "
+            f"{PROMPT:.0f} s; one had none. Alone, a client had it after {took:.1f} s."
+        )
     if not relay.does_something:
         raise Wrong(
-            f"This is judged with a relay that does something: where {ADD} is offered, it does not call it, and "
-            "refuses, too."
+            f"This is judged with a relay that asks when it can: but where {ADD} is offered, it was not called either."
         )
 
 
-@points(1, cell="relay")
+@points(0.5, cell="relay")
 @twice
 def test_goes_on_afterwards(lonely: Relay) -> None:
     """After such a failure the relay keeps running, and works while /add_two_ints is there."""
-    if lonely.failed != lonely.starts or not lonely.program.alive:
-        lonely.relay()
-    starts = lonely.starts
+    lonely.up(offer(RELAY))
+    if lonely.failed != lonely.starts:
+        lonely.answers_again(
+            BEFORE if lonely.has_been_silent else PROMPT + SLACK
+        )  # that it must have an answer, and which, another test judges
+    refused = lonely.failed == lonely.starts
     lonely.serve()
-    response = lonely.wait_for_success(asking=True)
+    response = lonely.after_offer(PROMPT + SLACK)
+    if not lonely.program.alive:
+        lonely.end()
+        raise Wrong(
+            f"After a call that failed because nobody offered {ADD}, the relay must keep running; it ended: "
+            f"{last_words(lonely.program)}."
+        )
+    if response is None:
+        serves = lonely.clients[RELAY].service_is_ready()
+        lonely.end()
+        raise Wrong(
+            f"{ADD} is there now, after calls of {RELAY} without it: a call must succeed. It got no answer within "
+            f"{PROMPT + SLACK} s{'' if serves else f', because the relay does not offer {RELAY} any more'}."
+        )
     if not response.success:
         raise Wrong(
-            f"Once {ADD} is there, a call of {RELAY} must succeed, even after earlier calls have failed.",
-            f"got {response}",
+            f"{ADD} is there now, after calls of {RELAY} without it: a call must succeed. It was answered with "
+            f"{shown(response)}."
         )
-    if lonely.starts != starts:
-        raise Wrong(f"After a call that failed because nobody offered {ADD}, the relay must keep running.")
     if not lonely.adder.requests:
-        raise Wrong(f"Once {ADD} is there, a call of {RELAY} must call it.", f"got {response}")
-    if not lonely.answers_again(PROMPT + SLACK):
+        raise Wrong(f"{ADD} is there now: a call of {RELAY} must call it. It answered {shown(response)} without it.")
+    if lonely.answers_again(PROMPT + SLACK) is None:
         lonely.end()
         return  # which costs other points
     lonely.withdraw()
-    # A call just when the server leaves may be lost, and what it answers another test judges.
-    if not any(lonely.answers_again(ANSWER) for _ in range(2)):
+    response = lonely.after_withdrawal(ANSWER)
+    if response is None:
         lonely.end()
         raise Wrong(
-            f"When {ADD} was there and is gone again, a call of {RELAY} got no answer: look each time whether {ADD} is "
-            "there."
+            f"{ADD} was there, and is gone again: a call of {RELAY} got no answer. Look at each call if it is there."
         )
+    if response.success and refused:
+        raise Wrong(f"{ADD} was there, and is gone again: a call of {RELAY} was answered with {shown(response)}.")
+
+
+@points(0.5, cell="relay")
+@twice
+def test_relay_asks_each_time(relay: Relay) -> None:
+    """Each call is one request to /add_two_ints, at once; without a call there is none."""
+    relay.asked()
+    before = len(relay.adder.requests)
+    for calls in range(1, 4):
+        relay.relay()
+        if not relay.has_been_asked(before + calls, relay.allow(SENT)):
+            raise Wrong(f"The relay must call {ADD} each time that {RELAY} is called; it did not.")
+    relay.has_been_asked(before + calls + 1, QUIET)
+    relay.watch(WATCHED)
+    if relay.sent < len(relay.adder.requests):
+        raise Wrong(
+            f"Each call of {RELAY} must be one request to {ADD}, and without a call there must be none: since the "
+            f"relay was started it was called {relay.sent} times, and has sent {len(relay.adder.requests)} requests."
+        )
+    took, allowed = relay.quickest(AT_ONCE, LOADED)
+    if took > allowed:
+        raise Wrong(
+            f"{ADD} answers in a millisecond, and its answer must go to the caller at once: each of several calls of "
+            f"{RELAY} took {took:.1f} s or more."
+        )
+
+
+@points(0.5, cell="motor-service")
+@twice
+def test_last_command_counts(motors: Motors, rng: random.Random) -> None:
+    """The state stays until a command changes it; after many from two clients it is what the last ones made of it."""
+    if not motors.stays_enabled(KEPT):
+        raise Wrong(
+            f"The motors were enabled, and nobody asked for anything for {KEPT:.0f} s: they must stay enabled, but "
+            f"then {motors.witness} says {quoted(motors.said())}."
+        )
+    commands = [(ENABLE, True), (ENABLE, False)]  # what follows a stop, other tests judge
+    if motors.attempt(STOP, False) is not None:
+        commands.append((STOP, False))
+    follows = {}  # what a command makes of each state, seen with one client: other tests judge whether it is right
+    for state in (DISABLED, ENABLED):
+        for command in commands:
+            motors.renew()
+            motors.bring(state)
+            before = motors.current()
+            motors.command(*command)
+            follows[before, command] = motors.current()
+    motors.expect_change()
+    motors.renew()
+    state = motors.current()
+    repeated = [(ENABLE, True)] * 2 + [(ENABLE, False)] * 6
+    for number, command in enumerate(repeated + rng.choices(commands, k=24)):
+        motors.command(*command, second=number % 2 == 1)
+        now = motors.current(second=rng.random() < 0.5)
+        before, expected, state = state, follows.setdefault((state, command), now), now
+        if state != expected:
+            raise Wrong(
+                f"After {number + 1} commands, some repeated and from two clients, {command[0]} with data {command[1]} "
+                f"made {quoted(state)} of {quoted(before)}; before, it made {quoted(expected)} of it."
+            )

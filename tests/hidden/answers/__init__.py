@@ -5,7 +5,8 @@ by what is wrong.  Most are the reference with a few lines changed, so that what
 SILENT keep the grader waiting: they are graded with less patience, so that the tests take less time.
 
 An answer in WRONG has exactly one mistake, unless it is in NOTHING (programs that do nothing that the task asks for) or
-in SEVERAL.  Those in USELESS have one mistake, and one of their programs does nothing useful because of it.
+in SEVERAL.  Those in USELESS have one mistake, and one of their programs does nothing useful because of it.  Those in
+ABOUT have a mistake in what the exercise is about, those in DETAIL a mistake in a detail.
 """
 
 import importlib
@@ -65,7 +66,7 @@ def proofs(exercise: str) -> dict[str, str]:
 
 
 def named(exercise: str, kind: str) -> set[str]:
-    """The wrong answers that the module's set `kind` names: NOTHING, SEVERAL, USELESS or SILENT."""
+    """The wrong answers that the module's set `kind` names, such as NOTHING, SEVERAL, ABOUT or SILENT."""
     return set(getattr(load(exercise), kind, ()))
 
 

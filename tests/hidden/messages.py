@@ -1,0 +1,37 @@
+"""What the student of each wrong answer is told: `messages/EXERCISE.toml`, which a person has read beside the mistake.
+
+It has a table for each wrong answer, with the message of the first hidden test that it loses, and perhaps of others:
+
+    ["relay asks twice"]
+    relay_asks_each_time = "Each call of /relay must be one request to /add_two_ints, ... and has sent ... requests."
+
+`...` stands for any text, such as a number that was drawn or counted, and a message may go on after the end.
+"""
+
+import re
+import tomllib
+from pathlib import Path
+
+FOLDER = Path(__file__).with_name("messages")
+
+
+def names() -> list[str]:
+    """The exercises that have a table."""
+    return sorted(file.stem for file in FOLDER.glob("*.toml"))
+
+
+def table(exercise: str) -> dict[str, dict[str, str]]:
+    """Return what is told, by wrong answer and hidden test (without "test_"); empty when nothing is written down."""
+    file = FOLDER / f"{exercise}.toml"
+    return tomllib.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
+
+
+def fits(pattern: str, message: str) -> bool:
+    """Return True if a message is the one that is written down."""
+    return re.match(".*?".join(map(re.escape, pattern.split("..."))), message, re.DOTALL) is not None
+
+
+def others(exercise: str, name: str, told: dict[str, str]) -> dict[str, str]:
+    """Return which of the messages that a wrong answer was `told`, by test, are not those that are written down."""
+    known = table(exercise).get(name, {})
+    return {test: message for test, message in told.items() if test in known and not fits(known[test], message)}

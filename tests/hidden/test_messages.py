@@ -1,0 +1,40 @@
+"""Each wrong answer has a message that is written down, of the first test that it loses.
+
+That the grader says these words is held by `test_answers.py`, which grades the answers.
+"""
+
+import pytest
+
+from autograder.submissions import exercises
+
+from . import answers, messages
+
+
+@pytest.mark.parametrize("exercise", messages.names())
+def test_each_wrong_answer_has_the_message_of_the_first_test_that_it_loses(exercise):
+    order = [test.id.removeprefix("test_") for test in exercises.load(exercise).tests]
+    wrong, known = answers.load(exercise).WRONG, messages.table(exercise)
+    first = {name: min(lost, key=order.index) for name, (_, lost) in wrong.items()}
+    assert {name: test for name, test in first.items() if test not in known.get(name, {})} == {}
+    assert {name: [*told] for name, told in known.items() if not {*told} <= wrong.get(name, ((), set()))[1]} == {}
+
+
+@pytest.mark.parametrize("exercise", messages.names())
+def test_a_message_that_is_written_down_tells_something(exercise):
+    for name, told in messages.table(exercise).items():
+        for test, pattern in told.items():
+            assert len(pattern.replace("...", "")) >= 20, f"{name}: {test}"
+
+
+@pytest.mark.parametrize(
+    ("pattern", "message", "fits"),
+    [
+        ("It says 'on'.", "It says 'on'. Go on.", True),
+        ("It says 'on'.", "It says 'off'.", False),
+        ("It took ... s and ended.", "It took 4.0 s and ended.", True),
+        ("It took ... s and ended.", "It took 4.0 s.", False),
+        ("says", "It says", False),
+    ],
+)
+def test_fits(pattern, message, fits):
+    assert messages.fits(pattern, message) is fits
