@@ -199,7 +199,7 @@ LITTLE = {
     "nodes that come and go": ("parameters", {"pid_node.py": COMING_AND_GOING}, 0),
     "a name that is no text": ("services", {"motor_service.py": NO_NAME}, 10),
     "constants": ("services", {"motor_service.py": CONSTANT}, 13),
-    "a relay that asks without being called": ("services", {"relay.py": None}, 19),
+    "a relay that asks without being called": ("services", {"relay.py": None}, 19.5),
     "drives blindly": ("ai_integration", {"wall_agent.py": SAME, "wall_follower.py": BLIND}, 1),
 }
 
