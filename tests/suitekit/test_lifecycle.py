@@ -102,6 +102,9 @@ class Fake(Lifecycle):
     def other_services(self):
         return [f"{name} (a type)" for name in ("/other",) if self.program.offers(name)]
 
+    def mistyped(self, wanted):
+        return f"{wanted[0]} has another type." if self.program.offers("/mistyped") else ""
+
     def other_topics(self):
         return "It publishes /number (std_msgs/Float64)." if self.program.offers("/number") else ""
 
@@ -205,6 +208,12 @@ def test_other_topics_are_told():
 def test_something_else_is_offered():
     life = Fake({"offers": {"/other": 0.0}})
     with pytest.raises(Wrong, match="runs, but does not offer the service /sum. It offers: /other \\(a type\\)."):
+        life.up(SUM)
+
+
+def test_another_type_is_told_before_what_else_is_offered():
+    life = Fake({"offers": {"/other": 0.0, "/mistyped": 0.0}})
+    with pytest.raises(Wrong, match="^the service /sum has another type.$"):
         life.up(SUM)
 
 
