@@ -4,13 +4,14 @@ The agent is asked by a small program of the grader's, and the node is shown sca
 given.  Both run the student's files, and so in the sandbox: see `programs`.
 """
 
+import ast
 import contextlib
 import itertools
 import json
 import math
 import statistics
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar, NamedTuple
 
@@ -36,7 +37,7 @@ from autograder.suitekit import (
     Wrong,
     speaker,
 )
-from autograder.suitekit.lifecycle import Answer, Question
+from autograder.suitekit.lifecycle import Answer, Question, State
 from autograder.suitekit.ros import CLOSED
 from course.foundation.waiting import wait_until
 from course.world import Laser, Room, Simulation
@@ -44,6 +45,7 @@ from course.world.node import World
 
 AGENT, NODE = "wall_agent.py", "wall_follower.py"
 ASK, ECHO, RIGHT_AGENT = "ask_agent.py", "echo_node.py", "right_agent_node.py"
+COURSE = "course.py"  # stands in for the library
 PROGRAMS = Path(__file__).parent / "programs"
 SCAN = "a subscription to the topic scan (sensor_msgs/LaserScan)"
 CMD_VEL = "a publisher of the topic cmd_vel (geometry_msgs/Twist)"
@@ -51,9 +53,11 @@ SIMULATED = ("--ros-args", "-p", "use_sim_time:=true")
 PERIOD = 0.1  # s of simulated time between two commands
 
 # As in programs/echo_node.py: the numbers that its agent says for 0 m and for each metre more, and what it adds for a
-# distance that is infinite or missing.
+# distance that is infinite, missing or NaN; and where it says what no rule of the task says.
 LEAST = {"front": 0.1, "right": 0.3}
-A_METRE, FAR, NOTHING = 0.01, 0.17, 0.18
+A_METRE, FAR, NOTHING, NO_NUMBER = 0.01, 0.17, 0.18, 0.185
+STRANGE = 4.25  # m
+BACKWARDS, LEFT, AN_AGENT = -1.0, 1.75, -0.125
 WIDTH = 0.19  # all numbers for a distance are less than so much above the LEAST
 DIGITS = 5  # of these numbers: a millimetre
 SAME_SPEED = 1e-6  # m/s and rad/s
@@ -72,6 +76,7 @@ WATCHED = 1.5  # s of real time without scans: three times as long as a node may
 
 DECISION = 0.2  # s of real time for a command of a drive, until the robot moves on by the one before
 DRIVE = 60.0  # s of real time for a drive
+AGENTS = 2  # that a node may ask: one more than it should, such as one made to try it
 IDLE = 20  # ticks of a drive without a command after which it ends
 
 
@@ -108,6 +113,7 @@ class Agent:
 
     def __init__(self, bench: Bench):
         self._bench = bench
+        self.imports_course = AGENT in importing_course(bench.files)
 
     def ask(self, *asked: tuple[float, float], ros: bool = True) -> list[Command]:
         """What it decides for each front and right (m), in turn; without `ros`, no ROS package can be imported."""
@@ -117,7 +123,8 @@ class Agent:
 
         def start() -> Program:
             domain, mode = self._bench.new_domain(), "ros" if ros else "no-ros"
-            program = self._bench.start(ASK, mode, questions, domain=domain, files=laid(ASK), afresh=not ros)
+            files = laid(ASK) | stand_in(self._bench.files)
+            program = self._bench.start(ASK, mode, questions, domain=domain, files=files, afresh=not ros)
             program.name = AGENT
             return program
 
@@ -128,10 +135,9 @@ class Agent:
         except (IndexError, TypeError, ValueError):
             answers = []
         if len(answers) != len(asked):
-            raise Wrong(
-                "decide_action must return a dict with the numbers 'linear' and 'angular', for any two distances.",
-                program.output,
-            )
+            odd = [line.removeprefix("odd: ") for line in program.output.splitlines() if line.startswith("odd: ")]
+            did = f"it returned {odd[-1]}" if odd else f"{AGENT} ended before decide_action had returned"
+            raise Wrong(f"decide_action must return a dict with the numbers 'linear' and 'angular': {did}.", asked)
         return answers
 
     def expect(self, *cases: tuple[float, float, Command, str]) -> None:
@@ -139,7 +145,10 @@ class Agent:
         got = self.ask(*((front, right) for front, right, _, _ in cases))
         for (front, right, wanted, about), answer in zip(cases, got, strict=True):
             if not math.dist(answer, wanted) < SAME_SPEED:
-                raise Wrong(f"{about}, the agent must {words(wanted)}.", f"front {front}, right {right}: {answer}")
+                raise Wrong(
+                    f"{about}, the agent must {words(wanted)}; it said {said(answer)}.",
+                    f"front {front}, right {right}: {answer}",
+                )
 
 
 def words(command: Command) -> str:
@@ -149,6 +158,29 @@ def words(command: Command) -> str:
     if command.linear < 0.3:
         return "drive a curve to the right (linear 0.2, angular -0.4)"
     return "follow the wall (linear 0.3, and angular 1.5 · (0.6 - right) between -0.5 and 0.5)"
+
+
+def said(command: Command) -> str:
+    """A decision, in words for the student."""
+    return f"linear {command.linear:.4g}, angular {command.angular:.4g}"
+
+
+def importing_course(files: Mapping[str, bytes]) -> set[str]:
+    """The student's files that cannot be loaded where there is no `course`; not those that try it, and do without."""
+    found = set()
+    for name, content in files.items():
+        with contextlib.suppress(SyntaxError, ValueError):
+            for line in ast.parse(content).body:
+                modules = [alias.name for alias in line.names] if isinstance(line, ast.Import) else []
+                modules += [line.module or ""] if isinstance(line, ast.ImportFrom) else []
+                if any(module.partition(".")[0] == "course" for module in modules):
+                    found.add(name)
+    return found
+
+
+def stand_in(files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """What is laid beside files that import the course's library; nothing when none does."""
+    return laid(COURSE) if importing_course(files) else {}
 
 
 def laid(*names: str) -> dict[str, bytes]:
@@ -170,7 +202,7 @@ class Follower(TopicProgram):
     ):
         """With a `program` of the grader's, and `files` for it, the node runs in that: see `programs`."""
         super().__init__(bench, NODE, *args, renamed=renamed)
-        self._program, self.files = program, files
+        self._program, self.files = program, stand_in(bench.files) | (files or {})
 
     def launch(self) -> Program:
         """Start the node, with its own agent or the grader's."""
@@ -198,6 +230,21 @@ class Follower(TopicProgram):
     def start_fresh(self) -> None:
         """Have the program running, and no scan shown to it yet."""
         self.ensure_fresh(SCAN, CMD_VEL)
+
+    def renew(self) -> None:
+        """End the program, so that the next question begins with a start of its own."""
+        if self.state is not State.DOWN:
+            self.end()
+
+    def stands_still_in_time(self, seconds: float) -> bool:
+        """Whether it commands to stand still in simulated time, once so many s of real time are over, too."""
+
+        def look(limit: float, alive: Alive) -> list[Command] | None:
+            wait_until(lambda: not alive(), seconds)
+            commands = [command for _ in range(STAYS) for command in self.tick()]
+            return commands if alive() and commands else None
+
+        return self.ask(look)[-1] == STOP
 
     def tick(self, scan: LaserScan | None = None, period: float = PERIOD, wait: bool = True) -> list[Command]:
         """Move simulated time on by `period` s, with a scan just before; the commands that came of it.
@@ -260,10 +307,15 @@ class Follower(TopicProgram):
             if read == BOTH:
                 break
         if not best.sectors:
+            last = command_of(self.commands.heard[-1]) if self.commands.heard else STOP
+            did = (
+                f"the agent was given {given(last, 'front')} for 'front' and {given(last, 'right')} for 'right'"
+                if is_of_the_agent(last)
+                else difference(last, last)
+            )
             raise Wrong(
-                "Shown a wall at the same distance everywhere in front, and one everywhere on the right, the agent was "
-                "given neither of the two distances, whatever the scanner: of what scan.ranges means, nothing could be "
-                "tested."
+                "Shown a wall 1.25 m away everywhere in front, and one 0.75 m away everywhere on the right, by any of "
+                f"four scanners, {did}: of what scan.ranges means, nothing could be tested."
             )
         return best
 
@@ -282,6 +334,11 @@ class Follower(TopicProgram):
         """Its commands must be, word for word, what WallAgent of wall_agent.py has said."""
         self.expect_driving(scan, "With a fresh scan")
         self.renamed.expect_none(NODE)
+        if NODE in importing_course(self.bench.files):
+            raise Wrong(
+                f"{NODE} must not import course: a robot has ROS 2 and NumPy, and no course. (All other tests were run "
+                "with something in its place.)"
+            )
         twist = self.commands.heard[-1].message
         others = (twist.linear.y, twist.linear.z, twist.angular.x, twist.angular.y)
         if is_code(twist.linear.x, "front") and is_code(twist.angular.z, "right") and not any(others):
@@ -292,11 +349,39 @@ class Follower(TopicProgram):
                 "decided.",
                 twist,
             )
+        for field, number, name in (("linear.x", twist.linear.x, "front"), ("angular.z", twist.angular.z, "right")):
+            if not is_code(number, name):
+                what = "linear" if name == "front" else "angular"
+                raise Wrong(
+                    f"The node must publish '{what}' of what its agent decides as {field}, with its sign: it was "
+                    f"{place(twist, name)}.",
+                    twist,
+                )
+        were = ", ".join(f"{number:.3g}" for number in others)
         raise Wrong(
-            "The node must publish 'linear' of its agent as linear.x and 'angular' as angular.z, with their signs, and "
-            "0 in the other fields.",
+            "The node must publish 'linear' of what its agent decides as linear.x, 'angular' as angular.z, and 0 in "
+            f"the other fields: linear.y, linear.z, angular.x and angular.y were {were}.",
             twist,
         )
+
+    def expect_leaves_it_as_it_is(self, scan: LaserScan) -> None:
+        """What its agent decides must be published, also what no rule says; by one agent. The scan is `STRANGE`."""
+
+        def is_strange(command: Command) -> bool:
+            return command.linear <= BACKWARDS and command.angular == LEFT
+
+        got = self._show_until(scan, is_strange)[-1]
+        if not is_strange(got):
+            raise Wrong(
+                f"The node must publish what its agent decides as it is: another agent decided to drive backwards and "
+                f"turn left at {LEFT} rad/s, and the node published {said(got)}.",
+                got,
+            )
+        asked = round((got.linear - BACKWARDS) / AN_AGENT)
+        if asked > AGENTS:
+            raise Wrong(
+                f"The node must make one WallAgent, and ask that each time: in these tests it has asked {asked}.", got
+            )
 
     def _show_until(self, scan: LaserScan, fits: Callable[[Command], bool]) -> list[Command]:
         """The commands that come of showing this scan again and again, until they fit and stay so."""
@@ -329,9 +414,13 @@ class Follower(TopicProgram):
             self._show(scan, hertz, SETTLING)
             before = len(self.commands.heard)
             self._show(scan, hertz, MEASURED)
+            if (
+                len(self.commands.heard) < before + FEWEST and alive()
+            ):  # a machine that stood still, or a node that does
+                self._show(scan, hertz, MEASURED)
             heard = self.commands.heard[before:]
             if len(heard) < FEWEST:
-                return None
+                return (len(heard) / (2 * MEASURED), commands_of(heard)) if alive() else None
             gaps = [later.time - earlier.time for earlier, later in itertools.pairwise(heard)]
             return 1 / min(statistics.median(gaps), statistics.mean(gaps)), commands_of(heard)
 
@@ -448,17 +537,35 @@ def difference(command: Command, wanted: Command, sectors: frozenset[str] = BOTH
         what = f"`{name}` must be the nearest usable distance {SECTORS[name]}"
         if name not in sectors or got == right:
             continue
-        if got == round(LEAST[name] + NOTHING, DIGITS):
-            return f"decide_action was given no number for '{name}'"
-        if got == code(name, math.inf):
-            return f"{what}: the agent was given inf"
-        return f"{what}: the agent was given a {'smaller' if got < right else 'larger'} one"
+        if got in (round(LEAST[name] + NOTHING, DIGITS), round(LEAST[name] + NO_NUMBER, DIGITS), code(name, math.inf)):
+            return f"{what}: decide_action was given {given(command, name)} for '{name}'"
+        return f"{what}: the agent was given {given(command, name)}, which is too {'small' if got < right else 'large'}"
     return "it must stay so for as long as the scan stays the same"
+
+
+def given(command: Command, name: str) -> str:
+    """What the agent was given for a distance, in words for the student."""
+    said = command[[*SECTORS].index(name)] - LEAST[name]
+    known = {FAR: "inf", NOTHING: "no number", NO_NUMBER: "NaN"}
+    odd = next((word for value, word in known.items() if abs(said - value) < SAME_SPEED), None)
+    return odd or f"{said / A_METRE:.2f} m"
+
+
+def place(twist: Twist, name: str) -> str:
+    """Where the agent's number stands in a message, in words for the student."""
+    for part in ("linear", "angular"):
+        for axis in "xyz":
+            number = getattr(getattr(twist, part), axis)
+            if is_code(abs(number), name):
+                return f"found in {part}.{axis}{', with the other sign' if number < 0 else ''}"
+    return "found in no field"
 
 
 def command_of(heard: Heard) -> Command:
     """What a message on cmd_vel says: the agent's two numbers, wherever they stand and whatever their signs."""
     linear, angular = heard.message.linear, heard.message.angular
+    if is_code(linear.x, "front") and is_code(angular.z, "right"):
+        return Command(round(linear.x, DIGITS), round(angular.z, DIGITS))
     numbers = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z]
     if not any(numbers):
         return STOP

@@ -9,7 +9,7 @@ real time instead.  Points add up to 20.
 
 import math
 import random
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import pytest
 from sensor_msgs.msg import LaserScan
@@ -19,17 +19,20 @@ from autograder.hidden.ai_integration.conversation import (
     BOTH,
     PERIOD,
     STOP,
+    STRANGE,
     Agent,
     Command,
     Eye,
     Follower,
     is_of_the_agent,
+    said,
 )
 from autograder.hidden.ai_integration.rooms import ALONG, LASERS, SECONDS, SHARE, can_be_driven, decide, draw, look_back
 from autograder.hidden.ai_integration.scanner import INF, MAX, MIN, NAN, PLAIN, Scanner
-from autograder.suitekit import Alive, Wrong, points, twice
+from autograder.suitekit import Alive, Wrong, on_wrong, points, twice
 from course.world import Laser
 
+BESIDE = Scanner(360, 90.0, 1.0)
 EDGES = ((-25.0, -40.0), (25.0, -80.0))  # degrees: an edge of the front and one of the right
 MORE_THAN_MAX = MAX + 5.0  # m
 A_MILLIMETRE = 0.01  # m/s and rad/s: more than the difference that it makes to a decision
@@ -44,6 +47,7 @@ RATE_STEPS = {5: 0.05, 40: 0.025, 0: PERIOD}  # s of simulated time between two 
 DRIVEN = 0.8  # the share of commands that must be the agent's: the first ones may be older
 
 PAUSE = 1.5  # s of simulated time without scans
+PAUSES = 2
 PAUSE_COMMANDS = 8  # that must come in it at least, of 15
 FRESH_COMMANDS = (3, 5)  # that must still be the agent's, and may: a scan's age is 0.3 or 0.4 s, and 0.5 or 0.6 s
 EARLIEST_STOP = 0.3  # s of real time: 0.5 s, but for a period of the timer, and a little for a busy machine
@@ -55,9 +59,18 @@ TRIED_ROOMS = 2  # rooms in which the grader's own follower drives well, and the
 @points(1, cell="wall-agent")
 def test_agent_needs_no_ros(agent: Agent) -> None:
     """WallAgent of wall_agent.py returns its decision as a dict, where ROS 2 is not installed."""
+    if agent.imports_course:
+        raise Wrong(
+            "wall_agent.py must not import course: a robot has ROS 2 and NumPy, and no course. (All other tests were "
+            "run with something in its place.)"
+        )
     answers = agent.ask((3.0, 0.3), (3.0, 0.9), (0.2, 0.6), ros=False)
     if not all(math.isfinite(speed) for answer in answers for speed in answer) or len({*answers}) == 1:
-        raise Wrong("Without ROS 2, decide_action must return two speeds that depend on the distances.", answers)
+        raise Wrong(
+            "Without ROS 2, decide_action must return two speeds that depend on the distances; for three very "
+            f"different ones it said {'; '.join(map(said, answers))}.",
+            answers,
+        )
 
 
 @points(1, cell="wall-agent")
@@ -116,18 +129,38 @@ def test_thresholds(agent: Agent, rng: random.Random) -> None:
     # A threshold that makes no difference is judged by another test.
     sees_ahead, sees_right = not is_close(turns, beyond_half), not is_close(searches, before_lost)
     if not sees_ahead and not sees_right:
-        raise Wrong("The decision must depend on both distances: it depends on neither threshold.", answers)
+        raise Wrong(
+            "The decision must change at 0.5 m ahead and at 1.2 m on the right: on both sides of either it said "
+            f"{said(turns)}.",
+            answers,
+        )
     if sees_ahead and not (is_close(at_half, beyond_half) and is_close(at_half_lost, beyond_half_lost)):
-        raise Wrong("Exactly 0.5 m ahead is not nearer than 0.5 m: the agent must not turn on the spot.", answers)
+        at = at_half if not is_close(at_half, beyond_half) else at_half_lost
+        beyond = beyond_half if at is at_half else beyond_half_lost
+        raise Wrong(
+            "Exactly 0.5 m ahead is not nearer than 0.5 m: the agent must decide as it does a little farther away, and "
+            f"not turn on the spot. It said {said(at)}, and a little farther away {said(beyond)}.",
+            answers,
+        )
     if sees_right and not is_close(at_lost, before_lost):
         raise Wrong(
-            "Exactly 1.2 m on the right is not farther than 1.2 m: the agent must not look for a wall.", answers
+            "Exactly 1.2 m on the right is not farther than 1.2 m: the agent must decide as it does a little nearer, "
+            f"and not look for a wall. It said {said(at_lost)}, and a little nearer {said(before_lost)}.",
+            answers,
         )
     if sees_ahead and sees_right and not is_close(at_both, beyond_both):
-        raise Wrong("With exactly 0.5 m ahead and exactly 1.2 m on the right, the agent must follow the wall.", answers)
+        raise Wrong(
+            "With exactly 0.5 m ahead and exactly 1.2 m on the right, the agent must follow the wall; it said "
+            f"{said(at_both)}.",
+            answers,
+        )
     for number, answer in zip(again, answers[len(asked) :], strict=True):
         if not is_close(answer, answers[number]):
-            raise Wrong("The same two distances must lead to the same decision, whatever was decided before.", answers)
+            raise Wrong(
+                "The same two distances must lead to the same decision, whatever was decided before: first it said "
+                f"{said(answers[number])}, and after other decisions {said(answer)}.",
+                answers,
+            )
 
 
 def is_close(one: Command, other: Command) -> bool:
@@ -151,17 +184,26 @@ def test_stands_before_the_first_scan(follower: Follower, rng: random.Random) ->
         commands = [command for _ in range(FIRST_TICKS) for command in follower.tick()]
         return commands if alive() else None
 
-    commands = follower.ask(wait, "the time before the first scan")
-    if len(commands) < FIRST_COMMANDS or set(commands) != {STOP}:
-        raise Wrong("Before the first scan, a zero Twist must be published ten times a second.", commands)
+    with on_wrong(follower.renew):  # once more, from a start of its own: the time before the first scan is over
+        commands = follower.ask(wait, "the time before the first scan")
+        must = "Before the first scan, a zero Twist must be published ten times a second"
+        if len(commands) < FIRST_COMMANDS:
+            raise Wrong(f"{must}: in {FIRST_TICKS * PERIOD:g} s, {len(commands) or 'nothing'} came.", commands)
+        moving = [command for command in commands if command != STOP]
+        if any(map(is_of_the_agent, moving)):
+            raise Wrong(f"{must}: the node asked the agent, and published what that decided.", commands)
+        if moving:
+            raise Wrong(f"{must}: the robot was told to move, {said(moving[0])}.", commands)
     follower.expect_driving(seen(rng), "After the first scan")
 
 
-@points(0.5, cell="wall-follower")
+@points(1, cell="wall-follower")
 @twice
 def test_asks_its_agent(follower: Follower, rng: random.Random) -> None:
-    """The node publishes what the WallAgent of wall_agent.py decides, as it is."""
+    """The node asks one WallAgent of wall_agent.py, and publishes what that decides, as it is."""
     follower.expect_asks_its_agent(PLAIN.flat(rng, front=some_distance(rng), right=some_distance(rng)))
+    if follower.reads(PLAIN, Eye(PLAIN, BOTH), "strange"):  # or else other tests judge it
+        follower.expect_leaves_it_as_it_is(PLAIN.flat(rng, front=STRANGE, right=some_distance(rng)))
 
 
 @points(1, cell="wall-follower")
@@ -183,10 +225,12 @@ def test_sectors(follower: Follower, eye: Eye, rng: random.Random) -> None:
 @points(0.5, cell="wall-follower")
 @twice
 def test_any_number_of_beams(follower: Follower, eye: Eye, rng: random.Random) -> None:
-    """Scanners with fewer and with more than 360 beams a turn."""
+    """Scanners with fewer and with more than 360 beams a turn, and with two beams."""
     for beams in (72, rng.choice([180, 240, 300]), 1440):
         scanner = Scanner(beams, eye.scanner.first, math.copysign(360.0 / beams, eye.scanner.step))
         expect_sight(follower, eye, scanner, rng, "a turn of fewer or more than 360 beams")
+    if follower.reads(BESIDE, eye, "beside"):  # or else another test judges it
+        expect_sight(follower, eye, two_beams(eye), rng, "two beams, one ahead and one on the right")
 
 
 @points(1, cell="wall-follower")
@@ -210,10 +254,15 @@ def test_first_beam_anywhere(follower: Follower, eye: Eye, rng: random.Random) -
 def test_clockwise(follower: Follower, eye: Eye, rng: random.Random) -> None:
     """Scanners that turn clockwise: angle_increment is negative."""
     scanners = [Scanner(360, eye.scanner.first, -1.0)]
-    if follower.reads(Scanner(360, 90.0, 1.0), eye, "beside"):  # or else another test judges it
+    if follower.reads(BESIDE, eye, "beside"):  # or else another test judges it
         scanners += [Scanner(360, 180.0, -1.0), Scanner(360, -90.0, -1.0)]
     for scanner in scanners:
         expect_sight(follower, eye, scanner, rng, "a negative angle_increment")
+
+
+def two_beams(eye: Eye) -> Scanner:
+    """A scanner with a beam in each sector, which turns as the eye does."""
+    return Scanner(2, -60.0, 60.0) if eye.scanner.step > 0 else Scanner(2, 0.0, -60.0)
 
 
 def expect_sight(follower: Follower, eye: Eye, scanner: Scanner, rng: random.Random, about: str) -> None:
@@ -228,7 +277,7 @@ def some_distance(rng: random.Random) -> float:
     return round(rng.uniform(0.25, 3.0), 2)
 
 
-@points(1, cell="wall-follower")
+@points(0.5, cell="wall-follower")
 @twice
 def test_no_return_and_touching(follower: Follower, eye: Eye, rng: random.Random) -> None:
     """inf means that nothing is there, and -inf that the robot touches something."""
@@ -246,7 +295,7 @@ def test_no_return_and_touching(follower: Follower, eye: Eye, rng: random.Random
         follower.expect(plain.look(rng, **near), seen_there["front"], seen_there["right"], about, eye.sectors)
 
 
-@points(1, cell="wall-follower")
+@points(0.5, cell="wall-follower")
 @twice
 def test_no_measurements(follower: Follower, eye: Eye, rng: random.Random) -> None:
     """NaN and values outside range_min and range_max are left out; a sector without any usable value counts as free."""
@@ -279,8 +328,13 @@ def test_no_measurements(follower: Follower, eye: Eye, rng: random.Random) -> No
                 part[beam] = NAN
         about = "With a scanner that does not cover the right, which then counts as free (inf)"
         expect(plain.scan(part), {"front": front, "right": INF}, about)
+        if follower.reads(two_beams(eye), eye, "two"):  # or else another test judges it
+            about = "With a scanner of one beam, on the right; in front nothing is seen, which counts as free (inf)"
+            expect(Scanner(1, rng.uniform(-75.0, -45.0)).scan([front]), {"front": INF, "right": front}, about)
     free = {"front": INF, "right": INF}
-    expect(plain.scan([]), free, "With a scan that has no beams at all, so that all is free (inf)")
+    about = "With a scan that has no beams at all, so that all is free (inf)"
+    expect(plain.scan([]), free, about)
+    expect(Scanner(0, 0.0, 0.0).scan([]), free, f"{about}, and an angle_increment of 0")
     true = {"front": some_distance(rng), "right": some_distance(rng)}
     expect(plain.flat(rng, **true), true, "After a scan without beams")
 
@@ -302,14 +356,15 @@ def expect_range_limits(follower: Follower, eye: Eye, rng: random.Random) -> Non
 @points(1, cell="wall-follower")
 @twice
 def test_rate(follower: Follower, by_the_wall: Follower, rng: random.Random) -> None:
-    """Ten commands per second, whether scans come at 5 or at 40 Hz, or not at all."""
-    scan = seen(rng)
+    """Ten commands per second, whether scans come at 5 or at 40 Hz, or not at all, whatever they show."""
+    near = PLAIN.flat(rng, front=0.3, right=0.6)
+    scans = [seen(rng), near, PLAIN.flat(rng, front=0.15, right=3.0), near, PLAIN.flat(rng, front=3.0, right=0.7)]
     for hertz in RATE_STEPS:
         step = RATE_STEPS[hertz]
-        commands = follower.simulate(RATE_SECONDS, step, scans_at(hertz, step, scan))
+        commands = follower.simulate(RATE_SECONDS, step, scans_at(hertz, step, scans))
         rate = len(commands) / RATE_SECONDS
         if not is_right(rate):
-            rate, commands = by_the_wall.rate(scan, hertz)
+            rate, commands = by_the_wall.rate(near, hertz)
             if not hertz and rate > RATE[0]:
                 continue  # too many commands are judged by the two others
         about = f"while scans come at {hertz} Hz" if hertz else "while no scans come"
@@ -328,12 +383,12 @@ def seen(rng: random.Random) -> LaserScan:
     return PLAIN.look(rng, front=some_distance(rng), right=some_distance(rng))
 
 
-def scans_at(hertz: int, step: float, scan: LaserScan) -> Callable[[int], LaserScan | None]:
-    """The scan, or none, for each tick of `step` s, so that it comes `hertz` times a second."""
+def scans_at(hertz: int, step: float, scans: Sequence[LaserScan]) -> Callable[[int], LaserScan | None]:
+    """One of the scans in turn, or none, for each tick of `step` s, so that they come `hertz` times a second."""
     if not hertz:
         return lambda tick: None
     every = round(1 / (hertz * step))
-    return lambda tick: scan if tick % every == 0 else None
+    return lambda tick: scans[tick // every % len(scans)] if tick % every == 0 else None
 
 
 def is_right(rate: float) -> bool:
@@ -341,38 +396,60 @@ def is_right(rate: float) -> bool:
     return RATE[0] <= rate <= RATE[1]
 
 
-@points(1, cell="wall-follower")
+@points(1.5, cell="wall-follower")
 @twice
 def test_stops(follower: Follower, by_the_wall: Follower, rng: random.Random) -> None:
     """When scans stop coming, it drives on for 0.5 s and stands still then, until the next one comes."""
     scan = seen(rng)
-    follower.expect_driving(scan, "With a fresh scan")
+    with on_wrong(follower.renew):  # once more, from a start of its own: it may not drive again
+        follower.expect_driving(scan, "With a fresh scan")
+        pauses = PAUSES
+        while pauses:
+            pauses = pauses - 1 if stops(follower, by_the_wall, scan) else 0  # by its own time, one takes long enough
+            follower.expect_driving(scan, "When scans come again after a pause")
+
+
+def stops(follower: Follower, by_the_wall: Follower, scan: LaserScan) -> bool:
+    """Whether it stops by simulated time, when it has been shown this scan, and nothing for a while.
+
+    Raises Wrong unless it drives on for half a second by one clock, that or its own.
+    """
     after = follower.simulate(PAUSE, PERIOD, lambda tick: None)
     must, may = FRESH_COMMANDS
     if (
-        len(after) < PAUSE_COMMANDS
-        or not all(map(is_of_the_agent, after[:must]))
-        or not all(command == STOP or is_of_the_agent(command) for command in after[must:may])
-        or set(after[may:]) != {STOP}
+        len(after) >= PAUSE_COMMANDS
+        and all(map(is_of_the_agent, after[:must]))
+        and all(command == STOP or is_of_the_agent(command) for command in after[must:may])
+        and set(after[may:]) == {STOP}
     ):
-        early, late = by_the_wall.times_to_stop(scan)
-        if late > LATEST_STOP:
-            raise Wrong(
-                "When no scan has come for 0.5 s, every command until the next scan must be a zero Twist.",
-                f"commands {after}; in real time after {late} s",
-            )
-        if early < EARLIEST_STOP:
-            raise Wrong(
-                "A scan may be used until it is 0.5 s old: the robot was told to stand still before.",
-                f"commands {after}; in real time until {early} s",
-            )
-    follower.expect_driving(scan, "When scans come again after a pause")
+        return True
+    early, late = by_the_wall.times_to_stop(scan)
+    if late > LATEST_STOP:
+        still = "still driving 1.5 s after the last one" if math.isinf(late) else f"driving until {late:.1f} s after it"
+        raise Wrong(
+            f"When no scan has come for 0.5 s, every command until the next scan must be a zero Twist: it was {still}.",
+            f"commands {after}; in real time after {late} s",
+        )
+    if early < EARLIEST_STOP:
+        raise Wrong(
+            "A scan may be used until it is 0.5 s old: the robot was told to stand still when the last one was "
+            f"{early + PERIOD:.1f} s old.",
+            f"commands {after}; in real time until {early} s",
+        )
+    # By the wall clock all is right.  In simulated time, too, it must stand still when the wall clock has moved on.
+    if not follower.stands_still_in_time(LATEST_STOP):
+        raise Wrong(
+            "When no scan has come for 0.5 s, every command until the next scan must be a zero Twist. In simulated "
+            "time the robot drives on for ever: take the time of a scan, and the time now, from one clock.",
+            after,
+        )
+    return False
 
 
 Helper = Callable[[Eye], Follower]  # makes a node with a right agent
 
 
-@points(2, cell="rooms")
+@points(4, cell="rooms")
 def test_hall(drivers: Mapping[str, Follower], rng: random.Random) -> None:
     """Follows the wall of a hall, with its own agent and a scanner that starts behind."""
     driven = drive(drivers["hall"], "hall", LASERS["hall"], rng)
@@ -380,13 +457,13 @@ def test_hall(drivers: Mapping[str, Follower], rng: random.Random) -> None:
         raise driven
 
 
-@points(2, cell="rooms")
+@points(1, cell="rooms")
 def test_block(drivers: Mapping[str, Follower], helped: Helper, request: pytest.FixtureRequest) -> None:
     """Drives around a block, by its outer corners."""
     expect_drive(drivers["block"], "block", helped, request)
 
 
-@points(2, cell="rooms")
+@points(1, cell="rooms")
 def test_bend(drivers: Mapping[str, Follower], helped: Helper, request: pytest.FixtureRequest) -> None:
     """Follows a way with a bend."""
     expect_drive(drivers["bend"], "bend", helped, request)

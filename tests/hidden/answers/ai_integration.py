@@ -892,6 +892,81 @@ WRONG = {
         ),
         {"bend"},
     ),
+    "angles by np.arange, whose step may be 0": (
+        node(
+            (
+                "    angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))\n",
+                (
+                    "    end = scan.angle_min + scan.angle_increment * len(ranges)\n"
+                    "    angles = np.arange(scan.angle_min, end, scan.angle_increment)\n"
+                ),
+            )
+        ),
+        {"no_measurements"},
+    ),
+    "a wall ahead is answered at once as well": (
+        node(
+            (
+                KEEP,
+                KEEP
+                + "        if self.distances['front'] < 0.5 and self.scan_time:\n            self.control_loop()\n",
+            )
+        ),
+        {"rate"},
+    ),
+    "a scan comes by one clock, and ages by another": (
+        node(
+            ("import math\n", "import math\nimport time\n"),
+            ("        self.scan_time = self.get_clock().now()\n", "        self.scan_time = time.time()\n"),
+            (STALE, "return self.get_clock().now().nanoseconds / 1e9 - self.scan_time <= 0.5"),
+        ),
+        {"stops"},
+    ),
+    "the node limits what the agent decided": (
+        node(
+            (CMD, CMD.replace("action['angular']", "max(-0.5, min(0.5, action['angular']))")),
+            ("cmd.linear.x = action['linear']", "cmd.linear.x = max(0.0, min(0.3, action['linear']))"),
+        ),
+        {"asks_its_agent"},
+    ),
+    "a new agent for each command": (
+        node(("self.agent.decide_action(", "WallAgent().decide_action(")),
+        {"asks_its_agent"},
+    ),
+    "free before the first scan, for half a second": (
+        node(
+            ("        self.distances = None\n", "        self.distances = {'front': math.inf, 'right': math.inf}\n"),
+            ("        self.scan_time = None\n", "        self.scan_time = self.get_clock().now()\n"),
+        ),
+        {"stands_before_the_first_scan"},
+    ),
+    "the node imports the course": (
+        node(("import numpy as np\n", "import numpy as np\nimport course.world\nfrom course.robot import sectors\n")),
+        {"asks_its_agent"},
+    ),
+    "the agent imports the course": (
+        agent(("from enum import Enum\n", "from enum import Enum\n\nimport course\n")),
+        {"agent_needs_no_ros"},
+    ),
+    "the agent returns a tuple, which the node unpacks": (
+        changed(
+            agent(*TUPLES), NODE, ("cmd.linear.x = action['linear']", "cmd.linear.x, cmd.angular.z = action"), (CMD, "")
+        ),
+        {"agent_needs_no_ros"},
+    ),
+    "the agent returns a namedtuple": (
+        changed(
+            agent(
+                ("from enum import Enum\n", "from collections import namedtuple\nfrom enum import Enum\n"),
+                ("class WallAgent", "Action = namedtuple('Action', 'linear angular')\n\n\nclass WallAgent"),
+                *((dicts, f"Action{tuples}") for dicts, tuples in TUPLES),
+            ),
+            NODE,
+            ("action['linear']", "action.linear"),
+            ("action['angular']", "action.angular"),
+        ),
+        {"agent_needs_no_ros"},
+    ),
     "stands still, whatever it sees": (files(constant(0.0, 0.0), DEAF), EVERYTHING),
     "always turns, and the node says nothing": (files(constant(0.0, 0.5), DEAF), EVERYTHING - {"wall_ahead"}),
     "always looks for a wall, and the node stands still": (
@@ -925,6 +1000,59 @@ SEVERAL = {
     "the chapter's slices",
     "an agent of its own in the node's file",
 }  # with more than one mistake
+# What the exercise is about: an answer that has it wrong loses a quarter of the points at least.
+ABOUT = {
+    "turns right at a wall ahead",
+    "steers the wrong way",
+    "the node turns the sign of angular",
+    "the node mixes the speeds up",
+    "the node turns both signs",
+    "the chapter's slices",
+    "every scanner has 360 beams",
+    "every scanner begins ahead",
+    "right is left",
+    "mean distance",
+    "an agent of its own in the node's file",
+    "stands still, whatever it sees",
+    "no node at all",
+}
+# A detail loses little.
+DETAIL = {
+    "the agent returns a tuple",
+    "the agent returns a tuple, which the node unpacks",
+    "the agent returns a namedtuple",
+    "the agent's keys are v and w",
+    "the class is called wall_agent",
+    "no class WallAgent",
+    "the agent imports the course",
+    "the node imports the course",
+    "nearer or equal",
+    "lost at 1.2 m",
+    "exactly 0.5 m ahead is near when there is no wall",
+    "looks for a wall until it is near",
+    "turns on until the way is clear",
+    "at most 1000 beams",
+    "the angle between beams in whole degrees",
+    "angles taken back by one turn alone",
+    "angles by np.arange, whose step may be 0",
+    "front from -24 to 24 degrees",
+    "right from -79 degrees",
+    "range_min and range_max are left out",
+    "range_max is left out",
+    "an empty sector raises",
+    "free before the first scan, for half a second",
+    "silent before the first scan",
+    "another topic",
+    "another topic of scans",
+    "angular.x as well",
+    "the node limits what the agent decided",
+    "a new agent for each command",
+    "a wall ahead is answered at once as well",
+    "8 Hz",
+    "5 Hz while no scans come",
+    "stops after 0.25 s",
+    "a scan comes by one clock, and ages by another",
+}
 SILENT = {"another topic", "another topic of scans", "topics in a namespace"}  # the grader waits for it in vain
 # Judged by the whole suite in every run of the tests: what is right, and partial credit of each kind.
 QUICK = {"reference", "the node mixes the speeds up"}

@@ -1,9 +1,9 @@
 """Asks the student's agent what it decides: `python ask_agent.py ros|no-ros QUESTIONS`, in the sandbox.
 
-QUESTIONS is a JSON list of the distances that `decide_action` is given.  Prints `answers: ` and a JSON list with the
-two speeds of each answer.  With `no-ros`, importing a ROS package fails as on a computer without ROS, the class must be
-called WallAgent, and its answers must be dicts with the right keys.  Otherwise any class with a `decide_action` will
-do, and any two numbers, so that a wrong name costs one test.
+QUESTIONS is a JSON list of the distances that `decide_action` is given. Prints `answers: ` and a JSON list with the
+two speeds of each answer, and before that `odd: ` and an answer that has none. With `no-ros`, importing a ROS package
+fails as on a computer without ROS, the class must be called WallAgent, and its answers must be dicts with the right
+keys. Otherwise any class with a `decide_action` will do, and any two numbers, so that a wrong name costs one test.
 """
 
 import importlib
@@ -14,6 +14,7 @@ from types import ModuleType
 
 ROS = ("rclpy", "rcl_interfaces", "rosidl_", "ament_", "rpyutils", "builtin_interfaces", "action_msgs")
 MESSAGES = ("_msgs", "_srvs")
+TOLD = 100  # characters of an answer without two speeds
 
 
 class WithoutRos:
@@ -35,6 +36,7 @@ if __name__ == "__main__":
     others = [each for each in vars(module).values() if isinstance(each, type) and hasattr(each, "decide_action")]
     agent = others[-1]() if mode == "ros" and others and not hasattr(module, "WallAgent") else module.WallAgent()
     answers: list[tuple[float | None, float | None]] = []
+    odd = ""
     for question in json.loads(questions):
         action = agent.decide_action(question)
         try:
@@ -45,4 +47,7 @@ if __name__ == "__main__":
             answers.append((float(linear), float(angular)))
         except (KeyError, TypeError, ValueError):
             answers.append((None, None))
+            odd = odd or " ".join(repr(action).split())[:TOLD]
+    if odd:
+        print(f"\nodd: {odd}")
     print(f"\nanswers: {json.dumps(answers)}", flush=True)

@@ -5,13 +5,18 @@ speeds.  So a test of the node reads from `cmd_vel` what the node has made of a 
 numbers are ordinary speeds, and those of `front` and `right` lie in ranges of their own: a node that mixes the speeds
 up, or turns a sign, can still be read.
 
+Shown something in front at exactly `STRANGE` m, it says instead what no rule of the task says: backwards, the faster
+the more of its kind have been asked, and to the left faster than any rule turns.  So a node that limits what an agent
+has decided, or makes a new agent for each command, can be told from one that does not.
+
 The numbers are above 0 when the node has asked the agent of wall_agent.py, and below 0 when it has asked another class
 with a `decide_action`, one of its own.  A class with another name than WallAgent will do, and so will other keys of the
-answer than 'linear' and 'angular', or numbers of its parts: the tests of the agent judge that.
+answer than 'linear' and 'angular', or another kind of answer, such as a tuple: the tests of the agent judge that.
 """
 
 import builtins
 import contextlib
+import copy
 import importlib
 import math
 import runpy
@@ -21,8 +26,12 @@ from typing import Any, ClassVar
 
 LEAST = {"front": 0.1, "right": 0.3}  # the number for 0 m
 A_METRE = 0.01  # more for each metre
-FAR, NOTHING = 0.17, 0.18  # more for a distance that is infinite, or missing
+FAR, NOTHING, NO_NUMBER = 0.17, 0.18, 0.185  # more for a distance that is infinite, missing, or NaN
+STRANGE = 4.25  # m
+BACKWARDS, LEFT = -1.0, 1.75  # m/s and rad/s
+AN_AGENT = -0.125  # m/s more for each agent that was asked
 asked = [0]  # how often WallAgent was asked
+agents: list[Any] = []  # those that were
 
 
 def told(distances: Mapping[str, float], name: str) -> float:
@@ -32,8 +41,37 @@ def told(distances: Mapping[str, float], name: str) -> float:
     except (KeyError, TypeError, ValueError):
         return LEAST[name] + NOTHING
     if math.isnan(distance):
-        return LEAST[name] + NOTHING
+        return LEAST[name] + NO_NUMBER
     return LEAST[name] + (FAR if math.isinf(distance) else A_METRE * distance)
+
+
+def speeds(distances: Mapping[str, float], sign: float, agent: Any) -> tuple[float, float]:
+    """The two numbers that tell of the distances, or of the agents that were asked."""
+    if sign > 0 and not any(each is agent for each in agents):
+        agents.append(agent)
+    with contextlib.suppress(KeyError, TypeError, ValueError):
+        if abs(float(distances["front"]) - STRANGE) < 1e-3:
+            return sign * (BACKWARDS + AN_AGENT * len(agents)), sign * LEFT
+    return sign * told(distances, "front"), sign * told(distances, "right")
+
+
+def like(answer: Any, linear: float, angular: float) -> Any:
+    """These speeds in the form that the student's own agent gives its answer."""
+    if isinstance(answer, dict) and {"linear", "angular"} <= {*answer}:
+        return {**answer, "linear": linear, "angular": angular}
+    if isinstance(answer, tuple) and hasattr(answer, "_make"):
+        return answer._make([linear, angular])
+    if isinstance(answer, list | tuple):
+        return [linear, angular] if isinstance(answer, list) else (linear, angular)
+    if hasattr(answer, "linear") and hasattr(answer, "angular"):
+        changed = copy.deepcopy(answer)
+        if hasattr(changed.linear, "x"):  # a Twist
+            changed.linear.x, changed.angular.z = linear, angular
+        else:
+            object.__setattr__(changed, "linear", linear)
+            object.__setattr__(changed, "angular", angular)
+        return changed
+    return Answer(linear=linear, angular=angular)
 
 
 class Answer(dict[Any, float]):
@@ -59,7 +97,7 @@ def telling(own: Any, sign: float) -> Any:
         if asked[0] > before:  # it has asked WallAgent
             return answer
         asked[0] += sign > 0
-        return Answer(linear=sign * told(distances, "front"), angular=sign * told(distances, "right"))
+        return like(answer, *speeds(distances, sign, self))
 
     own.decide_action = decide_action
     return own
