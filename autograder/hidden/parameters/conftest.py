@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from autograder.hidden.parameters.conversation import PidNode, gains_count, launch_arguments, overrides
+from autograder.hidden.parameters.conversation import DEFAULTS, PidNode, gains_count, launch_arguments, overrides
 from autograder.suitekit import Bench, Renamed, Wrong
 
 
@@ -36,7 +36,7 @@ def by_command_line(bench: Bench, renamed: Renamed) -> tuple[PidNode, dict[str, 
 @pytest.fixture(scope="session")
 def by_file(bench: Bench, renamed: Renamed) -> tuple[PidNode, dict[str, Any]]:
     """The node with a parameter file, and the values in that file."""
-    values = overrides(bench, "file")
+    values = overrides(bench, "file", above=DEFAULTS["output_max"])
     lines = ["/**:", "  ros__parameters:", *(f"    {name}: {value}" for name, value in values.items()), ""]
     node = PidNode(bench, "--ros-args", "--params-file", "robot.yaml", renamed=renamed)
     node.files = {"robot.yaml": "\n".join(lines).encode()}

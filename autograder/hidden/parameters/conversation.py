@@ -178,15 +178,16 @@ def launch_arguments(values: dict[str, Any]) -> list[str]:
     return [word for name, value in values.items() for word in ("-p", f"{name}:={value}")]
 
 
-def overrides(bench: Bench, purpose: str) -> dict[str, Any]:
-    """Values for all parameters, each different from its default."""
+def overrides(bench: Bench, purpose: str, above: float = 0.0) -> dict[str, Any]:
+    """Values for all parameters, each different from its default; limits `above` a value, or on both sides of 0."""
     rng = bench.random(purpose)
+    low, high = -rng.randrange(5, 39) / 4, rng.randrange(5, 39) / 4
     values: dict[str, Any] = {
         "kp": rng.randrange(9, 160) / 4,
         "ki": rng.randrange(5, 40) / 8,
         "kd": rng.randrange(5, 40) / 16,
-        "output_min": -rng.randrange(5, 39) / 4,
-        "output_max": rng.randrange(5, 39) / 4,
+        "output_min": above - low if above else low,
+        "output_max": above - low + high if above else high,
         "joint_name": rng.choice(JOINTS),
     }
     bench.hide(*values.values())

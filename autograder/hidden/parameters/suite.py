@@ -30,6 +30,7 @@ EXTRA = 0.2  # s in which a second answer to one error would come
 INSTANT = 1e-6  # s, the shortest time between two errors that a node can have measured
 ALMOST_NOTHING = 1e-9  # of an error: it adds nothing to the integral, but it is a message to measure time from
 LENIENT = 3.0  # times that a growth may differ where another test judges it
+JUST = 1e-6  # above another limit
 NARROW = 0.01  # limits that clamp nearly everything
 HUGE = 1e7  # an error whose effort is outside all limits
 
@@ -139,6 +140,11 @@ def test_clamped(pid: PidNode, rng: random.Random) -> None:
             pid.parameters.set({name: value})
             if pid.get().get(name) == value:  # or else another test judges it
                 pid.expect_effort(out, value, about.format(name))
+    if has_slope(pid, STILL, kd=0.25):  # or else another test judges it
+        pid.arrange(kd=10.0, output_min=-1.0, output_max=1.0)
+        pid.send(-8.0)
+        for error, limit in ((8.0, 1.0), (-8.0, -1.0)):
+            pid.expect_effort(error, limit, "The whole effort must be clamped, with its derivative part")
 
 
 @points(1, cell="pid-node")
@@ -155,20 +161,23 @@ def test_integral(pid: PidNode, rng: random.Random) -> None:
                 "between the two.",
                 fault,
             )
-    pid.parameters.set_together(WIDE)
-    last, fault = send_after(pid, 0.05, error, ki, last)
     narrow = {"output_min": -NARROW, "output_max": NARROW}
-    if fault or not pid.parameters.set_together(narrow).successful:
-        return  # judged by other tests
-    time.sleep(0.15)
-    pid.send(error)
-    pid.parameters.set_together(WIDE)
-    if pid.get().get("output_max") == WIDE["output_max"]:
-        answer = pid.send(error)
+    for held in (error, -error):  # at either limit
+        pid.arrange()  # another ki: the integral starts again
+        last = begin_integral(pid, held, ki=ki)
+        last, fault = send_after(pid, 0.05, held, ki, last)
+        if fault or not pid.parameters.set_together(narrow).successful:
+            return  # judged by other tests
+        time.sleep(0.15)
+        pid.send(held)
+        pid.parameters.set_together(WIDE)
+        if pid.get().get("output_max") != WIDE["output_max"]:
+            return
+        answer = pid.send(held)
         grown = answer.effort - last.effort
-        if not between(grown, expected := tuple(ki * error * step for step in steps(last, answer))):
+        if not between(grown, expected := tuple(ki * held * step for step in steps(last, answer))):
             raise Wrong(
-                "While the effort is clamped, the integral must go on growing by error × step.",
+                "While the effort is clamped, at either limit, the integral must go on growing by error × step.",
                 f"expected {expected}, got {grown}",
             )
 
@@ -369,6 +378,7 @@ def test_one_limit(pid: PidNode, controls: None, rng: random.Random) -> None:
     pid.expect_set(about.format("output_min", "below", "output_max"), output_min=low)
     pid.expect_set(about.format("output_max", "above", "output_min"), output_max=low + 1.5)
     pid.expect_set("The value that output_max already has, set again,", output_max=low + 1.5)
+    pid.expect_set("An output_max a little above the stored output_min,", output_max=low + JUST)
     # A refused limit must not be remembered.  Whether it is refused is judged by another test.
     about += " also after another value was refused,"
     for bad, good, order in (

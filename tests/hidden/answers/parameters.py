@@ -763,6 +763,45 @@ WRONG = {
         ),
         {"proportional"},
     ),
+    "the derivative part is added to the clamped effort": (
+        node(
+            ("                  + self.value('kd') * slope)", "                  )"),
+            ("Float64(data=effort)", "Float64(data=effort + self.value('kd') * slope)"),
+        ),
+        {"clamped"},
+    ),
+    "the integral waits at the upper limit alone": (
+        node(
+            (
+                "        self.integral += error * step\n",
+                "        if self.value('ki') * (self.integral + error * step) <= self.value('output_max'):\n"
+                "            self.integral += error * step\n",
+            )
+        ),
+        {"integral"},
+    ),
+    "limits must be a thousandth apart": (
+        node((RULE, "if not limits['output_max'] - limits['output_min'] >= 0.001:")),
+        {"one_limit"},
+    ),
+    "looks at limits that are not declared yet": (
+        node(
+            (
+                "        self.declare_gain('kp', 1.0",
+                "        self.add_on_set_parameters_callback(self.check_parameters)\n        self.declare_gain('kp', 1.0",
+            ),
+            (
+                "        self.add_on_set_parameters_callback(self.check_parameters)\n        self.add_post",
+                "        self.add_post",
+            ),
+            (
+                "        limits = {name: self.value(name) for name in ('output_min', 'output_max')}",
+                """        limits = {'output_min': -10.0, 'output_max': 10.0}
+        limits |= {name: self.value(name) for name in limits if self.has_parameter(name)}""",
+            ),
+        ),
+        {"launch_values", "nothing_else_starts_it_again"},
+    ),
     "integral never starts again": (node((RESET, "")), {"ki_starts_the_integral_again"}),
     "every parameter starts it again": (
         node((RESET, "            self.integral = 0.0\n")),
