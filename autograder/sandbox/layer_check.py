@@ -31,7 +31,7 @@ def call(number, *arguments):
     return ctypes.get_errno() if libc.syscall(number, *arguments) == -1 else 0
 
 def unexpected(folder):
-    # What can be seen in a folder that is none of EXPECTED, nor the way there.
+    # What can be seen in a folder that is not in EXPECTED, nor the way there.
     names = [] if error(lambda: os.listdir(folder)) else os.listdir(folder)
     for path in (os.path.join(folder, name) for name in names):
         if path not in EXPECTED:

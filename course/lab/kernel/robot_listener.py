@@ -277,7 +277,7 @@ def listener_in_use() -> RobotListener:
     live = session()
     with _sharing:
         if not _listener or _listener[0].live is not live:
-            raise LiveError("nobody looks at the robot: open the robot view again")
+            raise LiveError("No robot view is open. Open it again.")
         return _listener[0]
 
 

@@ -1,0 +1,53 @@
+"""Messages are in plain English: phrases that have to be read twice stay out of what programs say."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PRIVATE = {
+    r"(?<!there )\b(is|are|was) no (archive|exercise|feedback|file|folder|notebook|number|page|time|Unix name)\b": "is not a ...",
+    r"(?<!there )\b(is|are) none\b": "is not one; there are no ...",
+    r"\bof this course, or\b": "from this course, or",
+    r"\bno fault of yours\b": "Your work is safe",
+    r"\bnames nobody\b": "contains no students",
+    r"\bnothing is known of\b": "say what happened, and what to do",
+    r"\bnobody looks at\b": "No ... is open",
+    r"\bthat there (cannot be|is not|are not)\b": "invalid; has no ...",
+    r"\banew\b": "again",
+}
+LEFT = {"anew"}  # a key of the panels' protocol
+
+
+def said(text: str) -> list[str]:
+    """Return the texts of a module that are not docstrings."""
+    tree = ast.parse(text)
+    docstrings = {
+        id(node.body[0].value)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
+        and node.body
+        and isinstance(node.body[0], ast.Expr)
+    }
+    constants = (node for node in ast.walk(tree) if isinstance(node, ast.Constant) and id(node) not in docstrings)
+    return [node.value for node in constants if isinstance(node.value, str) and node.value not in LEFT]
+
+
+def private(text: str) -> dict[str, str]:
+    """Return the texts with a private phrase, and what to write instead."""
+    return {each: better for each in said(text) for phrase, better in PRIVATE.items() if re.search(phrase, each)}
+
+
+def test_private_phrases_are_found():
+    text = '"""It is none."""\nraise ValueError(f"{path} is no folder: make it anew")\n'
+    assert private(text) == {" is no folder: make it anew": "again"}
+
+
+@pytest.mark.parametrize("package", ["course", "autograder"])
+def test_no_message_has_a_private_phrase(package: str):
+    paths = sorted((ROOT / package).rglob("*.py"))
+    found = {path.relative_to(ROOT).as_posix(): private(path.read_text(encoding="utf-8")) for path in paths}
+    assert len(found) > 50
+    assert {name: phrases for name, phrases in found.items() if phrases} == {}
