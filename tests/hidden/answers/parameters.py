@@ -774,8 +774,9 @@ WRONG = {
         node(
             (
                 "        self.integral += error * step\n",
-                "        if self.value('ki') * (self.integral + error * step) <= self.value('output_max'):\n"
-                "            self.integral += error * step\n",
+                """        if self.value('ki') * (self.integral + error * step) <= self.value('output_max'):
+            self.integral += error * step
+""",
             )
         ),
         {"integral"},
@@ -788,7 +789,8 @@ WRONG = {
         node(
             (
                 "        self.declare_gain('kp', 1.0",
-                "        self.add_on_set_parameters_callback(self.check_parameters)\n        self.declare_gain('kp', 1.0",
+                """        self.add_on_set_parameters_callback(self.check_parameters)
+        self.declare_gain('kp', 1.0""",
             ),
             (
                 "        self.add_on_set_parameters_callback(self.check_parameters)\n        self.add_post",
