@@ -345,8 +345,8 @@ class Follower(TopicProgram):
             return
         if is_code(-twist.linear.x, "front") and is_code(-twist.angular.z, "right") and not any(others):
             raise Wrong(
-                "The node must ask the class WallAgent of wall_agent.py: it published something else than what that "
-                "decided.",
+                "The node must ask the class WallAgent of wall_agent.py, and publish its numbers with their signs: it "
+                "published something else than what that decided.",
                 twist,
             )
         for field, number, name in (("linear.x", twist.linear.x, "front"), ("angular.z", twist.angular.z, "right")):
