@@ -147,18 +147,18 @@ class Motors(Server):
 
         On a second way where the first fails: what is wrong with one command costs its own points.
         """
+        now = self.current()
         for ways in WAYS[state]:
-            if self.current() == state:
+            if now == state:
                 break
-            if state != STOPPED and self._is_stopped():
+            if state != STOPPED and (self._pressed or now == STOPPED):
                 self.attempt(STOP, False)
-            if self.current() != state:
+                now = self.current()
+            if now != state:
                 for service, on in ways:
                     self.attempt(service, on)
-        return self.current() == state
-
-    def _is_stopped(self) -> bool:
-        return self._pressed or self.current() == STOPPED
+                now = self.current()
+        return now == state
 
     def table(self) -> Table:
         """What each command does in each state, as far as the motors can be brought into it, and answer."""
@@ -185,7 +185,8 @@ class Motors(Server):
         self._left = None
         with suppress(Fault):
             self.learn()
-            if self.can_enable and self.bring(DISABLED):
+            self.renew()
+            if self.can_enable and self.current() == DISABLED:
                 self.command(ENABLE, True)  # the last word: a look at the status might change the state
                 self._left = self.starts, time.monotonic()
 

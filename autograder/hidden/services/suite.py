@@ -137,6 +137,7 @@ def test_success(motors: Motors) -> None:
     """Only one request is refused, to enable stopped motors: success is True for all others."""
     motors.expect_change()
     if not motors.bring(STOPPED):
+        motors.up(offer(STOP))
         raise Wrong(
             f"A refusal is judged with motors that are stopped: but after {STOP} with data True {motors.witness} says "
             f"{quoted(motors.said())}."
