@@ -18,7 +18,7 @@ from autograder.grading import batch, regrade, single
 from autograder.paths import repository
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.results import output, progress, summary
-from autograder.results.text import describe, printable
+from autograder.results.text import describe, one_line, printable
 from autograder.sandbox.sandbox import choose
 from autograder.submissions import exercises, listing, reading
 
@@ -142,7 +142,7 @@ def grade(
     if hints := listing.overlooked(submitted):
         print(printable("\n".join(["Not graded, because it is not in the form STUDENT/ASSIGNMENT/FILES:", *hints])))
     if changed:
-        names = ", ".join(map("/".join, changed))
+        names = one_line(", ".join(map("/".join, changed)))
         print(printable(f"Handed in again, or graded by an older version of the hidden tests: {names}."))
         print(printable(f"`autograder regrade {out}` grades them again."))
     print(f"Results: {out / output.RESULTS}")

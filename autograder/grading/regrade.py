@@ -37,7 +37,8 @@ class Move:
 
     def describe(self) -> str:
         """The move for a person at a terminal."""
-        head = f"{self.old.student}/{self.old.assignment}: {text.score(self.old)} -> {text.score(self.new)}"
+        who = text.one_line(f"{self.old.student}/{self.old.assignment}")
+        head = f"{who}: {text.score(self.old)} -> {text.score(self.new)}"
         return "\n".join([head, *(f"    {reason}" for reason in self.why)])
 
 

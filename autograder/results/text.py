@@ -10,7 +10,7 @@ __all__ = ["describe", "line", "one_line", "printable", "result", "score"]  # a 
 
 def line(report: Report) -> str:
     """A report in one line: who, what, and the score with the time it took, or the status."""
-    name = f"{report.student}/{report.assignment}"
+    name = one_line(f"{report.student}/{report.assignment}")
     if report.status != GRADED:
         return f"{name}: {report.status}"
     return f"{name}: {report.score:g} of {report.max_score:g}, {report.duration_s:.1f} s"

@@ -21,6 +21,7 @@ from autograder.results import feedback, output
 from autograder.returning import ways
 from autograder.submissions import listing
 from course.foundation import storage
+from course.foundation.untrusted import one_line
 from course.returned.record import Mark
 
 FOLDER = "returned"  # in the output folder
@@ -121,7 +122,7 @@ def describe(result: Returned) -> str:
         ("Without a page, because there is no submission:", result.nothing),
     ):
         lines += [title] * bool(names)
-        lines += [f"  {name}" for name in names]
+        lines += [f"  {one_line(name)}" for name in names]
     return "\n".join([*lines, f"{_pages(sum(result.made.values()))} returned; {len(result.left_out)} not."])
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from autograder.results import pages
 from autograder.similarity.comparing import Finding
 from course.foundation import storage
+from course.foundation.untrusted import one_line
 
 
 def describe(finding: Finding) -> str:
@@ -13,12 +14,12 @@ def describe(finding: Finding) -> str:
     head = f"{finding.assignment}: {finding.programs} submissions, {len(finding.scores)} pairs"
     if finding.scores:
         head += f"; half of them score at most {finding.below(50):.0f}, 95 of 100 at most {finding.below(95):.0f}"
-    lines = [head]
+    lines = [head]  # a student's name may hold anything
     for pair in finding.pairs:
         same = f", the same to the letter: {', '.join(pair.identical)}" if pair.identical else ""
-        lines.append(f"{pair.score:4.0f}  {pair.left} and {pair.right} ({pair.shared:.0f} % in common{same})")
+        lines.append(one_line(f"{pair.score:4.0f}  {pair.left} and {pair.right} ({pair.shared:.0f} % in common{same})"))
     if finding.left_out:
-        lines.append(f"      not compared, because no program could be read: {', '.join(finding.left_out)}")
+        lines.append(one_line(f"      not compared, because no program could be read: {', '.join(finding.left_out)}"))
     return "\n".join(lines)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from autograder.errors import UsageError
 from autograder.records import Submission
 from autograder.submissions import exercises, reading
+from course.foundation.untrusted import one_line
 
 JUNK = {"__MACOSX", "@eaDir"}  # what archives and file servers leave
 
@@ -52,7 +53,11 @@ def _is_text(name: str) -> bool:
 
 def overlooked(submitted: Path) -> list[str]:
     """Return what looks like a submission in another form, which `find` leaves out: a line each, for the instructor."""
-    hints = []
+    hints = [
+        f"{entry.name}: left out, because its name begins with a full stop"
+        for entry in os.scandir(submitted)
+        if entry.name.startswith(".") and any(os.path.isdir(Path(entry, name)) for name in exercises.names())
+    ]
     for entry in _entries(submitted):
         if not entry.is_dir():
             hints.append(f"{entry.name}: not a student's folder")
@@ -67,7 +72,7 @@ def overlooked(submitted: Path) -> list[str]:
         hints += [f"{entry.name}/{name}: is that {known}?" for name, known in near.items() if known not in inside]
         if not near and any(name.endswith((".py", ".ipynb", ".srv", ".zip")) for name in inside):
             hints.append(f"{entry.name}: files, but no folder of an exercise around them")
-    return hints
+    return [one_line(hint) for hint in hints]
 
 
 def read(submitted: Path, student: str, assignment: str) -> Submission:

@@ -8,7 +8,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 PRIVATE = {
-    r"(?<!there )\b(is|are|was) no (archive|exercise|feedback|file|folder|notebook|number|page|time|Unix)\b": "is not a",
+    r"(?<!there )\b(is|are|was) no (archive|exercise|feedback|file|folder|notebook|number|page|time)\b": "is not a",
     r"(?<!there )\b(is|are) none\b": "is not one; there are no ...",
     r"\bof this course, or\b": "from this course, or",
     r"\bno fault of yours\b": "Your work is safe",

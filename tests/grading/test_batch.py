@@ -174,6 +174,7 @@ def test_what_is_no_submission_is_named(tmp_path):
         (tmp_path / path).touch()
     assert listing.find(tmp_path, None, []) == [("ada", "services")]
     assert listing.overlooked(tmp_path) == [
+        ".git: left out, because its name begins with a full stop",
         "jim/Services: is that services?",
         "leo.zip: not a student's folder",
         "mia: files, but no folder of an exercise around them",

@@ -7,7 +7,7 @@ from urllib.parse import unquote
 from rich.console import Console
 
 from autograder.records import CRASHED, GRADED, PASSED, Report, Result
-from autograder.results import feedback, summary
+from autograder.results import feedback, progress, summary
 from autograder.submissions import exercises
 
 DIED = "motor_service.py died while it answered a request: ZeroDivisionError."
@@ -72,3 +72,10 @@ def test_the_summary_in_a_terminal_obeys_no_name():
     assert "\\x1b]52;c;cm0=\\x07" in text.getvalue()
     assert "[/][link=x]" in text.getvalue()
     assert not {"\x07", "\u202e", "\r"} & set(text.getvalue())
+
+
+def test_a_name_makes_no_line_of_progress_of_its_own(capsys):
+    report = Report("eve\n[1/1] ada/services: 0 of 20", "services", "graded", 20, 20, 1, 0, [], [])
+    with progress.shown(1) as advance:
+        advance(report)
+    assert capsys.readouterr().out == "[1/1] eve\\x0a[1/1] ada/services: 0 of 20/services: 20 of 20, 0.0 s\n"
