@@ -39,7 +39,8 @@ def exchange(tmp_path, after_the_answer) -> bytes:
         server.stop()
         return answer
 
-    return asyncio.run(run())
+    with ThreadPoolExecutor(1) as pool:  # a browser of another test may have an event loop in this thread
+        return pool.submit(asyncio.run, run()).result()
 
 
 @pytest.fixture
