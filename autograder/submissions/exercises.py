@@ -10,7 +10,7 @@ import hashlib
 import math
 import tempfile
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
@@ -128,12 +128,16 @@ def difference(name: str, notebook: Path) -> str:
     """Return how the points of the notebook's grade cells differ from those of the suite; empty when they agree."""
     hidden = load(name).cells
     shown = {
-        cell.name: cell.mark.get("points", "no")
+        cell.name: cell.mark.get("points", 0)
         for cell in cells.read(notebook)
         if cell.mark.get("grade") and not cell.solution
     }
+
+    def points(cells: Mapping[str, float], cell: str) -> str:
+        return f"{cells[cell]:g}" if cell in cells else "no"
+
     return "; ".join(
-        f"cell {cell} has {shown.get(cell, 'no')} points in the notebook, {hidden.get(cell, 'no')} in the suite"
+        f"cell {cell} has {points(shown, cell)} points in the notebook, {points(hidden, cell)} in the suite"
         for cell in sorted({*hidden, *shown})
         if hidden.get(cell) != shown.get(cell)
     )
