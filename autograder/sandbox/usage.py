@@ -6,6 +6,8 @@ import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+from course.foundation.processes import stat
+
 
 def of_user(user: int) -> dict[int, int]:
     """All processes that this one sees of a host user, with the number of threads of each; zombies, too."""
@@ -51,16 +53,15 @@ def processes(root: int) -> dict[int, int]:
 
 def parent(pid: int) -> int:
     """The process that has started process `pid`; raises OSError when that is gone."""
-    return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+    return int(stat(pid)[1])
 
 
 def children(pid: int) -> list[int]:
     """The processes that process `pid` has started, and those that were left to it; raises OSError when it is gone."""
     found: list[int] = []
     for task in os.listdir(f"/proc/{pid}/task"):
-        with contextlib.suppress(
-            OSError
-        ):  # this thread has ended meanwhile: the others' children are seen all the same
+        # A thread that has ended meanwhile is passed over: the others' children are seen all the same.
+        with contextlib.suppress(OSError):
             found += map(int, Path(f"/proc/{pid}/task/{task}/children").read_text().split())
     return found
 

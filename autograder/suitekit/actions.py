@@ -24,6 +24,7 @@ from autograder.errors import Fault
 from autograder.suitekit.ros import Ros, graph, sensible
 from autograder.suitekit.topics import Heard
 from course.foundation.waiting import wait_until
+from course.ros.names import type_name
 
 DEPTH = 200  # feedback messages that may wait to be read
 LISTENED = 5.0  # s to wait until a client has subscribed to the feedback
@@ -116,7 +117,7 @@ class ActionCaller:
 
     def __init__(self, ros: Ros, action: str, kind: Any):
         self._ros, self._topic = ros, f"{action}/_action/feedback"
-        self._type = f"{kind.__module__.split('.')[0]}/action/{kind.__name__}_FeedbackMessage"
+        self._type = f"{type_name(kind)}_FeedbackMessage"
         self._goals: dict[bytes, Goal] = {}
         qos = QoSProfile(depth=DEPTH)
         self._feedback = ros.node.create_subscription(

@@ -12,6 +12,7 @@ from autograder.suitekit.lifecycle import ANSWER, TOLD, Alive, Lifecycle
 from autograder.suitekit.ros import Ros
 from autograder.suitekit.topics import PUBLISH, own_topics, short
 from course.foundation.waiting import wait_until
+from course.ros.names import type_name
 
 STUCK = "it was stuck with several callers"
 
@@ -153,12 +154,6 @@ class Server(LiveProgram):
                 f"{limit:.0f} s{doubt and ': '}{doubt or '.'}"
             )
         raise Crashed(f"{self.file} died while {len(clients)} clients called {service}: {last_words(program)}.")
-
-
-def type_name(kind: type) -> str:
-    """Return the name that ROS 2 has for an interface type: std_srvs/srv/Trigger."""
-    package, category, *_ = kind.__module__.split(".")
-    return f"{package}/{category}/{kind.__name__}"
 
 
 def offer(service: str) -> str:

@@ -3,6 +3,11 @@
 from pathlib import Path
 
 
+def stat(pid: int) -> list[str]:
+    """Return the fields of /proc/PID/stat from the third (the state) on; raises OSError when the process is gone."""
+    return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+
+
 def birth(pid: int) -> int:
     """Return when a process started, in clock ticks since boot (proc(5), `starttime`); 0 if it does not run.
 
@@ -10,7 +15,7 @@ def birth(pid: int) -> int:
     counts a zombie as running, and its times move when the clock is set.)
     """
     try:
-        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+        fields = stat(pid)
         return 0 if fields[0] in ("Z", "X") else int(fields[19])
     except (OSError, IndexError, ValueError):
         return 0

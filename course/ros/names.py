@@ -28,3 +28,9 @@ def split(node_name: str) -> tuple[str, str]:
 def base(node_name: str) -> str:
     """Return the name of a node without its namespace."""
     return node_name.rpartition("/")[2]
+
+
+def type_name(kind: type) -> str:
+    """Return the name that ROS 2 has for an interface type: std_srvs/srv/Trigger."""
+    package, category, *_ = kind.__module__.split(".")
+    return f"{package}/{category}/{kind.__name__}"

@@ -3,7 +3,7 @@
 import threading
 import time
 from collections.abc import Callable, Collection, Mapping
-from typing import Any
+from typing import Any, cast
 
 from rclpy.client import Client
 from rclpy.node import Node
@@ -11,7 +11,7 @@ from rclpy.task import Future
 
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation.waiting import wait_until
-from course.ros.names import OF_EVERY_NODE
+from course.ros.names import OF_EVERY_NODE, type_name
 from course.session.interface_usage import is_of
 from course.session.source import blocked
 from course.session.watch import Handle, Watch
@@ -122,7 +122,7 @@ class Calls:
 
     def _served(self, client: Client) -> str:
         """Return what is served in place of what `client` asks for."""
-        kind = f"{client.srv_type.__module__.split('.')[0]}/srv/{getattr(client.srv_type, '__name__', '')}"
+        kind = type_name(cast(type, client.srv_type))
         served = {
             name: types
             for name, types in self.node.get_service_names_and_types()

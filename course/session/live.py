@@ -116,7 +116,7 @@ class Session:
         return self._nodes.start_class(what, args, kwargs, parameters or {}, threads)
 
     def stop(self, name: str | None = None) -> None:
-        """Stop the node (or the file's process) called `name`, or all of them; one that is not there is no error."""
+        """Stop the node (or the file's process) called `name`, or all of them."""
         self._nodes.stop(name)
 
     def nodes(self) -> Nodes:

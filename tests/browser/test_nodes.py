@@ -14,7 +14,7 @@ from tests.browser.pages import (
     run_cell,
     set_theme,
     show_panel,
-    slowest_frame,
+    draws_within,
     wait_for_kernel,
     write_greeter,
 )
@@ -89,7 +89,7 @@ def test_ten_thousand_lines_a_second_leave_the_page_responsive_and_are_counted(l
     (lab[2] / "flooded/flood.py").write_text(FLOOD)
     run_cell(page, CHECKS, "ros.start('flood.py')")
     expect(panel).to_contain_text("lines are not shown: they came faster than a page can show them")
-    assert slowest_frame(page) < 2000  # ms, on a busy machine
+    assert draws_within(page, 2000)  # ms, on a busy machine
     panel.get_by_label("Log of which node").select_option("/greeter")
     expect(panel.get_by_role("log")).not_to_contain_text("line")
     expect(panel.get_by_role("log")).to_contain_text("greeted")

@@ -414,9 +414,8 @@ class Follower(TopicProgram):
             self._show(scan, hertz, SETTLING)
             before = len(self.commands.heard)
             self._show(scan, hertz, MEASURED)
-            if (
-                len(self.commands.heard) < before + FEWEST and alive()
-            ):  # a machine that stood still, or a node that does
+            # Either the machine stood still, or the node does.
+            if len(self.commands.heard) < before + FEWEST and alive():
                 self._show(scan, hertz, MEASURED)
             heard = self.commands.heard[before:]
             if len(heard) < FEWEST:

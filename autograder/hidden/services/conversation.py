@@ -548,7 +548,7 @@ class Relay(Server):
     def vary(self, rng: random.Random) -> None:
         """Set its parameters to other numbers: that it asks again for the same ones, or can be set, others judge."""
         with suppress(Wrong):
-            self.change(dict(zip("ab", draw(rng), strict=True)))
+            self.change(as_parameters(draw(rng)))
 
     def sum_in(self, message: str) -> int | None:
         """The answer of /add_two_ints that a message contains, or None."""
@@ -578,3 +578,8 @@ def draw(rng: random.Random) -> tuple[int, int]:
     """Two numbers for a and b, of different sign and size."""
     a, b = rng.randrange(100, 10**6), -rng.randrange(10**7, 10**15)
     return (a, b) if rng.random() < 0.5 else (b, a)
+
+
+def as_parameters(values: tuple[int, int]) -> dict[str, int]:
+    """Values for the relay's parameters."""
+    return dict(zip("ab", values, strict=True))

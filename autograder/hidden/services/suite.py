@@ -25,6 +25,7 @@ from autograder.hidden.services.conversation import (
     STOPPED,
     Motors,
     Relay,
+    as_parameters,
     draw,
     quoted,
     says,
@@ -315,7 +316,7 @@ def test_changed_parameters(relay: Relay, rng: random.Random) -> None:
         relay.change(changed)
         what = " and ".join(f"{name} (to 0)" if value == 0 else name for name, value in changed.items())
         try:
-            asked = relay.asked_by_a_start(named(now))
+            asked = relay.asked_by_a_start(as_parameters(now))
         except Wrong:
             raise Wrong(
                 f"After a change of {what} while the relay ran, a call of {RELAY} must ask {ADD}; no request came."
@@ -326,11 +327,6 @@ def test_changed_parameters(relay: Relay, rng: random.Random) -> None:
                 "of a and b; it held other numbers.",
                 f"sent {asked}, not {now}",
             )
-
-
-def named(values: tuple[int, int]) -> dict[str, int]:
-    """Values for the relay's parameters."""
-    return dict(zip("ab", values, strict=True))
 
 
 @points(0.5, cell="relay")
@@ -401,7 +397,7 @@ def test_goes_on_serving(relay: Relay, rng: random.Random) -> None:
     with relay.adder.holding():
         futures = relay.send()
         start = time.monotonic()
-        if not relay.can_change(named(draw(rng))):
+        if not relay.can_change(as_parameters(draw(rng))):
             raise Wrong(
                 f"While a call of {RELAY} waits for {ADD}, a parameter that is set must be set at once: setting a and "
                 "b was refused."
@@ -469,9 +465,8 @@ def test_goes_on_afterwards(lonely: Relay) -> None:
     """After such a failure the relay keeps running, and works while /add_two_ints is there."""
     lonely.up(offer(RELAY))
     if lonely.failed != lonely.starts:
-        lonely.answers_again(
-            BEFORE if lonely.has_been_silent else PROMPT + SLACK
-        )  # that it must have an answer, and which, another test judges
+        # That it must have an answer, and which, another test judges.
+        lonely.answers_again(BEFORE if lonely.has_been_silent else PROMPT + SLACK)
     refused = lonely.failed == lonely.starts
     lonely.serve()
     response = lonely.after_offer(PROMPT + SLACK)

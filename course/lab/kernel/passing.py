@@ -28,6 +28,7 @@ from course.lab.kernel.exchange import LARGEST, Exchange, keep, summaries
 from course.lab.kernel.panels import Changes
 from course.recorders import STATUS
 from course.ros import messages
+from course.ros.names import type_name
 from course.ros.rclpy_internals import action_name, action_type, replace_in_rclpy, watch_clients
 from course.session.live import Session, current
 from course.session.logs import decoded
@@ -172,8 +173,8 @@ class Passing:
         if client[:12] in self._own:
             return  # this kernel's: its client tells more
         if info.event_type == ServiceEventInfo.REQUEST_RECEIVED and event.request:
-            type_name = f"{kind.__module__.partition('.')[0]}/srv/{kind.__name__.removesuffix('_Event')}"
-            exchange = keep(Exchange("service", name, type_name, self._caller(name, client), OF_A_SERVICE))
+            service_type = type_name(kind).removesuffix("_Event")
+            exchange = keep(Exchange("service", name, service_type, self._caller(name, client), OF_A_SERVICE))
             exchange.add("request", event.request[0], at)
             _remember(self._calls, key, exchange)
         elif info.event_type == ServiceEventInfo.RESPONSE_SENT and event.response and key in self._calls:
@@ -237,9 +238,8 @@ class Passing:
 
     def called(self, client: Client, request: Any, future: Future, at: float) -> None:
         """A client of this kernel has sent a request."""
-        made: Any = client.srv_type
-        kind = f"{made.__module__.partition('.')[0]}/srv/{made.__name__}"
-        exchange = keep(Exchange("service", client.service_name, kind, _here()))
+        kind: Any = client.srv_type
+        exchange = keep(Exchange("service", client.service_name, type_name(kind), _here()))
         exchange.add("request", request, at)
         future.add_done_callback(lambda done: self._answered(exchange, done))
 
@@ -254,9 +254,7 @@ class Passing:
         """An action client of this kernel sends a goal; the inspector's own are shown by the inspector."""
         exchange = None
         if not own and (kind := action_type(client)):
-            package = kind.__module__.partition(".")[0]
-            name = action_name(client)
-            exchange = Exchange("action", name, f"{package}/action/{kind.__name__}", _here())
+            exchange = Exchange("action", action_name(client), type_name(kind), _here())
             exchange.add("goal", goal)
         with self._noting:
             _remember(self._goals, goal_id, _Goal(exchange))
