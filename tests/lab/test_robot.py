@@ -104,7 +104,7 @@ def test_parameters_are_set_and_followed_whoever_sets_them(kernel, page):
     known = shown_until(page, lambda known: (knob(known, "/world", "paused") or {}).get("value") is True)
     assert knob(known, "/world", "beams")["value"] == 90
     refused = page.ask("robot.set", node="/world", values={"room": "nowhere"})["error"]
-    assert refused.startswith("/world refuses: there is no room 'nowhere'")
+    assert refused.startswith("/world rejected the change: there is no room 'nowhere'")
     kernel.run("ros.restart('driver.py')")
     shown_until(page, lambda known: (knob(known, "/my_driver", "turn") or {}).get("value") == 0.5)
 

@@ -300,7 +300,7 @@ class Relay(Server):
     def __init__(self, bench: Bench, rng: random.Random, served: bool):
         self.rng, self.served = rng, served
         if not served:
-            self.advice = f"when nobody offers {ADD}, the answer must come within 5 s"
+            self.advice = f"when {ADD} is not available, the answer must come within 5 s"
         self.numbers = a, b = draw(rng)
         bench.hide(a, b)
         super().__init__(bench, "relay.py", {RELAY: Trigger}, "--ros-args", "-p", f"a:={a}", "-p", f"b:={b}")

@@ -35,7 +35,7 @@ from autograder.suitekit import ANSWER, Wrong, offer, on_wrong, points, twice
 from autograder.suitekit.hints import last_words
 from course.foundation.waiting import wait_until
 
-PROMPT = 5.0  # s in which the relay must answer when nobody offers /add_two_ints
+PROMPT = 5.0  # s in which the relay must answer when /add_two_ints is not available
 BEFORE = 1.0  # s for a call without /add_two_ints to a relay that is known to give no answer then
 SLACK = 1.5  # s more on a busy machine
 QUIET = 0.3  # s in which nobody calls the relay
@@ -443,19 +443,19 @@ def test_without_add_two_ints(lonely: Relay, relay: Relay) -> None:
     response = lonely.relay()
     took = time.monotonic() - start
     if response.success:
-        raise Wrong(f"Nobody offers {ADD}, so success must be False: {RELAY} answered {shown(response)}.")
+        raise Wrong(f"{ADD} is not available, so success must be False: {RELAY} answered {shown(response)}.")
     if not response.message.strip():
-        raise Wrong(f"When nobody offers {ADD}, the message must say so; it is empty.")
+        raise Wrong(f"When {ADD} is not available, the message must say so; it is empty.")
     if took > PROMPT + SLACK:
-        raise Wrong(f"When nobody offers {ADD}, the answer must come within {PROMPT:.0f} s; it took {took:.1f} s.")
+        raise Wrong(f"When {ADD} is not available, the answer must come within {PROMPT:.0f} s; it took {took:.1f} s.")
     if not lonely.all_are_told(PROMPT + SLACK):
         raise Wrong(
-            f"When nobody offers {ADD}, and {CALLERS} clients call {RELAY} at once, each must have its answer within "
+            f"When {ADD} is not available, and {CALLERS} clients call {RELAY} at once, each must have its answer within "
             f"{PROMPT:.0f} s; one had none. Alone, a client had it after {took:.1f} s."
         )
     if not relay.does_something:
         raise Wrong(
-            f"This is judged with a relay that asks when it can: but where {ADD} is offered, it was not called either."
+            f"This is judged with a relay that asks when it can: but where {ADD} is available, it was not called either."
         )
 
 

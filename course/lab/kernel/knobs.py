@@ -122,7 +122,7 @@ def set_parameters(node: str, values: dict[str, Any]) -> None:
     if done is None:
         raise LiveError(f"{node} does not answer: it is busy, blocked, or has ended.")
     if not done.result.successful:
-        raise LiveError(f"{node} refuses: {done.result.reason or 'it gives no reason'}")
+        raise LiveError(f"{node} rejected the change: {done.result.reason or 'it gives no reason'}")
 
 
 def _as(value: Any, old: ParameterValue) -> Any:
