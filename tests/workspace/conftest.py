@@ -18,7 +18,8 @@ SOLUTIONS = ROOT / "solutions"
 def shell():
     """The environment of the course's shell, in a domain of its own and without settings of the caller's."""
     prepare()
-    kept = {name: value for name, value in os.environ.items() if not name.startswith(("ROS_", "RMW_", "FASTDDS_"))}
+    callers = ("ROS_", "RMW_", "FASTDDS_", "PYTHONDONTWRITEBYTECODE")  # a build says that it compiles nothing
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(callers)}
     system = [folder for folder in os.environ["PATH"].split(os.pathsep) if not Path(folder, "ros2").exists()]
     claim, domain = claim_domain()
     yield {

@@ -137,3 +137,56 @@ def test_programs_without_an_interface_are_one_package_even_in_a_folder_with_a_s
     """
     ran = subprocess.run(["bash", "--norc", "-c", run], cwd=tmp_path, env=shell, capture_output=True, text=True)
     assert "lib/my_package/motor_service" in ran.stderr and "ModuleNotFoundError" not in ran.stderr, ran
+
+
+@pytest.fixture(scope="session")
+def tutorial(tmp_path_factory, shell) -> Path:
+    """The workspace of the beginner's tutorials: a package that `ros2 pkg create` has made, not built yet."""
+    folder = tmp_path_factory.mktemp("tutorial") / "ros2_ws"
+    (folder / "src").mkdir(parents=True)
+    create = ["ros2", "pkg", "create", "--build-type", "ament_python", "--license", "Apache-2.0", "my_package"]
+    done = subprocess.run([*create, "--node-name", "my_node"], cwd=folder / "src", env=shell, capture_output=True)
+    assert done.returncode == 0, done
+    return folder
+
+
+def says(workspace: Path, shell: dict[str, str]) -> str:
+    """What the tutorial's node prints, in a terminal that has sourced the workspace."""
+    words = ["bash", "--norc", "-c", ". install/setup.bash && exec ros2 run my_package my_node"]
+    return subprocess.run(words, cwd=workspace, env=shell, capture_output=True, text=True, timeout=60).stdout
+
+
+@pytest.mark.timeout(600)
+def test_a_build_says_no_warning_and_symlinks_let_an_edit_count_at_once(tutorial, shell):
+    node = tutorial / "src/my_package/my_package/my_node.py"
+    first = colcon(tutorial, shell)
+    assert first.returncode == 0 and "1 package finished" in first.stdout and first.stderr == "", first
+    assert says(tutorial, shell) == "Hi from my_package.\n"
+    linked = colcon(tutorial, shell, "--symlink-install")
+    assert linked.returncode == 0 and linked.stderr == "", linked
+    node.write_text(node.read_text().replace("Hi", "Good evening"))
+    assert says(tutorial, shell) == "Good evening from my_package.\n"
+    again = colcon(tutorial, shell)
+    assert again.returncode == 0 and again.stderr == "", again
+    node.write_text(node.read_text().replace("Good evening", "Good night"))
+    assert says(tutorial, shell) == "Good evening from my_package.\n", "a plain build copies"
+
+
+@pytest.mark.timeout(600)
+def test_colcon_test_runs_the_packages_tests_and_tells_which_fail(tutorial, shell):
+    assert colcon(tutorial, shell).returncode == 0
+    tests = tutorial / "src/my_package/test"
+    (tests / "test_sum.py").write_text(
+        "def test_right():\n    assert 2 + 2 == 4\n\n\ndef test_sum():\n    assert 2 + 2 == 5\n"
+    )
+
+    def run(*words: str) -> subprocess.CompletedProcess:
+        return subprocess.run(words, cwd=tutorial, env=shell, capture_output=True, text=True, timeout=SECONDS)
+
+    done = run("colcon", "test", "--event-handlers", "console_direct+")
+    assert "assert (2 + 2) == 5" in done.stdout and "1 failed, 1 passed, 3 skipped" in done.stdout, done
+    result = run("colcon", "test-result", "--verbose")
+    assert result.returncode == 1 and "Summary: 5 tests, 0 errors, 1 failure, 3 skipped" in result.stdout, result
+    reasons = (tutorial / "build/my_package/pytest.xml").read_text()
+    for linter in ("ament_copyright", "ament_flake8", "ament_pep257"):
+        assert f"{linter} is not installed" in reasons
