@@ -269,14 +269,17 @@ def collect_command(
     due: Annotated[
         str | None, typer.Option(help="Of several, the newest until this time counts, as '2026-11-20 23:59 UTC'.")
     ] = None,
+    assignment: Annotated[
+        str | None, typer.Option(help="The exercise that is expected; what is of another one is not laid out.")
+    ] = None,
 ) -> None:
     """Lay out what students handed in; exit code 1 when something could not be placed, which is named."""
     from autograder.collecting.collect import collect, parse_due
     from autograder.collecting.collect import describe as describe_collection
-    from autograder.collecting.roster import read_rosters
+    from autograder.submissions.roster import read_rosters
 
     known = read_rosters(roster) if roster else None
-    collection = collect(sources, into, known, parse_due(due) if due else None)
+    collection = collect(sources, into, known, parse_due(due) if due else None, assignment)
     print(printable(describe_collection(collection)))
     raise typer.Exit(1 if collection.unplaced else 0)
 
@@ -300,9 +303,9 @@ def return_command(
 
     The exit code is 1 when a page is not returned; the command says which ones, and why.
     """
-    from autograder.collecting.roster import read_rosters
     from autograder.returning.giving_back import FOLDER, give_back
     from autograder.returning.giving_back import describe as describe_returned
+    from autograder.submissions.roster import read_rosters
 
     known = read_rosters(roster).students if roster else set()
     url = "" if no_gradebook else gradebook

@@ -24,6 +24,7 @@ class Platform:
     mark: re.Pattern[str]  # what makes a name this platform's; a name with two marks could be of two people
     folders: bool  # whether folders of a download have such names; otherwise files alone
     again: re.Pattern[str]  # what the platform adds to the name of a file that was handed in again
+    marks_late: bool  # whether it marks what is late, so that what it has not marked is on time
     global_users: bool  # whether a user's number is the same in each download; otherwise in one alone
 
     # Returning.
@@ -53,6 +54,7 @@ CANVAS = Platform(
     mark=re.compile(rf"\A{CANVAS_NAME}\Z", re.DOTALL),
     folders=False,
     again=re.compile(r"-\d{1,3}(?=\.[A-Za-z]+$)"),
+    marks_late=True,
     global_users=True,
     page="{name}_{late}{user}_{upload}_{page}",
     upload="the assignment, Upload Submissions",
@@ -71,6 +73,7 @@ MOODLE = Platform(
     mark=re.compile(rf"_{NUMBER}_assignsubmission_file"),
     folders=True,
     again=re.compile(r"(?!)"),  # it replaces the file, and adds nothing
+    marks_late=False,
     global_users=False,
     page="{name}_{user}_assignsubmission_file_/{page}",
     upload="the assignment, Upload multiple feedback files in a zip",
@@ -109,6 +112,11 @@ def origin(path: PurePosixPath) -> Origin | None:
                 late, upload = bool(said.get("late")), int(said.get("upload") or 0)
                 return Origin((said["user"], said["name"]), own, late, platform.name, upload) if own else None
     return None
+
+
+def marks_late(platform: str) -> bool:
+    """Return True if this platform marks what was handed in late."""
+    return platform in PLATFORMS and PLATFORMS[platform].marks_late
 
 
 def users_are_global(platform: str) -> bool:

@@ -26,7 +26,7 @@ INFRASTRUCTURE_ERROR = "infrastructure_error"  # the grader's fault: tried again
 UNSAFE = "unsafe"  # graded without a sandbox
 KILLED_WORKERS = "killed_workers"  # given up, because workers died while they graded it
 BUSY_MACHINE = "busy_machine"  # points were lost while all cores had long queues, and grading again has not helped
-TIME_UNKNOWN = "time_unknown"  # the time of the hand-in cannot be read: nothing is taken off for lateness
+TIME_UNKNOWN = "time_unknown"  # nobody vouches for the time of the hand-in: nothing is taken off for lateness
 KILLED_JUDGE = "killed_judge"  # the process that judges it died each time; the points are those of the tests before
 
 MESSAGE, DETAIL = 3000, 4000  # characters of what a student and an instructor are told of a test

@@ -7,8 +7,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from autograder.collecting.roster import table
 from autograder.errors import UsageError
+from autograder.submissions.roster import table
 
 INSTRUCTOR = "instructor"
 ROLES = ("", "student", INSTRUCTOR)

@@ -49,7 +49,7 @@ def contents(file: BinaryIO, most: int = MAX_CLASS_FILES) -> Iterator[Packed | s
     Raises BadArchive for what is not an archive and for one of more than `most` files.
     """
     archive = Archive(file)
-    infos = [info for info in archive.files if not _is_junk(info.filename)]
+    infos = [info for info in archive.files if not is_junk(info.filename)]
     if len(infos) > most:
         raise BadArchive(f"more than {most:,} files")
     seen = set()
@@ -103,6 +103,7 @@ def _changed(info: zipfile.ZipInfo) -> datetime:
         return datetime(1980, 1, 1, tzinfo=UTC)
 
 
-def _is_junk(name: str) -> bool:
+def is_junk(name: str) -> bool:
+    """Return True for what file managers leave in a folder."""
     parts = PurePosixPath(name.replace("\\", "/")).parts
     return any(part in JUNK or part.startswith("._") for part in parts)

@@ -4,13 +4,14 @@ import contextlib
 import json
 import tempfile
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path, PurePath, PurePosixPath
 from typing import Any, TypeVar
 
 from autograder.collecting.archives import (
+    DEEPEST,
     MAX_CLASS,
     MAX_CLASS_FILES,
     MAX_STUDENT,
@@ -18,11 +19,12 @@ from autograder.collecting.archives import (
     Packed,
     contents,
     flat,
+    is_junk,
     members,
     members_of,
     opened,
 )
-from autograder.errors import RefusedFile, UsageError
+from autograder.errors import RefusedFile, UnknownTime, UsageError
 from autograder.platforms import Origin, origin
 from autograder.submissions import exercises, notebook, reading
 from course.errors import BadArchive
@@ -31,6 +33,9 @@ from course.hand_in import RECEIPT
 
 File = TypeVar("File", ArchivedFile, Packed)
 WRAPPED = 3  # archives around each other
+MOST_OTHER = 20  # files of a folder that are named, one by one, as no hand-ins
+ARCHIVE = ".zip"
+OTHER_ARCHIVES = {".gz", ".tgz", ".tar", ".bz2", ".xz", ".zst", ".rar", ".7z"}
 
 
 @dataclass(frozen=True)
@@ -61,28 +66,68 @@ class Bundle:
     download: str  # the archive or folder that was given, in which a platform's numbers tell students apart
     members: list[ArchivedFile]
     origin: Origin | None
-    at: datetime
+    at: datetime  # it was handed in then or before
+    stamped: bool = False  # `at` is what nbgrader, or an earlier collecting, has noted
+    likely: tuple[str, ...] = ()  # names of files and folders around it, one of which may be a student's
+    left: tuple[str, ...] = ()  # what lies there and is no file to read
 
 
-def bundles(source: Path, unplaced: list[str]) -> Iterator[Bundle]:
-    """Yield what belongs together in a source; what cannot be read gets a line in `unplaced`.
+def bundles(source: Path, unplaced: list[str], without: Path | None = None) -> Iterator[Bundle]:
+    """Yield what belongs together in a source; whatever else lies below it gets a line in `unplaced`.
 
-    Raises UsageError for a source that is not there.
+    The folder `without` is left out.  Raises UsageError for a source that is not there.
     """
     if source.is_dir():
-        for student, assignment in _laid_out_already(source):
-            try:
-                yield _folder(source / student / assignment, student, source)
-            except BadArchive as error:
-                unplaced.append(f"{source / student / assignment}: {error.args[0]}")
-        for path in sorted(source.iterdir()):
-            if path.is_file() and not path.is_symlink() and _is_archive(path):
-                yield from _archive(path, unplaced)
-        yield from _downloaded(source, unplaced)
+        yield from _below(source, source, unplaced, without.resolve() if without else None)
     elif source.is_file():
-        yield from _archive(source, unplaced)
+        yield from _archive(source, source.name, unplaced)
     else:
         raise UsageError(f"there is no file or folder {source}")
+
+
+def _below(
+    folder: Path, source: Path, unplaced: list[str], without: Path | None, done: Container[Path] = ()
+) -> Iterator[Bundle]:
+    """Yield what belongs together in a folder of a source, and in the folders in it but those that are `done`."""
+    laid_out = set()
+    for student, assignment in _laid_out_already(folder):
+        place = folder / student / assignment
+        laid_out.add(place)
+        try:
+            yield _folder(place, student, source)
+        except BadArchive as error:
+            unplaced.append(f"{place}: {error.args[0]}")
+    yield from _downloaded(folder, unplaced)
+    other = 0
+    for path in sorted(folder.iterdir()):
+        where = str(path.relative_to(source))
+        if path in done or is_junk(path.name) or path.name.startswith(".") or path.resolve() == without:
+            continue
+        if path.is_symlink():
+            unplaced.append(f"{shortened(where)}: a link, which is not followed")
+        elif path.is_file() and _is_archive(path):
+            yield from _archive(path, where, unplaced, (path.stem, *([folder.name] if folder != source else [])))
+        elif _named_by_platform(path):
+            continue
+        elif path.is_dir() and len(path.relative_to(source).parts) > DEEPEST:
+            unplaced.append(f"{shortened(where)}: folders in each other go too deep")
+        elif path.is_dir():
+            yield from _below(path, source, unplaced, without, laid_out)
+        elif (other := other + 1) <= MOST_OTHER:
+            unplaced.append(f"{shortened(where)}: {_why_not(path)}")
+    if other > MOST_OTHER:
+        unplaced.append(f"{folder}: {other - MOST_OTHER} more files that are no hand-ins")
+
+
+def _why_not(path: PurePath) -> str:
+    if is_other_archive(path.name):
+        return f"an archive of a kind that is not opened: unpack it, and pack it as {ARCHIVE}"
+    return "neither an archive nor named by a platform, so nothing tells whose it is"
+
+
+def is_other_archive(name: str) -> bool:
+    """Return True for the name of an archive that is not opened here."""
+    return PurePath(name).suffix.lower() in OTHER_ARCHIVES
 
 
 @contextlib.contextmanager
@@ -132,8 +177,15 @@ def _folder(folder: Path, student: str, source: Path) -> Bundle:
     for path, content in files_of(folder):
         allowance.spend(len(content))
         found.append(ArchivedFile(PurePosixPath(path.name), content, _changed(path)))
+    read = {str(member.path) for member in found}
+    left = tuple(path.name for path in sorted(folder.iterdir()) if path.name not in read)
     at = max((member.changed for member in found), default=_changed(folder))
-    return Bundle(str(folder), str(source), found, Origin((student,), ""), at)
+    try:
+        stamp = reading.handed_in_at(folder)
+    except UnknownTime:
+        stamp = None
+    at = stamp.replace(tzinfo=UTC) if stamp else at
+    return Bundle(str(folder), str(source), found, Origin((student,), ""), at, stamped=bool(stamp), left=left)
 
 
 def files_of(folder: Path) -> Iterator[tuple[Path, bytes]]:
@@ -150,7 +202,9 @@ def _downloaded(source: Path, unplaced: list[str]) -> Iterator[Bundle]:
         if path.is_symlink() or not _named_by_platform(path) or (path.is_file() and _is_archive(path)):
             continue
         for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
-            if not file.is_symlink() and file.is_file():
+            if file.is_symlink():
+                unplaced.append(f"{shortened(str(file.relative_to(source)))}: a link, which is not followed")
+            elif file.is_file() and not is_junk(str(file.relative_to(source))):
                 found.append(Loose(PurePosixPath(file.relative_to(source)), _changed(file), file))
     yield from _of_platform(source.name, found, unplaced)
 
@@ -160,30 +214,33 @@ def _named_by_platform(path: Path) -> bool:
 
 
 def _is_archive(path: PurePath) -> bool:
-    return path.suffix.lower() == ".zip"
+    return path.suffix.lower() == ARCHIVE
 
 
-def _archive(path: Path, unplaced: list[str]) -> Iterator[Bundle]:
+def _archive(path: Path, where: str, unplaced: list[str], likely: tuple[str, ...] = ()) -> Iterator[Bundle]:
     """The bundle of one student's archive, or those of a bulk download.
 
     What a platform named after a student is that student's, whatever the names in it say.
     """
     whose = origin(PurePosixPath(path.name))
     allowance = Allowance(MAX_STUDENT)
+    if is_other_archive(path.name):
+        unplaced.append(f"{where}: {_why_not(path)}")
+        return
     try:
         with opened(path) as file:
             if not whose:
                 found = list(contents(file))
                 packed = [each for each in found if isinstance(each, Packed)]
                 if any(origin(each.path) for each in packed) or len(_archives_in(packed)) > 1:
-                    unplaced += [f"{path.name}: {each}" for each in found if isinstance(each, str)]
-                    yield from _of_platform(path.name, packed, unplaced)
+                    unplaced += [f"{where}: {each}" for each in found if isinstance(each, str)]
+                    yield from _of_platform(where, packed, unplaced)
                     return
             inside = _unwrapped(members(file, allowance), allowance)
     except BadArchive as error:
-        unplaced.append(f"{path.name}: {error.args[0]}")
+        unplaced.append(f"{where}: {error.args[0]}")
     else:
-        yield Bundle(path.name, path.name, inside, whose, _changed(path))
+        yield Bundle(where, where, inside, whose, _changed(path), likely=likely or (path.stem,))
 
 
 def _of_platform(download: str, inside: Iterable[Packed | Loose], unplaced: list[str]) -> Iterator[Bundle]:
@@ -203,13 +260,15 @@ def _of_platform(download: str, inside: Iterable[Packed | Loose], unplaced: list
             own = each_student[whose.names if whose else number]
             try:
                 unpacked = members_of(file.unpack(own).content, own)
-                yield Bundle(where, download, _unwrapped(unpacked, own), whose, file.changed)
+                likely = (file.path.stem, *file.path.parts[:-1][::-1])
+                yield Bundle(where, download, _unwrapped(unpacked, own), whose, file.changed, likely=likely)
             except BadArchive as error:
                 unplaced.append(f"{where}: {error.args[0]}")
         elif whose:
             loose[whose.names].append((file, whose))
         else:
-            unplaced.append(f"{where}: no platform names a file so")
+            why = _why_not(file.path) if is_other_archive(file.path.name) else "no platform names a file so"
+            unplaced.append(f"{where}: {why}")
     for names, uploaded in loose.items():
         found = []
         for file, whose in uploaded:

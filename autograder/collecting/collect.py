@@ -4,66 +4,28 @@ Nothing is lost: of several hand-ins the newest on time is laid out, and the oth
 students, where the grader does not look.  What cannot be placed is named, and stays where it is.
 """
 
-import contextlib
 import hashlib
 import os
 import re
 import shutil
 import tempfile
-import zlib
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable
-from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
-from autograder.collecting import provenance
-from autograder.collecting.bundles import Bundle, bundles, files_of
-from autograder.collecting.bundles import receipt as read_receipt
-from autograder.collecting.provenance import Source
-from autograder.collecting.roster import Roster, folder_name
+from autograder.collecting.bundles import bundles, files_of
+from autograder.collecting.identify import TIME, VERIFIED, HandedIn, identify
 from autograder.errors import Unplaced, UsageError
-from autograder.platforms import Origin, users_are_global
-from autograder.submissions import exercises, reading
-from course.foundation.untrusted import one_line, shortened
-from course.hand_in import RECEIPT
+from autograder.platforms import users_are_global
+from autograder.submissions import exercises, provenance, reading
+from autograder.submissions.provenance import KNOWN, ON_TIME, Source
+from autograder.submissions.roster import Roster
+from course.foundation.untrusted import one_line
 
 OTHERS = ".others"  # hand-ins that do not count
-TIME = "%Y-%m-%d %H:%M:%S UTC"
-VERIFIED, NONE = "verified", "none"
 SAME_SECOND = re.compile(r"\d{8}T\d{6}Z-(\d{1,2})\.zip$")  # how `course hand-in` calls a further one of a second
-SOON = timedelta(minutes=5)  # that a clock may be ahead by
-
-
-@dataclass(frozen=True)
-class HandedIn:
-    """One hand-in, and what is known of it."""
-
-    source: str  # where it was found, for messages
-    packed: dict[str, bytes]  # compressed: a class must fit into memory, also when one of it hands in zeros
-    student: str
-    assignment: str
-    at: datetime
-    came: Source  # from where, and whose it is there
-    download: str = ""
-    receipt: str = NONE  # VERIFIED, NONE, or what is wrong with it
-    ahead: datetime | None = None  # what its time says, when that lies in the future
-
-    @property
-    def files(self) -> dict[str, bytes]:
-        """Return what was handed in."""
-        return {name: zlib.decompress(content) for name, content in self.packed.items()}
-
-    @property
-    def remark(self) -> str:
-        """Return what an instructor should know of it."""
-        reasons = {
-            f"its receipt {self.receipt}": self.receipt not in (VERIFIED, NONE),
-            "the platform marks it late": self.came.late,
-            f"a wrong clock: its time, {self.ahead:%Y-%m-%d %H:%M} UTC, has not come yet" if self.ahead else "": True,
-        }
-        return "; ".join(reason for reason, holds in reasons.items() if reason and holds)
 
 
 @dataclass
@@ -73,34 +35,45 @@ class Collection:
     laid_out: list[HandedIn]
     kept: list[HandedIn]  # in `.others`
     unplaced: list[str]  # a line each
+    missing: dict[str, list[str]] = field(default_factory=dict)  # students of the roster, by exercise
 
 
 def collect(
-    sources: Iterable[Path], into: Path, roster: Roster | None = None, due: datetime | None = None
+    sources: Iterable[Path],
+    into: Path,
+    roster: Roster | None = None,
+    due: datetime | None = None,
+    assignment: str | None = None,
 ) -> Collection:
     """Lay out what is found in `sources`: archives, folders of them, and bulk downloads of Canvas and Moodle.
 
     With a `roster`, who is not in it is not laid out; neither is who cannot be told from somebody else.  Of several
     hand-ins the newest until `due` counts, or the newest of all when none was on time.  Raises UsageError for a source
     that is not there.
+
+    With `assignment`, a hand-in of another exercise is not laid out.  Whatever lies below a source is laid out, kept,
+    or has a line in the result.
     """
+    expected = exercises.load(assignment).name if assignment else None
     unplaced: list[str] = []
     found: dict[tuple[str, str], list[HandedIn]] = defaultdict(list)
     for source in sources:
-        for bundle in bundles(source, unplaced):
+        for bundle in bundles(source, unplaced, without=into):
             try:
-                handed_in = _identify(bundle, roster)
+                handed_in = identify(bundle, roster, expected, due)
             except Unplaced as error:
                 unplaced.append(f"{bundle.source}: {error.args[0]}")
             else:
                 found[handed_in.student, handed_in.assignment].append(handed_in)
     into.mkdir(parents=True, exist_ok=True)
     result = Collection([], [], unplaced)
+    _compare(each for those in found.values() for each in those)
     for key in sorted(found):
         if why := _several_people(found[key], provenance.read(into, *key), roster):
             unplaced += [f"{each.source}: {why}" for each in found[key]]
             continue
-        best, *others = sorted(found[key], key=lambda each: _rank(each, due), reverse=True)
+        uploads = all(each.came.upload for each in found[key])
+        best, *others = sorted(found[key], key=lambda each: _rank(each, due, uploads), reverse=True)
         if _place(best, into, due):
             result.laid_out.append(best)
         else:
@@ -108,12 +81,33 @@ def collect(
         for other in others:
             _keep(other, into)
             result.kept.append(other)
+    names = {expected} if expected else {name for _, name in found}
+    students = sorted(roster.students) if roster else []
+    for name in sorted(names):
+        if absent := [student for student in students if not os.path.lexists(into / student / name)]:
+            result.missing[name] = absent
     return result
 
 
-def _rank(handed_in: HandedIn, due: datetime | None) -> tuple[tuple[bool, datetime], int, int]:
+def _compare(found: Iterable[HandedIn]) -> None:
+    """Note on each that the rest of its download is of another exercise: it may be an upload to the wrong place."""
+    downloads: dict[str, list[HandedIn]] = defaultdict(list)
+    for each in found:
+        if each.came.platform:
+            downloads[each.download].append(each)
+    for those in downloads.values():
+        (usual, count), *_ = Counter(each.assignment for each in those).most_common(1)
+        for each in those if 2 * count > len(those) else ():
+            if each.assignment != usual:
+                each.notes.append(f"it is of {each.assignment}, and most of {each.download} is of {usual}")
+
+
+def _rank(handed_in: HandedIn, due: datetime | None, uploads: bool) -> tuple[bool, int, datetime, int, int]:
+    """Return what sorts hand-ins; where all are uploads to a platform, their numbers say more than their times."""
     again = SAME_SECOND.search(handed_in.source)
-    return _weight(handed_in.at, due), handed_in.came.upload, int(again[1]) if again else 1
+    on_time, at = _weight(handed_in.at, handed_in.came, due)
+    upload = handed_in.came.upload
+    return on_time, upload if uploads else 0, at, upload, int(again[1]) if again else 1
 
 
 def _several_people(found: list[HandedIn], before: list[Source], roster: Roster | None) -> str:
@@ -134,87 +128,13 @@ def _several_people(found: list[HandedIn], before: list[Source], roster: Roster 
     return ""
 
 
-def _weight(at: datetime, due: datetime | None) -> tuple[bool, datetime]:
-    """Return what is compared of two hand-ins: on time counts more than late, and then newer more than older."""
-    return due is None or at <= due, at
+def _weight(at: datetime, came: Source, due: datetime | None) -> tuple[bool, datetime]:
+    """Return what is compared of two hand-ins: on time counts more than late, and then newer more than older.
 
-
-# Whose it is, and what.
-
-
-def _identify(bundle: Bundle, roster: Roster | None) -> HandedIn:
-    """Return who handed a bundle in, for which exercise, and when; raises Unplaced, which says what is not known."""
-    files = {str(member.path): member.content for member in bundle.members if len(member.path.parts) == 1}
-    receipt = read_receipt(files.pop(RECEIPT, None))
-    assignment = _assignment(files, receipt)
-    names = bundle.origin.names if bundle.origin else (str(receipt.get("student") or ""),)
-    if not any(names):
-        raise Unplaced("nothing tells who handed it in")
-    student = roster.find(names) if roster else folder_name(names[-1])
-    if not student:
-        raise Unplaced(f"{shortened(names[-1])!r} cannot be the name of a folder")
-    wanted = exercises.load(assignment).taken
-    at, state = bundle.at, NONE
-    if receipt:
-        state = _verify(receipt, files, student, roster)
-        claimed = _time(receipt.get("handed_in"))
-        if state == VERIFIED and claimed and claimed <= bundle.at:
-            at = claimed
-    now = datetime.now(UTC)
-    ahead = at if at > now + SOON else None
-    came = bundle.origin or Origin(names, bundle.source)
-    return HandedIn(
-        bundle.source,
-        {name: zlib.compress(content, 1) for name, content in files.items() if name in wanted},
-        student,
-        assignment,
-        min(at, now).replace(microsecond=0),
-        Source(came.platform, came.names[-1], came.names[0], came.file, came.upload, came.late),
-        bundle.download,
-        state,
-        ahead,
-    )
-
-
-def _assignment(files: dict[str, bytes], receipt: dict[str, Any]) -> str:
-    """The exercise that has these files: the receipt's, or the one that most of them belong to."""
-    owned = {name: exercises.load(name).taken for name in exercises.names()}
-    claimed = receipt.get("assignment")
-    if isinstance(claimed, str) and claimed not in owned:
-        raise Unplaced(f"its receipt says {claimed[:100]!r}, which is not an exercise in this course")
-    if isinstance(claimed, str) and owned[claimed] & files.keys():
-        return claimed
-    best = max(owned, key=lambda name: len(owned[name] & files.keys()), default="")
-    if not best or not owned[best] & files.keys():
-        shown = ", ".join(map(shortened, sorted(files)[:5])) or "no file"
-        raise Unplaced(f"it has no file of an exercise of this course, but {shown}")
-    return best
-
-
-def _verify(receipt: dict[str, Any], files: dict[str, bytes], student: str, roster: Roster | None) -> str:
-    """VERIFIED, or what is wrong with a receipt."""
-    listed = receipt.get("files")
-    if not isinstance(listed, dict):
-        return "cannot be read"
-    for name, entry in listed.items():
-        digest = entry.get("sha256") if isinstance(entry, dict) else None
-        if name not in files or hashlib.sha256(files[name]).hexdigest() != digest:
-            return f"does not match {shortened(name)}"
-    if more := sorted(files.keys() - listed.keys()):
-        return f"does not list {shortened(more[0])}"
-    if roster:
-        with contextlib.suppress(Unplaced):  # a login name need not be in the roster
-            if (owner := roster.find((str(receipt.get("student")),))) != student:
-                return f"is made out to {owner}"
-    return VERIFIED
-
-
-def _time(text: object) -> datetime | None:
-    try:
-        found = datetime.fromisoformat(str(text))
-        return found.astimezone(UTC) if found.tzinfo else None
-    except (ValueError, OverflowError):
-        return None
+    One that no platform calls late was on time if it was there in time at the latest.
+    """
+    in_time = due is None or came.time == ON_TIME or (at <= due and (came.time == KNOWN or not came.late))
+    return in_time, at
 
 
 # Where it goes.
@@ -223,31 +143,45 @@ def _time(text: object) -> datetime | None:
 def _place(handed_in: HandedIn, into: Path, due: datetime | None) -> bool:
     """Lay a hand-in out; False when one that counts more is there already."""
     target = into / handed_in.student / handed_in.assignment
+    came = handed_in.came
     if os.path.lexists(target):
-        files, at = _laid_out(target)
+        files, at, before = _laid_out(target, into)
         same = files == handed_in.files
-        if same and at and handed_in.ahead:
-            return True  # collected before: it does not become newer by that
-        if at and _weight(at, due) >= _weight(handed_in.at, due):
+        if same and at and (handed_in.ahead or KNOWN not in (came.time, before.time)):
+            if came.platform and before.upload != came.upload:  # its page goes to the newer upload
+                provenance.add(into, handed_in.student, handed_in.assignment, replace(came, at=before.at))
+            return True  # collected before: a later download does not make it newer
+        if at and _more(before, at, came, handed_in.at, due):
             if same and at == handed_in.at:
-                provenance.add(into, handed_in.student, handed_in.assignment, handed_in.came)
+                provenance.add(into, handed_in.student, handed_in.assignment, came)
                 return True
             return False
         _move_away(target, into, at)
     target.parent.mkdir(parents=True, exist_ok=True)
-    provenance.add(into, handed_in.student, handed_in.assignment, handed_in.came)
+    provenance.add(into, handed_in.student, handed_in.assignment, came)
     _write(handed_in, target, into)
     return True
 
 
-def _laid_out(target: Path) -> tuple[dict[str, bytes], datetime | None]:
-    """The files of a submission that is laid out, and its time."""
+def _more(before: Source, at: datetime, came: Source, newer: datetime, due: datetime | None) -> bool:
+    """Return True if what is laid out counts as much as a hand-in that has come now, or more."""
+    old, new = _weight(at, before, due), _weight(newer, came, due)
+    if before.upload and came.upload and before.platform == came.platform:
+        return (old[0], before.upload, old[1]) >= (new[0], came.upload, new[1])
+    return old >= new
+
+
+def _laid_out(target: Path, into: Path) -> tuple[dict[str, bytes], datetime | None, Source]:
+    """The files of a submission that is laid out, its time, and where it came from."""
     files = {path.name: content for path, content in files_of(target)}
-    try:
-        text = files.pop(reading.TIMESTAMP, b"").decode().strip()
-        return files, datetime.strptime(text, TIME).replace(tzinfo=UTC)
-    except ValueError:
-        return files, None
+    came = next(reversed(provenance.read(into, target.parent.name, target.name)), Source("", "", "", ""))
+    text = files.pop(reading.TIMESTAMP, b"").decode(errors="replace").strip()
+    for said, form in ((text, TIME), (came.at, "%Y-%m-%dT%H:%M:%SZ")):
+        try:
+            return files, datetime.strptime(said, form).replace(tzinfo=UTC), came
+        except ValueError:
+            continue
+    return files, None, came
 
 
 def _keep(handed_in: HandedIn, into: Path) -> None:
@@ -275,7 +209,8 @@ def _write(handed_in: HandedIn, target: Path, into: Path) -> None:
         draft.chmod(0o755)
         for name, content in handed_in.files.items():
             (draft / name).write_bytes(content)
-        (draft / reading.TIMESTAMP).write_text(f"{handed_in.at:{TIME}}\n", encoding="ascii")
+        if handed_in.came.time == KNOWN:
+            (draft / reading.TIMESTAMP).write_bytes(f"{handed_in.at:{TIME}}\n".encode())
         draft.rename(target)
     except BaseException:
         shutil.rmtree(draft, ignore_errors=True)
@@ -290,11 +225,14 @@ def describe(collection: Collection) -> str:
         for each in handed_in:
             verified = ", receipt verified" if each.receipt == VERIFIED else ""
             look = f"  LOOK: {each.remark}" if each.remark else ""
+            less = f"; not taken: {', '.join(each.not_taken)}" if each.not_taken else ""
             lines.append(
-                one_line(f"  {each.student}/{each.assignment}, {each.at:{TIME}}{verified} ({each.source}){look}")
+                one_line(f"  {each.student}/{each.assignment}, {each.when}{verified} ({each.source}{less}){look}")
             )
     lines += ["Could not be placed:"] * bool(collection.unplaced)
     lines += [one_line(f"  {line}") for line in collection.unplaced]
+    for name, absent in collection.missing.items():
+        lines.append(one_line(f"Nothing of {name} was handed in by {len(absent)}: {', '.join(absent)}"))
     count, students = len(collection.laid_out), len({each.student for each in collection.laid_out})
     return "\n".join([*lines, f"{count} submissions of {students} students; {len(collection.unplaced)} not placed."])
 

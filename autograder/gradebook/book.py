@@ -52,9 +52,9 @@ class Scores:
         if name not in self._known:
             self._add_assignment(name)
         self._book.update_or_create_student(student)
-        handed_in = late.timestamp(self._submitted / student / name) if self._submitted else None
+        at = late.timestamp(self._submitted, student, name) if self._submitted else {}
         with warnings.catch_warnings(action="ignore", category=SAWarning):  # nbgrader's own, about autoflush
-            self._book.update_or_create_submission(name, student, **{"timestamp": handed_in} if handed_in else {})
+            self._book.update_or_create_submission(name, student, **at)
         notebook = self._book.find_submission_notebook(name, name, student)
         for cell, points in _by_cell(report).items():
             try:

@@ -25,7 +25,7 @@ from traitlets import Bunch, Dict, Enum, Float, Integer, TraitError, validate
 from traitlets.config import Config, PyFileConfigLoader
 
 from autograder.errors import UnknownTime, UsageError
-from autograder.submissions import reading
+from autograder.submissions import provenance, reading
 
 DAY = 86_400  # s
 log = logging.getLogger(__name__)
@@ -118,14 +118,20 @@ def _put_off(due: datetime, extension: float | str | datetime) -> datetime:
     return due + max(timedelta(0), timedelta(days=extension))
 
 
-def timestamp(folder: Path) -> datetime | None:
-    """Return when a submission was handed in (UTC), from the file that nbgrader puts into its folder, or None."""
+def timestamp(submitted: Path, student: str, assignment: str) -> dict[str, datetime | None]:
+    """Return what the gradebook must be told of when a submission was handed in (UTC): {"timestamp": a time or None}.
+
+    It comes from the file that nbgrader puts into the submission's folder.  Without one, the gradebook keeps what it
+    has, unless the submission was collected and nobody vouches for a time.
+    """
     try:
-        return reading.handed_in_at(folder)
+        at = reading.handed_in_at(submitted / student / assignment)
     except UnknownTime as error:
-        who = f"{folder.parent.name}/{folder.name}"
+        who = f"{student}/{assignment}"
         log.warning("%s: it is not known when this was handed in, so no penalty is reckoned: %s", who, error)
-        return None
+        return {}
+    unvouched = provenance.time_of(submitted, student, assignment) in (provenance.ON_TIME, provenance.UNKNOWN)
+    return {"timestamp": at} if at or unvouched else {}
 
 
 def course_config(submitted: Path) -> Config | None:

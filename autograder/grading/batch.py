@@ -14,7 +14,7 @@ from autograder.grading.this_machine import ThisMachine
 from autograder.records import TIME_UNKNOWN, Report
 from autograder.results import output
 from autograder.results.output import Basis
-from autograder.submissions import exercises
+from autograder.submissions import exercises, provenance
 from autograder.submissions.listing import digest, read
 from autograder.submissions.reading import handed_in_at
 
@@ -52,7 +52,7 @@ def run(pool: Pool, submitted: Path, seeds: dict[tuple[str, str], int]) -> Itera
 
     def reports() -> Iterator[tuple[Report, Basis]]:
         for report in dispatcher.run():
-            flags = [] if _time_is_known(submitted / report.student / report.assignment) else [TIME_UNKNOWN]
+            flags = [] if _time_is_known(submitted, report.student, report.assignment) else [TIME_UNKNOWN]
             yield replace(report, flags=[*report.flags, *flags]), bases.pop((report.student, report.assignment))
 
     dispatcher = Dispatcher(pool, handed_in())
@@ -60,12 +60,12 @@ def run(pool: Pool, submitted: Path, seeds: dict[tuple[str, str], int]) -> Itera
     return reports()
 
 
-def _time_is_known(folder: Path) -> bool:
+def _time_is_known(submitted: Path, student: str, assignment: str) -> bool:
     try:
-        handed_in_at(folder)
+        at = handed_in_at(submitted / student / assignment)
     except UnknownTime:
         return False
-    return True
+    return bool(at) or provenance.time_of(submitted, student, assignment) != provenance.UNKNOWN
 
 
 def changed(out: Path, keys: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:

@@ -11,7 +11,6 @@ from pathlib import Path
 from nbgrader.api import Gradebook, MissingEntry
 from traitlets.config import Config
 
-from autograder.collecting import provenance
 from autograder.errors import Unplaced, UsageError
 from autograder.gradebook import late
 from autograder.gradebook.book import by_hand, default_url
@@ -19,7 +18,7 @@ from autograder.platforms import FILES, instruction
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.results import feedback, output
 from autograder.returning import ways
-from autograder.submissions import listing
+from autograder.submissions import listing, provenance
 from course.foundation import storage
 from course.foundation.untrusted import one_line
 from course.returned.record import Mark

@@ -6,9 +6,9 @@ archive of `course hand-in`, as a page that is called as the student.
 
 from dataclasses import dataclass
 
-from autograder.collecting.provenance import Source
 from autograder.errors import Unplaced
 from autograder.platforms import FILES, PLATFORMS
+from autograder.submissions.provenance import Source
 
 
 @dataclass(frozen=True)

@@ -143,5 +143,12 @@ def _read_file(name: str, inside: int, limit: int = MAX_BYTES) -> bytes:
 
 
 def _missing(name: str, present: Iterable[str]) -> str:
-    near = next((other for other in present if other != name and other.lower() == name.lower()), None)
-    return f"{name} (there is {text_of(near)}: capital and small letters count)" if near else name
+    """Return the name of a missing file, with that of one which may be meant."""
+    stem, suffix = os.path.splitext(name)
+    copy = re.compile(rf"{re.escape(stem)} ?\(\d{{1,3}}\){re.escape(suffix)}", re.IGNORECASE)  # a browser's further one
+    for other in present:
+        if other != name and other.lower() == name.lower():
+            return f"{name} (there is {text_of(other)}: capital and small letters count)"
+        if copy.fullmatch(other):
+            return f"{name} (there is {text_of(other)}: rename it)"
+    return name

@@ -15,9 +15,9 @@ import pytest
 from autograder.collecting.archives import MAX_STUDENT
 from autograder.collecting.bundles import unpacked
 from autograder.collecting.collect import collect, describe
-from autograder.collecting.roster import Roster
 from autograder.errors import UsageError
 from autograder.platforms import origin
+from autograder.submissions.roster import Roster
 from course.foundation import untrusted
 
 from .test_collect import AUTOGRADER, FILES, archive, counted, handed_in, laid_out

@@ -9,7 +9,6 @@ import pytest
 from nbgrader.api import Gradebook
 
 from autograder.collecting.collect import collect, parse_due
-from autograder.collecting.roster import read_rosters
 from autograder.errors import UsageError
 from autograder.gradebook.book import Scores
 from autograder.gradebook.config import COURSE_FILE
@@ -17,6 +16,7 @@ from autograder.records import FAILED, GRADED, INFRASTRUCTURE_ERROR, INVALID_SUB
 from autograder.results.output import Basis, Output
 from autograder.returning.giving_back import describe, give_back
 from autograder.submissions import exercises, listing
+from autograder.submissions.roster import read_rosters
 from course.returned import record
 from tests.collecting.test_collect import FILES, LATER, archive, handed_in
 

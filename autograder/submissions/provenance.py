@@ -6,12 +6,17 @@ for what is there now: the fields of `Source`.  It lies outside of the students'
 
 import contextlib
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from course.foundation import storage
 
 ORIGINS = ".origins"
+
+# Who vouches for the time of a hand-in.
+KNOWN = "known"  # its receipt, or nbgrader: it is in `timestamp.txt`
+ON_TIME = "on time"  # the platform, which marks what is late and has not marked this; it says no time
+UNKNOWN = "unknown"  # nobody: an archive's own times are those of the download
 
 
 @dataclass(frozen=True)
@@ -24,17 +29,26 @@ class Source:
     file: str  # what was handed in was called so there; "" for several files
     upload: int = 0  # the platform's number of the upload
     late: bool = False  # marked so by the platform
+    at: str = ""  # the time by which hand-ins are put in order, in ISO 8601; not that of handing in unless KNOWN
+    time: str = ""  # KNOWN, ON_TIME or UNKNOWN; "" when an older version has collected it
 
 
 def add(submitted: Path, student: str, assignment: str, source: Source) -> None:
     """Remember where the submission that is laid out now came from; what is known already is not said twice."""
     known = read(submitted, student, assignment)
-    if known[-1:] == [source] or (known and not source.platform and known[-1].platform):
+    if known and known[-1].platform and not source.platform:  # its page goes back by the platform all the same
+        source = replace(known[-1], at=source.at, time=source.time)
+    if known[-1:] == [source]:
         return
     path = _path(submitted, student, assignment)
     path.parent.mkdir(parents=True, exist_ok=True)
     lines = (json.dumps(asdict(each), ensure_ascii=False).encode() + b"\n" for each in [*known, source])
     storage.replace(path, lines, storage.PRIVATE)
+
+
+def time_of(submitted: Path, student: str, assignment: str) -> str:
+    """Return who vouches for the time of the submission that is laid out: KNOWN, ON_TIME or UNKNOWN; "" if unsaid."""
+    return next((source.time for source in reversed(read(submitted, student, assignment))), "")
 
 
 def read(submitted: Path, student: str, assignment: str) -> list[Source]:

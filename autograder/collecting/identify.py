@@ -1,0 +1,223 @@
+"""Identification of a hand-in: whose it is, of which exercise, when it was handed in, and what of it counts."""
+
+import contextlib
+import hashlib
+import re
+import zlib
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
+from pathlib import PurePosixPath
+from typing import Any
+
+from autograder.collecting.bundles import Bundle, is_other_archive
+from autograder.collecting.bundles import receipt as read_receipt
+from autograder.errors import Unplaced
+from autograder.platforms import Origin, marks_late
+from autograder.submissions import exercises, reading
+from autograder.submissions.provenance import KNOWN, ON_TIME, UNKNOWN, Source
+from autograder.submissions.roster import Roster, folder_name
+from course.foundation.untrusted import shortened
+from course.hand_in import RECEIPT
+
+TIME = "%Y-%m-%d %H:%M:%S UTC"
+VERIFIED, NONE = "verified", "none"
+SOON = timedelta(minutes=5)  # that a clock may be ahead by
+OURS = {RECEIPT, reading.TIMESTAMP, "submission_secret.txt"}  # beside what was handed in, by us and by nbgrader
+LEFT_BY_TOOLS = {"__pycache__"}  # folders that nobody hands in on purpose
+LISTED = 5  # names of files in a line
+# What browsers and file managers call a further copy: `relay (1).py`, `relay copy.py`, `Copy of relay.py`.
+COPY = re.compile(r"(?:copy of )?(.+?)(?: ?\((\d{1,3})\)|(?: -)? copy(?: \(?\d{1,3}\)?)?)?(\.[a-z]+)", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class HandedIn:
+    """One hand-in, and what is known of it."""
+
+    source: str  # where it was found, for messages
+    packed: dict[str, bytes]  # compressed: a class must fit into memory, also when one of it hands in zeros
+    student: str
+    assignment: str
+    at: datetime  # by which hand-ins are put in order: that of handing in, if KNOWN, and else not before it
+    came: Source  # from where, and whose it is there
+    download: str = ""
+    receipt: str = NONE  # VERIFIED, NONE, or what is wrong with it
+    ahead: datetime | None = None  # what its time says, when that lies in the future
+    notes: list[str] = field(default_factory=list)  # more that an instructor should know
+    not_taken: list[str] = field(default_factory=list)  # names of files that the exercise does not ask for
+
+    @property
+    def files(self) -> dict[str, bytes]:
+        """Return what was handed in."""
+        return {name: zlib.decompress(content) for name, content in self.packed.items()}
+
+    @property
+    def when(self) -> str:
+        """Return when it was handed in, as far as somebody vouches for it."""
+        if self.came.time == KNOWN:
+            return f"{self.at:{TIME}}"
+        if self.came.time == ON_TIME:
+            return f"on time, as {self.came.platform} says"
+        return "at a time that nothing tells"
+
+    @property
+    def remark(self) -> str:
+        """Return what an instructor should know of it."""
+        reasons = {
+            f"its receipt {self.receipt}": self.receipt not in (VERIFIED, NONE),
+            "the platform marks it late": self.came.late,
+            f"a wrong clock: its time, {self.ahead:%Y-%m-%d %H:%M} UTC, has not come yet" if self.ahead else "": True,
+        }
+        return "; ".join([*(reason for reason, holds in reasons.items() if reason and holds), *self.notes])
+
+
+def identify(
+    bundle: Bundle, roster: Roster | None = None, expected: str | None = None, due: datetime | None = None
+) -> HandedIn:
+    """Return who handed a bundle in, for which exercise, and when; raises Unplaced, which says what is not known.
+
+    With `expected`, a hand-in of another exercise has no place.
+    """
+    files = {str(member.path): member.content for member in bundle.members if len(member.path.parts) == 1}
+    deeper = [str(member.path) for member in bundle.members if len(member.path.parts) > 1]
+    said = files.pop(RECEIPT, None)
+    receipt = read_receipt(said)
+    state = VERIFIED if receipt else NONE
+    handed_in, notes = named_as_asked(files)
+    assignment = _assignment(handed_in, receipt, expected)
+    student, guess = _student(bundle, receipt, roster, assignment)
+    wanted = exercises.load(assignment).taken
+    at, time = bundle.at, UNKNOWN
+    if receipt:
+        state = _verify(receipt, files, student, roster)
+        claimed = _time(receipt.get("handed_in"))
+        if state == VERIFIED and claimed and claimed <= bundle.at:
+            at, time = claimed, KNOWN
+    elif bundle.stamped:
+        time = KNOWN
+    came = bundle.origin or Origin((student,), bundle.source)
+    if time == KNOWN and came.late and due and at <= due:
+        time = UNKNOWN  # the receipt says when the archive was made; the platform, that it came late
+        notes = [*notes, f"its receipt says {at:{TIME}}"]
+    elif time == UNKNOWN and marks_late(came.platform) and not came.late:
+        time = ON_TIME
+    now = datetime.now(UTC)
+    ahead = at if at > now + SOON else None
+    time = UNKNOWN if ahead and time == KNOWN else time
+    at = min(at, now).replace(microsecond=0)
+    names = bundle.origin.names if bundle.origin else (str(receipt.get("student") or student),)
+    return HandedIn(
+        bundle.source,
+        {name: zlib.compress(content, 1) for name, content in handed_in.items() if name in wanted},
+        student,
+        assignment,
+        at,
+        Source(came.platform, names[-1], names[0], came.file, came.upload, came.late, f"{at:%Y-%m-%dT%H:%M:%SZ}", time),
+        bundle.download,
+        state,
+        ahead,
+        [*guess, *notes],
+        _not_taken([*(handed_in.keys() - wanted), *deeper, *bundle.left]),
+    )
+
+
+def named_as_asked(files: dict[str, bytes]) -> tuple[dict[str, bytes], list[str]]:
+    """Return the files with the names that the exercises ask for, and a note on each that had another one.
+
+    `relay (1).py` is what a browser makes of a second download of relay.py.
+    """
+    asked = {name.casefold(): name for exercise in exercises.names() for name in exercises.load(exercise).taken}
+    copies: dict[str, list[tuple[int, str]]] = defaultdict(list)
+    for name in files:
+        if name not in asked.values() and (parts := COPY.fullmatch(name)):
+            meant = asked.get(f"{parts[1]}{parts[3]}".casefold())
+            if meant:
+                copies[meant].append((int(parts[2] or 0), name))
+    result, notes = dict(files), []
+    for meant, found in sorted(copies.items()):
+        _, last = max(found)
+        if meant in files:
+            notes.append(f"{meant} counts, and {shortened(last)} does not: is that right?")
+        else:
+            result[meant] = result.pop(last)
+            notes.append(f"{shortened(last)} is taken for {meant}")
+    return result, notes
+
+
+def _not_taken(names: Iterable[str]) -> list[str]:
+    """The names of files that were handed in and do not count, without what programs leave behind."""
+    kept = []
+    for name in sorted(names):
+        parts = PurePosixPath(name).parts
+        if not (name in OURS or any(part.startswith(".") or part in LEFT_BY_TOOLS for part in parts)):
+            kept.append(shortened(name))
+    return kept if len(kept) <= LISTED else [*kept[:LISTED], f"{len(kept) - LISTED} more"]
+
+
+def _student(bundle: Bundle, receipt: dict[str, Any], roster: Roster | None, assignment: str) -> tuple[str, list[str]]:
+    """Return whose it is, and a note when that is only likely; raises Unplaced."""
+    names = bundle.origin.names if bundle.origin else (str(receipt.get("student") or ""),)
+    if any(names):
+        student = roster.find(names) if roster else folder_name(names[-1])
+        if not student:
+            raise Unplaced(f"{shortened(names[-1])!r} cannot be the name of a folder")
+        return student, []
+    for name in bundle.likely if roster else ():
+        for likely in (name, re.sub(rf"[-_ ]*{assignment}[-_ ]*", "", name, flags=re.IGNORECASE)):
+            with contextlib.suppress(Unplaced):
+                student = roster.find((likely,)) if roster else ""
+                return student, [f"nothing in it tells whose it is; {shortened(name)!r} is taken for {student}"]
+    how = "" if roster else "; with --roster, a file or folder that is called as a student is theirs"
+    raise Unplaced(f"nothing tells who handed it in{how}")
+
+
+def _assignment(files: dict[str, bytes], receipt: dict[str, Any], expected: str | None) -> str:
+    """The exercise that has these files: the receipt's, or the one that most of them belong to; raises Unplaced."""
+    owned = {name: exercises.load(name).taken for name in exercises.names()}
+    claimed = receipt.get("assignment")
+    if isinstance(claimed, str) and claimed not in owned:
+        raise Unplaced(f"its receipt says {claimed[:100]!r}, which is not an exercise in this course")
+    found = claimed if isinstance(claimed, str) and owned[claimed] & files.keys() else None
+    if found is None:
+        count = {name: len(owned[name] & files.keys()) for name in owned}
+        found = max(owned, key=lambda name: (count[name], name == expected), default=None)
+        if found is None or not count[found]:
+            raise Unplaced(_nothing(files))
+    if expected not in (None, found):
+        raise Unplaced(f"it is a hand-in of {found}, not of {expected}")
+    return found
+
+
+def _nothing(files: dict[str, bytes]) -> str:
+    """Return why files are of no exercise."""
+    if packed := [name for name in sorted(files) if is_other_archive(name)]:
+        return f"{shortened(packed[0])} is an archive of a kind that is not opened: unpack it, and pack it as .zip"
+    shown = ", ".join(map(shortened, sorted(files)[:LISTED])) or "no file"
+    return f"it has no file of an exercise of this course, but {shown}"
+
+
+def _verify(receipt: dict[str, Any], files: dict[str, bytes], student: str, roster: Roster | None) -> str:
+    """VERIFIED, or what is wrong with a receipt."""
+    listed = receipt.get("files")
+    if not isinstance(listed, dict):
+        return "cannot be read"
+    for name, entry in listed.items():
+        digest = entry.get("sha256") if isinstance(entry, dict) else None
+        if name not in files or hashlib.sha256(files[name]).hexdigest() != digest:
+            return f"does not match {shortened(name)}"
+    if more := sorted(files.keys() - listed.keys()):
+        return f"does not list {shortened(more[0])}"
+    if roster:
+        with contextlib.suppress(Unplaced):  # a login name need not be in the roster
+            if (owner := roster.find((str(receipt.get("student")),))) != student:
+                return f"is made out to {owner}"
+    return VERIFIED
+
+
+def _time(text: object) -> datetime | None:
+    try:
+        found = datetime.fromisoformat(str(text))
+        return found.astimezone(UTC) if found.tzinfo else None
+    except (ValueError, OverflowError):
+        return None
