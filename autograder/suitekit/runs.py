@@ -141,8 +141,9 @@ def expect_words(
 ) -> None:
     """The run says something, whatever its exit status is.
 
-    What it prints must have a line that is not in `beside` (what it prints anyway), and must not be all the same as
-    `unlike` (what it prints in another case).  Numbers, and the words in `ignoring`, do not make a line another one.
+    What it prints must have a line that is not in `beside` (what it prints in other cases), and must not be all the
+    same as `unlike` (what it prints in another case).  Numbers, and the words in `ignoring`, do not make a line another
+    one.
     """
 
     words = re.compile("|".join(map(re.escape, ignoring)) or "(?!)")  # or nothing
@@ -157,7 +158,9 @@ def expect_words(
     if not said:
         raise Wrong(f"{_capital(doing)}, the client must {must}; it printed nothing.")
     if said <= lines(beside):
-        raise Wrong(f"{_capital(doing)}, the client must {must}; it only printed what it always prints.", said)
+        raise Wrong(
+            f"{_capital(doing)}, the client must {must}; it only printed what it prints in other cases, too.", said
+        )
     if said == lines(unlike):
         raise Wrong(
             f"{_capital(doing)}, the client must {must}; it printed the same as when something else is wrong.", said

@@ -102,8 +102,8 @@ def test_the_exit_status_of_what_raised_is_its_own():
     ("output", "how", "message"),
     [
         ("calling 3 4\nnobody", {"beside": "calling 1 2\nresult 3"}, ""),
-        ("calling 3 4", {"beside": "calling 1 2\nresult 3"}, "what it always prints"),
-        ("calling 3 add", {"beside": "calling 1 divide", "ignoring": ["add", "divide"]}, "what it always prints"),
+        ("calling 3 4", {"beside": "calling 1 2\nresult 3"}, "prints in other cases, too"),
+        ("calling 3 add", {"beside": "calling 1 divide", "ignoring": ["add", "divide"]}, "prints in other cases, too"),
         ("calling 3 add", {"beside": "calling 1 divide"}, ""),
         ("Error 2", {"unlike": "Error 1\n"}, "the same as when something else is wrong"),
         ("usage\nError 2", {"unlike": "Error 1\n"}, ""),

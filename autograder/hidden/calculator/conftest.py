@@ -34,12 +34,12 @@ def runs(bench: Bench) -> ClientRuns:
     bench.hide(noise)
     answering = Counterpart(bench, result=result, success=True, message=word(9))
     refusing = Counterpart(bench, result=-rng.randrange(1000, 9000) - 0.5, success=False, message=reason)
-    accepting = Counterpart(bench, result=1.0, success=True, message=word(9))
+    silent = Counterpart(bench, result=1.0, success=True, message=word(9), silent=True)
     p, q = (str(rng.randrange(10, 900)) for _ in "pq")
     return ClientRuns(
         answered=Call(answering, str(a), str(b), operation),
         refused=Call(refusing, p, "0", "divide"),
-        unusual=Call(accepting, f"{p}e-5", f"+{q}", word(5).capitalize(), *FOR_ROS),
+        unusual=Call(silent, f"{p}e-5", f"+{q}", word(5).capitalize(), *FOR_ROS),
         absent=bench.early["absent"],
         misused={
             "with too few arguments": refusing.run(p, q),

@@ -5,6 +5,7 @@ import random
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from calculator_interfaces.srv import Calculate
@@ -27,6 +28,7 @@ FLOAT32 = 1e-5  # of a number's size: logs may show fewer digits than a result h
 ABOUT_RIGHT = 1e-2  # relative error of a result that the right operation may have given, rounded
 SYLLABLE = 4  # letters of a word that may stand in any text, so that it is not hidden from it
 TRIES = 3  # runs of a client that has not shown what it must, while a server was there
+QUOTED = 60  # characters of a text that a message shows
 CHATTER = 300  # numbers like the right one that a program may print beside it: printing all of them shows none
 
 Question = tuple[float, str, float]  # a, the operation, b
@@ -64,9 +66,17 @@ class Calculator(Server):
         self._first.setdefault(operation, ((a, operation, b), response))
         got = f"{operation} {a!r} {b!r}: expected {right!r}, got {response.result!r}, success={response.success}"
         if success and not response.success:
-            raise Wrong(f"'{operation}' with {about}: success must be True when the operation can be done.", got)
+            raise Wrong(
+                f"'{operation}' with {about}: success must be True when the operation can be done. It is False, with "
+                f"the message {quoted(response.message)}.",
+                got,
+            )
         if not math.isclose(response.result, right, rel_tol=0, abs_tol=tolerance):
-            raise Wrong(f"'{operation}' with {about}: result must be a {SIGNS[operation]} b.", got)
+            raise Wrong(
+                f"'{operation}' with {about}: result must be a {SIGNS[operation]} b. It is "
+                f"{likeness(response.result, a, operation, b)}.",
+                got,
+            )
 
     @property
     def abilities(self) -> list[str]:
@@ -117,13 +127,24 @@ class Calculator(Server):
 
     def expect_refusal(self, a: float, operation: str, b: float, about: str) -> str:
         """It must refuse, and say why; returns what it says."""
-        response = self.ask(a, operation, b)
-        got = f"{operation!r} {a!r} {b!r}: got {response}"
-        if response.success:
-            raise Wrong(f"{about}: success must be False.", got)
+        response = self.expect_refused(a, operation, b, about)
         if not response.message.strip():
-            raise Wrong(f"{about}: message must say what is wrong; it is empty.", got)
+            raise Wrong(
+                f"{about} is refused without a word: message must say why. It is {quoted(response.message)}.",
+                f"{operation!r} {a!r} {b!r}: got {response}",
+            )
         return str(response.message)
+
+    def expect_refused(self, a: float, operation: str, b: float, about: str) -> Any:
+        """Its response must be a refusal."""
+        response = self.ask(a, operation, b)
+        if response.success:
+            raise Wrong(
+                f"{about} must be refused: success must be False. It is True, with "
+                f"{likeness(response.result, a, operation, b)} as result and the message {quoted(response.message)}.",
+                f"{operation!r} {a!r} {b!r}: got {response}",
+            )
+        return response
 
     def provoke(self, a: float, operation: str, b: float) -> str:
         """The message of a response that other tests judge; empty when there is none."""
@@ -240,6 +261,35 @@ def about_right(question: Question, response: Any) -> bool:
     return math.isclose(abs(response.result), abs(ANSWERS[operation](a, b)), rel_tol=ABOUT_RIGHT, abs_tol=ROUNDING)
 
 
+def likeness(result: float, a: float, operation: str, b: float) -> str:
+    """Return what a wrong result is, in words that give the numbers away only where they are the same every time."""
+    right = ANSWERS[operation](a, b) if operation in ANSWERS and not (operation == "divide" and b == 0.0) else math.nan
+    if not math.isfinite(result) or result == 0.0:
+        return str(result)
+    like = {f"a {SIGNS[other]} b": answer(a, b) for other, answer in ANSWERS.items() if b or other != "divide"}
+    like |= {"b - a": b - a} | ({"b / a": b / a} if a else {})
+    like |= {"the sum of a and b without their signs": abs(a) + abs(b), "a": a, "b": b}
+    like |= {f"a {SIGNS[operation]} b with the other sign": -right} if operation in SIGNS else {}
+    for words, value in like.items():
+        if value != right and math.isclose(result, value, rel_tol=1e-12):
+            return words
+    if math.isclose(result, right, rel_tol=ABOUT_RIGHT, abs_tol=1.0):
+        return "near it, but another number"
+    return "another number"
+
+
+def told(response: Any, other: Any) -> str:
+    """Return how a response differs from an earlier one to the same request, in words without the numbers."""
+    if response.success != other.success:
+        return f"success {response.success}, not {other.success}"
+    return "another result"
+
+
+def quoted(text: str) -> str:
+    """A text of the student's program as it is shown to the student; its end is left out when it is long."""
+    return repr(text if len(text) <= QUOTED else text[:QUOTED] + "...")
+
+
 def same(response: Any, other: Any) -> bool:
     """Whether two responses say the same; their messages may tell a time or a count."""
     return (response.success, response.result) == (other.success, other.result)
@@ -248,13 +298,16 @@ def same(response: Any, other: Any) -> bool:
 class Counterpart:
     """The grader's own /calculator for the student's client.  Its answer cannot be computed from the request."""
 
-    def __init__(self, bench: Bench, *, result: float, success: bool, message: str):
+    def __init__(self, bench: Bench, *, result: float, success: bool, message: str, silent: bool = False):
+        """A `silent` one takes each request, and sends no response."""
         self._bench = bench
         self._domain = bench.new_domain()
         self.response = Calculate.Response(result=result, success=success, message=message)
         bench.hide(result, *message.split())
         self.requests: list[Any] = []
-        bench.enter(self._domain).node.create_service(Calculate, SERVICE, self._answer)
+        service: Any = bench.enter(self._domain).node.create_service(Calculate, SERVICE, self._answer)
+        if silent:
+            service.send_response = _keep
 
     def run(self, *args: str) -> Run:
         """A run of the student's client that can call this."""
@@ -263,6 +316,10 @@ class Counterpart:
     def _answer(self, request: Any, _: Any) -> Any:
         self.requests.append(request)
         return self.response
+
+
+def _keep(*_: Any) -> None:
+    """Send nothing, in the place of `Service.send_response`."""
 
 
 class Call:
@@ -292,6 +349,10 @@ class Call:
             self.run.again()
         return true
 
+    def with_words(self, *sent: str) -> "Call":
+        """Another run, with another command line, where the same server is."""
+        return Call(self._counterpart, *sent)
+
     def repeat(self) -> None:
         """Run it again, with no request so far."""
         self.requests.clear()
@@ -304,9 +365,14 @@ class ClientRuns:
 
     answered: Call
     refused: Call  # the server answers with success False
-    unusual: Call  # numbers and an operation as nobody writes them, and arguments for ROS
+    unusual: Call  # numbers and an operation as nobody writes them, arguments for ROS, and no answer
     absent: Run  # there is no server
     misused: dict[str, Run]  # with a wrong command line, by what is wrong with it
+
+    @cached_property
+    def unanswered(self) -> Call:
+        """A call that gets no answer: the unusual one, or an ordinary one from a client that cannot make that."""
+        return self.unusual if self.unusual.reached else self.unusual.with_words(*self.answered.sent)
 
     def expect_call(self) -> None:
         """The client has called the server when it was called rightly: only then its failures are judged."""

@@ -1,8 +1,9 @@
 """What section 3.5 asks of a calculator, as a conversation with the student's server and client.
 
-Points add up to 20.  The message of a failure speaks of the task; the numbers that were drawn stay with the grader.
-A refusal, a log or an end earns points only with a program that also does something: see `Calculator.abilities` and
-`ClientRuns.expect_call`.
+Points add up to 20, 5 of them for what the exercise is about: a server that refuses what cannot be done, says so, and
+goes on.  The message of a failure says what the program did, beside what the task asks; the numbers that were drawn
+stay with the grader.  A refusal, a log or an end earns points only with a program that also does something: see
+`Calculator.abilities` and `ClientRuns.expect_call`.
 """
 
 import contextlib
@@ -10,22 +11,25 @@ import random
 import re
 from collections.abc import Mapping
 from functools import cache
+from typing import Any
 
 from calculator_interfaces.srv import Calculate
 
-from autograder.errors import Fault
 from autograder.hidden.calculator.conversation import (
     ANSWERS,
     CHATTER,
     ROUNDING,
     SERVICE,
     Calculator,
+    Call,
     ClientRuns,
     about_right,
     has_right_result,
     in_one_line,
     plain_numbers,
+    quoted,
     same,
+    told,
 )
 from autograder.suitekit import TimedOut, Wrong, expect_words, numbers, points, twice
 from course.interfaces import InterfaceError, parse
@@ -38,32 +42,25 @@ LEAST = 5e-324  # the smallest float64 above 0
 SHOWN = 0.06  # what rounding to one decimal may cost a result that the client prints
 WRITTEN = 3.0  # s until a log line has arrived
 LETTERS = "bdfgklmnp"  # of words that are no operation
+UNANSWERED = "with a server that gives no answer"
 TESTED_WITH = "(Your programs were tested with the correct definition.)"
 
 
 @points(1, cell="calculate-srv")
-def test_interface_request(submission: Mapping[str, bytes], calculator: Calculator, runs: ClientRuns) -> None:
-    """Calculate.srv has the request of the task, and a program of yours uses it."""
+def test_interface_request(submission: Mapping[str, bytes]) -> None:
+    """Calculate.srv has the request of the task."""
     request, _ = sections(submission)
     expect_fields("request", request, REQUEST)
-    with contextlib.suppress(Fault):
-        if calculator.abilities:
-            return
-    if not runs.answered.reached:
-        raise Wrong(
-            "Calculate.srv is as the task gives it. This point is for using it, and neither program does: the server "
-            "gives no right answer to a request, and the client sends none."
-        )
 
 
-@points(1, cell="calculate-srv")
+@points(0.5, cell="calculate-srv")
 def test_interface_response(submission: Mapping[str, bytes]) -> None:
     """Calculate.srv has the response of the task."""
     _, response = sections(submission)
     expect_fields("response", response, RESPONSE)
 
 
-@points(1, cell="calculate-srv")
+@points(0.5, cell="calculate-srv")
 def test_interface_nothing_else(submission: Mapping[str, bytes]) -> None:
     """Calculate.srv has no other fields, no defaults and no constants."""
     for fields, right in zip(sections(submission), (REQUEST, RESPONSE), strict=True):
@@ -151,7 +148,7 @@ def judge_operation(calculator: Calculator, rng: random.Random, operation: str) 
         calculator.expect(a, operation, 0.0, "b = 0", ROUNDING)
 
 
-@points(1, cell="calculator-server")
+@points(0.5, cell="calculator-server")
 def test_precision(calculator: Calculator, rng: random.Random) -> None:
     """Results have the precision of float64, for large, small and fractional numbers."""
     # A wrong operation loses its own point, not this one; if no negative number works, positive ones have to do.
@@ -180,31 +177,52 @@ def test_precision(calculator: Calculator, rng: random.Random) -> None:
         calculator.expect(3 * LEAST, "divide", LEAST, about, FLOAT64, operations["divide"])
 
 
-@points(1, cell="calculator-server")
+@points(4.5, cell="calculator-server")
+def test_refuses_and_goes_on(calculator: Calculator, rng: random.Random) -> None:
+    """What cannot be done is refused, and the server goes on."""
+    question, answer = next(iter(calculator.answers([plain_numbers(rng)]).items()))
+    word, starts = "".join(rng.choices(LETTERS, k=9)), calculator.starts
+    for operation, b, about in [("divide", 0.0, "A division by zero"), (word, 2.5, "An unknown operation")]:
+        calculator.expect_refused(rng.uniform(1, 9), operation, b, about)
+        if not same(after := calculator.ask(*question), answer):
+            raise Wrong(
+                f"{about} must change nothing, but the request after it is answered otherwise than before: with "
+                f"{told(after, answer)}.",
+                f"got {after}",
+            )
+    if calculator.starts != starts:
+        raise Wrong("The server answered what cannot be done, but then it ended. It must go on.")
+
+
+@points(0.5, cell="calculator-server")
 def test_division_by_zero(calculator: Calculator, rng: random.Random) -> None:
     """Dividing by zero is refused with a message, and dividing by other numbers is not."""
     a, b = plain_numbers(rng)
     abilities, response = calculator.abilities, calculator.ask(a, "divide", b)
     if not response.success and "divide" not in abilities:
-        raise Wrong("A division by another number than 0 is refused, too: this shows nothing of a division by zero.")
+        raise Wrong("A division by another number than 0 is not done either: this shows nothing of a division by zero.")
     for a, b in [(rng.uniform(1, 100), 0.0), (rng.uniform(-100, -1), 0.0), (0.0, 0.0), (rng.uniform(1, 100), -0.0)]:
-        calculator.expect_refusal(a, "divide", b, "Division by zero")
+        calculator.expect_refusal(a, "divide", b, "0 divided by 0" if a == 0 else "A division by zero")
 
 
-@points(1, cell="calculator-server")
+@points(0.5, cell="calculator-server")
 def test_unknown_operation(calculator: Calculator, rng: random.Random) -> None:
     """An operation that does not exist is refused with a message of its own, and known ones are not."""
-    known = calculator.abilities
     word = "".join(rng.choices(LETTERS, k=9))
-    near = [part for name in known for part in (name + word[:4], name[:-1], name[0] + word)]
-    for operation in ["modulo", word, "", *near]:
-        calculator.expect_refusal(rng.uniform(1, 9), operation, rng.uniform(1, 9), "An unknown operation")
+    unknown = {"modulo": "The operation 'modulo'", word: "An unknown operation", "": "An empty operation"}
+    for name in calculator.abilities:
+        for near in (name + word[:4], name[:-1], name[0] + word):
+            unknown[near] = f"An unknown operation whose name begins as '{name}' does"
+    for operation, about in unknown.items():
+        calculator.expect_refusal(rng.uniform(1, 9), operation, rng.uniform(1, 9), about)
     by_zero = reason(calculator.provoke(rng.uniform(1, 9), "divide", 0.0))
     for b, about in [(rng.uniform(1, 9), "An unknown operation"), (0.0, "An unknown operation with b = 0")]:
         message = calculator.provoke(rng.uniform(1, 9), word, b)
         if message and reason(message) == by_zero:
             raise Wrong(
-                f"{about}: message must say why, but it is the same as that for a division by zero.", f"got {message!r}"
+                f"{about} is refused with the message {quoted(message)}, which is the same as that for a division by "
+                "zero: the message must say why.",
+                f"got {message!r}",
             )
 
 
@@ -213,16 +231,18 @@ def reason(message: str) -> str:
     return re.sub(r"\d+", "", in_one_line(message))
 
 
-@points(1, cell="calculator-server")
+@points(0.5, cell="calculator-server")
 def test_each_answer_stands_alone(calculator: Calculator, rng: random.Random) -> None:
-    """No answer has anything left in it from an earlier one."""
+    """Each answer depends on its own request alone: not on earlier ones, nor on another client's at the same time."""
     before = calculator.answers([plain_numbers(rng)])
     for question, answer in before.items():
         refusal = calculator.provoke(1.0, "modulo", 2.0)
         after = calculator.ask(*question)
         if not same(after, answer):
             raise Wrong(
-                "After a refused request, an ordinary request must be answered as it was before.", f"got {after}"
+                "After a refused request, an ordinary request must be answered as it was before. The same request is "
+                f"answered otherwise now: with {told(after, answer)}.",
+                f"got {after}",
             )
         if refusal and after.message == refusal != answer.message:
             raise Wrong(
@@ -235,23 +255,39 @@ def test_each_answer_stands_alone(calculator: Calculator, rng: random.Random) ->
             if not about_right(question, response := calculator.ask(*question)):
                 raise Wrong(
                     "When only one of the two numbers is another than in an earlier request, the answer must fit the "
-                    "new numbers.",
+                    f"new numbers. With '{operation}' it does not.",
                     f"{question}: got {response}",
                 )
         if operation in signed and not has_right_result((b, operation, a), response := calculator.ask(b, operation, a)):
             raise Wrong(
-                "When a and b of an earlier request change places, the answer must fit the new request.",
+                "When a and b of an earlier request change places, the answer must fit the new request. With "
+                f"'{operation}' it does not.",
                 f"{operation} {b} {a}: got {response}",
+            )
+    expect_same_for_two_clients(calculator, rng)
+
+
+def expect_same_for_two_clients(calculator: Calculator, rng: random.Random) -> None:
+    """Two clients that call at the same time each get their own answers."""
+    alone = calculator.answers([plain_numbers(rng) for _ in range(5)])
+    together = calculator.ask_from_two([*alone])
+    for question, response in together:
+        if not same(response, alone[question]):
+            raise Wrong(
+                f"When two clients call at the same time, a request with '{question[1]}' is answered otherwise than "
+                f"when it comes alone: with {told(response, alone[question])}.",
+                f"{question}: alone {alone[question]}, together {response}",
             )
 
 
-@points(1, cell="calculator-server")
+@points(0.5, cell="calculator-server")
 def test_survives_bad_requests(calculator: Calculator, rng: random.Random) -> None:
-    """The server keeps working after bad requests."""
+    """The server keeps working after unusual requests."""
     question, answer = next(iter(calculator.answers([plain_numbers(rng)]).items()))
     starts = calculator.starts
     for a, operation, b in [
         (1.0, "divide", 0.0),
+        (1.0, "modulo", 2.0),
         (1.0, "", 2.0),
         (2.0, "x" * 5000, 3.0),
         (3.0, "Überlauf\n%s{}", 4.0),
@@ -261,30 +297,20 @@ def test_survives_bad_requests(calculator: Calculator, rng: random.Random) -> No
         (-1e308, "subtract", 1e308),
         (1e308, "multiply", -10.0),
         (-1e308, "divide", 0.1),
-        (-1.0, "divide", 0.0),
     ]:
         calculator.ask(a, operation, b)
     after = calculator.ask(*question)
-    if calculator.starts != starts or not same(after, answer):
+    if calculator.starts != starts:
+        raise Wrong("The server answered several unusual requests, but then it ended. It must go on.")
+    if not same(after, answer):
         raise Wrong(
-            "After several bad requests, an ordinary request must be answered as it was before.", f"got {after}"
+            "After several unusual requests, an ordinary request must be answered as it was before. The same request "
+            f"is answered otherwise now: with {told(after, answer)}.",
+            f"got {after}",
         )
 
 
-@points(1, cell="calculator-server")
-def test_two_clients(calculator: Calculator, rng: random.Random) -> None:
-    """Two clients that call at the same time each get their own answers."""
-    alone = calculator.answers([plain_numbers(rng) for _ in range(5)])
-    together = calculator.ask_from_two([*alone])
-    for question, response in together:
-        if not same(response, alone[question]):
-            raise Wrong(
-                "When two clients call at the same time, an answer differs from what the same request got alone.",
-                f"{question}: alone {alone[question]}, together {response}",
-            )
-
-
-@points(1, cell="calculator-server")
+@points(0.5, cell="calculator-server")
 @twice
 def test_logs_requests(calculator: Calculator, rng: random.Random) -> None:
     """The server logs each request, a refused one too, with its numbers and its operation."""
@@ -294,24 +320,32 @@ def test_logs_requests(calculator: Calculator, rng: random.Random) -> None:
 
     for operation in calculator.abilities:
         a, b = numbers_like_no_others()
-        expect_log_of_request(calculator, (a, operation, b), "a request")
+        expect_log_of_request(calculator, (a, operation, b), f"a request with '{operation}'")
     a, b = numbers_like_no_others()
     word = "".join(rng.choices(LETTERS, k=9))
-    for refused in [(a, "divide", 0.0), (b, word, a)]:
+    for refused, about in [((a, "divide", 0.0), "a division by zero"), ((b, word, a), "an unknown operation")]:
         if calculator.gets_answer(refused):  # that it gets one, other tests judge
-            expect_log_of_request(calculator, refused, "a request that is refused")
+            expect_log_of_request(calculator, refused, about)
 
 
 def expect_log_of_request(calculator: Calculator, question: tuple[float, str, float], kind: str) -> None:
     """Asking this adds a, b and the operation to the log."""
     a, _, b = question
     if not calculator.logs_request(question, calculator.bench.clock.allow(WRITTEN)):
-        if {abs(a), abs(b)} <= set(map(abs, numbers(calculator.log))):
-            raise Wrong(f"The log line of {kind} must contain its operation, too, beside a and b.")
-        raise Wrong(f"After {kind}, the server must have logged (or printed) its numbers a and b.")
+        logged = set(map(abs, numbers(calculator.log)))
+        if {abs(a), abs(b)} <= logged:
+            raise Wrong(
+                f"After {kind}, the server must have logged (or printed) a line with a, b and the operation. Both "
+                "numbers are in the log, but not in one line with the operation's name."
+            )
+        missing = " and ".join(name for name, number in (("a", a), ("b", b)) if abs(number) not in logged)
+        raise Wrong(
+            f"After {kind}, the server must have logged (or printed) a line with a, b and the operation. The log does "
+            f"not have its {missing}."
+        )
 
 
-@points(1, cell="calculator-server")
+@points(0.5, cell="calculator-server")
 @twice
 def test_logs_responses(calculator: Calculator, rng: random.Random) -> None:
     """The server logs each response: its result, or the message of a refusal."""
@@ -320,10 +354,16 @@ def test_logs_responses(calculator: Calculator, rng: random.Random) -> None:
         # Twice: what a talkative program has said is soon out of reach.
         questions = [(rng.randrange(7009, 8999) + 0.5, operation, rng.randrange(5009, 5999) + 0.25) for _ in "12"]
         if not any(calculator.logs_result(question, wait) for question in questions):
-            raise Wrong(f"After a response to '{operation}', the server must have logged (or printed) its result.")
-    for operation in ("divide", "modulo"):
+            raise Wrong(
+                f"After the response to '{operation}', the server must have logged (or printed) the response's result. "
+                "No log line since the request has this number."
+            )
+    for operation, about in (("divide", "a division by zero"), ("modulo", "an unknown operation")):
         if not calculator.logs_refusal(rng.uniform(1, 9), operation, 0.0, wait):
-            raise Wrong("After a refusal, the server must have logged (or printed) the message of its response.")
+            raise Wrong(
+                f"After it has refused {about}, the server must have logged (or printed) the message of its response. "
+                "No log line since the request has this message."
+            )
 
 
 @points(1, cell="calculator-client")
@@ -337,13 +377,14 @@ def test_client_sends(runs: ClientRuns) -> None:
         call.run.until(lambda: False)  # its end
         if other := [request for request in call.requests if request != right]:
             raise Wrong(
-                "The client's request must hold a, b and the operation from its command line.",
+                "The client must send a, b and the operation of its command line. Its request has "
+                f"{differences(other[0], right)}.",
                 f"sent {other[0]}, not {right}",
             )
         if len(call.requests) <= 1:
             break
         if last:
-            raise Wrong(f"The client must call {SERVICE} once.", f"{len(call.requests)} requests")
+            raise Wrong(f"The client must call {SERVICE} once; it has sent {len(call.requests)} requests.")
         call.repeat()
     call = runs.unusual
     a, b, operation = call.sent[:3]
@@ -351,11 +392,15 @@ def test_client_sends(runs: ClientRuns) -> None:
         call.run.finish("with a number such as 1e-5 and an operation that it does not know")
         raise Wrong(
             "With a number such as 1e-5, an operation that only the server can refuse, and arguments for ROS behind "
-            f"them (--ros-args ...), no request came to {SERVICE}.",
+            f"them (--ros-args ...), no request came to {SERVICE}. {what_it_did(call)}",
             call.run.output,
         )
     if (sent := call.requests[0]) != (right := Calculate.Request(a=float(a), b=float(b), operation=operation)):
-        raise Wrong("The client must send the two numbers and the operation as they are given.", f"{sent}, not {right}")
+        raise Wrong(
+            "The client must send the two numbers and the operation as they are given, also an operation that it does "
+            f"not know. Its request has {differences(sent, right)}.",
+            f"{sent}, not {right}",
+        )
 
 
 @points(1, cell="calculator-client")
@@ -366,7 +411,7 @@ def test_client_shows_result(runs: ClientRuns) -> None:
         output = runs.answered.run.finish("with a server that answers").output
         raise Wrong(
             "When success is True, the client must show the result of the response, with its sign, rounded to one "
-            "decimal at most.",
+            f"decimal at most. {what_it_did(runs.answered)}",
             f"answered {runs.answered.response}, shown: {output}",
         )
 
@@ -386,53 +431,108 @@ def test_client_shows_message(runs: ClientRuns) -> None:
         call.run.finish("with a server that refuses")
         raise Wrong(
             f"With a b of 0 and the operation divide, the client did not call {SERVICE}: the server decides what it "
-            "refuses, and the client shows its message.",
+            f"refuses, and the client shows its message. {what_it_did(call)}",
             call.run.output,
         )
     message = call.response.message
     if not call.comes_to(lambda: message in call.run.output):
         output = call.run.finish("with a server that refuses").output
         raise Wrong(
-            "When success is False, the client must show the message of the response as it is.",
+            f"When success is False, the client must show the message of the response as it is. {what_it_did(call)}",
             f"answered {message!r}, shown: {output}",
         )
 
 
 @points(0.5, cell="calculator-client")
 def test_client_without_server(runs: ClientRuns) -> None:
-    """Without a server the client gives up within 10 s, and says so."""
+    """Without a server the client gives up after 10 s at most, and says so."""
     runs.expect_call()
-    runs.answered.run.until(lambda: False)  # its end
-    must = f"say that it found no server for {SERVICE}"
-    success = runs.answered.run.output if shows_result(runs) else ""
-    expect_words(runs.absent, "without a server", must, beside=success, ignoring=ANSWERS)
+    expect_words(
+        runs.absent,
+        "without a server",
+        f"say that it found no server for {SERVICE}",
+        beside=in_other_cases(runs),
+        ignoring=ANSWERS,
+    )
 
 
 @points(0.5, cell="calculator-client")
+def test_client_without_answer(runs: ClientRuns) -> None:
+    """When the server gives no answer, the client gives up after 10 s at most, and says so."""
+    runs.expect_call()
+    if not (call := runs.unanswered).reached:
+        call.run.finish(UNANSWERED)
+        raise Wrong(f"With a server that gives no answer, no request came to {SERVICE}. {what_it_did(call)}")
+    expect_words(
+        call.run, UNANSWERED, f"say that {SERVICE} did not answer", beside=in_other_cases(runs), ignoring=ANSWERS
+    )
+
+
+def in_other_cases(runs: ClientRuns) -> str:
+    """Return what the client prints when /calculator is there and answers, or when it is used wrongly."""
+    runs.answered.run.until(lambda: False)  # its end
+    runs.refused.run.until(lambda: False)
+    printed = [runs.answered.run.output] if shows_result(runs) else []
+    printed += [runs.refused.run.output] if runs.refused.response.message in runs.refused.run.output else []
+    for run in runs.misused.values():
+        run.until(lambda: False)
+        printed.append(run.output)
+    return "\n".join(printed)
+
+
+@points(1, cell="calculator-client")
 def test_client_arguments(runs: ClientRuns) -> None:
     """With wrong arguments the client prints how to use it."""
     runs.expect_call()
-    runs.absent.until(lambda: False)  # its end
+    runs.answered.run.until(lambda: False)  # its end
+    always = runs.answered.run.output if shows_result(runs) else ""
     for doing, run in runs.misused.items():
-        expect_words(run, doing, "print how to use it", unlike=runs.absent.output)
+        expect_words(run, doing, "print how to use it", beside=always, ignoring=ANSWERS)
         if runs.refused.response.message in run.output:
-            raise Wrong(f"{doing[0].upper()}{doing[1:]}, the client must print how to use it, and not call {SERVICE}.")
+            raise Wrong(
+                f"{doing[0].upper()}{doing[1:]}, the client must print how to use it, and not call {SERVICE}. It "
+                "called, and printed the server's message."
+            )
 
 
 @points(1, cell="calculator-client")
 def test_client_exit_status(runs: ClientRuns) -> None:
     """The client's exit status is 0 when it has printed a result, and another number in each failure."""
     runs.expect_call()
-    if runs.answered.run.status("with a server that answers") and not runs.answered.run.raised:
-        raise Wrong("When the server has answered with success True, the exit status must be 0.")
+    status = runs.answered.run.status("with a server that answers")
+    if status and not runs.answered.run.raised:
+        raise Wrong(f"When the server has answered with success True, the exit status must be 0. It is {status}.")
     with_server = {"with a server that refuses": runs.refused.run, **runs.misused}
     statuses = {doing: run.status(doing) for doing, run in with_server.items()}
-    with contextlib.suppress(TimedOut):  # another test tells this
-        statuses["without a server"] = runs.absent.status("without a server")
+    for doing, run in {"without a server": runs.absent, UNANSWERED: runs.unanswered.run}.items():
+        with contextlib.suppress(TimedOut):  # another test tells this
+            statuses[doing] = run.status(doing)
     for doing, status in statuses.items():
         if not status:
             raise Wrong(
                 f"{doing[0].upper()}{doing[1:]}, the client must end with an exit status other than 0, such as "
-                "sys.exit(1).",
+                "sys.exit(1). It ended with 0.",
                 f"{statuses}",
             )
+
+
+def what_it_did(call: Call) -> str:
+    """Return what came of a run of the client, as a sentence for the student; what it printed stands in its log."""
+    if not call.run.output.strip():
+        return "It printed nothing."
+    if call.requests:
+        return "It called, and printed something else."
+    return "It printed something, and did not call."
+
+
+def differences(sent: Any, right: Any) -> str:
+    """Return how a request differs from the right one, in words without the numbers."""
+    values = {float(right.a): "a", float(right.b): "b"}
+    parts = []
+    for name in ("a", "b"):
+        value, wanted = getattr(sent, name), getattr(right, name)
+        if value != wanted:
+            parts.append(f"{values[value]} in the place of {name}" if value in values else f"another number as {name}")
+    if sent.operation != right.operation:
+        parts.append(f"{quoted(sent.operation)} as operation")
+    return " and ".join(parts)

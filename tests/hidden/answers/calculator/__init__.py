@@ -89,11 +89,11 @@ SERVER_TESTS = {
     "multiply",
     "divide",
     "precision",
+    "refuses_and_goes_on",
     "division_by_zero",
     "unknown_operation",
     "each_answer_stands_alone",
     "survives_bad_requests",
-    "two_clients",
     "logs_requests",
     "logs_responses",
 }
@@ -124,6 +124,7 @@ CLIENT_TESTS = {
     "client_shows_result",
     "client_shows_message",
     "client_without_server",
+    "client_without_answer",
     "client_arguments",
     "client_exit_status",
 }
@@ -162,10 +163,13 @@ WRONG = {
         ),
         {"survives_bad_requests"},
     ),
-    "crash on division by zero": (server((REFUSE_ZERO, "")), {"division_by_zero", "survives_bad_requests"}),
+    "crash on division by zero": (
+        server((REFUSE_ZERO, "")),
+        {"division_by_zero", "survives_bad_requests", "refuses_and_goes_on"},
+    ),
     "division by zero is infinite": (
         server((REFUSE_ZERO, "        elif request.b == 0.0:\n            response.result = float('inf')\n")),
-        {"division_by_zero"},
+        {"division_by_zero", "refuses_and_goes_on"},
     ),
     "whole division": (server((RESULT.format("/"), RESULT.format("//"))), {"divide"}),
     "tiny is zero": (server(("request.b == 0.0", "abs(request.b) < 1e-9")), {"precision"}),
@@ -212,7 +216,7 @@ WRONG = {
             ),
             FOUR_THREADS,
         ),
-        {"two_clients"},
+        {"each_answer_stands_alone"},
     ),
     "another name": (server(("'/calculator'", "'/calc'")), SERVER_TESTS),
     "another definition": (
@@ -297,7 +301,7 @@ WRONG = {
             ),
             (RESULT.format("+"), "response.result = results['add']"),
         ),
-        {"add", "subtract", "multiply", "division_by_zero", "survives_bad_requests"},
+        {"add", "subtract", "multiply", "division_by_zero", "survives_bad_requests", "refuses_and_goes_on"},
     ),
     "short names of operations": (
         server(("'subtract'", "'sub'"), ("'multiply'", "'mul'"), ("'divide'", "'div'")),
@@ -320,14 +324,35 @@ WRONG = {
     ),
     # Success and message
     "success is never set": (server((SUCCEEDS, "")), OPERATIONS),
-    "success is always set": (server((RETURN, SUCCEEDS + RETURN)), {"division_by_zero", "unknown_operation"}),
+    "success is always set": (
+        server((RETURN, SUCCEEDS + RETURN)),
+        {"division_by_zero", "unknown_operation", "refuses_and_goes_on"},
+    ),
     "success the other way round": (
         server((RETURN, "        response.success = not response.success\n" + RETURN)),
-        OPERATIONS | {"division_by_zero", "unknown_operation"},
+        OPERATIONS | {"division_by_zero", "unknown_operation", "refuses_and_goes_on"},
     ),
-    "division by zero succeeds": (server((REFUSE_ZERO, REFUSE_ZERO.replace("False", "True"))), {"division_by_zero"}),
+    "division by zero succeeds": (
+        server((REFUSE_ZERO, REFUSE_ZERO.replace("False", "True"))),
+        {"division_by_zero", "refuses_and_goes_on"},
+    ),
     "0 / 0 is 0": (
         server((REFUSE_ZERO, REFUSE_ZERO + "            response.success = request.a == 0.0\n")),
+        {"division_by_zero"},
+    ),
+    "0 / 0 raises": (
+        server(("elif request.b == 0.0:", "elif request.b == 0.0 and request.a != 0.0:")),
+        {"division_by_zero"},
+    ),
+    "knows zero by its text": (
+        server(("elif request.b == 0.0:", "elif str(request.b) == '0.0':")),
+        {"division_by_zero"},
+    ),
+    "knows zero by its sign": (
+        server(
+            ("import rclpy\n", "import math\n\nimport rclpy\n"),
+            ("elif request.b == 0.0:", "elif request.b == 0.0 and math.copysign(1, request.b) > 0:"),
+        ),
         {"division_by_zero"},
     ),
     "division by zero without a message": (
@@ -341,23 +366,23 @@ WRONG = {
     ),
     "unknown operations divide": (
         server(("        elif request.operation != 'divide':\n" + UNKNOWN, "")),
-        {"unknown_operation"},
+        {"unknown_operation", "refuses_and_goes_on"},
     ),
     "an empty operation adds": (server(("== 'add'", "in ('add', '')")), {"unknown_operation"}),
     "unknown operations raise": (
         server((UNKNOWN, "            raise ValueError(request.operation)\n")),
-        {"unknown_operation", "survives_bad_requests"},
+        {"unknown_operation", "survives_bad_requests", "refuses_and_goes_on"},
     ),
     "a refusal has the result 0": (
         server(
             (UNKNOWN, UNKNOWN + "            response.result = 0\n"),
             (REFUSE_ZERO, REFUSE_ZERO + "            response.result = 0\n"),
         ),
-        {"division_by_zero", "unknown_operation", "survives_bad_requests"},
+        {"division_by_zero", "unknown_operation", "survives_bad_requests", "refuses_and_goes_on"},
     ),
     "returns nothing for a refusal": (
         server((UNKNOWN, UNKNOWN + "            return\n")),
-        {"unknown_operation", "survives_bad_requests"},
+        {"unknown_operation", "survives_bad_requests", "refuses_and_goes_on"},
     ),
     # From one request to the next
     "returns nothing": (server((RETURN, "")), SERVER_TESTS),
@@ -381,7 +406,7 @@ WRONG = {
                 "        self.failed = not self.failed\n" + RETURN,
             )
         ),
-        {"each_answer_stands_alone", "survives_bad_requests", "two_clients"},
+        {"refuses_and_goes_on", "each_answer_stands_alone", "survives_bad_requests"},
     ),
     "right to the first 60 requests": (
         server(
@@ -391,7 +416,7 @@ WRONG = {
                 "        response.result += self.count > 60\n" + LOG_RESPONSE,
             )
         ),
-        {"precision", "each_answer_stands_alone", "survives_bad_requests", "two_clients"},
+        {"precision", "refuses_and_goes_on", "each_answer_stands_alone", "survives_bad_requests"},
     ),
     "one node for all requests' numbers": (
         server(
@@ -406,7 +431,7 @@ WRONG = {
             ),
             FOUR_THREADS,
         ),
-        {"two_clients"},
+        {"each_answer_stands_alone"},
     ),
     # A mistake in one operation alone
     "add without the sign of b": (
@@ -432,6 +457,20 @@ WRONG = {
     # Refusals
     "one message for every refusal": (
         server(("'Division by zero'", "'Error'"), ("f\"Unknown operation '{request.operation}'\"", "'Error'")),
+        {"unknown_operation"},
+    ),
+    "one message for every refusal, with a count": (
+        server(
+            ("'Division by zero'", "self.count()"),
+            ("f\"Unknown operation '{request.operation}'\"", "self.count()"),
+            (
+                "    def calculate(self",
+                (
+                    "    def count(self):\n        self.refused = getattr(self, 'refused', 0) + 1\n"
+                    "        return f'Error {self.refused}'\n\n    def calculate(self"
+                ),
+            ),
+        ),
         {"unknown_operation"},
     ),
     "looks for zero before it knows the operation": (
@@ -488,6 +527,16 @@ WRONG = {
     ),
     "logs b twice": (server(("a={request.a}", "a={request.b}")), {"logs_requests"}),
     "logs a request without its operation": (server((" operation={request.operation}", "")), {"logs_requests"}),
+    "logs each value in a line of its own": (
+        server(
+            (
+                LOG_REQUEST,
+                "        for name in ('a', 'b', 'operation'):\n"
+                "            self.get_logger().info(f'{name}={getattr(request, name)}')\n",
+            )
+        ),
+        {"logs_requests"},
+    ),
     "logs the operation of the first request only": (
         server(
             (
@@ -598,6 +647,34 @@ WRONG = {
         ),
         SERVER_TESTS,
     ),
+    "ends after a refusal": (
+        server(
+            ("rclpy.spin(node)", "while not node.refused:\n            rclpy.spin_once(node)"),
+            ("        super().__init__(", "        self.refused = False\n        super().__init__("),
+            (RETURN, "        self.refused = not response.success\n" + RETURN),
+        ),
+        SERVER_TESTS - OPERATIONS - {"precision"},
+    ),
+    "a division by zero spoils the next result": (
+        server(
+            (
+                LOG_RESPONSE,
+                "        if getattr(self, 'by_zero', False):\n            response.result = 0.0\n"
+                "        self.by_zero = response.message == 'Division by zero'\n" + LOG_RESPONSE,
+            )
+        ),
+        {"refuses_and_goes_on"},
+    ),
+    "a division by zero makes the next request fail": (
+        server(
+            (
+                LOG_RESPONSE,
+                "        if getattr(self, 'by_zero', False):\n            response.success = False\n"
+                "        self.by_zero = response.message == 'Division by zero'\n" + LOG_RESPONSE,
+            )
+        ),
+        {"refuses_and_goes_on"},
+    ),
     # The definition
     "float32 in the definition": (
         changed(REFERENCE, SRV, ("float64 result", "float32 result")),
@@ -651,7 +728,7 @@ WRONG = {
             ("print(USAGE)", "print('Error')"),
             ("'No answer from /calculator: is calculator_server.py running?'", "'Error'"),
         ),
-        {"client_arguments"},
+        {"client_without_server", "client_without_answer"},
     ),
     "client refuses a division by zero itself": (
         client(
@@ -661,6 +738,15 @@ WRONG = {
                     "    if operation == 'divide' and b == 0.0:\n        print('Division by zero')\n        return 1\n"
                     "    rclpy.init(args=args)\n"
                 ),
+            )
+        ),
+        {"client_shows_message"},
+    ),
+    "client takes no 0 for b": (
+        client(
+            (
+                "    rclpy.init(args=args)\n",
+                "    if not b:\n        print('B must not be 0')\n        return 2\n    rclpy.init(args=args)\n",
             )
         ),
         {"client_shows_message"},
@@ -692,14 +778,14 @@ WRONG = {
     ),
     "client is killed without a server": (
         client(("running?')\n        return 1", "running?', flush=True)\n        import os\n        os.abort()")),
-        {"client_without_server", "client_exit_status"},
+        {"client_without_server", "client_exit_status", "client_without_answer"},
     ),
     "client says what it does, and nothing without a server": (
         client(
             ("    rclpy.init(args=args)\n", "    print('Calling', a, operation, b)\n    rclpy.init(args=args)\n"),
             ("        print('No answer from /calculator: is calculator_server.py running?')\n", ""),
         ),
-        {"client_without_server"},
+        {"client_without_server", "client_without_answer"},
     ),
     "client waits 25 s for a server": (
         client(("wait_for_service(timeout_sec=timeout_sec)", "wait_for_service(timeout_sec=25.0)")),
@@ -797,13 +883,63 @@ WRONG = {
         client(("wait_for_service(timeout_sec=timeout_sec)", "wait_for_service()")),
         {"client_without_server"},
     ),
+    "client waits for the answer for ever": (
+        client((ASKS, ASKS.replace(", timeout_sec=timeout_sec", ""))),
+        {"client_without_answer"},
+    ),
+    "client waits 25 s for the answer": (
+        client((ASKS, ASKS.replace("timeout_sec=timeout_sec", "timeout_sec=25.0"))),
+        {"client_without_answer"},
+    ),
+    "client dies without an answer": (
+        client((ASKS, ASKS + "        future.result().success = bool(future.result().success)\n")),
+        {"client_without_answer"},
+    ),
+    "client says nothing without an answer": (
+        client((ASKS, ASKS + "        if not future.done():\n            sys.exit(3)\n")),
+        {"client_without_answer"},
+    ),
+    "client finds no server, and says nothing": (
+        client(("            return None\n", "            sys.exit(3)\n")),
+        {"client_without_server"},
+    ),
+    "client takes whatever is missing for a server": (
+        client(("            return None\n", "            raise RuntimeError('no server')\n")),
+        {"client_without_server"},
+    ),
+    "client prints its usage when nobody answers": (
+        client(("'No answer from /calculator: is calculator_server.py running?'", "USAGE")),
+        {"client_without_server", "client_without_answer"},
+    ),
+    "client prints every line that it might be asked for": (
+        client(
+            (
+                "    rclpy.init(args=args)\n",
+                (
+                    "    print(USAGE)\n    print('No answer from /calculator: is calculator_server.py running?')\n"
+                    "    rclpy.init(args=args)\n"
+                ),
+            )
+        ),
+        {"client_without_server", "client_without_answer", "client_arguments"},
+    ),
+    "client prints the same two lines in each failure": (
+        client(
+            (
+                "        print(USAGE)\n",
+                "        print(USAGE)\n        print('No answer from /calculator: is calculator_server.py running?')\n"
+                "        print(*sys.argv)\n",
+            )
+        ),
+        {"client_without_server", "client_without_answer"},
+    ),
     "client dies without server": (
         client(("    if response is None:\n", "    if False:\n")),
-        {"client_without_server"},
+        {"client_without_server", "client_without_answer"},
     ),
     "client says nothing without server": (
         client(("        print('No answer from /calculator: is calculator_server.py running?')\n", "")),
-        {"client_without_server"},
+        {"client_without_server", "client_without_answer"},
     ),
     "client does not end": (
         client(
@@ -848,7 +984,7 @@ DOING_NOTHING = {
     "raises; an empty client": written(programs.REFUSER.replace("print(request)", "raise ValueError"), "\n"),
     "no programs": written("\n", "\n"),
 }
-WRONG |= {name: (files, SERVER_TESTS | CLIENT_TESTS | {"interface_request"}) for name, files in DOING_NOTHING.items()}
+WRONG |= {name: (files, SERVER_TESTS | CLIENT_TESTS) for name, files in DOING_NOTHING.items()}
 NOTHING = {*DOING_NOTHING}
 SEVERAL = {"add and subtract swapped", "logs nothing"}
 # The server answers nothing, or refuses all.
@@ -858,7 +994,68 @@ SILENT = {
     "add never answers",
     "client waits for a server for ever",
     "client waits 25 s for a server",
+    "client waits for the answer for ever",
+    "client waits 25 s for the answer",
     "client does not end",
 }
 # Judged by the whole suite in every run of the tests: what is right, and partial credit of each kind.
 QUICK = {"reference", "crash on division by zero"}
+
+# Mistakes in what the exercise is about, and mistakes in a detail: `test_weights.py` holds what each costs.
+ABOUT = {
+    "crash on division by zero",
+    "computes all operations first",
+    "division by zero is infinite",
+    "division by zero succeeds",
+    "success is always set",
+    "success the other way round",
+    "unknown operations divide",
+    "unknown operations raise",
+    "a refusal has the result 0",
+    "returns nothing for a refusal",
+    "refuses all after a refusal",
+    "ends after a refusal",
+}
+DETAIL = {
+    "a default value",
+    "a constant",
+    "a field too many",
+    "b before a",
+    "another definition",
+    "float32 in the definition",
+    "subtract without sign",
+    "whole division",
+    "tiny is zero",
+    "rounded",
+    "12 digits",
+    "0 / 0 is 0",
+    "0 / 0 raises",
+    "no message",
+    "a blank message",
+    "message in the log only",
+    "one message for every refusal",
+    "looks for zero before it knows the operation",
+    "an empty operation adds",
+    "looks how an operation begins",
+    "a response kept",
+    "a message kept",
+    "keeps results by operation and a",
+    "request in the node, many threads",
+    "adds with math.fsum",
+    "writes its log in ASCII",
+    "logs nothing",
+    "logs no refused requests",
+    "logs no refusals",
+    "client asks three times",
+    "client counts the arguments for ROS",
+    "client knows a number by its digits",
+    "client sends the operation in small letters",
+    "client shows six digits",
+    "client writes the message in small letters",
+    "client refuses a division by zero itself",
+    "client takes no more than three words",
+    "client prints its usage when nobody answers",
+    "client waits for a server for ever",
+    "client waits for the answer for ever",
+    "client's main has no exit status",
+}

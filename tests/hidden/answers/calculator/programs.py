@@ -409,7 +409,9 @@ else:
 request = Calculate.Request()
 request.a, request.b, request.operation = options.a, options.b, options.operation
 future = caller.call_async(request)
-rclpy.spin_until_future_complete(node, future)
+rclpy.spin_until_future_complete(node, future, timeout_sec=3)
+if not future.done():
+    sys.exit('the calculator is there, but does not answer')
 if future.result().success:
     node.get_logger().info(f'Result: {future.result().result:,.2f}')
 else:
@@ -589,6 +591,8 @@ def main(args=sys.argv):
     executor.add_node(node)
     task = executor.create_task(ask, client, Calculate.Request(a=a, b=b, operation=args[2]))
     executor.spin_until_future_complete(task, timeout_sec=3.0)
+    if not task.done():
+        sys.exit('no answer')
     response = task.result()
     print(f'Response: {response.result!r}' if response.success else f'Error: {response.message!r}')
     node.destroy_node()
@@ -688,6 +692,8 @@ def main():
         rclpy.spin_once(node, timeout_sec=0.05)
     future = client.call_async(Calculate.Request(a=numbers[0], b=numbers[1], operation=words[2]))
     while not future.done():
+        if time.monotonic() > end + 1.0:
+            sys.exit('There is a /calculator, but no answer.')
         rclpy.spin_once(node, timeout_sec=0.05)
     answer = future.result()
     rclpy.shutdown()
