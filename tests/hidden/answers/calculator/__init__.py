@@ -531,8 +531,10 @@ WRONG = {
         server(
             (
                 LOG_REQUEST,
-                "        for name in ('a', 'b', 'operation'):\n"
-                "            self.get_logger().info(f'{name}={getattr(request, name)}')\n",
+                (
+                    "        for name in ('a', 'b', 'operation'):\n"
+                    "            self.get_logger().info(f'{name}={getattr(request, name)}')\n"
+                ),
             )
         ),
         {"logs_requests"},
@@ -927,8 +929,10 @@ WRONG = {
         client(
             (
                 "        print(USAGE)\n",
-                "        print(USAGE)\n        print('No answer from /calculator: is calculator_server.py running?')\n"
-                "        print(*sys.argv)\n",
+                (
+                    "        print(USAGE)\n        print('No answer from /calculator: is calculator_server.py running?')\n"
+                    "        print(*sys.argv)\n"
+                ),
             )
         ),
         {"client_without_server", "client_without_answer"},
