@@ -4,6 +4,7 @@ import re
 import tomllib
 from pathlib import Path
 
+import nbformat
 import pytest
 import typer
 
@@ -26,6 +27,22 @@ def pages(*without: str):
 def test_links_lead_to_files_that_are_there(page):
     links = re.findall(r"\]\((?!https?:)([^)#]+)", TEXTS[page])
     assert [link for link in links if not (ROOT / page).parent.joinpath(link).exists()] == []
+
+
+@pages()
+def test_links_into_notebooks_lead_to_headings(page):
+    for notebook, heading in re.findall(r"\]\(([^)#:]+\.ipynb)#([^)]+)\)", TEXTS[page]):
+        cells = nbformat.read((ROOT / page).parent / notebook, 4).cells
+        lines = [line for cell in cells if cell.cell_type == "markdown" for line in cell.source.splitlines()]
+        headings = {line.lstrip("# ").replace(" ", "-") for line in lines if line.startswith("#")}
+        assert heading in headings, notebook
+
+
+@pytest.mark.parametrize("name", exercises.names())
+def test_a_lesson_names_hidden_tests_that_exist(name):
+    named = set(re.findall(r"`(test_\w+)`", TEXTS[f"docs/teaching/{name}.md"]))
+    assert named
+    assert named <= {test.id for test in exercises.load(name).tests}
 
 
 @pages("CHANGELOG.md", "docs/ADDING.md")
