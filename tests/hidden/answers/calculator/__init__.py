@@ -930,7 +930,8 @@ WRONG = {
             (
                 "        print(USAGE)\n",
                 (
-                    "        print(USAGE)\n        print('No answer from /calculator: is calculator_server.py running?')\n"
+                    "        print(USAGE)\n"
+                    "        print('No answer from /calculator: is calculator_server.py running?')\n"
                     "        print(*sys.argv)\n"
                 ),
             )
