@@ -5,10 +5,10 @@ import json
 import logging
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, NoReturn, cast
+from typing import TYPE_CHECKING, Annotated, NoReturn, cast
 
 import typer
 
@@ -21,6 +21,10 @@ from autograder.results import output, progress, summary
 from autograder.results.text import describe, one_line, printable
 from autograder.sandbox.sandbox import choose
 from autograder.submissions import exercises, listing, reading
+from autograder.submissions.roster import Roster, of_class, read_rosters
+
+if TYPE_CHECKING:
+    from autograder.gradebook.entering import Entering
 
 # Rooms that take a second to load (Dask, nbgrader, numpy) are imported by the commands that need them.
 
@@ -31,6 +35,23 @@ UsageProblem = cast(type[typer.BadParameter], typer.BadParameter.__base__)
 app = typer.Typer(
     add_completion=False, pretty_exceptions_enable=False, help="Grade ROS 2 programs with hidden tests, in a sandbox."
 )
+
+
+class Grades(StrEnum):
+    """The form of a file of grades."""
+
+    CANVAS = platforms.CANVAS.form
+    MOODLE = platforms.MOODLE.form
+    CSV = platforms.TABLE
+
+
+class Unanswered(StrEnum):
+    """The fate of questions in words when no notebook was handed in."""
+
+    ASK = "ask"
+    ZERO = "zero"
+
+
 Assignment = Annotated[str | None, typer.Option(help="Only this exercise.")]
 Students = Annotated[list[str] | None, typer.Option(help="Only this student; repeat the option for several.")]
 Unsafe = Annotated[
@@ -59,7 +80,13 @@ Rosters = Annotated[
     list[Path] | None,
     typer.Option(
         help="A CSV file: the column `student` names the folder, all others what they are called; "
-        "repeat the option for several files."
+        "repeat the option for several files. It is kept beside the submissions for the commands that follow."
+    ),
+]
+WithoutNotebook = Annotated[
+    Unanswered,
+    typer.Option(
+        help="Questions in words of whoever handed in no notebook: ask for it (they wait for a mark), or count them 0."
     ),
 ]
 
@@ -113,6 +140,8 @@ def grade(
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with a batch: grade only what has no result in OUTPUT yet.")
     ] = False,
+    roster: Rosters = None,
+    without_notebook: WithoutNotebook = Unanswered.ASK,
     no_gradebook: NoGradebook = False,
     gradebook: GradebookUrl = None,
     unsafe: Unsafe = False,
@@ -122,25 +151,40 @@ def grade(
     """Grade a folder of submissions; write results, feedback and the gradebook."""
     _one_of(jobs, scheduler)
     found = listing.find(submitted, assignment, student or [])
+    known = of_class(submitted, roster)
+    zero = without_notebook == Unanswered.ZERO
     with output.Output(out, resume) as results, contextlib.ExitStack() as opened:
         seeds = batch.draw(results.left(found), seed)
         if seeds:
             pool = opened.enter_context(batch.workers(jobs, scheduler, patience, unsafe))
             graded = batch.run(pool, submitted, seeds)  # while the gradebook opens, which takes seconds
-        enter = opened.enter_context(_gradebook(no_gradebook, gradebook, submitted, out))
+        book = opened.enter_context(_gradebook(no_gradebook, gradebook, submitted, out, known, zero))
         for report in results.done.values():
-            enter(report)
+            book.write(report)
         if seeds:
             with progress.shown(len(seeds)) as show_progress:
                 for report, origin in graded:
                     results.write(report, origin)
-                    enter(report)
+                    book.write(report)
                     show_progress(report)
         reports = [results.done[key] for key in found]
         changed = batch.changed(out, [key for key in found if key not in seeds])
     summary.show(reports)
     if hints := listing.overlooked(submitted):
         print(printable("\n".join(["Not graded, because it is not in the form STUDENT/ASSIGNMENT/FILES:", *hints])))
+    for name, students in book.unanswered.items():
+        print(
+            printable(
+                one_line(
+                    f"Handed in without a notebook, so that {name}'s questions cannot be marked: {', '.join(students)}."
+                )
+            )
+        )
+        print("Ask for the notebook, or give --without-notebook zero.")
+    expected = known.students if known and not student else set()
+    for name in sorted({name for _, name in found}):
+        if absent := sorted(expected - {who for who, of in found if of == name}):
+            print(printable(one_line(f"Not handed in: {name}: {', '.join(absent)}.")))
     if changed:
         names = one_line(", ".join(map("/".join, changed)))
         print(printable(f"Handed in again, or graded by an older version of the hidden tests: {names}."))
@@ -160,6 +204,7 @@ def regrade_command(
     apply: Annotated[bool, typer.Option("--apply", help="Write the new results, feedback and gradebook.")] = False,
     jobs: Jobs = None,
     scheduler: Scheduler = None,
+    without_notebook: WithoutNotebook = Unanswered.ASK,
     no_gradebook: NoGradebook = False,
     gradebook: GradebookUrl = None,
     unsafe: Unsafe = False,
@@ -184,8 +229,9 @@ def regrade_command(
         print(f"{len(moves)} graded again, {sum(move.moved for move in moves)} of them with a different score.")
         if apply and moves:
             submitted = Path(next(iter(again.bases.values())).submitted)
-            with _gradebook(no_gradebook, gradebook, submitted, out) as enter:
-                again.apply(enter)
+            zero = without_notebook == Unanswered.ZERO
+            with _gradebook(no_gradebook, gradebook, submitted, out, None, zero) as book:
+                again.apply(book.write)
             print(f"Written; the old results are in {out / output.HISTORY}.")
         elif moves:
             print("Nothing is written yet; the same command with --apply writes the new results.")
@@ -276,9 +322,8 @@ def collect_command(
     """Lay out what students handed in; exit code 1 when something could not be placed, which is named."""
     from autograder.collecting.collect import collect, parse_due
     from autograder.collecting.collect import describe as describe_collection
-    from autograder.submissions.roster import read_rosters
 
-    known = read_rosters(roster) if roster else None
+    known = of_class(into, roster)
     collection = collect(sources, into, known, parse_due(due) if due else None, assignment)
     print(printable(describe_collection(collection)))
     raise typer.Exit(1 if collection.unplaced else 0)
@@ -305,14 +350,48 @@ def return_command(
     """
     from autograder.returning.giving_back import FOLDER, give_back
     from autograder.returning.giving_back import describe as describe_returned
-    from autograder.submissions.roster import read_rosters
 
-    known = read_rosters(roster).students if roster else set()
+    known = _roster_of(out, roster)
     url = "" if no_gradebook else gradebook
-    target = into or out / FOLDER
-    result = give_back(out, target, form.value if form else None, assignment, student or [], url, known)
+    absent = known.students if known else ()
+    result = give_back(out, into or out / FOLDER, form.value if form else None, assignment, student or [], url, absent)
     print(printable(describe_returned(result)))
     raise typer.Exit(1 if result.left_out else 0)
+
+
+@app.command("export")
+def export_command(
+    out: Out,
+    form: Annotated[Grades, typer.Option("--for", help="Who reads the file.")],
+    to: Annotated[Path, typer.Option(help="The file to write.")],
+    automatic: Annotated[
+        bool, typer.Option("--automatic", help="Export what the tests gave, without waiting for marks by hand.")
+    ] = False,
+    missing_is_zero: Annotated[
+        bool, typer.Option("--missing-is-zero", help="Give 0 points for what was not handed in, instead of nothing.")
+    ] = False,
+    from_canvas: Annotated[
+        Path | None, typer.Option(help="The gradebook as Canvas exports it, for --for canvas.")
+    ] = None,
+    user: Annotated[
+        str | None, typer.Option(help=f"What Moodle finds students by: {', '.join(platforms.MOODLE.columns)}.")
+    ] = None,
+    assignment: Assignment = None,
+    student: Students = None,
+    roster: Rosters = None,
+    gradebook: GradebookUrl = None,
+) -> None:
+    """Write the grades for Canvas, Moodle or a table; say who waits for which mark, and who handed in nothing."""
+    from autograder.gradebook.book import existing_url
+    from autograder.gradebook.exporting import Wish, export
+
+    if user not in (None, *platforms.MOODLE.columns):
+        raise UsageError(f"--user is one of {', '.join(platforms.MOODLE.columns)}")
+    submitted = output.submitted(out)
+    wish = Wish(
+        form.value, to, automatic, missing_is_zero, from_canvas, user, [assignment] if assignment else [], student or []
+    )
+    export(wish, existing_url(gradebook, submitted, out), submitted, _roster_of(out, roster))
 
 
 @app.command("release")
@@ -378,16 +457,37 @@ def _one_of(jobs: int | None, scheduler: str | None) -> None:
         raise UsageError("give --jobs, for this machine, or --scheduler, for a cluster; not both")
 
 
-@contextlib.contextmanager
-def _gradebook(no_gradebook: bool, url: str | None, submitted: Path, out: Path) -> Iterator[Callable[[Report], object]]:
-    """Give a function that enters a report into the gradebook; with `no_gradebook`, it does nothing."""
-    if no_gradebook:
-        yield lambda report: None
-        return
-    from autograder.gradebook.book import Scores, default_url
+class NoBook:
+    """A gradebook that takes nothing in."""
 
-    with Scores(url or default_url(submitted, out), submitted) as scores:
-        yield scores.write
+    def __init__(self) -> None:
+        self.unanswered: dict[str, list[str]] = {}
+
+    def write(self, report: Report) -> None:
+        """Do nothing."""
+
+
+@contextlib.contextmanager
+def _gradebook(
+    no_gradebook: bool, url: str | None, submitted: Path, out: Path, roster: Roster | None, unanswered_is_zero: bool
+) -> Iterator["Entering | NoBook"]:
+    """Give what enters reports into the gradebook; with `no_gradebook`, it does nothing."""
+    if no_gradebook:
+        yield NoBook()
+        return
+    from autograder.gradebook.entering import Entering
+
+    with Entering(url, submitted, out, roster, unanswered_is_zero) as entering:
+        yield entering
+
+
+def _roster_of(out: Path, given: list[Path] | None) -> Roster | None:
+    """Return the roster given, or that of the submissions that were graded into `out`."""
+    try:
+        submitted = output.submitted(out)
+    except UsageError:  # they are gone, and the roster with them
+        return read_rosters(given) if given else None
+    return of_class(submitted, given)
 
 
 def _exit_code(reports: list[Report]) -> int:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import PurePosixPath
 
 FILES = "files"  # the form of pages that go back one by one, each called as its student
+TABLE = "csv"  # the form of grades for anything that reads a table
 NUMBER = r"[0-9]{1,18}"
 
 

@@ -189,10 +189,8 @@ def _folder(folder: Path, student: str, source: Path) -> Bundle:
 
 
 def files_of(folder: Path) -> Iterator[tuple[Path, bytes]]:
-    """The ordinary files of a folder.  What else is there is not taken along: the grader names what is missing."""
-    for path in sorted(folder.iterdir()) if folder.is_dir() else ():
-        with contextlib.suppress(OSError, RefusedFile):
-            yield path, reading.read_file(path, notebook.MAX_BYTES)
+    """The ordinary files of a submission's folder; the grader names what is missing."""
+    return reading.regular_files(folder, notebook.MAX_BYTES)
 
 
 def _downloaded(source: Path, unplaced: list[str]) -> Iterator[Bundle]:

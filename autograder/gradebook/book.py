@@ -5,33 +5,60 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from nbgrader.api import Grade, Gradebook, MissingEntry
+from nbgrader.api import Grade, Gradebook, MissingEntry, SubmittedNotebook
 from sqlalchemy.exc import SAWarning
 
+from autograder.errors import UsageError
 from autograder.gradebook import late
 from autograder.records import INFRASTRUCTURE_ERROR, Report
+from autograder.submissions import reading
 from autograder.submissions.exercises import load
+from autograder.submissions.roster import Roster
 from course.environment import prepare
 from course.returned.record import Mark
+
+SQLITE = "sqlite:///"
 
 
 def default_url(submitted: Path, out: Path) -> str:
     """The gradebook of the nbgrader course that the submissions are in, or else one in `out`."""
     course = submitted.resolve().parent
     inside = any((course / name).exists() for name in ("nbgrader_config.py", "gradebook.db"))
-    return f"sqlite:///{(course if inside else out.resolve()) / 'gradebook.db'}"
+    return f"{SQLITE}{(course if inside else out.resolve()) / 'gradebook.db'}"
+
+
+def existing_url(url: str | None, submitted: Path, out: Path) -> str:
+    """The gradebook `url`, or else the one that `out` was graded into; raises UsageError when it is not there.
+
+    nbgrader would make an empty one.
+    """
+    found = url or default_url(submitted, out)
+    if found.startswith(SQLITE) and not Path(found.removeprefix(SQLITE)).exists():
+        raise UsageError(f"there is no gradebook {found}")
+    return found
+
+
+# Columns of a roster by what nbgrader calls them; of several, the first that a student has.
+COLUMNS = {
+    "first_name": ("first_name",),
+    "last_name": ("last_name",),
+    "email": ("email",),
+    "lms_user_id": ("lms_user_id", "canvas_id", "moodle_id", "idnumber"),
+}
 
 
 class Scores:
     """An open gradebook; writing the same report again changes nothing.
 
     Given the folder of the submissions, it also writes when they were handed in, and the late penalties of the course
-    that the folder is in; otherwise nbgrader does that.
+    that the folder is in; otherwise nbgrader does that.  Questions in words are marked in the notebook: of a submission
+    without one they count 0 when `unanswered_is_zero`, and are otherwise asked for, in `unanswered`.
     """
 
-    def __init__(self, url: str, submitted: Path | None = None):
+    def __init__(self, url: str, submitted: Path | None = None, unanswered_is_zero: bool = False):
         prepare()  # nbgrader runs `alembic`, which is beside this interpreter
-        self._url, self._submitted = url, submitted
+        self._url, self._submitted, self._zero = url, submitted, unanswered_is_zero
+        self.unanswered: dict[str, list[str]] = {}  # students, by exercise
         self._config = late.course_config(submitted) if submitted else None
         self._book = Gradebook(url)
         self._known: set[str] = set()
@@ -43,6 +70,16 @@ class Scores:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._book.close()
+
+    def enrol(self, roster: Roster) -> None:
+        """Enter the students of the roster, with their names; who hands in nothing is in the exports, too."""
+        for student in sorted(roster.students):
+            about = roster.about.get(student, {})
+            known = {
+                name: next((about[column] for column in columns if about.get(column)), "")
+                for name, columns in COLUMNS.items()
+            }
+            self._book.update_or_create_student(student, **{name: value for name, value in known.items() if value})
 
     def write(self, report: Report) -> None:
         """Write a report's points; an infrastructure error has no score, and changes nothing."""
@@ -64,9 +101,21 @@ class Scores:
                 self._book.db.add(grade)
             grade.auto_score = points
             grade.needs_manual_grade = grade.manual_score is not None  # look again at what was changed by hand
+        if self._submitted:
+            self._questions(notebook, reading.has_notebook(self._submitted / student / name, name))
         self._book.db.commit()
         if self._config and late.concerned(self._book.find_submission(name, student)):
             late.assign(self._config, self._url, name, name, student)
+
+    def _questions(self, notebook: SubmittedNotebook, handed_in: bool) -> None:
+        """Have what no test judges wait for a mark; without a notebook there is nothing to mark."""
+        tested = load(notebook.assignment.name).cells.keys()
+        questions = [grade for grade in notebook.grades if grade.name not in tested and grade.manual_score is None]
+        for grade in questions:
+            grade.auto_score = None if handed_in or not self._zero else 0.0
+            grade.needs_manual_grade = grade.auto_score is None
+        if questions and not handed_in and not self._zero:
+            self.unanswered.setdefault(notebook.assignment.name, []).append(notebook.student.id)
 
     def _add_assignment(self, name: str) -> None:
         self._book.update_or_create_assignment(name)

@@ -5,8 +5,9 @@ The exporters are plug-ins of `nbgrader export`, which finds them by module and 
     nbgrader export --exporter autograder.gradebook.moodle_export.MoodleExporter --to moodle.csv
 
 A grade is the score minus the late penalty.  A submission that waits for marks by hand, has no score yet or was not
-handed in gives an empty cell, never 0.  How many there are of each is in the log, and so is every student without a
-line in the file.
+handed in gives an empty cell, never 0, unless told otherwise: `automatic` exports what the tests gave, and
+`not_handed_in` fills the cells of what is missing.  How many there are of each is in the log, and so is who waits for
+which mark, who handed in nothing, and every student without a line in the file.
 
 Spreadsheets run a cell that begins with = + - or @ as a formula, and students choose their names (OWASP, "CSV
 Injection").  Names, and whatever else the import does not use, get an apostrophe in front, as OWASP advises.  What
@@ -27,7 +28,9 @@ from pathlib import Path
 from typing import TypeVar
 
 from nbgrader.api import Assignment, Gradebook, Student, SubmittedAssignment
+from nbgrader.api import Grade as CellGrade
 from nbgrader.plugins import ExportPlugin
+from traitlets import Bool, Enum
 
 from autograder.errors import CannotExport
 from autograder.gradebook import late
@@ -45,15 +48,26 @@ class Grade:
     student: Student
     assignment: Assignment
     handed_in: SubmittedAssignment | None
+    automatic: bool = False  # only what tests judge counts
+    not_handed_in: str = ""  # the cell when there is no submission
+
+    @cached_property
+    def parts(self) -> list[CellGrade]:
+        """Return the grades of the cells that count."""
+        found = [part for notebook in self.handed_in.notebooks for part in notebook.grades] if self.handed_in else []
+        return [part for part in found if part.auto_score is not None] if self.automatic else found
+
+    @cached_property
+    def unmarked(self) -> list[str]:
+        """Return the names of the cells that wait for a mark."""
+        return [part.name for part in self.parts if _waits(part)] if not self.automatic else []
 
     @cached_property
     def state(self) -> str:
         """DONE, WAITING or MISSING."""
         if self.handed_in is None:
             return MISSING
-        parts = [part for notebook in self.handed_in.notebooks for part in notebook.grades]
-        unmarked = any(part.needs_manual_grade or not has_score(part) for part in parts)
-        return WAITING if unmarked or not parts else DONE
+        return WAITING if self.unmarked or not self.parts else DONE
 
     @property
     def penalty(self) -> float:
@@ -62,10 +76,12 @@ class Grade:
 
     @property
     def points(self) -> str:
-        """The score minus the penalty, as the cell of a file: empty unless DONE."""
-        if self.handed_in is None or self.state != DONE:
+        """The score minus the penalty, as the cell of a file: empty while it waits."""
+        if self.handed_in is None:
+            return self.not_handed_in
+        if self.state != DONE:
             return ""
-        return number(max(0.0, self.handed_in.score - self.penalty))
+        return number(max(0.0, sum(part.score for part in self.parts) - self.penalty))
 
 
 Grades = dict[str, dict[str, Grade]]  # by student and assignment
@@ -76,6 +92,10 @@ class Exporter(ExportPlugin):
     """A plug-in of `nbgrader export`; the file that it writes is whole, or not there."""
 
     default_name = "grades.csv"
+    automatic = Bool(False, help="Export what the tests gave, without waiting for marks by hand.").tag(config=True)
+    not_handed_in = Enum(
+        ("", "0"), "", help="The cell of an assignment that was not handed in: empty, or 0 points."
+    ).tag(config=True)
 
     def export(self, gradebook: Gradebook) -> None:
         """Write the file; nbgrader calls this.  A mistake that the instructor can fix is one line and exit status 1."""
@@ -107,12 +127,29 @@ class Exporter(ExportPlugin):
         for assignment in chosen:
             handed_in = {one.student_id: one for one in assignment.submissions}
             for student in students:
-                grades[student.id][assignment.name] = Grade(student, assignment, handed_in.get(student.id))
+                grades[student.id][assignment.name] = Grade(
+                    student, assignment, handed_in.get(student.id), self.automatic, self.not_handed_in
+                )
         for assignment in chosen:
             states = Counter(grades[student.id][assignment.name].state for student in students)
             empty = ", ".join(f"{states[state]} {state}" for state in (WAITING, MISSING) if states[state])
             self.log.info("%s: %d grades%s", assignment.name, states[DONE], f"; left empty: {empty}" if empty else "")
+            self._tell_who(assignment.name, [grades[student.id][assignment.name] for student in students])
         return grades
+
+    def _tell_who(self, assignment: str, grades: list[Grade]) -> None:
+        """Log who waits for which mark, and who handed in nothing."""
+        waiting: dict[tuple[str, ...], list[str]] = {}
+        for grade in grades:
+            if grade.state == WAITING:
+                waiting.setdefault(tuple(grade.unmarked), []).append(printable(grade.student.id))
+        for cells, students in waiting.items():
+            what = f"a mark of {' and '.join(cells)}" if cells else "any score"
+            self.log.warning("%s: waiting for %s: %s", printable(assignment), what, ", ".join(students))
+        if waiting and not self.automatic:
+            self.log.warning("--%s.automatic=True exports what the tests gave", type(self).__name__)
+        if missing := [printable(grade.student.id) for grade in grades if grade.state == MISSING]:
+            self.log.warning("%s: %s by %s", printable(assignment), MISSING, ", ".join(missing))
 
     def _assign_penalties(self, gradebook: Gradebook, assignments: Iterable[Assignment]) -> None:
         """Work out late penalties again, where a policy is set: marks by hand and new extensions change them."""
@@ -130,6 +167,10 @@ class Exporter(ExportPlugin):
 def has_score(part: object) -> bool:
     """Return True if one of nbgrader's grades (of a cell) has points, from tests or by hand."""
     return getattr(part, "auto_score", None) is not None or getattr(part, "manual_score", None) is not None
+
+
+def _waits(part: CellGrade) -> bool:
+    return bool(part.needs_manual_grade) or not has_score(part)
 
 
 def harmless(text: str) -> str:

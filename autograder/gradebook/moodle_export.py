@@ -72,7 +72,9 @@ class MoodleExporter(Exporter):
         return [grade.points, self._feedback(grade)] if self.feedback else [grade.points]
 
     def _feedback(self, grade: Grade) -> str:
-        if grade.handed_in is None or grade.state != DONE:
+        if grade.handed_in is None:
+            return "Not handed in."
+        if grade.state != DONE:
             return ""
         said = [f"Handed in late: {number(grade.penalty)} points off."] if grade.penalty else []
         comments = (comment.comment for notebook in grade.handed_in.notebooks for comment in notebook.comments)

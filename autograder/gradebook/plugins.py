@@ -41,12 +41,16 @@ class HandedInNotebook(NotebookExporter):
         self, filename: str, resources: Resources | None = None, **kw: Any
     ) -> tuple[NotebookNode, Resources]:
         """The notebook to show, made safe; one that cannot be read is replaced by one that says so."""
-        try:
-            shown = notebook.safe(read_handed_in(Path(filename)))
-        except UnreadableNotebook as error:
-            why = f"**The notebook that was handed in cannot be shown: {error}.** Its files were graded."
-            shown = new_notebook(cells=[new_markdown_cell(notebook.plain(why))])
-        return self.from_notebook_node(shown, resources, **kw)
+        return self.from_notebook_node(handed_in_notebook(Path(filename)), resources, **kw)
+
+
+def handed_in_notebook(path: Path) -> NotebookNode:
+    """Return the notebook to show, made safe, or one that says why there is none."""
+    try:
+        return notebook.safe(read_handed_in(path))
+    except UnreadableNotebook as error:
+        why = f"**The notebook that was handed in cannot be shown: {error}.** Its files were graded."
+        return new_notebook(cells=[new_markdown_cell(notebook.plain(why))])
 
 
 class NameCells(NbGraderPreprocessor):

@@ -155,6 +155,19 @@ def bases(folder: Path, lost: bool = False) -> dict[tuple[str, str], Basis]:
     return found
 
 
+def submitted(folder: Path) -> Path:
+    """Return the folder of the submissions that were graded into an output folder, the last one if there are several.
+
+    Raises UsageError when there are no results, or that folder is gone.
+    """
+    places = [basis.submitted for basis in bases(folder, lost=True).values()]
+    if not places:
+        raise UsageError(f"no results in {folder}")
+    if not Path(places[-1]).is_dir():
+        raise UsageError(f"the submissions of {folder} are no longer in {places[-1]}")
+    return Path(places[-1])
+
+
 def _read_details(folder: Path) -> Iterator[dict]:
     """Yield what is for the instructor alone, in the order written."""
     if (folder / DETAILS).exists():

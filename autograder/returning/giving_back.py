@@ -13,7 +13,7 @@ from traitlets.config import Config
 
 from autograder.errors import Unplaced, UsageError
 from autograder.gradebook import late
-from autograder.gradebook.book import by_hand, default_url
+from autograder.gradebook.book import by_hand, existing_url
 from autograder.platforms import FILES, instruction
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.results import feedback, output
@@ -24,7 +24,6 @@ from course.foundation.untrusted import one_line
 from course.returned.record import Mark
 
 FOLDER = "returned"  # in the output folder
-SQLITE = "sqlite:///"
 
 
 @dataclass
@@ -133,11 +132,12 @@ def _url(gradebook: str | None, submitted: Path, out: Path) -> str | None:
     """The gradebook to look into; None when there is none."""
     if gradebook == "":
         return None
-    url = gradebook or default_url(submitted, out)
-    there = not url.startswith(SQLITE) or Path(url.removeprefix(SQLITE)).exists()  # nbgrader would make an empty one
-    if gradebook and not there:
-        raise UsageError(f"there is no gradebook {gradebook}")
-    return url if there else None
+    try:
+        return existing_url(gradebook, submitted, out)
+    except UsageError:
+        if gradebook:
+            raise
+        return None
 
 
 def _write(pages: dict[tuple[str, str], list[tuple[str, str, bytes]]], into: Path, result: Returned) -> None:

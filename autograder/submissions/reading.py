@@ -4,10 +4,11 @@ Files are read once, through descriptors that never follow a link, into bytes; n
 A file that is missing is taken from the `%%exercise` cell of the notebook that was handed in, as text: nothing is run.
 """
 
+import contextlib
 import os
 import re
 import stat
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -73,6 +74,25 @@ def read_file(path: Path, limit: int = MAX_BYTES) -> bytes:
         return _read_file(path.name, inside, limit)
     finally:
         os.close(inside)
+
+
+def regular_files(folder: Path, limit: int = MAX_BYTES) -> Iterator[tuple[Path, bytes]]:
+    """The ordinary files of a folder that can be read.  What else is there is not taken along."""
+    for path in sorted(folder.iterdir()) if folder.is_dir() else ():
+        with contextlib.suppress(OSError, RefusedFile):
+            yield path, read_file(path, limit)
+
+
+def has_notebook(folder: Path, assignment: str) -> bool:
+    """Return True if an exercise's notebook was handed in, whatever is in it."""
+    return stat.S_ISREG(_kind(folder / f"{assignment}.ipynb"))
+
+
+def _kind(path: Path) -> int:
+    try:
+        return os.lstat(path).st_mode
+    except OSError:
+        return 0
 
 
 def handed_in_at(folder: Path) -> datetime | None:

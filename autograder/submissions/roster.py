@@ -1,6 +1,10 @@
-"""The roster of a class: CSV files that say what each student may be called."""
+"""The roster of a class: CSV files that say what each student may be called.
+
+It is given once: `SUBMITTED/.roster.csv` keeps it for the commands that follow.
+"""
 
 import csv
+import io
 import re
 import unicodedata
 from collections import defaultdict
@@ -9,7 +13,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from autograder.errors import Unplaced, UsageError
+from course.foundation import storage
 
+REMEMBERED = ".roster.csv"  # in the folder of the submissions
+ROLE, INSTRUCTOR = "role", "instructor"  # a column of the class's server, and who in it hands in nothing
 ID = re.compile(r"[\w.@+-]+(?: [\w.@+-]+)*")
 
 
@@ -18,6 +25,7 @@ class Roster:
     """The students of a class: for each the name of their folder, and whatever else they are called."""
 
     students: set[str] = field(default_factory=set)
+    about: dict[str, dict[str, str]] = field(default_factory=dict)  # further columns, by student
     _called: dict[str, set[str]] = field(default_factory=lambda: defaultdict(set))
 
     def find(self, names: tuple[str, ...]) -> str:
@@ -63,10 +71,32 @@ def read_rosters(paths: Iterable[Path]) -> Roster:
                         f"{columns[column]!r}: call them differently if they are two students"
                     )
             known[student] = (path, said | columns)
+            if columns.pop(ROLE, "").lower() == INSTRUCTOR:
+                continue
+            roster.about[student] = said | columns
             first, last = columns.get("first_name", ""), columns.get("last_name", "")
             roster.add(
                 student, [*columns.values(), *([f"{first} {last}", f"{last} {first}"] if first and last else [])]
             )
+    return roster
+
+
+def of_class(submitted: Path, given: Iterable[Path] | None) -> Roster | None:
+    """Return the roster in the files `given`, and remember it beside the submissions; or else the one remembered.
+
+    None when there is neither.  Raises UsageError.
+    """
+    kept = submitted / REMEMBERED
+    if not given:
+        return read_rosters([kept]) if kept.exists() else None
+    roster = read_rosters(given)
+    columns = ["student", *dict.fromkeys(column for about in roster.about.values() for column in about)]
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, columns, restval="")
+    writer.writeheader()
+    writer.writerows({"student": student, **about} for student, about in sorted(roster.about.items()))
+    submitted.mkdir(parents=True, exist_ok=True)
+    storage.replace(kept, text.getvalue().encode(), storage.PRIVATE)
     return roster
 
 

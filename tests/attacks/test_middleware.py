@@ -86,7 +86,9 @@ def attacking(attack: str, how: str) -> dict[str, bytes]:
     """The right answer, but that each of its nodes attacks before it does anything else."""
     text = REFERENCE["motor_service.py"].decode()
     assert "(Node)" in text
-    head = attack.replace("import rclpy\n", "import rclpy\nfrom rclpy.node import Node\n", 1) + NODE.replace("{how}", how)
+    head = attack.replace("import rclpy\n", "import rclpy\nfrom rclpy.node import Node\n", 1) + NODE.replace(
+        "{how}", how
+    )
     return REFERENCE | {"motor_service.py": (head + text.replace("(Node)", "(Attacker)")).encode()}
 
 

@@ -1,0 +1,53 @@
+"""Entering what was graded into a course: the scores in its gradebook, and what Formgrader shows."""
+
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from autograder.gradebook import autograded, late
+from autograder.gradebook.book import Scores, default_url
+from autograder.records import INFRASTRUCTURE_ERROR, Report
+from autograder.submissions.roster import Roster
+
+
+class Entering:
+    """An open gradebook, and the folder `autograded` beside it where that is the gradebook of the submissions' course.
+
+    See `book.Scores` for `unanswered_is_zero`.
+    """
+
+    def __init__(
+        self,
+        url: str | None,
+        submitted: Path,
+        out: Path,
+        roster: Roster | None = None,
+        unanswered_is_zero: bool = False,
+    ):
+        own = default_url(submitted, out)
+        self._url, self._submitted = url or own, submitted
+        self._config = late.course_config(submitted) if self._url == own else None
+        self._scores = Scores(self._url, submitted, unanswered_is_zero)
+        if roster:
+            self._scores.enrol(roster)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._scores.__exit__(kind, error, trace)
+
+    @property
+    def unanswered(self) -> dict[str, list[str]]:
+        """Return who must hand in a notebook before the questions in it can be marked, by exercise."""
+        return self._scores.unanswered
+
+    def write(self, report: Report) -> None:
+        """Enter a report; an infrastructure error changes nothing."""
+        if report.status == INFRASTRUCTURE_ERROR:
+            return
+        self._scores.write(report)
+        if self._config is not None:
+            autograded.lay_out(self._config, self._url, self._submitted, report)

@@ -1,0 +1,184 @@
+"""A class over a term: absent students, hand-ins without a notebook, marks by hand, and what Formgrader finds."""
+
+import csv
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from nbgrader.api import Gradebook
+from typer.testing import CliRunner
+
+from autograder.cli import app
+from autograder.gradebook import release
+from autograder.gradebook.entering import Entering
+from autograder.records import GRADED, PASSED, Report, Result
+from autograder.results.output import Basis, Output
+from autograder.submissions import exercises, listing
+from autograder.submissions.roster import REMEMBERED, of_class
+from course.returned import record
+from tests.gradebook.test_nbgrader import formgrader_page
+
+pytestmark = pytest.mark.filterwarnings("ignore:Object of type")  # nbgrader's own, about its sessions
+ROSTER = "student,first_name,last_name,email,canvas_id,role\nada,Ada,Lovelace,ada@uni.edu,11,student\n"
+ROSTER += "bob,Bob,Ross,bob@uni.edu,12,student\nzoe,Zoë,Müller,zoe@uni.edu,13,\nprof,Alan,T,p@uni.edu,14,instructor\n"
+TESTS = exercises.load("calculator").tests
+MOST = sum(test.points for test in TESTS)
+QUESTION = "exponentiation"  # the cell that is marked by hand
+
+
+def report(student: str) -> Report:
+    tests = [Result(test.id, test.title, PASSED, test.points, test.points) for test in TESTS]
+    return Report(student, "calculator", GRADED, MOST, MOST, 1, 0.0, tests=tests)
+
+
+def run(*arguments: object) -> str:
+    """Return what the command prints; it ends well."""
+    ran = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    assert ran.exit_code == 0, ran.output
+    return ran.output
+
+
+@pytest.fixture(scope="module")
+def released(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("released")
+    release.release(folder, ["calculator"])
+    return folder
+
+
+@pytest.fixture
+def course(released, tmp_path) -> Path:
+    """A course in which ada has handed in files and notebook, bob files alone, and zoe nothing; results, no grades."""
+    course = tmp_path / "course"
+    shutil.copytree(released, course)
+    (tmp_path / "roster.csv").write_text(ROSTER)
+    for student in ("ada", "bob"):
+        (course / "submitted" / student / "calculator").mkdir(parents=True)
+        (course / "submitted" / student / "calculator" / "calculator_server.py").write_text("print()")
+    shutil.copy(course / "release" / "calculator" / "calculator.ipynb", course / "submitted" / "ada" / "calculator")
+    with Output(course / "out", resume=True) as output:
+        for student in ("ada", "bob"):
+            handed_in = listing.read(course / "submitted", student, "calculator")
+            basis = Basis(str(course / "submitted"), exercises.pack("calculator").digest, listing.digest(handed_in))
+            output.write(report(student), basis)
+    return course
+
+
+def grade(course: Path, *options: object) -> str:
+    """Enter the results that are there into the gradebook: nothing is run."""
+    return run("grade", course / "submitted", "--output", course / "out", "--resume", *options)
+
+
+def exported(course: Path, *options: object) -> tuple[dict[str, dict[str, str]], str]:
+    """The lines of a table of grades, by student, and what the command prints."""
+    said = run("export", course / "out", "--for", "csv", "--to", course / "grades.csv", *options)
+    with open(course / "grades.csv", newline="") as file:
+        return {line["student_id"]: line for line in csv.DictReader(file)}, said
+
+
+def test_a_roster_that_was_given_once_is_known_to_all_commands(course, tmp_path):
+    said = grade(course, "--roster", tmp_path / "roster.csv")
+    assert "Not handed in: calculator: zoe." in said.splitlines()
+    assert "Not handed in: calculator: zoe." in grade(course).splitlines()  # it is kept
+    with Gradebook(f"sqlite:///{course / 'gradebook.db'}") as book:
+        names = {one.id: (one.first_name, one.last_name, one.email, one.lms_user_id) for one in book.students}
+    assert names == {
+        "ada": ("Ada", "Lovelace", "ada@uni.edu", "11"),
+        "bob": ("Bob", "Ross", "bob@uni.edu", "12"),
+        "zoe": ("Zoë", "Müller", "zoe@uni.edu", "13"),
+    }
+    table, said = exported(course, "--automatic")
+    assert {student: line["state"] for student, line in table.items()} == {
+        "ada": "graded",
+        "bob": "graded",
+        "zoe": "not handed in",
+    }
+    assert table["zoe"]["last_name"] == "Müller" and table["zoe"]["score"] == ""
+    assert "calculator: not handed in by zoe" in said
+    table, _ = exported(course, "--automatic", "--missing-is-zero")
+    assert table["zoe"]["score"] == "0"
+    assert "zoe" in run("return", course / "out").partition("Without a page")[2]
+    assert (course / "submitted" / REMEMBERED).stat().st_mode & 0o077 == 0
+    assert of_class(course / "submitted", None).students == {"ada", "bob", "zoe"}
+
+
+def test_the_platform_is_told_who_handed_in_nothing(course, tmp_path):
+    grade(course, "--roster", tmp_path / "roster.csv")
+    run(
+        "export", course / "out", "--for", "moodle", "--to", tmp_path / "moodle.csv", "--automatic", "--missing-is-zero"
+    )
+    assert (tmp_path / "moodle.csv").read_text().split() == [
+        "username,calculator",
+        f"ada,{MOST:g}",
+        f"bob,{MOST:g}",
+        "zoe,0",
+    ]
+
+
+def test_what_the_tests_gave_is_exported_before_anything_is_marked(course):
+    grade(course)
+    table, said = exported(course)
+    assert {line["state"] for line in table.values()} == {"waiting for marks"}
+    assert f"calculator: waiting for a mark of {QUESTION}: ada, bob" in said
+    table, _ = exported(course, "--automatic")
+    assert {line["score"] for line in table.values()} == {f"{MOST:g}"}
+
+
+def test_questions_without_a_notebook_are_asked_for_or_count_0(course):
+    said = grade(course)
+    assert "Handed in without a notebook, so that calculator's questions cannot be marked: bob." in said
+    assert exported(course)[0]["bob"]["state"] == "waiting for marks"
+    said = grade(course, "--without-notebook", "zero")
+    assert "without a notebook" not in said
+    table, _ = exported(course)
+    assert (table["bob"]["state"], table["bob"]["score"]) == ("graded", f"{MOST:g}")
+    assert table["ada"]["state"] == "waiting for marks"
+    shutil.copy(course / "submitted" / "ada" / "calculator" / "calculator.ipynb", course / "submitted/bob/calculator")
+    grade(course, "--without-notebook", "zero")  # now there is something to mark
+    assert exported(course)[0]["bob"]["state"] == "waiting for marks"
+
+
+def test_a_class_graded_by_autograder_is_marked_by_hand_at_once(course):
+    (course / "submitted" / "ada" / "calculator" / "page.html").write_text("<script>")
+    (course / "submitted" / "ada" / "calculator" / "link.txt").symlink_to("/etc/passwd")
+    grade(course)
+    assert sorted(path.name for path in (course / "autograded" / "ada" / "calculator").iterdir()) == [
+        "calculator.ipynb",
+        "calculator_server.py",
+    ]
+    for student in ("ada", "bob"):
+        page = formgrader_page(course, student)
+        assert TESTS[0].title in page
+    assert "cannot be shown" in formgrader_page(course, "bob")
+    nbgrader = release.api(course)
+    assert {one["student"] for one in nbgrader.get_submissions("calculator") if one["autograded"]} == {"ada", "bob"}
+    with Gradebook(f"sqlite:///{course / 'gradebook.db'}") as book:
+        marked = book.find_grade(QUESTION, "calculator", "calculator", "ada")
+        assert marked.needs_manual_grade  # Manual Grading lists it
+        marked.manual_score, marked.needs_manual_grade = 4, False
+        book.db.commit()
+    assert nbgrader.generate_feedback("calculator")["success"]
+    page = record.read((course / "feedback" / "ada" / "calculator" / "calculator.html").read_bytes())
+    assert page.cells[QUESTION][0] == 4 and page.points == MOST + 4
+    grade(course)  # again: the mark stays
+    with Gradebook(f"sqlite:///{course / 'gradebook.db'}") as book:
+        marked = book.find_grade(QUESTION, "calculator", "calculator", "ada")
+        assert (marked.manual_score, bool(marked.needs_manual_grade)) == (4, False)
+
+
+def test_another_gradebook_leaves_the_course_alone(course, tmp_path):
+    url = f"sqlite:///{tmp_path / 'other.db'}"
+    with Entering(url, course / "submitted", course / "out") as entering:
+        entering.write(report("ada"))
+    assert not (course / "autograded").exists()
+
+
+def test_a_wrong_export_is_one_line(course, tmp_path):
+    grade(course)
+    for options, says in {
+        ("--for", "canvas"): "export the gradebook from Canvas",
+        ("--for", "moodle", "--user", "shoe"): "--user is one of username",
+    }.items():
+        ran = CliRunner().invoke(app, ["export", str(course / "out"), *options, "--to", str(tmp_path / "x.csv")])
+        assert says in str(ran.exception) and type(ran.exception).__name__ in ("CannotExport", "UsageError")
+    assert json.loads((course / "out" / "results.jsonl").read_text().splitlines()[0])["student"] == "ada"
