@@ -6,6 +6,7 @@ from pathlib import Path
 
 from IPython import get_ipython
 
+from course.errors import CourseError
 from course.foundation import cells
 from course.notebook.extension import reason
 from course.notebook.file_differences import differences
@@ -38,7 +39,7 @@ def _run(source: str, failed: dict[str, str]) -> str:
     try:
         with contextlib.redirect_stdout(io.StringIO()):
             exec(compile(shell.transform_cell(source), "check", "exec"), shell.user_ns)
-    except AssertionError as error:
+    except (AssertionError, CourseError) as error:
         return f"not yet: {error}"
     except NameError as error:
         first = next((name for name, text in failed.items() if error.name in names_of(text).made), "")

@@ -1,17 +1,23 @@
 """`%%exercise FILE`: the cell is the file that is handed in, and runs as a live node beside the notebook."""
 
+import contextlib
+import os
 import shlex
+import sys
 from pathlib import Path
 
 from IPython.core.error import UsageError
 from IPython.core.magic_arguments import argument, magic_arguments, parse_argstring
 
-from course.errors import ExerciseError
-from course.foundation.cells import content
+from course import registry
+from course.errors import CourseError, ExerciseError
+from course.foundation import storage
+from course.foundation.cells import MOST, content
+from course.foundation.untrusted import read_regular
 from course.interfaces import InterfaceError, build
 from course.interfaces.definition import SECTIONS
 from course.interfaces.kept import keep, packages
-from course.notebook.file_differences import remember
+from course.notebook.file_differences import last_written, remember, remember_refused
 from course.session.live import live
 
 
@@ -28,12 +34,20 @@ def exercise(line: str, cell: str) -> None:
     path = Path(options.file)
     if path.name != options.file or path.suffix not in (".py", *(f".{kind}" for kind in SECTIONS)):
         raise UsageError("%%exercise takes the name of a .py, .srv, .msg or .action file beside the notebook")
+    foreign = _content(path) != last_written(path)
+    try:
+        if path.suffix == ".py":
+            _check_syntax(path, cell)
+            _write(path, cell)
+        else:
+            _interface(path, cell, options.package)
+    except CourseError as error:
+        remember_refused(path, str(error).partition("\n")[0])
+        raise
+    if foreign:
+        _tell_of_others(path)
     if path.suffix != ".py":
-        _interface(path, cell, options.package)
         return
-    _check_syntax(path, cell)
-    path.write_text(cell, encoding="utf-8")
-    remember(path, cell)
     if options.no_start:
         print(f"{path.name}: written")
         return
@@ -44,6 +58,37 @@ def exercise(line: str, cell: str) -> None:
     else:
         live().watch.mark_told(process)
         print("\n".join([f"{path.name}: written, but it does not run:", *map(str, process.reports)]))
+
+
+def _content(path: Path) -> bytes | None:
+    with contextlib.suppress(OSError, ValueError):
+        return read_regular(path, MOST)
+    return None
+
+
+def _write(path: Path, cell: str) -> None:
+    """Write the cell's file as a whole, so that a full disk leaves the one before it."""
+    try:
+        storage.replace(path, cell.encode("utf-8", errors="replace"))
+    except OSError as error:
+        raise ExerciseError(
+            f"{path.name} could not be written: {(error.strerror or str(error)).lower()} ({path.parent.resolve()}). "
+            "Nothing was written, the file is as it was. Make room, or ask whom the folder belongs to, and run the "
+            "cell again."
+        ) from None
+    remember(path, cell)
+
+
+def _tell_of_others(path: Path) -> None:
+    """Tell the reader of another kernel in this folder: the file that was there may have been its."""
+    for each in registry.running():
+        if Path(each.folder) == Path.cwd() and each.pid != os.getpid():
+            print(
+                f"note: another kernel works in this folder, too (process {each.pid}). Both write {path.name}, and "
+                "what was written last counts.",
+                file=sys.stderr,
+            )
+            return
 
 
 def _check_syntax(path: Path, cell: str) -> None:
@@ -70,7 +115,6 @@ def _interface(path: Path, cell: str, package: str) -> None:
         built = build(package, {**texts, path.name: cell})
     except InterfaceError as error:
         raise ExerciseError(str(error)) from None
-    path.write_text(cell, encoding="utf-8")
-    remember(path, cell)
+    _write(path, cell)
     keep(Path(), built, {*known, path.name})
     print(f"{path.name}: written, built as {package}/{path.suffix[1:]}/{path.stem}")

@@ -13,9 +13,28 @@ SUFFIXES = (".py", *(f".{kind}" for kind in SECTIONS))
 _written: dict[Path, bytes] = {}  # what this kernel's cells have written
 
 
+_refused: dict[Path, str] = {}  # why the last version of a cell of this kernel was not written
+
+
 def remember(file: Path, content: str) -> None:
     """Note what an exercise cell of this kernel has written: the notebook on the disk may not have that cell yet."""
     _written[file.resolve()] = content.encode()
+    _refused.pop(file.resolve(), None)
+
+
+def remember_refused(file: Path, why: str) -> None:
+    """Note that an exercise cell of this kernel was run and could not be written: the file is the one before it."""
+    _refused[file.resolve()] = why
+
+
+def refusal_of(file: Path) -> str:
+    """Return why the last version of the cell of a file was not written, or ''."""
+    return _refused.get(file.resolve(), "")
+
+
+def last_written(file: Path) -> bytes | None:
+    """Return what a cell of this kernel has written last to a file, None if none has."""
+    return _written.get(file.resolve())
 
 
 def difference_of(file: Path) -> str:

@@ -17,6 +17,7 @@ from course.foundation.cells import PASSED, Cell
 from course.notebook.file_differences import written_by
 from course.notebook.needed_cells import needed_cells
 
+TOLD = ("AssertionError", "CallTimeout", "ExerciseError", "InterfaceError", "LiveError", "NodeFailed")  # by a message
 CELL = 60  # s that a cell may take
 COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
@@ -85,7 +86,7 @@ def _outcome(ran: NotebookNode) -> str:
     if error is None:
         return ""
     why = COLOUR.sub("", error.evalue).strip()
-    return f"not yet: {why if error.ename in ('AssertionError', 'NodeFailed') and why else f'{error.ename}: {why}'}"
+    return f"not yet: {why if error.ename in TOLD and why else f'{error.ename}: {why}'}"
 
 
 def _cell(cell: NotebookNode) -> Cell:

@@ -10,6 +10,7 @@ import contextlib
 import os
 import socket
 import struct
+from collections.abc import Iterable
 from typing import NamedTuple
 
 COUNTABLE = range(101)  # domains; from 101 on, Linux also gives their ports to other programs
@@ -71,6 +72,14 @@ def ask_participants(domain: int) -> None:
         for port in listening:
             if port.number not in own:
                 sender.sendto(message, (LOOPBACK, port.number))
+
+
+def is_of_process(endpoint_gid: Iterable[int], pid: int) -> bool:
+    """Return True if an endpoint of this host is one of the process `pid`, or of one that shares 16 bits with it.
+
+    Fast DDS 2.14 puts the low half of the process's number into the identifier of its participant (`GuidPrefix_t`).
+    """
+    return bytes(endpoint_gid)[4:6] == struct.pack("<H", pid & 0xFFFF)
 
 
 def announcement(port: int) -> bytes:

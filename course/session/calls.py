@@ -13,6 +13,7 @@ from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation.waiting import wait_until
 from course.ros.names import OF_EVERY_NODE, type_name
 from course.session.interface_usage import is_of
+from course.session.outsiders import Outsiders
 from course.session.source import blocked
 from course.session.watch import Handle, Watch
 
@@ -24,9 +25,10 @@ GRACE = 1.0  # s that a server may take to be found, before the report of a dead
 class Calls:
     """The clients of `node`, which is spun elsewhere, and what is known of the `handles` that serve them."""
 
-    def __init__(self, node: Node, handles: Mapping[str, Handle], watch: Watch):
-        self.node, self._handles, self.watch = node, handles, watch
+    def __init__(self, node: Node, handles: Mapping[str, Handle], watch: Watch, outsiders: Outsiders):
+        self.node, self._handles, self.watch, self._outsiders = node, handles, watch, outsiders
         self._clients: dict[tuple[str, type], Client] = {}
+        self._servers: dict[str, int] = {}  # how many served each service when the reader was last told who does
 
     def forget(self, services: Collection[str]) -> None:
         """Destroy the clients of these services: matched with a server that ends, they could miss the next one."""
@@ -38,6 +40,7 @@ class Calls:
 
     def _destroy(self, keys: list[tuple[str, type]]) -> None:
         for key in keys:
+            self._servers.pop(self._clients[key].service_name, None)
             self.node.destroy_client(self._clients.pop(key))
 
     def wait_for_service(self, service: str, srv_type: type[Any], timeout: float) -> None:
@@ -108,17 +111,31 @@ class Calls:
             self._look_at(client.service_name, again=True)  # nobody serves it, and somebody has died
         if not wait_until(client.service_is_ready, timeout - GRACE):
             raise CallTimeout(f"no server for {client.service_name} within {timeout:g} s. {self._served(client)}")
-        if len(servers := self._servers(client.service_name)) > 1:
-            self.watch.notice(
-                f"{client.service_name} is served by {' and by '.join(servers)}: who answers first is a matter of "
-                f"luck. Stop one of them, as with ros.stop('{servers[0]}')."
-            )
+        self._tell_who_answers(client.service_name)
 
-    def _servers(self, service: str) -> list[str]:
-        """The session's running nodes that serve `service`."""
-        if self.node.count_services(service) < 2:
-            return []
-        return [name for name, handle in list(self._handles.items()) if handle.alive and service in handle.services]
+    def _tell_who_answers(self, service: str) -> None:
+        """Tell the reader, once, of several servers of `service`, and of one that the session has not started."""
+        count = self.node.count_services(service)
+        if self._servers.get(service) == count:
+            return
+        self._servers[service] = count
+        outside = self._outsiders.serving(service)
+        own = [name for name, handle in list(self._handles.items()) if handle.alive and service in handle.services]
+        if outside and count > len(outside):
+            self.watch.notice(
+                f"{service} is served by a node of this session and by {outside[0]}, which it has not started: who "
+                f"answers first is a matter of luck. To end the other: {outside[0].ending}."
+            )
+        elif outside:
+            self.watch.notice(
+                f"{service} is answered by {outside[0]}, which this session has not started. To end it: "
+                f"{outside[0].ending}."
+            )
+        elif count > 1 and len(own) > 1:
+            self.watch.notice(
+                f"{service} is served by {' and by '.join(own)}: who answers first is a matter of luck. Stop one of "
+                f"them, as with ros.stop('{own[0]}')."
+            )
 
     def _served(self, client: Client) -> str:
         """Return what is served in place of what `client` asks for."""

@@ -28,6 +28,7 @@ from course.session.following import LogFollower
 from course.session.guards import Guards
 from course.session.interface_usage import destructors
 from course.session.logs import Entry, Logs
+from course.session.outsiders import Outsiders
 from course.session.publishing import Publishing
 from course.session.requests import fill
 from course.session.session_logs import SessionLogs
@@ -70,7 +71,8 @@ class Session:
         self.watch = Watch(self._handles)
         self._logs = SessionLogs(self.node, self._handles, self.watch.notice)
         self._spinner = Spinner(self.node)
-        self._calls = Calls(self.node, self._handles, self.watch)
+        outsiders = Outsiders(self.node, domain_id, self._handles)
+        self._calls = Calls(self.node, self._handles, self.watch, outsiders)
         self._closed = False
         self._publishing = Publishing(domain_id, str(self._folder), self._handles)
         self._nodes = StartedNodes(
@@ -79,6 +81,7 @@ class Session:
             calls=self._calls,
             logs=self._logs,
             prepare=self._find_packages,
+            outsiders=outsiders,
             publishing=self._publishing,
             watch=self.watch,
         )
@@ -127,6 +130,13 @@ class Session:
         for handle in list(self._handles.values()):
             self.watch.mark_told(handle)
         return Nodes(self._nodes.names(), self.rows())
+
+    def others(self, name: str) -> list[tuple[str, str]]:
+        """Return who serves the service or action `name`, or publishes on the topic, and how to end each.
+
+        They are the nodes that this session has started, and those of programs outside of it.
+        """
+        return self._nodes.others(name)
 
     def rows(self) -> list[Row]:
         """Return the rows of the table of `nodes`; the nodes' reports do not count as told."""
@@ -183,6 +193,13 @@ class Session:
     def until(self, condition: Callable[[], object], timeout: float = 5.0) -> bool:
         """Wait in the main thread until `condition()` holds; False after `timeout` s."""
         return bool(wait_until(condition, timeout))
+
+    def look(self) -> None:
+        """Raise NodeFailed when a node has died, or raised an exception, of which nobody was told.
+
+        All waits of the session do so; this is for a program that waits by other means.
+        """
+        self.watch.look()
 
     # The session itself
 

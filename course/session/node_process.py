@@ -122,6 +122,11 @@ class NodeProcess:
         return self._popen.poll() is None
 
     @property
+    def pid(self) -> int:
+        """The number of its process."""
+        return self._popen.pid
+
+    @property
     def returncode(self) -> int | None:
         """Its exit status, None while it runs."""
         return self._popen.poll()
@@ -190,7 +195,7 @@ class NodeProcess:
     @property
     def where(self) -> str:
         """Return where it runs."""
-        return f"{self.name}, process {self._popen.pid}"
+        return f"{self.name}, process {self.pid}"
 
     def stop(self) -> None:
         """End it as Ctrl-C does, and by force when that does not help within 3 s."""

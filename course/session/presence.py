@@ -14,12 +14,14 @@ from rcl_interfaces.srv import ListParameters
 from rclpy.node import Node
 
 from course.foundation.waiting import wait_until
+from course.ros.discovery import is_of_process
 from course.ros.names import full, split
 from course.ros.rclpy_internals import NodeNameNonExistentError, unwatched
 from course.session.node_process import NodeProcess
 
 FORGOTTEN = 15.0  # s; a node that was killed is in the graph for 5 (discovery.xml), on a busy machine for longer
 SETTLED = 2.0  # s that a program may take from its node to its executor
+UNKNOWN = "_NODE_NAME_UNKNOWN_"  # the name of an endpoint's node that was not heard of yet
 EVENTS = "/parameter_events"  # every node of rclpy has one publisher there, and of rclcpp unless it was told not to
 
 
@@ -37,6 +39,17 @@ class Presence:
         for name in listed - alive:
             listed[name] = alive[name] or int(self._has_endpoints(name))
         return sorted(listed.elements())
+
+    def of_process(self, pid: int) -> list[str]:
+        """The full names of the nodes that a process of this host has, as far as they publish parameter events."""
+        publishers = self._node.get_publishers_info_by_topic(EVENTS)
+        own = (each for each in publishers if is_of_process(each.endpoint_gid, pid))
+        return sorted(full(each.node_name, each.node_namespace) for each in own if each.node_name != UNKNOWN)
+
+    def publishing(self, topic: str) -> set[str]:
+        """The full names of the nodes that publish on `topic`."""
+        publishers = self._node.get_publishers_info_by_topic(topic)
+        return {full(each.node_name, each.node_namespace) for each in publishers}
 
     def wait_until_gone(self, ended: Iterable[str], others: Iterable[str]) -> None:
         """Wait until the graph has forgotten the nodes `ended`; `others`, perhaps of the same names, are still there.

@@ -19,6 +19,7 @@ from course.session.calls import Calls
 from course.session.interface_usage import destructors
 from course.session.live_node import LiveNode, Owner, in_context
 from course.session.node_process import NodeProcess
+from course.session.outsiders import Outsiders
 from course.session.presence import Presence, difference
 from course.session.publishing import Publishing
 from course.session.requests import argument
@@ -46,12 +47,14 @@ class StartedNodes:
         *,
         calls: Calls,
         logs: SessionLogs,
+        outsiders: Outsiders,
         prepare: Callable[[], None],
         publishing: Publishing,
         watch: Watch,
     ):
         self._owner, self._handles = owner, handles
         self._calls, self._logs, self._prepare, self._publishing, self._watch = calls, logs, prepare, publishing, watch
+        self._outsiders = outsiders
         self._presence = Presence(calls.node)
         self._again: dict[str, Callable[[], Handle]] = {}  # how each was started last
         self._changing = threading.RLock()  # held while a node is started or stopped
@@ -105,16 +108,31 @@ class StartedNodes:
         """Return the full names of the nodes that run in the session's domain, hidden ones left out."""
         return [name for name in self._presence.names() if not base(name).startswith("_")]
 
+    def others(self, name: str) -> list[tuple[str, str]]:
+        """Return who serves the service or action `name`, or publishes on the topic, and how to end each."""
+        served = {name, f"{name}/_action/send_goal"}
+        publishing = self._presence.publishing(name)
+        found = [(str(each), each.ending) for each in self._outsiders.serving(name)]
+        for key, handle in list(self._handles.items()):
+            if handle.alive and (handle.services & served or publishing & set(handle.nodes)):
+                found.append((f"{key} of this notebook", f"ros.stop('{key}')"))
+        return found
+
     def rows(self) -> list[Row]:
         """Return a row for each started node, and for each node that somebody else has started."""
-        names = self.names()
         rows, known = [], set()
         for key, handle in list(self._handles.items()):
             reports = tuple(map(str, handle.reports))
             for name in handle.nodes or [handle.name]:
                 rows.append(Row(name, handle.state, handle.started, handle.where, key, handle.alive, reports))
                 known.add(name)
-        rows += [Row(name, "running", None, "not started by this session") for name in names if name not in known]
+        outside = self._outsiders.nodes()
+        for each in outside:  # it may have the name of one of them
+            rows.append(Row(each.node, "running", None, f"not started by this session: {each.where}"))
+            known.add(each.node)
+        rows += [
+            Row(name, "running", None, "not started by this session") for name in self.names() if name not in known
+        ]
         return sorted(rows, key=lambda row: row.name)
 
     def _alone(self, start: Callable[[], Handle]) -> Handle:
@@ -123,6 +141,12 @@ class StartedNodes:
             self._prepare()
             handle = start()
             self._again[handle.name] = start
+            for each in self._outsiders.nodes():
+                if each.node in handle.nodes:
+                    self._watch.notice(
+                        f"A program outside of this session has a node of the same name, too: {each}. To end it: "
+                        f"{each.ending}."
+                    )
         return handle
 
     def _start_class(
@@ -161,6 +185,11 @@ class StartedNodes:
                         f"{cls.__name__} takes the place of {type(handle.node).__name__}: both call their node "
                         f"'{name}'. Give one of them another name in `super().__init__(...)` to run both."
                     )
+                if new is not None and isinstance(handle, NodeProcess) and handle.alive:
+                    self._watch.notice(
+                        f"{new.name} takes the place of {key}: both call their node '{name}'. Give one of them another "
+                        "name in `super().__init__(...)` to run both."
+                    )
                 self.stop(key)
                 for node in handle.nodes:
                     self._logs.forget(base(node), *([new.started] if new else []))
@@ -176,8 +205,12 @@ class StartedNodes:
         variables = sitecustomize.environment(os.environ) if self.introspecting else {}
         process = NodeProcess(path, arguments, self._publishing.publish, variables)
         self._handles[process.name] = process
-        wait_until(lambda: not process.alive or len(self._presence.names()) > len(before), timeout, alert=False)
-        process.nodes = difference(self._presence.names(), before) if process.alive else []
+
+        def found() -> list[str]:  # what others start or end meanwhile is none of it
+            return self._presence.of_process(process.pid) or difference(self._presence.names(), before)
+
+        wait_until(lambda: not process.alive or found(), timeout, alert=False)
+        process.nodes = found() if process.alive else []
         if not process.alive:
             raise self._failed(process)
         if not process.nodes:

@@ -134,6 +134,15 @@ class Simulation:
         """Return what the laser measures at the current pose (m, shape (beams,)); each call draws fresh noise."""
         return self.laser.measure(self._caster, self.pose, self._random)
 
+    def nearest(self, begin: float, end: float) -> float:
+        """Return the distance (m) from the robot's middle to the nearest obstacle between two angles (degrees).
+
+        It is what is there, not a measurement; `inf` where nothing is.
+        """
+        x, y, heading = self.pose
+        angles = heading + np.radians(np.arange(begin, end + 0.5, 1.0))
+        return float(self._caster.distances((x, y), angles).min())
+
     def step(self, linear: float, angular: float, duration: float) -> Collision | None:
         """Drive at the commanded speeds (m/s, rad/s) for `duration` s.
 

@@ -1,0 +1,103 @@
+"""Public checks hold what their task says: right answers pass, and the mistakes that a section is about do not."""
+
+import ast
+
+import pytest
+
+from course.foundation import cells
+from course.session import live
+from tests.hidden import answers
+from tests.notebook.public_checks import NOTEBOOKS, SHELL, Page
+
+# What the pages call the mistake of their section, beside the wrong answers in what an exercise is about (ABOUT) and
+# those that do nothing useful (USELESS).
+OF_THE_SECTION = {
+    "actions": {
+        "cancelled cabin goes back to floor 0",
+        "every goal starts at floor 0",
+        "goals move the cabin side by side",
+        "never looks for a cancel",
+        "never looks whether it is blocked",
+        "no cancel callback",
+        "no feedback",
+        "one thread",
+        "rejects nothing",
+    },
+    "ai_integration": {"an old scan is as good as a new one", "no limit", "the node turns both signs"},
+    "calculator": {"client has success when it is refused", "crash on division by zero", "unknown operations raise"},
+    "parameters": {"integral never starts again", "no ranges", "no rule for the limits", "not clamped"},
+    "services": {"relay waits 8 s for a server"},
+}
+QUICK = {  # in each run; all the others each night
+    "actions": "goals move the cabin side by side",
+    "ai_integration": "the node turns both signs",
+    "calculator": "crash on division by zero",
+    "parameters": "integral never starts again",
+    "services": "relay spins in its callback",
+}
+
+
+def wrong(exercise: str) -> list[str]:
+    """The wrong answers that the public checks must not pass."""
+    return sorted(answers.named(exercise, "ABOUT") | answers.named(exercise, "USELESS") | OF_THE_SECTION[exercise])
+
+
+@pytest.fixture
+def empty(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    yield
+    live.live().close()
+
+
+@pytest.mark.parametrize("exercise", answers.names())
+def test_the_reference_passes(empty, exercise):
+    assert set(Page(exercise).judge(answers.solution(exercise)).values()) == {cells.PASSED}
+
+
+@pytest.mark.parametrize(
+    ("exercise", "name"),
+    [
+        pytest.param(exercise, name, marks=[pytest.mark.matrix] * (name != QUICK[exercise]))
+        for exercise in answers.names()
+        for name in wrong(exercise)
+    ],
+)
+def test_the_mistake_of_a_section_does_not_pass(empty, exercise, name):
+    said = Page(exercise).judge(answers.files(exercise, name))
+    assert said and set(said.values()) != {cells.PASSED}
+
+
+@pytest.mark.matrix
+@pytest.mark.parametrize(
+    ("exercise", "name"),
+    [(exercise, name) for exercise in answers.names() for name in answers.load(exercise).RIGHT if name != "reference"],
+)
+def test_other_right_answers_pass(empty, exercise, name):
+    assert set(Page(exercise).judge(answers.files(exercise, name)).values()) == {cells.PASSED}
+
+
+@pytest.mark.parametrize("exercise", answers.names())
+def test_a_check_judges_the_files_as_they_lie_there_by_itself(exercise):
+    """It starts what it judges, waits in a way that a death ends, and uses no run of another cell."""
+    for cell in cells.read(NOTEBOOKS / exercise / f"{exercise}.ipynb"):
+        if not cell.public_check:
+            continue
+        tree = ast.parse(SHELL.sub("", cell.source))
+        called = {ast.unparse(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
+        assert called & {"judge", "as_it_lies", "run"}, f"{cell.name} starts nothing"
+        assert not called & {"time.sleep", "subprocess.run", "lift.wait_for_server"}, cell.name
+
+
+def test_a_check_starts_what_lies_there_and_refuses_what_is_not_there(empty, tmp_path):
+    page, files = Page("calculator"), answers.solution("calculator")
+    assert page.judge(files, "calculator-client") == {"calculator-client": cells.PASSED}
+    server = tmp_path / "calculator_server.py"
+    server.write_text(
+        server.read_text().replace("request.a + request.b", "request.a - request.b")
+    )  # edited, and not run
+    assert page.check("calculator-server").startswith("15.5 add 3.2 gave 12.3")
+    assert page.check("calculator-client").startswith("the addition does not show 18.7")
+    server.unlink()
+    assert page.check("calculator-server").startswith("calculator_server.py is not there, beside the notebook")
+    page.write("Calculate.srv", b"float64 a,\n---\n")
+    assert page.check("calculate-srv").startswith("Calculate.srv is still the one before the last run of its cell")
