@@ -81,12 +81,16 @@ class Bench:
     def logs(self) -> dict[str, str]:
         """Return what each file printed, as its student may read it: in the run that raised, or else printed most."""
         told = {}
-        for name, content in self.files.items():
+        for name in self.files:
             runs = [program for program in self.sandbox.programs if program.name == name and program.output.strip()]
             if runs:
                 chosen = max(runs, key=lambda program: (program.raised, len(program.output)))
-                told[name] = excerpt(chosen.output, content.decode(errors="replace"), self._hidden)
+                told[name] = self.shown(name, chosen.output)
         return told
+
+    def shown(self, name: str, output: str) -> str:
+        """Return what a program of the file `name` has printed, as its student may read it."""
+        return excerpt(output, self.files[name].decode(errors="replace"), self._hidden)
 
     def close(self) -> None:
         """End all programs and leave all domains."""

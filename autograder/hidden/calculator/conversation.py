@@ -74,9 +74,15 @@ class Calculator(Server):
         if not math.isclose(response.result, right, rel_tol=0, abs_tol=tolerance):
             raise Wrong(
                 f"'{operation}' with {about}: result must be a {SIGNS[operation]} b. It is "
-                f"{likeness(response.result, a, operation, b)}.",
+                f"{self._likeness(response.result, a, operation, b)}.",
                 got,
             )
+
+    def _likeness(self, result: float, a: float, operation: str, b: float) -> str:
+        """What a wrong result is, in words; as a number only where it stands in the program."""
+        if repr(result) == self.bench.shown(self.file, repr(result)):
+            return repr(result)
+        return likeness(result, a, operation, b)
 
     @property
     def abilities(self) -> list[str]:
@@ -139,9 +145,10 @@ class Calculator(Server):
         """Its response must be a refusal."""
         response = self.ask(a, operation, b)
         if response.success:
+            result = self._likeness(response.result, a, operation, b)
             raise Wrong(
-                f"{about} must be refused: success must be False. It is True, with "
-                f"{likeness(response.result, a, operation, b)} as result and the message {quoted(response.message)}.",
+                f"{about} must be refused: success must be False. It is True, with {result} as result and the message "
+                f"{quoted(response.message)}.",
                 f"{operation!r} {a!r} {b!r}: got {response}",
             )
         return response
@@ -262,7 +269,7 @@ def about_right(question: Question, response: Any) -> bool:
 
 
 def likeness(result: float, a: float, operation: str, b: float) -> str:
-    """Return what a wrong result is, in words that give the numbers away only where they are the same every time."""
+    """Return what a wrong result is, in words that do not give the numbers away."""
     right = ANSWERS[operation](a, b) if operation in ANSWERS and not (operation == "divide" and b == 0.0) else math.nan
     if not math.isfinite(result) or result == 0.0:
         return str(result)
@@ -273,9 +280,15 @@ def likeness(result: float, a: float, operation: str, b: float) -> str:
     for words, value in like.items():
         if value != right and math.isclose(result, value, rel_tol=1e-12):
             return words
-    if math.isclose(result, right, rel_tol=ABOUT_RIGHT, abs_tol=1.0):
-        return "near it, but another number"
-    return "another number"
+    for digits in range(13):
+        if result == round(right, digits):
+            to = f"{digits} decimal{'s' * (digits > 1)}" if digits else "a whole number"
+            return f"that, rounded to {to}"
+    if result == math.floor(right):
+        return "that, rounded down"
+    if math.isclose(result, right, rel_tol=ABOUT_RIGHT):
+        return "close to that, but not the same"
+    return "a number that none of the four operations makes of them"
 
 
 def told(response: Any, other: Any) -> str:
@@ -313,6 +326,10 @@ class Counterpart:
         """A run of the student's client that can call this."""
         return self._bench.run(CLIENT, *args, domain=self._domain)
 
+    def shown(self, output: str) -> str:
+        """Return what the client has printed, as its student may read it."""
+        return self._bench.shown(CLIENT, output)
+
     def _answer(self, request: Any, _: Any) -> Any:
         self.requests.append(request)
         return self.response
@@ -336,6 +353,13 @@ class Call:
     def requests(self) -> list[Any]:
         """The requests that came to the server."""
         return self._counterpart.requests
+
+    @property
+    def what_it_did(self) -> str:
+        """What came of the run, as a sentence for the student."""
+        called = "It called, and" if self.requests else "It did not call, and"
+        lines = self._counterpart.shown(self.run.output).splitlines()
+        return f"{called} printed {quoted(lines[-1].strip())}." if lines else f"{called} printed nothing."
 
     @property
     def reached(self) -> bool:
@@ -381,6 +405,6 @@ class ClientRuns:
             raise Wrong(
                 f"With two numbers and an operation, no request of the client's came to {SERVICE}, which was there. (A "
                 "client that ends right after call_async may end before its request is out: wait for the response.) "
-                "Only a client that calls is judged.",
+                f"{self.answered.what_it_did} Only a client that calls is judged.",
                 self.answered.run.output,
             )

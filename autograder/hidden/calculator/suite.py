@@ -7,6 +7,7 @@ stay with the grader.  A refusal, a log or an end earns points only with a progr
 """
 
 import contextlib
+import math
 import random
 import re
 from collections.abc import Mapping
@@ -21,7 +22,6 @@ from autograder.hidden.calculator.conversation import (
     ROUNDING,
     SERVICE,
     Calculator,
-    Call,
     ClientRuns,
     about_right,
     has_right_result,
@@ -392,7 +392,7 @@ def test_client_sends(runs: ClientRuns) -> None:
         call.run.finish("with a number such as 1e-5 and an operation that it does not know")
         raise Wrong(
             "With a number such as 1e-5, an operation that only the server can refuse, and arguments for ROS behind "
-            f"them (--ros-args ...), no request came to {SERVICE}. {what_it_did(call)}",
+            f"them (--ros-args ...), no request came to {SERVICE}. {call.what_it_did}",
             call.run.output,
         )
     if (sent := call.requests[0]) != (right := Calculate.Request(a=float(a), b=float(b), operation=operation)):
@@ -411,7 +411,7 @@ def test_client_shows_result(runs: ClientRuns) -> None:
         output = runs.answered.run.finish("with a server that answers").output
         raise Wrong(
             "When success is True, the client must show the result of the response, with its sign, rounded to one "
-            f"decimal at most. {what_it_did(runs.answered)}",
+            f"decimal at most. {runs.answered.what_it_did} {how_shown(runs)}",
             f"answered {runs.answered.response}, shown: {output}",
         )
 
@@ -423,6 +423,16 @@ def shows_result(runs: ClientRuns) -> bool:
     return len(found) <= CHATTER and any(abs(number - result) < SHOWN for number in found)
 
 
+def how_shown(runs: ClientRuns) -> str:
+    """Return how the client has shown the result wrongly, as a sentence for the student."""
+    result, found = runs.answered.response.result, numbers(runs.answered.run.output)
+    if any(abs(number + result) < SHOWN for number in found):
+        return "The sign is not that of the result."
+    if any(math.isclose(number, result, rel_tol=1e-4) for number in found):
+        return "The result is rounded further."
+    return "No number there is near the result."
+
+
 @points(1, cell="calculator-client")
 def test_client_shows_message(runs: ClientRuns) -> None:
     """When the server refuses, the client shows its message as it is."""
@@ -431,14 +441,14 @@ def test_client_shows_message(runs: ClientRuns) -> None:
         call.run.finish("with a server that refuses")
         raise Wrong(
             f"With a b of 0 and the operation divide, the client did not call {SERVICE}: the server decides what it "
-            f"refuses, and the client shows its message. {what_it_did(call)}",
+            f"refuses, and the client shows its message. {call.what_it_did}",
             call.run.output,
         )
     message = call.response.message
     if not call.comes_to(lambda: message in call.run.output):
         output = call.run.finish("with a server that refuses").output
         raise Wrong(
-            f"When success is False, the client must show the message of the response as it is. {what_it_did(call)}",
+            f"When success is False, the client must show the message of the response as it is. {call.what_it_did}",
             f"answered {message!r}, shown: {output}",
         )
 
@@ -462,7 +472,7 @@ def test_client_without_answer(runs: ClientRuns) -> None:
     runs.expect_call()
     if not (call := runs.unanswered).reached:
         call.run.finish(UNANSWERED)
-        raise Wrong(f"With a server that gives no answer, no request came to {SERVICE}. {what_it_did(call)}")
+        raise Wrong(f"With a server that gives no answer, no request came to {SERVICE}. {call.what_it_did}")
     expect_words(
         call.run, UNANSWERED, f"say that {SERVICE} did not answer", beside=in_other_cases(runs), ignoring=ANSWERS
     )
@@ -514,15 +524,6 @@ def test_client_exit_status(runs: ClientRuns) -> None:
                 "sys.exit(1). It ended with 0.",
                 f"{statuses}",
             )
-
-
-def what_it_did(call: Call) -> str:
-    """Return what came of a run of the client, as a sentence for the student; what it printed stands in its log."""
-    if not call.run.output.strip():
-        return "It printed nothing."
-    if call.requests:
-        return "It called, and printed something else."
-    return "It printed something, and did not call."
 
 
 def differences(sent: Any, right: Any) -> str:
