@@ -154,7 +154,11 @@ def _configuration(classroom: Classroom, member: Member) -> dict[str, str]:
     if member.instructor:  # whose Formgrader is a page in a page
         server["ServerApp"]["tornado_settings"] = {"headers": {"Content-Security-Policy": "frame-ancestors 'self'"}}
     disabled = {f"@jupyter/nbgrader:{name}": not on for name, on in extensions.items()}
-    page = {"disabledExtensions": disabled | {"@jupyterlab/apputils-extension:announcements": True}}  # of the internet
+    page = {
+        "disabledExtensions": disabled | {"@jupyterlab/apputils-extension:announcements": True},  # of the internet
+        "buildAvailable": False,
+        "buildCheck": False,  # with node, for each page that is opened
+    }
     nbgrader = [
         "c = get_config()",
         f"c.CourseDirectory.course_id = {COURSE_ID!r}",

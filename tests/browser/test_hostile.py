@@ -17,7 +17,7 @@ from course.foundation.cells import Cell
 from course.returned import pages
 from course.returned.record import Mark
 from tests.browser.conftest import WAIT
-from tests.browser.pages import cell, choose, mark, open_page, run_from_palette, show_panel, draws_within
+from tests.browser.pages import cell, choose, draws_within, mark, open_page, run_from_palette, show_panel
 
 expect.set_options(timeout=WAIT)
 

@@ -11,11 +11,11 @@ from tests.browser.conftest import WAIT
 from tests.browser.pages import (
     cell,
     choose,
+    draws_within,
     open_page,
     run_cell,
     run_from_palette,
     show_panel,
-    draws_within,
     wait_for_kernel,
     write_greeter,
 )

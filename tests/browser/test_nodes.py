@@ -9,12 +9,12 @@ from tests.browser.pages import (
     SERVER,
     barriers,
     choose,
+    draws_within,
     keep_picture,
     open_page,
     run_cell,
     set_theme,
     show_panel,
-    draws_within,
     wait_for_kernel,
     write_greeter,
 )

@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import WAIT, LeftOpen
-from tests.browser.pages import FILE, cell, run_cell, draws_within
+from tests.browser.pages import FILE, cell, draws_within, run_cell
 
 expect.set_options(timeout=WAIT)
 
