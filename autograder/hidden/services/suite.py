@@ -450,12 +450,13 @@ def test_without_add_two_ints(lonely: Relay, relay: Relay) -> None:
         raise Wrong(f"When {ADD} is not available, the answer must come within {PROMPT:.0f} s; it took {took:.1f} s.")
     if not lonely.all_are_told(PROMPT + SLACK):
         raise Wrong(
-            f"When {ADD} is not available, and {CALLERS} clients call {RELAY} at once, each must have its answer within "
-            f"{PROMPT:.0f} s; one had none. Alone, a client had it after {took:.1f} s."
+            f"When {ADD} is not available, and {CALLERS} clients call {RELAY} at once, each must have its answer "
+            f"within {PROMPT:.0f} s; one had none. Alone, a client had it after {took:.1f} s."
         )
     if not relay.does_something:
         raise Wrong(
-            f"This is judged with a relay that asks when it can: but where {ADD} is available, it was not called either."
+            "This is judged with a relay that asks when it can: "
+            f"but where {ADD} is available, it was not called either."
         )
 
 
