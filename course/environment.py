@@ -6,6 +6,7 @@ from pathlib import Path
 
 DISCOVERY_PROFILE = Path(__file__).parent / "discovery.xml"
 DISTRIBUTION = "jazzy"
+DOMAIN = "COURSE_DOMAIN"  # the ROS domain that a terminal of the course has set
 TOOLCHAIN = Path(__file__).parent / "interfaces" / "toolchain.cmake"
 
 
@@ -45,7 +46,7 @@ def workspace_variables() -> dict[str, str]:
     }
 
 
-def session_variables(domain: int) -> dict[str, str]:
+def session_variables(domain: int | str) -> dict[str, str]:
     """Return the variables that a session and its terminals share: the ROS domain, how to discover, speak and log.
 
     Fast DDS's shared memory may be read by all users of a machine, keeps the segments of processes that were killed,
@@ -61,6 +62,12 @@ def session_variables(domain: int) -> dict[str, str]:
             "RCUTILS_CONSOLE_OUTPUT_FORMAT", "[{severity}] [{name}]: {message}"
         ),
     }
+
+
+def chosen_domain() -> str:
+    """Return the ROS domain that somebody has exported; '' for none, and for that which a terminal of ours has set."""
+    domain = os.environ.get("ROS_DOMAIN_ID", "")
+    return "" if domain == os.environ.get(DOMAIN) else domain
 
 
 def prepare() -> None:

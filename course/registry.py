@@ -6,6 +6,7 @@ that only its user may enter, and says nothing once its process has ended.
 
 import contextlib
 import json
+import time
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -34,12 +35,14 @@ class NodeRecord:
 
 @dataclass(frozen=True)
 class ShellRecord:
-    """A terminal of the course, and the folder whose domain it is in."""
+    """A terminal of the course."""
 
     pid: int
     born: int  # as SessionRecord.born
     folder: str
-    domain: int
+    domain: int  # where it is now
+    own: int = 0  # the domain of all terminals of this user that are with no notebook; 0 if none was left
+    chosen: bool = False  # somebody has exported `domain` there
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,7 @@ class SessionRecord:
     since: float  # time.time()
     born: int  # what tells its process from a later one of the same number, see `course.foundation.processes.birth`
     nodes: list[NodeRecord] = field(default_factory=list)
+    kernel: str = ""  # its kernel's id in Jupyter, if it has one
 
 
 def lock() -> contextlib.AbstractContextManager[object]:
@@ -67,6 +71,34 @@ def write(record: SessionRecord | ShellRecord) -> None:
     with contextlib.suppress(OSError):
         path = runtime_folder() / f"{'shell-' if isinstance(record, ShellRecord) else ''}{record.pid}.json"
         storage.replace(path, json.dumps(asdict(record)).encode(), storage.PRIVATE)
+
+
+def changes() -> Path:
+    """A file whose text is another one after each beginning and end of a session; a terminal looks at it."""
+    return runtime_folder() / "changes"
+
+
+def note_change() -> None:
+    """Have the terminals look again which sessions run."""
+    with contextlib.suppress(OSError):
+        storage.replace(changes(), f"{time.time_ns()}\n".encode(), storage.PRIVATE)
+
+
+def front(server: int) -> Path:
+    """The file with the id of the kernel whose notebook is in front, in the JupyterLab of the process `server`."""
+    return runtime_folder() / f"front-{server}"
+
+
+def put_in_front(server: int, kernel: str) -> None:
+    """Write down which notebook's kernel is in front; '' for none."""
+    with contextlib.suppress(OSError):
+        storage.replace(front(server), f"{kernel}\n".encode(), storage.PRIVATE)
+
+
+def forget_front(server: int) -> None:
+    """Remove the file of a JupyterLab that ends."""
+    with contextlib.suppress(OSError):
+        front(server).unlink(missing_ok=True)
 
 
 def tell(record: SessionRecord, report: str) -> None:
@@ -89,6 +121,7 @@ def remove(pid: int) -> None:
     with contextlib.suppress(OSError):
         for suffix in ("json", "told"):
             (runtime_folder() / f"{pid}.{suffix}").unlink(missing_ok=True)
+    note_change()
 
 
 def running() -> list[SessionRecord]:

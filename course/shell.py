@@ -1,10 +1,12 @@
 """A shell, or one command, in the course's world: `environment/shell [--session NUMBER] [COMMAND...]`.
 
 It has the course's Python and `ros2`, the middleware's profile, the interface packages that were built in the folder it
-stands in, and the ROS domain of that folder: it meets the nodes of the notebook that runs there.  A shell that changes
-into another folder joins that folder's session.
+stands in, and a ROS domain.  That is the domain of the notebook that runs in its folder, so that it meets the nodes
+there, or else the one that all terminals of its user share.  A terminal of JupyterLab (`--lab`) follows the notebook in
+front.  A domain that somebody exports stays.
 """
 
+import contextlib
 import os
 import shlex
 import sys
@@ -13,12 +15,14 @@ from pathlib import Path
 from course import environment, registry
 from course.errors import LiveError
 from course.interfaces import kept
-from course.session.domains import shell_domain
+from course.session.domains import note_chosen, shell_domain
 
 BASHRC = Path(__file__).parent / "bashrc"
 # What a shell hands on to its later looks (`--refresh`).
 FIXED = "COURSE_SESSION"  # the session that was asked for, by --session
 SHELL = "COURSE_SHELL"  # the process of the shell
+FRONT = "COURSE_FRONT"  # in a terminal of JupyterLab, the file that says which notebook is in front
+WATCHED = "COURSE_WATCHED"  # what the two files that a shell watches said at its last look
 USAGE = "Usage: environment/shell [--session NUMBER] [COMMAND...]"
 
 
@@ -28,7 +32,12 @@ def main(words: list[str]) -> int:
         print(exports(Path.cwd(), int(os.environ[SHELL]), os.environ.get(FIXED, "")))
         return 0
     session = ""
-    if words[:1] == ["--session"]:
+    os.environ.pop(FRONT, None)  # another terminal's
+    if words[:1] == ["--lab"]:
+        words = words[1:]
+        with contextlib.suppress(OSError):
+            os.environ[FRONT] = str(registry.front(os.getppid()))  # the Jupyter server has started this process
+    elif words[:1] == ["--session"]:
         session, words = words[1] if len(words) > 1 else "", words[2:]
         if not session.isdigit():
             print(USAGE, file=sys.stderr)
@@ -58,17 +67,25 @@ def join(folder: Path, shell: int, session: str = "") -> dict[str, str]:
             f"ROS 2 {other} is sourced in this terminal, and this course is for Jazzy: open a terminal without it "
             "(look for `source /opt/ros/...` in ~/.bashrc)"
         )
+    watched = _watched()  # first: what changes from now on is seen at the next look
+    home, where = folder, ""
     if session:
         record = next((found for found in registry.running() if str(found.pid) == session), None)
         if record is None:
             raise LiveError(f"there is no session {session}; `course sessions` lists them")
-        domain, home = record.domain, Path(record.folder)
+        domain, home = str(record.domain), Path(record.folder)
+    elif domain := environment.chosen_domain():
+        where = ", as you set it"
+        if domain.isascii() and domain.isdigit():
+            note_chosen(folder, shell, int(domain))
+            record = registry.of_domain(int(domain))
+            home = Path(record.folder) if record else folder
     else:
-        claim, domain = shell_domain(folder, shell)
-        home = folder
-        if claim is not None:
-            claim.set_inheritable(True)  # the shell goes on holding it
-            claim.detach()
+        place = shell_domain(folder, shell, watched.partition(" ")[2])
+        domain, home = str(place.domain), place.folder
+        if place.claim is not None:
+            place.claim.set_inheritable(True)  # the shell goes on holding it
+            place.claim.detach()
     for line in kept.refresh(home):
         print(line, file=sys.stderr)
     kept.use(home)
@@ -84,23 +101,54 @@ def join(folder: Path, shell: int, session: str = "") -> dict[str, str]:
             "ROS_PYTHON_CHECK_FIELDS": os.environ["ROS_PYTHON_CHECK_FIELDS"],
             SHELL: str(shell),
             FIXED: session,
-            "COURSE_FOLDER": str(folder),
+            environment.DOMAIN: os.environ.get(environment.DOMAIN, "") if where else domain,
+            WATCHED: watched,
+            "COURSE_CHANGES": _changes(),
             "COURSE_PYTHON": sys.executable,
             "COURSE_BUILT": str(stamp),
             "COURSE_BUILT_AT": str(int(stamp.stat().st_mtime)) if stamp.exists() else "",
-            "COURSE_PROMPT": f"{home.name or '/'}, ROS domain {domain}",
+            "COURSE_PROMPT": f"{home.name or '/'}, ROS domain {domain}{where}",
         }
     )
 
 
 def exports(folder: Path, shell: int, session: str) -> str:
-    """The same variables as a shell's commands; a line on stderr instead when it cannot join."""
+    """The same variables as a shell's commands; a line on stderr instead when it cannot join.
+
+    When the shell comes into another domain by this, a line on stderr says so.
+    """
+    before = os.environ.get(environment.DOMAIN, "")
     try:
         variables = join(folder, shell, session)
     except LiveError as error:
         print(f"environment/shell: {error}", file=sys.stderr)
-        variables = {"COURSE_FOLDER": str(folder)}
+        variables = {WATCHED: _watched()}
+    else:
+        if (now := variables[environment.DOMAIN]) != before:
+            record = registry.of_domain(int(now))
+            where = f"with the notebook in {record.folder}" if record else "with your other terminals"
+            print(f"This terminal is now in ROS domain {now}, {where}.", file=sys.stderr)
     return "\n".join(f"export {name}={shlex.quote(value)}" for name, value in variables.items())
+
+
+def _changes() -> str:
+    """The file that changes with the sessions, or ''."""
+    try:
+        return str(registry.changes())
+    except OSError:
+        return ""
+
+
+def _watched() -> str:
+    """The first lines of the two files that a shell watches, as `course/bashrc` puts them together."""
+    return f"{_first_line(_changes())} {_first_line(os.environ.get(FRONT, ''))}"
+
+
+def _first_line(path: str) -> str:
+    try:
+        return Path(path).read_text(encoding="utf-8").partition("\n")[0] if path else ""
+    except (OSError, ValueError):
+        return ""
 
 
 if __name__ == "__main__":

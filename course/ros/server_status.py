@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 
 from course import registry
+from course.ros.elsewhere import tell_if_alone
 from course.ros.graph import Graph
 from course.ros.names import OF_EVERY_NODE
 
@@ -69,6 +70,7 @@ def wait_for_server(
     After `TELL` s it says on stderr what is served instead, once, and waits on.
     """
     began, told = time.monotonic(), False
+    tell_if_alone(graph)
     while not graph.wait_until(ready, LOOK):
         if report := status.ending():
             return f"There is no such {what}. {report}"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from course.errors import RosError
 from course.ros import messages
+from course.ros.elsewhere import tell_if_alone
 from course.ros.graph import COMMAND_PREFIX, Graph, uninterrupted
 from course.ros.messages import Message, Stamp
 from course.ros.server_status import LATE, ServerStatus, wait_for_server
@@ -42,6 +43,7 @@ def list_actions(args: Namespace) -> None:
     """Print the names of the actions."""
     with Graph(args) as graph:
         graph.settle()
+        tell_if_alone(graph)
         found = graph.actions()
     service.print_names(found, count=args.count_actions, types=args.show_types)
 

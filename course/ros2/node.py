@@ -3,6 +3,7 @@
 import sys
 from argparse import ArgumentParser, Namespace
 
+from course.ros.elsewhere import tell_if_alone
 from course.ros.graph import Graph
 from course.ros2 import completion, grammar
 from course.ros2.grammar import Verb
@@ -34,6 +35,7 @@ def list_nodes(args: Namespace) -> None:
     with Graph(args) as graph:
         graph.settle(names_only=True)
         names = sorted(node.full_name for node in graph.nodes(hidden=args.all))
+        tell_if_alone(graph)
     if args.count_nodes:
         print(len(names))
         return
@@ -61,6 +63,7 @@ def info(args: Namespace) -> str | None:
         names = [node.full_name for node in graph.nodes(hidden=args.include_hidden)]
         count = names.count(args.node_name)
         if count == 0:
+            tell_if_alone(graph)
             return f"Unable to find node '{args.node_name}'"
         if count > 1:
             print(

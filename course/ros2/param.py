@@ -5,6 +5,7 @@ import sys
 from argparse import ArgumentParser, Namespace
 from typing import Any
 
+from course.ros.elsewhere import tell_if_alone
 from course.ros.graph import Graph
 from course.ros.names import absolute
 from course.ros.parameter_services import call, list_parameters, set_parameter
@@ -73,7 +74,10 @@ def _add_name_argument(parser: ArgumentParser) -> None:
 def _found(graph: Graph, args: Namespace) -> bool:
     """Return True if the node that the command line names is there, within its timeout."""
     timeout = getattr(args, "timeout", 0)
-    return graph.find_node(args.node_name, hidden=args.include_hidden_nodes, timeout=timeout)
+    there = graph.find_node(args.node_name, hidden=args.include_hidden_nodes, timeout=timeout)
+    if not there:
+        tell_if_alone(graph)
+    return there
 
 
 # --- verbs ---
@@ -106,6 +110,7 @@ def list_verb(args: Namespace) -> str | None:
             nodes = [absolute(args.node_name)]
         else:
             graph.settle()
+            tell_if_alone(graph)
             nodes = [node.full_name for node in sorted(set(graph.nodes(hidden=args.include_hidden_nodes)))]
             served = {name for name, _ in graph.services(hidden=True)}
             nodes = [node for node in nodes if f"{node}/list_parameters" in served]

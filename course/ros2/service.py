@@ -7,6 +7,7 @@ from typing import Any
 
 from course.errors import RosError
 from course.ros import messages
+from course.ros.elsewhere import tell_if_alone
 from course.ros.graph import COMMAND_PREFIX, Graph
 from course.ros.messages import Stamp
 from course.ros.server_status import ServerStatus, wait_for_server
@@ -42,6 +43,7 @@ def list_services(args: Namespace) -> None:
     """Print the names of the services."""
     with Graph(args) as graph:
         graph.settle()
+        tell_if_alone(graph)
         found = graph.services(hidden=args.include_hidden_services)
     print_names(found, count=args.count_services, types=args.show_types)
 
@@ -104,6 +106,7 @@ def info(args: Namespace) -> str | None:
         graph.settle()
         types = dict(graph.services(hidden=args.include_hidden_services)).get(args.service_name)
         if not types:
+            tell_if_alone(graph)
             return f"Unknown service '{args.service_name}'"
         clients, servers = graph.service_counts(args.service_name)
     print(f"Type: {types[0] if len(types) == 1 else types}")

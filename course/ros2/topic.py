@@ -6,9 +6,12 @@ The verbs for messages are in `topic_traffic`, `topic_statistics` and `topic_pub
 from argparse import ArgumentParser, Namespace
 from typing import Any
 
+from course.ros.elsewhere import tell_if_alone
 from course.ros.graph import Graph
 from course.ros2 import completion, grammar, service, topic_pub, topic_statistics, topic_traffic
 from course.ros2.grammar import Verb
+
+OF_EVERY_NODE = {"/parameter_events": ["rcl_interfaces/msg/ParameterEvent"], "/rosout": ["rcl_interfaces/msg/Log"]}
 
 
 def add_hidden(parser: ArgumentParser, *, verb: bool = True) -> None:
@@ -37,9 +40,15 @@ def add_list_arguments(parser: ArgumentParser) -> None:
 
 def list_topics(args: Namespace) -> None:
     """Print the names of the topics, or with -v also the type, publishers and subscribers of each."""
-    with Graph(args, talks=True) as graph:
+    # Every node of rclpy has these two.  The command's own node would show them: where nothing is counted, it is not
+    # made, because that takes as long as all the rest.
+    talks = args.verbose and not args.count_topics
+    with Graph(args, talks=talks) as graph:
         graph.settle()
+        tell_if_alone(graph)
         found = graph.topics(hidden=args.include_hidden_topics)
+        if not talks:
+            found = sorted({**OF_EVERY_NODE, **dict(found)}.items())
         counts = {name: graph.counts(name) for name, _ in found} if args.verbose else {}
     if not args.verbose or args.count_topics:
         service.print_names(found, count=args.count_topics, types=args.show_types)
@@ -70,6 +79,7 @@ def info(args: Namespace) -> str | None:
         graph.settle()
         types = dict(graph.topics(hidden=True)).get(args.topic_name)
         if not types:
+            tell_if_alone(graph)
             return f"Unknown topic '{args.topic_name}'"
         counts = graph.counts(args.topic_name)
         endpoints: tuple[list[Any], list[Any]] = ([], [])

@@ -6,6 +6,7 @@ from typing import Any
 
 from course.errors import RosError
 from course.ros import messages, qos
+from course.ros.elsewhere import tell_if_alone
 from course.ros.graph import Graph
 from course.ros.messages import Message
 from course.ros2 import completion, grammar, printing, qos_options
@@ -30,6 +31,7 @@ def find_message_type(graph: Graph, topic: str, *, wait: bool) -> Any:
     types = graph.types_of(name, lambda: graph.topics(hidden=True))
     if not types:
         print(f"WARNING: topic [{topic}] does not appear to be published yet")
+        tell_if_alone(graph)
         if not wait:
             return None
         graph.wait_until(look)

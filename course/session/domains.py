@@ -1,14 +1,17 @@
-"""A ROS domain for each session: that of the folder it runs in, which no other session of this machine has.
+"""The ROS domains of a user on this machine: one for each session, and one for all terminals.
 
-A terminal and a notebook in the same folder meet, whoever was first.  A second session in a folder, of another kernel
-or another user, gets a domain of its own.
+A session, which is a notebook's, has a domain that no other session has.  A terminal is in the domain of the notebook
+that runs in its folder, or that is in front in its JupyterLab; without such a notebook, all terminals of a user are in
+one domain, whatever their folders.  A notebook that starts where a terminal waits for it takes that domain, unless
+another notebook has it: terminal and notebook meet, whoever was first.
 """
 
-import contextlib
 import os
 import socket
+import sys
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 from course import registry
 from course.errors import LiveError
@@ -17,6 +20,17 @@ from course.ros.graph import participants_here
 
 # 0 is everybody's; from 101 on the ports meet Linux's ephemeral ones, and `ros2` cannot count nodes.
 DOMAINS = range(1, 101)
+CLAIM = "ros2-course-domain-{}"  # an abstract socket's name; those of later holders go on with a hyphen
+KERNEL = "kernel-"  # what Jupyter puts before a kernel's id in the name of its connection file
+
+
+class Place(NamedTuple):
+    """Where a terminal is."""
+
+    domain: int
+    folder: Path  # whose interface packages it has: the notebook's, or its own
+    claim: socket.socket | None  # what holds the terminals' domain, until the process ends
+    with_notebook: bool
 
 
 def session_domain(folder: Path) -> tuple[socket.socket | None, int]:
@@ -26,27 +40,65 @@ def session_domain(folder: Path) -> tuple[socket.socket | None, int]:
     """
     with registry.lock():
         taken = {record.domain for record in registry.running()}
-        waiting = [shell.domain for shell in registry.shells() if Path(shell.folder) == folder]
+        waiting = [shell.domain for shell in registry.shells() if Path(shell.folder) == folder and not shell.chosen]
         domain = next((domain for domain in waiting if domain not in taken), None)
         claim: socket.socket | None = None
         if domain is None:
             claim, domain = claim_domain()
-        born = processes.birth(os.getpid())
-        registry.write(registry.SessionRecord(os.getpid(), domain, str(folder), time.time(), born))
+        pid = os.getpid()
+        born = processes.birth(pid)
+        registry.write(registry.SessionRecord(pid, domain, str(folder), time.time(), born, kernel=kernel_id()))
+        registry.note_change()
     return claim, domain
 
 
-def shell_domain(folder: Path, pid: int) -> tuple[socket.socket | None, int]:
-    """The domain for a terminal in `folder` whose shell is the process `pid`; raises LiveError when all are in use.
+def shell_domain(folder: Path, pid: int, front: str = "") -> Place:
+    """The place of a terminal in `folder` whose shell is the process `pid`; raises LiveError when all are in use.
 
-    It is the domain of the oldest session there, or of another terminal, or else a new one.
+    That is with the notebook of the kernel `front`, if its session runs, or the oldest session in the folder, or else
+    in the domain that this user's terminals share.
     """
     with registry.lock():
-        known = [record.domain for record in registry.running() if Path(record.folder) == folder]
-        known += [shell.domain for shell in registry.shells() if Path(shell.folder) == folder and shell.pid != pid]
-        claim, domain = (None, known[0]) if known else claim_domain()
-        registry.write(registry.ShellRecord(pid, processes.birth(pid), str(folder), domain))
-    return claim, domain
+        sessions = registry.running()
+        met = next((record for record in sessions if front and record.kernel == front), None)
+        met = met or next((record for record in sessions if Path(record.folder) == folder), None)
+        shells = registry.shells()
+        own = next((shell.own for shell in shells if shell.pid == pid), 0)
+        claim: socket.socket | None = None
+        if not own:
+            try:
+                claim, own = _shared_domain([shell for shell in shells if shell.pid != pid])
+            except LiveError:
+                if met is None:
+                    raise
+        domain = met.domain if met else own
+        registry.write(registry.ShellRecord(pid, processes.birth(pid), str(folder), domain, own))
+    return Place(domain, Path(met.folder) if met else folder, claim, met is not None)
+
+
+def note_chosen(folder: Path, pid: int, domain: int) -> None:
+    """Write down that somebody has exported `domain` in the terminal of the process `pid`."""
+    with registry.lock():
+        own = next((shell.own for shell in registry.shells() if shell.pid == pid), 0)
+        registry.write(registry.ShellRecord(pid, processes.birth(pid), str(folder), domain, own, chosen=True))
+
+
+def kernel_id() -> str:
+    """The id in Jupyter of the kernel that this process is; '' if it is none."""
+    kernels = sys.modules.get("ipykernel.kernelapp")
+    if kernels is None or not kernels.IPKernelApp.initialized():
+        return ""
+    name = Path(kernels.IPKernelApp.instance().connection_file).stem
+    return name.removeprefix(KERNEL) if name.startswith(KERNEL) else ""
+
+
+def _shared_domain(others: list[registry.ShellRecord]) -> tuple[socket.socket | None, int]:
+    """The domain of the terminals of this user, the `others`, and what holds it as long as one of them runs."""
+    domain = next((shell.own for shell in others if shell.own), None)
+    if domain is None:
+        return claim_domain()
+    first = CLAIM.format(domain)
+    return _bound(first) or _bound(f"{first}-{os.getpid()}"), domain
 
 
 def claim_domain() -> tuple[socket.socket, int]:
@@ -54,17 +106,37 @@ def claim_domain() -> tuple[socket.socket, int]:
 
     The socket keeps other users of this network namespace away from a domain whose nodes are still to come.
     """
-    reserved = {shell.domain for shell in registry.shells()}
+    reserved = {domain for shell in registry.shells() for domain in (shell.domain, shell.own)}
     first = os.getpid() % len(DOMAINS)
     for domain in (*DOMAINS[first:], *DOMAINS[:first]):
-        claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-        with contextlib.suppress(OSError):
-            claim.bind(f"\0ros2-course-domain-{domain}")
-            if domain not in reserved and not participants_here(domain):
-                return claim, domain
+        claim = _bound(CLAIM.format(domain))
+        if claim is None:
+            continue
+        if domain not in reserved and not participants_here(domain) and not _held(domain):
+            return claim, domain
         claim.close()
     raise LiveError(
         f"all {len(DOMAINS)} ROS domains of this machine are in use: close some notebooks, or shut down their kernels; "
         "`course sessions` lists those of yours. If others have taken them, choose one: set ROS_DOMAIN_ID in the "
         "terminal before you start JupyterLab"
     )
+
+
+def _bound(name: str) -> socket.socket | None:
+    """An abstract socket of this name, which nobody else can have until it is closed; None if somebody has it."""
+    claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    try:
+        claim.bind(f"\0{name}")
+    except OSError:
+        claim.close()
+        return None
+    return claim
+
+
+def _held(domain: int) -> bool:
+    """Return True if a terminal holds the domain that came when another one held it."""
+    try:
+        with open("/proc/net/unix") as file:
+            return any(f" @{CLAIM.format(domain)}-" in line for line in file)
+    except OSError:
+        return False

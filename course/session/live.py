@@ -48,13 +48,13 @@ class Session:
 
     def __init__(self, domain_id: int | None = None):
         self._folder = Path.cwd()
-        if domain_id is None and "ROS_DOMAIN_ID" in os.environ and "COURSE_SHELL" not in os.environ:  # the user's
-            domain_id = int(os.environ["ROS_DOMAIN_ID"])
+        if domain_id is None and (chosen := environment.chosen_domain()):
+            domain_id = int(chosen)
         self._claim: socket.socket | None = None
         self._own_domain = domain_id is None
         if domain_id is None:
             self._claim, domain_id = session_domain(self._folder)
-        os.environ.pop("COURSE_SHELL", None)  # what a course's terminal started has a domain of its own
+        os.environ.pop(environment.DOMAIN, None)  # from now on, ROS_DOMAIN_ID is this session's
         self.domain_id = domain_id
         # Children (`!ros2 ...`, `!python ...`) must meet these nodes, and nobody else's.
         os.environ.update(environment.session_variables(domain_id))

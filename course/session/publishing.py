@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 from course import registry
 from course.foundation import processes
+from course.session.domains import kernel_id
 from course.session.watch import Handle
 
 
@@ -26,7 +27,7 @@ class Publishing:
                 pid = os.getpid()
                 registry.write(
                     registry.SessionRecord(
-                        pid, self._domain, self._folder, self._since, processes.birth(pid), self._records()
+                        pid, self._domain, self._folder, self._since, processes.birth(pid), self._records(), kernel_id()
                     )
                 )
 

@@ -2,11 +2,12 @@
 
 from pathlib import Path
 
+import nbformat
 from playwright.sync_api import Page
 
 from course.foundation.waiting import wait_until
 from tests.browser.conftest import WAIT
-from tests.browser.pages import choose, open_page, wait_until_run
+from tests.browser.pages import choose, open_page, run_from_palette, wait_for_kernel, wait_until_run
 
 TABS = ("Formgrader", "Course List", "Create assignment", "Assignment List")
 
@@ -89,3 +90,47 @@ def test_instructors_and_developers_see_all_of_nbgrader_but_what_needs_an_exchan
     address, token, _ = lab
     page.goto(f"{address}/lab?token={token}&reset")
     assert tabs(page) == {"Formgrader", "Course List", "Create assignment"}
+
+
+def test_a_terminal_follows_the_notebook_in_front(lab, page):
+    address, token, served = lab
+    source = "import course\nros = course.live()\nopen('domain', 'w').write(str(ros.domain_id))\nprint('live')"
+    for name in ("one", "two"):
+        (served / name).mkdir()
+        notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(source)])
+        notebook.metadata["kernelspec"] = {"name": "python3", "display_name": "Python 3"}
+        nbformat.write(notebook, served / name / f"{name}.ipynb")
+
+    def run() -> None:
+        choose(page, "Run", "Run All Cells")
+        page.locator(".jp-NotebookPanel:visible .jp-OutputArea-output pre").get_by_text("live").wait_for()
+
+    def domain(name: str) -> str:
+        """Where a terminal is in which one types now, its prompt having been there before."""
+        (served / name).unlink(missing_ok=True)
+        page.locator(".jp-Terminal:visible").click()
+        page.keyboard.type(f"echo $ROS_DOMAIN_ID > {served}/{name}\n")
+        assert wait_until(lambda: (served / name).exists() and (served / name).read_text(), WAIT / 1e3)
+        return (served / name).read_text().strip()
+
+    def bring(tab: str) -> None:
+        page.locator(".lm-DockPanel-tabBar .lm-TabBar-tab").filter(has_text=tab).click()
+
+    open_page(page, lab, "one/one.ipynb")
+    run()
+    run_from_palette(page, "ROS course", "ROS terminal")
+    page.locator(".jp-Terminal .xterm-screen").wait_for()
+    first = (served / "one/domain").read_text()
+    assert domain("terminal") == first
+    page.goto(f"{address}/lab/tree/two/two.ipynb?token={token}")
+    wait_for_kernel(page)
+    run()
+    second = (served / "two/domain").read_text()
+    assert second != first
+    bring("Terminal")
+    assert domain("terminal") == second
+    for name, wanted in (("one", first), ("two", second)):
+        with page.expect_response(lambda answer: answer.url.partition("?")[0].endswith("/course/front")):
+            bring(f"{name}.ipynb")
+        bring("Terminal")
+        assert domain("terminal") == wanted

@@ -253,3 +253,90 @@ def test_a_terminal_that_changes_its_folder_joins_the_session_there(kernel, term
     terminal.read_until(rf"\({re.escape(STRANGE)}, ROS domain \d+\)")
     terminal.type("ros2 node list\n")
     terminal.read_until(r"[\r\n]/calculator_server\r\n")
+
+
+@pytest.fixture
+def open_terminal(environment):
+    """Opens a terminal in a folder."""
+    opened = []
+
+    def begin(folder: Path, **more: str) -> Terminal:
+        opened.append(Terminal(folder, environment | more))
+        return opened[-1]
+
+    yield begin
+    for each in opened:
+        each.close()
+
+
+TALKER = "import rclpy; rclpy.init(); node = rclpy.create_node('talker'); print('up', flush=True); rclpy.spin(node)"
+
+
+def test_two_terminals_of_a_person_meet_wherever_they_are(open_terminal, tmp_path):
+    (tmp_path / "ros2_ws").mkdir()
+    (tmp_path / "talker.py").write_text(TALKER)
+    home, workspace = open_terminal(tmp_path), open_terminal(tmp_path / "ros2_ws")
+    domain = re.search(r"ROS domain (\d+)\)", home.read_until(r"ROS domain \d+\)"))[1]
+    workspace.read_until(rf"ROS domain {domain}\)")
+    home.type("cd / && cd - && python3 talker.py\n")
+    home.read_until(r"[\r\n]up\r\n")
+    workspace.type("ros2 node list\n")
+    workspace.read_until(r"[\r\n]/talker\r\n")
+
+
+def test_a_domain_that_was_exported_stays_until_it_is_unset(open_terminal, tmp_path):
+    (tmp_path / ".bashrc").write_text("export ROS_DOMAIN_ID=98\n")
+    terminal = open_terminal(tmp_path, ROS_DOMAIN_ID="99")
+    terminal.read_until(r"ROS domain 98, as you set it\)")
+    terminal.type("export ROS_DOMAIN_ID=97; cd /\n")
+    terminal.read_until(r"\(/, ROS domain 97, as you set it\)")
+    terminal.type("echo in $ROS_DOMAIN_ID; false\n")
+    terminal.read_until(r"[\r\n]in 97\r\n")
+    terminal.type("echo failed $?; cd /tmp; unset ROS_DOMAIN_ID\n")
+    terminal.read_until(r"[\r\n]failed 1\r\n")
+    terminal.read_until(r"\(tmp, ROS domain \d+\)")
+
+
+def test_a_terminal_moves_to_the_notebook_that_starts_beside_it_and_says_so(environment, open_terminal, tmp_path):
+    """Its prompt is there already when the notebook starts in its folder; the domain that it waits in is taken."""
+    terminal = open_terminal(tmp_path)
+    shared = re.search(r"ROS domain (\d+)\)", terminal.read_until(r"ROS domain \d+\)[^\n]*[$#] "))[1]
+    others = [Kernel(tmp_path, {"XDG_RUNTIME_DIR": environment["XDG_RUNTIME_DIR"]}) for _ in range(2)]
+    try:
+        domains = [other.run("import course\nros = course.live()\nprint(ros.domain_id)") for other in others]
+        assert domains[0] == shared and domains[1] != shared
+        others[0].stop()
+        terminal.type("echo in $ROS_DOMAIN_ID\n")
+        terminal.read_until(rf"This terminal is now in ROS domain {domains[1]}, with the notebook in [^\n]*\r\n")
+        terminal.read_until(rf"in {domains[1]}\r\n")
+    finally:
+        others[1].stop()
+
+
+def test_an_empty_graph_says_where_there_are_nodes_and_how_to_join(kernel, environment, open_terminal, tmp_path):
+    domain = kernel.run("print(ros.domain_id)")
+    for words in (("node", "list"), ("topic", "list"), ("service", "list"), ("action", "list"), ("param", "list")):
+        done = shell(environment, tmp_path, "ros2", *words)
+        assert re.fullmatch(
+            rf"ROS domain \d+ has no nodes\. You have nodes in ROS domain {domain} \(the notebook in .*{STRANGE}\)\. "
+            rf"To join: export ROS_DOMAIN_ID={domain}\n",
+            done.stderr,
+        ), done
+    terminal = open_terminal(tmp_path)
+    terminal.type("ros2 service call /calculator std_srvs/srv/Empty\n")
+    terminal.read_until(rf"You have nodes in ROS domain {domain} ")
+    terminal.type("\x03")
+    terminal.type(f"export ROS_DOMAIN_ID={domain}\n")
+    terminal.read_until(rf"\({re.escape(STRANGE)}, ROS domain {domain}, as you set it\)")
+    terminal.type("ros2 node list; ros2 interface show calculator_interfaces/srv/Calculate\n")
+    terminal.read_until(r"[\r\n]/calculator_server\r\n")
+    terminal.read_until(r"float64 a\r\n")
+    assert shell(environment, tmp_path, "ros2", "node", "list", ROS_DOMAIN_ID=domain).stderr == ""
+
+
+def test_an_empty_graph_says_where_another_terminal_has_nodes(environment, open_terminal, tmp_path):
+    (tmp_path / "talker.py").write_text(TALKER)
+    terminal = open_terminal(tmp_path, ROS_DOMAIN_ID="95")
+    terminal.type("python3 talker.py\n")
+    terminal.read_until(r"[\r\n]up\r\n")
+    assert "95 (a terminal)" in shell(environment, tmp_path, "ros2", "node", "list").stderr

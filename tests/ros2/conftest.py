@@ -115,6 +115,7 @@ def environment(tmp_path_factory, domains) -> dict[str, str]:
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
         "ROS_DOMAIN_ID": str(domains[0]),
         "COLUMNS": "200",
+        "XDG_RUNTIME_DIR": str(tmp_path_factory.mktemp("run")),  # no session of this machine is known there
     }
 
 

@@ -83,6 +83,7 @@ def environment(prefix: Path, *, real: bool, domain: int) -> dict[str, str]:
         "LD_LIBRARY_PATH": os.pathsep.join([str(prefix / "lib"), os.environ.get("LD_LIBRARY_PATH", "")]),
         "ROS_DOMAIN_ID": str(domain),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "XDG_RUNTIME_DIR": str(prefix),  # no session of this machine is known there
     }
     # The tests' nodes are to be those of any ROS 2 installation, without the course's profile.
     return {**{name: value for name, value in os.environ.items() if not name.startswith("FASTRTPS_")}, **changed}

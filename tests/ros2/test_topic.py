@@ -78,6 +78,15 @@ def test_list_type_and_find(ros2):
     ]
 
 
+def test_list_makes_no_node_of_its_own(ros2):
+    """To load the parts of a node takes as long as all the rest."""
+    done = ros2("topic", "list", "-t", PYTHONPROFILEIMPORTTIME="1")
+    counted = ros2("topic", "list", "-v", PYTHONPROFILEIMPORTTIME="1")
+    loaded = [{line.rpartition("|")[2].strip() for line in each.stderr.splitlines()} for each in (done, counted)]
+    assert done.stdout == TYPES and "rclpy" in loaded[0]
+    assert ["rclpy.node" in modules for modules in loaded] == [False, True]
+
+
 def test_list_tells_publishers_and_subscribers(ros2):
     """`-v` has a section for each."""
     said = ros2.output("topic", "list", "-v")

@@ -1,4 +1,4 @@
-"""A session belongs to a folder: who is in the same folder meets, and two sessions never do."""
+"""A session belongs to a folder: who is there meets, and two sessions never do.  All terminals of a user meet."""
 
 import os
 import subprocess
@@ -11,7 +11,7 @@ from course import registry
 from course.errors import LiveError
 from course.foundation.processes import birth
 from course.session import domains
-from course.session.domains import session_domain, shell_domain
+from course.session.domains import note_chosen, session_domain, shell_domain
 
 
 @pytest.fixture(autouse=True)
@@ -36,60 +36,123 @@ def processes():
         process.wait()
 
 
-def session(pid: int, domain: int, folder: Path) -> None:
-    registry.write(registry.SessionRecord(pid, domain, str(folder), 1.0 + pid, birth(pid)))
+@pytest.fixture
+def terminal(processes):
+    """Opens a terminal in a folder, or looks again where that of the process `pid` is; returns its place."""
+    claims = []
+
+    def open_in(folder: Path, pid: int = 0, front: str = "") -> domains.Place:
+        place = shell_domain(folder, pid or processes(), front)
+        claims.append(place.claim)
+        return place
+
+    yield open_in
+    for claim in filter(None, claims):
+        claim.close()
 
 
-def test_a_terminal_meets_the_notebook_of_its_folder(tmp_path, processes):
+def session(pid: int, domain: int, folder: Path, kernel: str = "") -> None:
+    registry.write(registry.SessionRecord(pid, domain, str(folder), 1.0 + pid, birth(pid), kernel=kernel))
+
+
+def test_a_terminal_meets_the_notebook_of_its_folder(tmp_path, processes, terminal):
     session(processes(), 33, tmp_path)
-    assert shell_domain(tmp_path, processes()) == (None, 33)
+    place = terminal(tmp_path)
+    assert (place.domain, place.folder, place.with_notebook) == (33, tmp_path, True)
 
 
-def test_a_notebook_meets_the_terminal_that_was_there_first(tmp_path, processes):
-    claim, domain = shell_domain(tmp_path, processes())
-    assert session_domain(tmp_path) == (None, domain)
+def test_a_notebook_meets_the_terminal_that_was_there_first(tmp_path, terminal):
+    waiting = terminal(tmp_path).domain
+    assert session_domain(tmp_path) == (None, waiting)
+
+
+def test_the_terminals_of_a_user_meet_whatever_their_folders(tmp_path, processes, terminal):
+    places = [terminal(tmp_path / name) for name in ("one", "one", "two")]
+    assert len({place.domain for place in places}) == 1 and not any(place.with_notebook for place in places)
+    session(processes(), 33, tmp_path / "three")
+    assert terminal(tmp_path / "three").domain == 33
+    assert terminal(tmp_path / "four").domain == places[0].domain, "a notebook's domain is not the terminals'"
+
+
+def test_a_terminal_that_was_with_a_notebook_comes_back_to_its_domain(tmp_path, processes, terminal):
+    pid = processes()
+    session(processes(), 33, tmp_path / "notebook")
+    before = terminal(tmp_path, pid).domain
+    assert terminal(tmp_path / "notebook", pid).domain == 33
+    assert terminal(tmp_path / "elsewhere", pid).domain == before
+    assert terminal(tmp_path / "another").domain == before, "another terminal, opened later"
+
+
+def test_the_terminals_domain_is_held_until_the_last_of_them_ends(tmp_path, processes):
+    pids = [processes(), processes()]
+    first, second = (shell_domain(tmp_path, pid) for pid in pids)
+    assert first.domain == second.domain
+    first.claim.close()
+    for pid in pids:
+        (registry.runtime_folder() / f"shell-{pid}.json").unlink()  # as another user, who cannot read them
+    with pytest.MonkeyPatch.context() as only:
+        only.setattr(domains, "DOMAINS", [first.domain])
+        with pytest.raises(LiveError):
+            domains.claim_domain()
+        second.claim.close()
+        claim, _ = domains.claim_domain()
     claim.close()
 
 
-def test_two_terminals_of_a_folder_meet(tmp_path, processes):
-    claim, domain = shell_domain(tmp_path, processes())
-    assert shell_domain(tmp_path, processes()) == (None, domain)
+def test_a_terminal_in_jupyterlab_is_with_the_notebook_in_front(tmp_path, processes, terminal):
+    one, two, pid = tmp_path / "one", tmp_path / "two", processes()
+    session(processes(), 33, one, "a1")
+    session(processes(), 44, two, "b2")
+    assert (terminal(one, pid, "b2").domain, terminal(one, pid, "b2").folder) == (44, two)
+    assert terminal(one, pid, "c3").domain == 33, "a notebook without a session is in front"
+
+
+def test_a_domain_that_somebody_chose_is_no_other_terminals(tmp_path, processes, terminal):
+    pid = processes()
+    own = terminal(tmp_path, pid).domain
+    note_chosen(tmp_path, pid, 77)
+    assert terminal(tmp_path).domain == own
+    assert session_domain(tmp_path)[1] != 77
+
+
+def test_a_second_notebook_never_takes_the_terminals_domain(tmp_path, processes, terminal):
+    pid = processes()
+    shared = terminal(tmp_path / "one", pid).domain
+    session(processes(), shared, tmp_path / "two")
+    claim, domain = session_domain(tmp_path / "one")
+    assert domain != shared
+    assert terminal(tmp_path / "one", pid).domain == domain, "the terminal moves to the notebook of its folder"
     claim.close()
 
 
-def test_two_kernels_in_a_folder_do_not_meet(tmp_path, processes):
-    held, waiting = shell_domain(tmp_path, processes())
+def test_two_kernels_in_a_folder_do_not_meet(tmp_path, processes, terminal):
+    waiting = terminal(tmp_path).domain
     session(processes(), waiting, tmp_path)
     claim, domain = session_domain(tmp_path)
     assert domain != waiting
-    held.close()
     claim.close()
 
 
-def test_a_terminal_joins_the_oldest_session(tmp_path, processes):
+def test_a_terminal_joins_the_oldest_session(tmp_path, processes, terminal):
     first, second = sorted([processes(), processes()])
     session(second, 44, tmp_path)
     session(first, 33, tmp_path)
-    assert shell_domain(tmp_path, processes()) == (None, 33)
+    assert terminal(tmp_path).domain == 33
 
 
-def test_folders_do_not_meet(tmp_path, processes):
-    one, other = tmp_path / "one", tmp_path / "two"
-    first, domain = shell_domain(one, processes())
-    second, another = session_domain(other)
-    assert domain != another
-    first.close()
-    second.close()
+def test_the_folders_of_notebooks_do_not_meet(tmp_path, processes, terminal):
+    session(processes(), terminal(tmp_path / "one").domain, tmp_path / "one")
+    claim, another = session_domain(tmp_path / "two")
+    assert another != terminal(tmp_path / "one").domain
+    claim.close()
 
 
-def test_what_a_dead_process_had_is_forgotten(tmp_path, processes):
+def test_what_a_dead_process_had_is_forgotten(tmp_path, terminal):
     gone = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
     session(gone.pid, 33, tmp_path)
     gone.kill()
     gone.wait()
-    claim, _ = shell_domain(tmp_path, processes())
-    assert claim is not None
-    claim.close()
+    assert not terminal(tmp_path).with_notebook
 
 
 def test_when_all_domains_are_in_use_it_is_a_line(tmp_path, monkeypatch):

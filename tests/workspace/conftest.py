@@ -15,7 +15,7 @@ SOLUTIONS = ROOT / "solutions"
 
 
 @pytest.fixture(scope="session")
-def shell():
+def shell(tmp_path_factory):
     """The environment of the course's shell, in a domain of its own and without settings of the caller's."""
     prepare()
     callers = ("ROS_", "RMW_", "FASTDDS_", "PYTHONDONTWRITEBYTECODE")  # a build says that it compiles nothing
@@ -29,6 +29,7 @@ def shell():
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
         "ROS_DOMAIN_ID": str(domain),
         "COLUMNS": "200",
+        "XDG_RUNTIME_DIR": str(tmp_path_factory.mktemp("run")),
     }
     claim.close()
 

@@ -6,7 +6,9 @@ from jupyter_server.serverapp import ServerApp
 from jupyter_server.utils import url_path_join
 
 from course.lab import protocol
+from course.lab.server import front
 from course.lab.server.exercise_state import Exercise, Reset
+from course.lab.server.front import Front
 from course.lab.server.handing_in import HandingIn
 from course.lab.server.relay import Relay
 
@@ -18,11 +20,13 @@ def _jupyter_server_extension_points() -> list[dict[str, str]]:
 def _load_jupyter_server_extension(server: ServerApp) -> None:
     if os.environ.get("COURSE_ARRANGE"):  # environment/start
         server.web_app.settings.setdefault("page_config_data", {})["rosCourseArrange"] = "true"
+    front.begin()
     base = server.web_app.settings["base_url"]
     handlers = [
         (url_path_join(base, rf"/course/lab/(?P<kernel_id>{protocol.KERNEL_ID})"), Relay),
         (url_path_join(base, "/course/hand-in"), HandingIn),
         (url_path_join(base, "/course/exercise"), Exercise),
+        (url_path_join(base, "/course/front"), Front),
         (url_path_join(base, "/course/exercise/reset"), Reset),
     ]
     server.web_app.add_handlers(".*$", handlers)

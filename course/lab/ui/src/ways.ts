@@ -10,6 +10,7 @@ import { terminalIcon } from '@jupyterlab/ui-components';
 
 import { ROBOT_VIEW } from './robot';
 import { NARROW } from './robot_command';
+import { post } from './server';
 
 const CATEGORY = 'ROS course';
 const TERMINAL = 'ros2-course:terminal';
@@ -31,7 +32,7 @@ export const ways: JupyterFrontEndPlugin<void> = {
   ) => {
     app.commands.addCommand(TERMINAL, {
       label: 'ROS terminal',
-      caption: 'A terminal in the folder of the notebook, which meets its nodes',
+      caption: 'A terminal in the folder of the notebook; it meets the nodes of the notebook in front',
       icon: terminalIcon,
       execute: () => {
         const path = tracker.currentWidget?.context.path;
@@ -44,6 +45,32 @@ export const ways: JupyterFrontEndPlugin<void> = {
       palette?.addItem({ command, category: CATEGORY, rank });
       launcher?.add({ command, category: CATEGORY, rank });
     });
+  }
+};
+
+export const front: JupyterFrontEndPlugin<void> = {
+  id: 'ros2-course-lab:front',
+  description: 'Tells the server which notebook is in front: the terminals are in its ROS domain.',
+  autoStart: true,
+  requires: [INotebookTracker],
+  activate: (_: JupyterFrontEnd, tracker: INotebookTracker) => {
+    let panel: NotebookPanel | null = null;
+    let told = '';
+    const tell = () => {
+      const kernel = (panel && !panel.isDisposed && panel.sessionContext.session?.kernel?.id) || '';
+      if (kernel !== told) {
+        told = kernel;
+        post('front', { kernel }).catch(() => (told = ''));
+      }
+    };
+    const follow = () => {
+      panel?.sessionContext.kernelChanged.disconnect(tell);
+      panel = tracker.currentWidget;
+      panel?.sessionContext.kernelChanged.connect(tell);
+      tell();
+    };
+    tracker.currentChanged.connect(follow);
+    follow();
   }
 };
 
