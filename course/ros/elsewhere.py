@@ -1,4 +1,4 @@
-"""Where else this user has nodes: who sees an empty graph is told, and how to join."""
+"""The other ROS domains in which this user has nodes: who sees an empty graph is told, and how to join."""
 
 import os
 import sys

@@ -25,7 +25,7 @@ KERNEL = "kernel-"  # what Jupyter puts before a kernel's id in the name of its 
 
 
 class Place(NamedTuple):
-    """Where a terminal is."""
+    """A terminal's place: its ROS domain, and what comes with it."""
 
     domain: int
     folder: Path  # whose interface packages it has: the notebook's, or its own

@@ -1,4 +1,4 @@
-"""Which notebook is in front in JupyterLab: its terminals follow it (`course/shell.py`)."""
+"""The notebook in front in JupyterLab, which its terminals follow (`course/shell.py`)."""
 
 import asyncio
 import atexit
