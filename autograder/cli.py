@@ -1,6 +1,7 @@
 """The command line: `autograder check` grades one submission, `autograder grade` a folder of them."""
 
 import contextlib
+import errno
 import json
 import logging
 import os
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 # Rooms that take a second to load (Dask, nbgrader, numpy) are imported by the commands that need them.
 
 USAGE, INFRASTRUCTURE, INTERRUPTED = 2, 3, 130  # exit codes
+GO_ON = "Make room, and run the command again; `grade` goes on with --resume"
 # typer carries a click of its own, and gives click's UsageError no name.
 UsageProblem = cast(type[typer.BadParameter], typer.BadParameter.__base__)
 
@@ -268,6 +270,10 @@ def show(
 @app.command()
 def similar(
     folder: Annotated[Path, typer.Argument(help="The output folder of `autograder grade`, or the submissions.")],
+    earlier: Annotated[
+        list[Path] | None,
+        typer.Argument(help="Such folders of earlier courses: FOLDER is compared with them, and with itself."),
+    ] = None,
     assignment: Assignment = None,
     html: Annotated[
         Path | None, typer.Option(help="Also write a page here that shows the texts of each pair side by side.")
@@ -277,7 +283,7 @@ def similar(
     """List the pairs of submissions that are most alike: a reason to look at them, not a verdict."""
     from autograder.similarity import find, presenting
 
-    findings = find(folder, assignment, top)
+    findings = find(folder, assignment, top, earlier or [])
     if html:
         presenting.write(findings, html)
     for finding in findings:
@@ -341,6 +347,9 @@ def return_command(
     assignment: Assignment = None,
     student: Students = None,
     roster: Rosters = None,
+    changed: Annotated[
+        bool, typer.Option("--changed", help="Only pages that say something else than when they were returned last.")
+    ] = False,
     no_gradebook: Annotated[bool, typer.Option("--no-gradebook", help="Leave out what was marked by hand.")] = False,
     gradebook: GradebookUrl = None,
 ) -> None:
@@ -348,13 +357,15 @@ def return_command(
 
     The exit code is 1 when a page is not returned; the command says which ones, and why.
     """
-    from autograder.returning.giving_back import FOLDER, give_back
+    from autograder.returning.giving_back import FOLDER, give_back, place_for_changed
     from autograder.returning.giving_back import describe as describe_returned
 
     known = _roster_of(out, roster)
     url = "" if no_gradebook else gradebook
     absent = known.students if known else ()
-    result = give_back(out, into or out / FOLDER, form.value if form else None, assignment, student or [], url, absent)
+    target = into or (place_for_changed(out) if changed else out / FOLDER)
+    platform = form.value if form else None
+    result = give_back(out, target, platform, assignment, student or [], url, absent, changed)
     print(printable(describe_returned(result)))
     raise typer.Exit(1 if result.left_out else 0)
 
@@ -430,6 +441,8 @@ def new_command(
 def main() -> None:
     """Run the command line; a problem that the user can solve is one line and exit code 2."""
     logging.basicConfig(format="%(message)s", level=logging.WARNING)
+    for name in ("sqlalchemy.pool", "tornado.application"):  # where a database's error is logged before it is raised
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
         code = app(standalone_mode=False)
     except UsageProblem as error:
@@ -441,10 +454,33 @@ def main() -> None:
     except InfrastructureError as error:
         _fail(f"stopped, what is done is kept: {error}", INFRASTRUCTURE)
     except OSError as error:
-        _fail(f"stopped, what is done is kept: {error.filename or 'writing'}: {error.strerror}", INFRASTRUCTURE)
+        _fail(_stopped(f"{error.filename or 'writing'}: {error.strerror}"), INFRASTRUCTURE)
+    except Exception as error:
+        if not (why := _database_refuses(error)):
+            raise
+        _fail(_stopped(f"the gradebook: {why}"), INFRASTRUCTURE)
     if code == INTERRUPTED:  # typer makes an exit code of Ctrl-C
         _fail("stopped, what is done is kept", INTERRUPTED)
     raise SystemExit(code)
+
+
+def _stopped(why: str) -> str:
+    """Return why a command has stopped, and how to go on."""
+    full = any(word in why for word in ("full", os.strerror(errno.ENOSPC), os.strerror(errno.EDQUOT)))
+    return f"stopped, what is done is kept: {why}{'. ' + GO_ON if full else ''}"
+
+
+def _database_refuses(error: BaseException) -> str:
+    """Return what a database has said, in its own words; '' for an error of any other kind.
+
+    nbgrader passes some of its errors on as one of its own.
+    """
+    told: BaseException | None = error
+    while told is not None:
+        if type(told).__module__ == "sqlite3":
+            return str(told).partition("\n")[0]
+        told = told.__cause__ or told.__context__
+    return ""
 
 
 def _fail(message: str, code: int = USAGE) -> NoReturn:

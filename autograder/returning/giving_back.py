@@ -1,6 +1,9 @@
 """Makes of a grading's output folder what goes back to the students, each page to the one whose work it is about."""
 
+import hashlib
 import io
+import itertools
+import json
 import zipfile
 from collections import defaultdict
 from collections.abc import Collection, Iterable
@@ -24,6 +27,7 @@ from course.foundation.untrusted import one_line
 from course.returned.record import Mark
 
 FOLDER = "returned"  # in the output folder
+RETURNED = "returned.json"  # there: what was returned last
 
 
 @dataclass
@@ -35,6 +39,8 @@ class Returned:
     left_out: list[str] = field(default_factory=list)  # a line each
     waiting: list[str] = field(default_factory=list)  # returned, though a cell is still to be marked by hand
     nothing: list[str] = field(default_factory=list)  # students of the roster without a submission
+    unchanged: int = 0  # pages that say what they said when they were returned last
+    changed: list[str] | None = None  # those returned now, when only what has changed was asked for
 
 
 class Marks:
@@ -69,11 +75,13 @@ def give_back(
     students: Collection[str] = (),
     gradebook: str | None = None,
     roster: Iterable[str] = (),
+    changed: bool = False,
 ) -> Returned:
     """Write the pages of the results in `out` to the folder `into`, as archives for the platforms that they came from.
 
     `form` is a platform's or FILES, for all of them.  `gradebook` is "" for none, and by default the one that `out` was
-    graded into.  Raises UsageError when there is nothing to return.
+    graded into.  With `changed`, only pages that differ from what was returned last are
+    made.  Raises UsageError when there is nothing to return.
     """
     reports = {
         key: report
@@ -85,7 +93,9 @@ def give_back(
     bases = output.bases(out, lost=form == FILES)
     places = {key: Path(bases[key].submitted) for key in reports if key in bases}
     marks = {place: Marks(_url(gradebook, place, out), place) for place in set(places.values())}
-    result = Returned(nothing=sorted({*roster} - {student for student, _ in reports}))
+    before = _returned(out)
+    now: dict[str, str] = {}
+    result = Returned(changed=[] if changed else None, nothing=sorted({*roster} - {student for student, _ in reports}))
     pages: dict[tuple[str, str], list[tuple[str, str, bytes]]] = defaultdict(list)
     for key, report in sorted(reports.items()):
         who = "/".join(key)
@@ -103,10 +113,34 @@ def give_back(
         by_hand = marks[places[key]].of(report)
         if any(mark.waiting for mark in by_hand):
             result.waiting.append(who)
+        said = feedback.feedback(report, by_hand).to_text().encode(errors="replace")
+        now[who] = hashlib.sha256(said).hexdigest()
+        if changed and before.get(who) == now[who]:
+            result.unchanged += 1
+            continue
         page = feedback.page(report, by_hand).encode(errors="replace")
         pages[way.form, "" if way.form == FILES else key[1]].append((who, way.name, page))
-    _write(pages, into, result)
+    made = _write(pages, into, result)
+    if changed:
+        result.changed = sorted(made)
+    known = before | {who: digest for who, digest in now.items() if who in made}
+    storage.replace(out / RETURNED, json.dumps(known, indent=1).encode(), storage.PRIVATE)
     return result
+
+
+def _returned(out: Path) -> dict[str, str]:
+    """Return what the pages that were returned last said: a digest of each, by STUDENT/ASSIGNMENT."""
+    try:
+        known = json.loads((out / RETURNED).read_bytes())
+    except (OSError, ValueError):
+        return {}
+    return known if isinstance(known, dict) else {}
+
+
+def place_for_changed(out: Path) -> Path:
+    """Return a folder for what has changed since the last return: nothing older lies in it."""
+    number = next(number for number in itertools.count(1) if not (out / FOLDER / f"changed-{number}").exists())
+    return out / FOLDER / f"changed-{number}"
 
 
 def describe(result: Returned) -> str:
@@ -121,6 +155,11 @@ def describe(result: Returned) -> str:
     ):
         lines += [title] * bool(names)
         lines += [f"  {one_line(name)}" for name in names]
+    if result.changed is not None:
+        lines += [f"Changed since the last return: {one_line(', '.join(result.changed)) or 'nothing'}"]
+        lines += [f"{_pages(result.unchanged)} as they were returned last: not returned again."] * bool(
+            result.unchanged
+        )
     return "\n".join([*lines, f"{_pages(sum(result.made.values()))} returned; {len(result.left_out)} not."])
 
 
@@ -140,8 +179,14 @@ def _url(gradebook: str | None, submitted: Path, out: Path) -> str | None:
         return None
 
 
-def _write(pages: dict[tuple[str, str], list[tuple[str, str, bytes]]], into: Path, result: Returned) -> None:
-    """Write archives and pages, each whole or not at all; what two submissions would be called is given to neither."""
+def _write(pages: dict[tuple[str, str], list[tuple[str, str, bytes]]], into: Path, result: Returned) -> set[str]:
+    """Write archives and pages, each whole or not at all; return of which submissions.
+
+    What two submissions would be called is given to neither.
+    """
+    made: set[str] = set()
+    if not pages:
+        return made
     into.mkdir(storage.PRIVATE_FOLDER, parents=True, exist_ok=True)
     for (form, assignment), found in sorted(pages.items()):
         called: dict[str, list[str]] = defaultdict(list)
@@ -163,6 +208,8 @@ def _write(pages: dict[tuple[str, str], list[tuple[str, str, bytes]]], into: Pat
             target = into / f"{assignment}-{form}.zip"
             storage.replace(target, _archive(single), storage.PRIVATE)
         result.made[target], result.forms[target] = len(single), form
+        made |= {who for who, name, _ in found if len(called[name.casefold()]) == 1}
+    return made
 
 
 def _archive(pages: list[tuple[str, bytes]]) -> bytes:

@@ -14,6 +14,7 @@ from other sites.
 """
 
 from collections import defaultdict
+from collections.abc import Iterable
 from pathlib import Path
 
 from autograder.similarity import sources
@@ -22,11 +23,16 @@ from autograder.similarity.comparing import Finding, compare
 __all__ = ["find"]
 
 
-def find(folder: Path, assignment: str | None, top: int) -> list[Finding]:
+def find(folder: Path, assignment: str | None, top: int, earlier: Iterable[Path] = ()) -> list[Finding]:
     """The `top` pairs of submissions that are most alike, by exercise; raises UsageError.
 
-    The folder is what `autograder grade` was given, or its output, which says for each result where the files are.
+    The folder is what `autograder grade` was given, or its output, which says for each result where the files are.  So
+    are the folders of `earlier` courses: those in `folder` are compared with theirs, too.
     """
+    before = defaultdict(list)
+    for other in earlier:
+        for (student, name), submitted in sorted(sources.places(other, assignment).items()):
+            before[name].append((f"{student} ({other})", sources.files(submitted, student, name)))
     handed_in = defaultdict(list)
     for (student, name), submitted in sorted(sources.places(folder, assignment).items()):
         handed_in[name].append((student, submitted))
@@ -36,6 +42,7 @@ def find(folder: Path, assignment: str | None, top: int) -> list[Finding]:
             [(student, sources.files(submitted, student, name)) for student, submitted in places],
             sources.given(name, {submitted for _, submitted in places}),
             top,
+            before[name],
         )
         for name, places in handed_in.items()
     ]

@@ -50,22 +50,32 @@ class Finding:
 
 
 def compare(
-    assignment: str, handed_in: Iterable[tuple[str, dict[str, str]]], known: Iterable[str], top: int
+    assignment: str,
+    handed_in: Iterable[tuple[str, dict[str, str]]],
+    known: Iterable[str],
+    top: int,
+    earlier: Iterable[tuple[str, dict[str, str]]] = (),
 ) -> Finding:
-    """Compare every submission with every other, and lay the `top` most alike pairs side by side.
+    """Compare every submission with every other, and lay the `top` most alike pairs side by side, identical ones first.
 
-    `handed_in` has the texts of each student, by file; what is in the texts `known` to all is not compared.
+    `handed_in` has the texts of each student, by file; what is in the texts `known` to all is not compared.  Those of
+    `earlier` courses are compared with these, and not with each other.
     """
     boilerplate = {gram for text in known for gram in grams(tokens(text))}
     every = [program(student, texts, boilerplate) for student, texts in handed_in]
-    programs = [one for one in every if one.texts]
+    old = [one for one in (program(student, texts, boilerplate) for student, texts in earlier) if one.texts]
+    new = [one for one in every if one.texts]
+    programs = [*new, *old]
     owners: dict[int, list[int]] = defaultdict(list)  # numbers of the programs that have a fingerprint
     for number, one in enumerate(programs):
         for gram in one.prints:
             owners[gram].append(number)
     scores, shared = _scores(programs, owners)
-    above = np.triu_indices(len(programs), 1)
-    order = [place for place in np.argsort(-scores[above], kind="stable")[:top] if scores[above][place] >= LEAST]
+    left_of, right_of = np.triu_indices(len(programs), 1)
+    above = left_of[left_of < len(new)], right_of[left_of < len(new)]  # at least one of each pair is new
+    same = _identical(programs, boilerplate)
+    ranking = np.lexsort((-scores[above], -same[above]))[:top]  # by the last key first
+    order = [place for place in ranking if scores[above][place] >= LEAST or same[above][place]]
     counts = {gram: len(those) for gram, those in owners.items()}
     pairs = []
     for left, right in zip(above[0][order], above[1][order], strict=True):
@@ -82,6 +92,22 @@ def compare(
         )
     left_out = [one.student for one in every if not one.texts]
     return Finding(assignment, len(programs), pairs, sorted(map(float, scores[above])), left_out)
+
+
+def _identical(programs: list[Program], boilerplate: set[int]) -> NDArray[np.floating]:
+    """For each two programs, shape (programs, programs), how many files are the same to the letter.
+
+    Files that students were given count for nothing.
+    """
+    owners: dict[tuple[str, str], list[int]] = defaultdict(list)
+    for number, one in enumerate(programs):
+        for name, text in one.texts.items():
+            owners[name, text].append(number)
+    same = np.zeros((len(programs), len(programs)), dtype=np.float32)
+    for (_, text), those in owners.items():
+        if len(those) > 1 and not boilerplate.issuperset(grams(tokens(text))):
+            same[np.ix_(those, those)] += 1
+    return same
 
 
 def _scores(programs: list[Program], owners: dict[int, list[int]]) -> tuple[NDArray[np.floating], NDArray[np.floating]]:

@@ -2,7 +2,10 @@
 
 import csv
 import json
+import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -24,6 +27,7 @@ ROSTER = "student,first_name,last_name,email,canvas_id,role\nada,Ada,Lovelace,ad
 ROSTER += "bob,Bob,Ross,bob@uni.edu,12,student\nzoe,Zoë,Müller,zoe@uni.edu,13,\nprof,Alan,T,p@uni.edu,14,instructor\n"
 TESTS = exercises.load("calculator").tests
 MOST = sum(test.points for test in TESTS)
+AUTOGRADER = str(Path(sys.executable).with_name("autograder"))
 QUESTION = "exponentiation"  # the cell that is marked by hand
 
 
@@ -182,3 +186,32 @@ def test_a_wrong_export_is_one_line(course, tmp_path):
         ran = CliRunner().invoke(app, ["export", str(course / "out"), *options, "--to", str(tmp_path / "x.csv")])
         assert says in str(ran.exception) and type(ran.exception).__name__ in ("CannotExport", "UsageError")
     assert json.loads((course / "out" / "results.jsonl").read_text().splitlines()[0])["student"] == "ada"
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="a file system of its own size needs root")
+@pytest.mark.parametrize("size", [120, 200])
+def test_a_gradebook_on_a_full_disk_is_one_line_and_goes_on(course, tmp_path, size):
+    """The results are kept, and entered when there is room: sqlite tells of it in several ways."""
+    small = tmp_path / "small"
+    small.mkdir()
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}k", "tmpfs", small], capture_output=True).returncode:
+        pytest.skip("no file system can be mounted here")
+    try:
+        shutil.copytree(course / "out", small / "out")
+        for name in ("nbgrader_config.py", "gradebook.db"):  # not a course: the gradebook is in OUTPUT
+            (course / name).unlink()
+        for number in range(8):
+            (course / "submitted" / f"student{number}" / "calculator").mkdir(parents=True)
+        command = [AUTOGRADER, "grade", str(course / "submitted"), "--output", str(small / "out"), "--resume"]
+        ran = subprocess.run(command, capture_output=True, text=True, timeout=120)
+        assert ran.returncode == 3
+        (line,) = ran.stderr.splitlines()
+        assert line.startswith("autograder: stopped, what is done is kept: ")
+        assert line.endswith(". Make room, and run the command again; `grade` goes on with --resume")
+        subprocess.run(["mount", "-o", "remount,size=9m", small], check=True)
+        ran = subprocess.run(command, capture_output=True, text=True, timeout=120)
+        assert (ran.returncode, ran.stderr) == (0, "")
+        with Gradebook(f"sqlite:///{small / 'out' / 'gradebook.db'}") as book:
+            assert len(book.students) == 10
+    finally:
+        subprocess.run(["umount", "-l", small], check=True)

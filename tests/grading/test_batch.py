@@ -129,7 +129,10 @@ def test_a_full_disk_stops_it_with_what_is_done_kept(box, submitted, tmp_path):
         pytest.skip("this root may not mount")
     try:
         code, _, errors = end(begin(submitted, out, "--no-gradebook"))
-        assert (code, errors) == (3, "autograder: stopped, what is done is kept: writing: No space left on device\n")
+        assert code == 3 and errors == (
+            "autograder: stopped, what is done is kept: writing: No space left on device. "
+            "Make room, and run the command again; `grade` goes on with --resume\n"
+        )
         done = scores(out)
         assert len(done) < len(STUDENTS)
         subprocess.run(["mount", "-o", "remount,size=1m", out], check=True)

@@ -228,3 +228,37 @@ def test_a_gradebook_that_is_not_there_is_a_line_and_is_not_made(submitted, tmp_
     with pytest.raises(UsageError, match="there is no gradebook"):
         give_back(out, out / "returned", gradebook=f"sqlite:///{tmp_path / 'none.db'}")
     assert not (tmp_path / "none.db").exists()
+
+
+def test_only_what_has_changed_is_returned_again(submitted, tmp_path):
+    students = ["Zoë_Müller", "Jim_Roe", "doejane", "ada"]
+    out = graded(submitted, tmp_path / "out", *map(report, students))
+    give_back(out, out / "returned", assignment="services", students=students[:3])  # ada was never returned
+    graded(submitted, out, report("Jim_Roe", INVALID_SUBMISSION))
+    result = give_back(out, out / "returned" / "changed-1", changed=True)
+    assert result.changed == ["Jim_Roe/services", "ada/services"] and result.unchanged == 2
+    assert "Changed since the last return: Jim_Roe/services, ada/services" in describe(result)
+    assert list(pages(out / "returned" / "changed-1" / "services-moodle.zip")) == [
+        "Jim Roe_56_assignsubmission_file_/services-feedback.html"
+    ]
+    again = give_back(out, out / "returned" / "changed-2", changed=True)
+    assert (again.changed, again.unchanged, again.made) == ([], 4, {})
+    assert "Changed since the last return: nothing" in describe(again)
+    assert not (out / "returned" / "changed-2").exists()
+
+
+def test_a_mark_by_hand_is_a_change_and_the_command_uses_a_folder_of_its_own(submitted, tmp_path):
+    out = graded(submitted, tmp_path / "out", report("ada"), report("Jim_Roe"))
+    url = f"sqlite:///{out / 'gradebook.db'}"
+    with Scores(url, submitted) as scores:
+        scores.write(report("ada"))
+        scores.write(report("Jim_Roe"))
+    command = [AUTOGRADER, "return", str(out), "--changed"]
+    first = subprocess.run(command, capture_output=True, text=True)
+    assert first.returncode == 0 and "2 pages returned" in first.stdout
+    with Gradebook(url) as book:
+        book.find_grade("relay", "services", "services", "ada").manual_score = 4.0
+        book.db.commit()
+    second = subprocess.run(command, capture_output=True, text=True)
+    assert "Changed since the last return: ada/services" in second.stdout and "1 page returned" in second.stdout
+    assert [path.name for path in (out / "returned" / "changed-2").iterdir()] == ["ada-services-feedback.html"]

@@ -295,3 +295,37 @@ def test_the_output_of_grade_tells_where_the_submissions_are(submitted, tmp_path
     (out / output.DETAILS).unlink()
     with pytest.raises(UsageError, match="does not tell where the submissions are"):
         find(out, None, 5)
+
+
+def test_identical_files_come_first(known):
+    """Three hand in the same file, which makes it less rare; a renamed copy is alike to the last token."""
+    handed_in = [(name, programs(files)) for name, files in OTHERS.items()]
+    same = programs(REFERENCE)
+    first = next(iter(OTHERS))
+    handed_in += [("one", same), ("two", same), ("three", copy(REFERENCE)), ("four", copy(OTHERS[first]))]
+    found = compare("calculator", handed_in, known, 3)
+    assert {found.pairs[0].left, found.pairs[0].right} == {"one", "two"}
+    assert sorted(found.pairs[0].identical) == sorted(same)
+    assert all(not pair.identical for pair in found.pairs[1:])
+
+
+def test_what_was_given_is_identical_for_no_one(known):
+    given = next(text for text in known if text.count("\n") > 20)
+    found = compare("calculator", [("ada", {"a.py": given}), ("bob", {"a.py": given})], known, 3)
+    assert found.pairs == []
+
+
+def test_this_year_s_are_compared_with_last_year_s_and_those_not_with_each_other(submitted, tmp_path):
+    last = tmp_path / "2025"
+    for student in ("fay", "gil"):
+        (last / student / "calculator").mkdir(parents=True)
+        for name, text in REFERENCE.items():
+            (last / student / "calculator" / name).write_bytes(text)
+    (found,) = find(submitted, "calculator", 100, [last])
+    pairs = [{pair.left, pair.right} for pair in found.pairs]
+    assert pairs[:2] == [{"ada", f"fay ({last})"}, {"ada", f"gil ({last})"}]
+    assert {f"fay ({last})", f"gil ({last})"} not in pairs
+    assert len(found.scores) == 6 + 4 * 2
+    command = [str(Path(sys.executable).with_name("autograder")), "similar", str(submitted), str(last), "--top", "1"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert f"ada and fay ({last})" in done.stdout and done.returncode == 0
