@@ -47,6 +47,7 @@ class Goal:
         self.feedback: list[Heard] = []
         self.cancel_sent = 0.0
         self.cancel_accepted: bool | None = None  # None: no answer yet
+        self.cancel_answered = 0.0
         self.status = ""  # how it ended, a word of STATUS; empty while it runs
         self.result: Any = None
         self.ended = 0.0
@@ -98,7 +99,7 @@ class Goal:
 
     def _on_cancel(self, future: Any) -> None:
         with self._news:
-            self.cancel_accepted = bool(future.result().goals_canceling)
+            self.cancel_accepted, self.cancel_answered = bool(future.result().goals_canceling), time.monotonic()
             self._news.notify_all()
 
     def _on_end(self, future: Any) -> None:

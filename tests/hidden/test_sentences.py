@@ -11,6 +11,7 @@ from . import answers, sentences
 
 FLOOR = 1 / 10  # of the points that an answer may keep that does nothing of what is asked for
 MEDIAN = 1 / 10  # of the points that one mistake may cost, in the median
+BROADEST = 0.7  # of the points: the most that a mistake in all that the exercise is about costs
 
 
 @pytest.fixture(params=answers.names())
@@ -29,7 +30,7 @@ def test_every_hidden_test_judges_a_sentence(exercise):
 
 
 def test_the_sets_of_answers_name_wrong_answers(exercise):
-    for kind in ("NOTHING", "SEVERAL", "USELESS", "SILENT"):
+    for kind in ("NOTHING", "SEVERAL", "USELESS", "BROAD", "SILENT"):
         assert answers.named(exercise, kind) <= {*answers.load(exercise).WRONG}, kind
     assert not answers.named(exercise, "NOTHING") & answers.named(exercise, "SEVERAL")
 
@@ -49,8 +50,9 @@ def test_one_mistake_costs_a_tenth_in_the_median(exercise):
 def test_only_a_program_that_does_nothing_useful_loses_more_than_half(exercise):
     most, lost = exercises.load(exercise).max_score, sentences.lost(exercise)
     others = answers.named(exercise, "NOTHING") | answers.named(exercise, "SEVERAL")
-    useless = answers.named(exercise, "USELESS")
-    assert {name for name in lost if lost[name] > most / 2} - others - useless == set()
+    useless, broad = answers.named(exercise, "USELESS"), answers.named(exercise, "BROAD")
+    assert {name for name in lost if lost[name] > most / 2} - others - useless - broad == set()
+    assert {name: lost[name] for name in broad if lost[name] > BROADEST * most} == {}
     for name in useless:  # it has lost what one of the exercise's files can earn, but for the floor
         assert min(_kept(exercise, name).values()) <= FLOOR * most, name
 

@@ -31,6 +31,7 @@ class Blocking:
     ride: Ride
     running: bool  # the goal still ran when the shaft was to be blocked
     sent: float  # when that was, a time of time.monotonic (s)
+    answered: float  # when the service had answered
     here: int  # where the cabin stood then
     stuck: Ride  # asked for this floor and another one, while the shaft was blocked
     there: list[Ride]  # asked for this floor alone, while the shaft was blocked; and where the result says that it is
@@ -243,6 +244,7 @@ class Busy(Server):
         running, sent = not ride.goal.status, time.monotonic()
         if self.set(True, limit, alive) is None:
             return None
+        answered = time.monotonic()
         self.soon_over(ride, limit)
         here = self.place
         told = ride.goal.result.floor if ride.goal.status else here
@@ -261,7 +263,7 @@ class Busy(Server):
             return None
         if goal.accepted and not self.over(goal, floors, limit):
             return self.unfinished(goal) if alive() else None
-        return Blocking(ride, running, sent, here, rides[0], rides[1:], Ride(floors, goal))
+        return Blocking(ride, running, sent, answered, here, rides[0], rides[1:], Ride(floors, goal))
 
     def _ask(self, limit: float, alive: Alive) -> Asked | None:
         ride = self.begin_long(alive, limit)
@@ -269,7 +271,7 @@ class Busy(Server):
             return None
         seen = Asked(ride.goal, running=not ride.goal.status)
         for number in range(ASKED):
-            ride.goal.wait_for_news(1.5 * BUSY_STEP)
+            ride.goal.wait_for_news(self.bench.clock.allow(3 * BUSY_STEP))  # of a goal that goes on, or has ended
             if ride.goal.status:
                 break
             sent = time.monotonic()

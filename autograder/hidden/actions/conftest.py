@@ -8,9 +8,10 @@ from course_interfaces.action import Lift
 
 from autograder.hidden.actions.busy import Busy
 from autograder.hidden.actions.conversation import ACTION, Cancelled, Quick
-from autograder.hidden.actions.encounter import CLIENT, Encounter
-from autograder.suitekit import Bench, Run, serve
+from autograder.hidden.actions.encounter import CLIENT, Called, Encounter
+from autograder.suitekit import Bench, serve
 
+FOR_ROS = ("--ros-args", "--log-level", "info")
 NEVER = 9  # feedback messages after which a client is to cancel, of a goal that has fewer
 WIDE = (10, 100)  # floors that only the server can refuse
 
@@ -50,17 +51,20 @@ def clients(bench: Bench) -> dict[str, Encounter]:
 
 
 @pytest.fixture(scope="session")
-def misused(bench: Bench) -> dict[str, Run]:
-    """The client's runs with a wrong command line, by what is wrong."""
+def called(bench: Bench) -> Called:
+    """The client's runs whose command lines are judged."""
     commands: dict[str, list[str]] = {
         "without FLOOR": [],
         "with a word in the place of FLOOR": ["5", "two"],
         "with --cancel-after but no number": ["5", "--cancel-after"],
         "with a word in the place of N": ["5", "--cancel-after", "two"],
     }
-    ros = bench.enter(bench.new_domain(), threads=len(commands) + 1)
+    ros = bench.enter(bench.new_domain(), threads=len(commands) + 2)
     serve(ros, ACTION, Lift, succeed)
-    return {about: bench.run(CLIENT, *args, domain=ros.domain) for about, args in commands.items()}
+    return Called(
+        {about: bench.run(CLIENT, *args, domain=ros.domain) for about, args in commands.items()},
+        bench.run(CLIENT, "5", *FOR_ROS, domain=ros.domain),
+    )
 
 
 def succeed(handle: Any) -> Any:
@@ -77,6 +81,6 @@ def begun(request: pytest.FixtureRequest) -> None:
     for name in ("cancelled", "quick", "busy"):
         if name in asked:
             request.getfixturevalue(name).begin()
-    for name in ("clients", "misused"):
+    for name in ("clients", "called"):
         if name in asked:
             request.getfixturevalue(name)

@@ -34,7 +34,7 @@ from course.foundation.waiting import wait_until
 ACTION, BLOCK = "/lift", "/lift/block"
 OFFERED = f"the action {ACTION} (course_interfaces/action/Lift)"
 TOP = 9  # the default
-NOT_ACCEPTED = "A goal with at least one floor, and only floors from 0 to top, must be accepted."
+NOT_ACCEPTED = "A goal with at least one floor, and only floors from 0 to top, must be accepted; it was rejected."
 STEP = 1.0  # s, the default
 SLOWEST = 1.3 * STEP  # s that a step may take, also when the parameter has no effect: that is judged by one test
 LATE = 1.0  # s until the last feedback has come, after the result

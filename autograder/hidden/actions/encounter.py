@@ -5,14 +5,15 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, NamedTuple
 
 from course_interfaces.action import Lift
 
 from autograder.errors import Fault
-from autograder.hidden.actions.conversation import ACTION, PLAYS
+from autograder.hidden.actions.conversation import ACTION, PLAYS, TOP
+from autograder.sandbox.cleaning import excerpt
 from autograder.sandbox.program import Program
-from autograder.suitekit import Bench, Ros, Wrong, numbers, on_wrong, serve, sought_actions
+from autograder.suitekit import Bench, Ros, Run, Wrong, numbers, on_wrong, serve, sought_actions
 from course.foundation.waiting import wait_until
 
 CLIENT = "lift_client.py"
@@ -23,7 +24,15 @@ MOST_FEEDBACK = 29  # messages to a client that never cancels
 NUMBERS = (10**4, 10**9)  # that a client gets: nothing else that it prints looks like them
 THREADS = 4  # of the server for the client: its goal, a cancel, and two to spare
 LOOK, LOOKED = 0.2, 10.0  # s between two looks which action a client asks for, and until the last look
+SAID = 100  # characters of what a client printed, in a message
 FEW = 4  # feedback messages of a goal that nobody cancels
+
+
+class Called(NamedTuple):
+    """The client's runs with a server whose goals succeed at once."""
+
+    misused: dict[str, Run]  # with a wrong command line, by what is wrong
+    for_ros: Run  # with arguments that are meant for ROS
 
 
 class Encounter:
@@ -81,7 +90,8 @@ class Encounter:
     @property
     def doing(self) -> str:
         """Which run it is, in words for the student."""
-        return f"with {'' if self.cancel_after is None else '--cancel-after and '}a server"
+        floors = f"floors above {TOP} and " if self._range[0] > TOP else ""
+        return f"with {'' if self.cancel_after is None else '--cancel-after and '}{floors}a server"
 
     @contextmanager
     def judged(self) -> Iterator[Program]:
@@ -91,7 +101,12 @@ class Encounter:
             if not self.goals:
                 others = [action for action in self._sought if not action.startswith(f"the action {ACTION} (")]
                 instead = f" It asked for {', '.join(others)[:200]}." if others else ""
-                raise Wrong(f"The client did not send a goal to {ACTION}.{instead}", program.output)
+                source = self._bench.files[CLIENT].decode(errors="replace")
+                last = excerpt(program.output, source, program.hidden).rpartition("\n")[2][:SAID]
+                said = f" It printed {last!r}." if last else " It printed nothing."
+                raise Wrong(
+                    f"Run {self.doing}, the client did not send a goal to {ACTION}.{instead or said}", program.output
+                )
             yield program
 
     @property
@@ -115,6 +130,13 @@ class Encounter:
             return False
         sent = {*self.shown, *self.result.stops, self.result.floor}
         return bool(self.goals) and (program.exit_status == 0 or bool(sent & {*numbers(program.output)}))
+
+    def exits_with(self, status: int) -> bool:
+        """Whether it ends in time, by itself and with this exit status."""
+        try:
+            return self._finish().exit_status == status
+        except Fault:
+            return False
 
     def _again(self) -> None:
         if self._plays < PLAYS:

@@ -1,25 +1,63 @@
 """Rules that hidden tests of the lift hold its programs to; each raises Wrong with a message for the student."""
 
 import re
+import time
 from collections.abc import Mapping, Sequence
 
 from autograder.hidden.actions.busy import BUSY_STEP, Blocking, Busy, Preemption
 from autograder.hidden.actions.conversation import Server, accepted
 from autograder.hidden.actions.encounter import Encounter
-from autograder.hidden.actions.rides import STILL, Ride, floors_heard, later, lengths, stops_made, way
+from autograder.hidden.actions.rides import (
+    STILL,
+    Ride,
+    counted,
+    floors_heard,
+    later,
+    lengths,
+    published_later,
+    stops_made,
+    way,
+)
 from autograder.sandbox.program import Program
-from autograder.suitekit import Crashed, Heard, TimedOut, Wrong, numbers
+from autograder.suitekit import Crashed, Goal, Heard, Run, TimedOut, Wrong, numbers
 
 OUTCOMES = {"succe": "SUCCEEDED", "cancel": "CANCELED", "abort": "ABORTED", "reject": "REJECTED"}
 WHOLE = 0.9  # of its length that a step must last at least by its publisher's clock, which does not wait for the grader
 SHORTEST = 0.6  # of its length that a step must last at least on average
+QUIET = 3  # steps until a goal has ended that tells of none
+NOTED = 0.05  # s until a server has noted the goal that it has just accepted
 IN_TIME = 2  # messages after a request: of the step that was under way, and of one that crossed the request
 
 
 def expect_in_time(ride: Ride, moment: float, what: str) -> None:
     """The goal must have made no more than the step that was under way."""
     if later(ride.goal, moment) > IN_TIME:
-        raise Wrong(f"{what} went on for more than a step.", f"{later(ride.goal, moment)} more messages")
+        raise Wrong(f"{what} went on for more than a step: {counted(later(ride.goal, moment))} came after that.")
+
+
+def expect_no_other_step(goal: Goal, answered: float, what: str) -> None:
+    """The goal must have begun no step after its server had answered, at `answered`, what ends it."""
+    if answered and published_later(goal, answered) > 1:
+        raise Wrong(
+            f"{what} the step under way may be finished, and no other begins; "
+            f"{counted(published_later(goal, answered))} were published after that."
+        )
+
+
+def expect_over(ride: Ride, moment: float, period: float, what: str) -> None:
+    """The goal must have ended within a step of that moment, however: what it is called then is another test's."""
+    if ride.end == STILL:
+        raise Wrong(f"{what} must end within a step. It was {STILL}.")
+    more, after = later(ride.goal, moment), ride.goal.ended - moment
+    if more > IN_TIME or (not ride.goal.feedback and after > QUIET * period):
+        told = f"{counted(more)} came after that" if more else f"it went on for {after:.1f} s"
+        raise Wrong(f"{what} must end within a step; {told} before it ended as {ride.end}.")
+    if way(ride.goal)[-1:] == ride.floors[-1:] or (ride.made and not ride.goal.feedback):
+        raise Wrong(
+            f"{what} must end within a step; it made all its stops, of many steps, and ended as {ride.end}. If "
+            "you look "
+            "for what ends it, was a thread free to take that in?"
+        )
 
 
 def expect_running(busy: Busy, ride: Ride, running: bool, event: str) -> None:
@@ -48,15 +86,28 @@ def expect_one_cabin(seen: Preemption) -> None:
     # What each goal tells of its own steps is another test's.
     if way(second) and way(first) and abs(second.feedback[0].message.floor - first.feedback[-1].message.floor) != 1:
         raise Wrong(
-            "A goal that takes over must go on from where the cabin is, one floor a step: there is one cabin.",
+            "A goal that takes over must go on from where the cabin is, one floor a step: there is one cabin. The last "
+            f"message of the goal before told floor {first.feedback[-1].message.floor}, the first of the new one floor "
+            f"{second.feedback[0].message.floor}.",
             f"{heard}",
         )
     between = lengths([*first.feedback, *second.feedback])
     if between and (min(between) < 0 or min(between) < WHOLE * BUSY_STEP < max(between)):
         raise Wrong(
             "A goal that takes over must begin its first step when the goal before has ended its last one: two goals "
-            "must never move the cabin at the same time.",
+            f"must never move the cabin at the same time. Where a step takes {BUSY_STEP} s, two messages were "
+            f"{abs(min(between)):.2f} s apart.",
             f"steps of {between} s",
+        )
+
+
+def expect_no_step_of_its_own(first: Goal, waited: Goal, newest: Goal) -> None:
+    """A goal that was replaced must have made no step, when the one before it still moved the cabin then."""
+    moved = first.feedback[-1].published if first.feedback else 0.0
+    if moved > newest.answered + NOTED + time.time() - time.monotonic() and waited.feedback:
+        raise Wrong(
+            "A goal that waits for its first step must make none when a new goal is accepted; "
+            f"{counted(len(waited.feedback))} of it came."
         )
 
 
@@ -77,7 +128,15 @@ def expect_lengths(told: Sequence[Heard], shortest: float, longest: float, rule:
     """Steps must take at least most of `shortest` s on average, and the fastest one no more than `longest` s."""
     between = lengths(told)
     if between and (sum(between) < SHORTEST * shortest * len(between) or min(between) > longest):
-        raise Wrong(rule, f"{between}")
+        mean = sum(between) / len(between)
+        raise Wrong(f"{rule} They took {mean:.2f} s on average, where that is {shortest:g} s.", f"{between}")
+
+
+def compared(stops: Sequence[int], right: Sequence[int]) -> str:
+    """Return what is wrong with stops, in words for the student that do not tell the floors."""
+    if len(stops) != len(right):
+        return f"holds {len(stops)}"
+    return "holds them in another order" if sorted(stops) == sorted(right) else "holds others"
 
 
 def expect_so_far(ride: Ride, about: str, place: bool = True) -> None:
@@ -92,12 +151,15 @@ def expect_so_far(ride: Ride, about: str, place: bool = True) -> None:
     made = [stops_made(path, floors) for path in paths]
     if heard and not any({*some} <= {*stops} <= {*path} & {*floors} for some, path in zip(made, paths, strict=True)):
         raise Wrong(
-            f"`stops` in the result of {about} must hold the floors where the cabin has stopped so far for that goal.",
+            f"`stops` in the result of {about} must hold the floors where the cabin has stopped so far for that goal. "
+            f"It holds {len(stops)}; the feedback shows {len(made[0])}.",
             f"{floors}: heard {heard}, got {stops}",
         )
     if place and heard and goal.result.floor != heard[-1]:
         raise Wrong(
-            f"`floor` in the result of {about} must say where the cabin is.", f"heard {heard}, got {goal.result.floor}"
+            f"`floor` in the result of {about} must say where the cabin is. It says {goal.result.floor}, and the last "
+            f"feedback told floor {heard[-1]}.",
+            f"heard {heard}",
         )
 
 
@@ -108,7 +170,9 @@ def expect_stuck_result(seen: Blocking) -> None:
         return  # where the cabin stood is not certain
     if (list(result.stops), result.floor) != ([seen.here], seen.here):
         raise Wrong(
-            "The result of an aborted goal must say what was done so far, also when that is a stop without a step.",
+            "The result of an aborted goal must say what was done so far, also when that is a stop without a step: one "
+            f"stop, at the floor where the cabin stands. It says {len(result.stops)} stops, and floor {result.floor}, "
+            f"where the cabin stood at floor {seen.here}.",
             f"{ride.floors}: {result}",
         )
 
@@ -126,14 +190,21 @@ def expect_aborted_results(seen: Blocking) -> bool:
 def expect_preempted_result(seen: Preemption) -> bool:
     """The result of a goal that another one took over from must say how far it has come; False when there is none."""
     first, second = seen.rides[:2]
-    if not seen.running or first.end != "ABORTED":
+    goes_on = first.end == STILL or later(first.goal, second.goal.answered) > IN_TIME  # that is another test's
+    if not seen.running or not second.goal.accepted or goes_on:
         return False
+    if first.end != "ABORTED":
+        raise Wrong(
+            "When a new goal is accepted, the one that runs must end as ABORTED: call goal_handle.abort(). It ended as "
+            f"{first.end}."
+        )
     expect_so_far(first, "a goal that another one has taken over from", place=False)
     here, heard, after = first.goal.result.floor, way(first.goal), way(second.goal)
     # Its last step may end after its result was made.
     if heard and after and here != heard[-1] and abs(after[0] - here) > 1:
         raise Wrong(
-            "`floor` in the result of a goal that another one has taken over from must say where the cabin is.",
+            "`floor` in the result of a goal that another one has taken over from must say where the cabin is. It says "
+            f"{here}, and the last feedback told floor {heard[-1]}.",
             f"heard {heard}, got {here}, then {after}",
         )
     return True
@@ -151,7 +222,7 @@ def expect_waiting_result(seen: Preemption) -> bool:
     if stops or floor not in {place + by for place in passed for by in (-1, 0, 1)}:
         raise Wrong(
             "The result of a goal that was aborted while it waited must say that it has stopped nowhere, and where the "
-            "cabin is.",
+            f"cabin is. It says {len(stops)} stops and floor {floor}, and the cabin was at floor {passed[0]}.",
             f"cabin at {passed}, result {waited.result}",
         )
     return True
@@ -159,9 +230,13 @@ def expect_waiting_result(seen: Preemption) -> bool:
 
 def expect_result(program: Program, run: Encounter, how: str) -> None:
     """The client must have printed the result."""
-    if not {*run.result.stops, run.result.floor} <= set(numbers(program.output)):
+    printed = {*numbers(program.output)}
+    if not {*run.result.stops, run.result.floor} <= printed:
         raise Wrong(
-            f"The client must print the result, its stops and its floor, however the goal ended; here it {how}.",
+            f"The client must print the result, its stops and its floor, however the goal ended. Here it {how}, "
+            "and the "
+            f"client printed {len({*run.result.stops} & printed)} of {len(run.result.stops)} stops"
+            f"{'' if run.result.floor in printed else ', and not the floor'}.",
             f"sent {run.result}, shown: {program.output}",
         )
 
@@ -170,7 +245,10 @@ def expect_outcome(program: Program, word: str, when: str) -> None:
     """The last outcome that the client names must be the one that happened."""
     named = re.findall("|".join(OUTCOMES), program.output, re.IGNORECASE)
     if not named:
-        raise Wrong(f"{when} the client must print the outcome at the end: here, the word {word}.", program.output)
+        raise Wrong(
+            f"{when} the client must print the outcome at the end: here, the word {word}. It printed none of the four.",
+            program.output,
+        )
     if OUTCOMES[named[-1].lower()] != word:
         raise Wrong(
             f"{when} the last outcome that the client names must be {word}; it was {OUTCOMES[named[-1].lower()]}.",
@@ -193,6 +271,18 @@ def expect_status(run: Encounter, when: str) -> None:
     except (Crashed, TimedOut):
         if run.end == "SUCCEEDED":
             raise
+
+
+def expect_for_ros(run: Run) -> None:
+    """The client must leave alone what is meant for ROS, and do its work."""
+    doing = "with a floor, arguments for ROS behind it (--ros-args ...) and a server"
+    program = run.finish(doing)
+    if program.exit_status:
+        raise Wrong(
+            f"Run {doing}, the client ended with {program.last_words()}: what is meant for ROS is none of its "
+            "arguments; remove_ros_args takes it off.",
+            program.output,
+        )
 
 
 def expect_able(clients: Mapping[str, Encounter]) -> None:

@@ -1,5 +1,6 @@
 """How a cabin must move, and what a goal has told of that: no ROS in here."""
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -74,6 +75,17 @@ def floors_heard(goal: Goal) -> list[int]:
 def later(goal: Goal, moment: float) -> int:
     """How many feedback messages came after that moment."""
     return sum(heard.time > moment for heard in goal.feedback)
+
+
+def counted(number: int, what: str = "feedback message") -> str:
+    """Return a number of things, in words for the student."""
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def published_later(goal: Goal, moment: float) -> int:
+    """How many feedback messages its server published after that moment, however late they came."""
+    moment += time.time() - time.monotonic()  # a time of the publisher's clock
+    return sum(heard.published > moment for heard in goal.feedback)
 
 
 def lengths(told: Sequence[Heard]) -> list[float]:

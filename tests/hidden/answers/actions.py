@@ -67,7 +67,10 @@ async def execute(handle):
             else:
                 await step()
                 here += (floor > here) - (floor < here)
-                handle.publish_feedback(Lift.Feedback(floor=here, stops_left=len(floors) - number - (here == floor)))
+                ahead = list(floors[number:])
+                while ahead[:1] == [here]:
+                    ahead.pop(0)
+                handle.publish_feedback(Lift.Feedback(floor=here, stops_left=len(ahead)))
                 continue
             break
         if here != floor:
@@ -157,8 +160,9 @@ class Cabin(Node):
                 if not handle.is_active:
                     break
                 self.floor += 1 if floors[0] > self.floor else -1
-                left = len(floors) - 1 if floors[0] == self.floor else len(floors)
-                handle.publish_feedback(Lift.Feedback(floor=self.floor, stops_left=left))
+                while floors and floors[0] == self.floor:
+                    stops.append(floors.pop(0))
+                handle.publish_feedback(Lift.Feedback(floor=self.floor, stops_left=len(floors)))
             if not floors:
                 self.end(handle, handle.succeed)
             done.set_result(Lift.Result(stops=stops, floor=self.floor))
@@ -250,8 +254,9 @@ class LiftServer(Node):
                 if self.news.wait_for(lambda: self.waiting or self.blocked, self.step_period.value):
                     return 'abort', stops
             self.floor += 1 if left[0] > self.floor else -1
-            goal_handle.publish_feedback(Lift.Feedback(
-                floor=self.floor, stops_left=len(left) - (left[0] == self.floor)))
+            while left and left[0] == self.floor:
+                stops.append(left.pop(0))
+            goal_handle.publish_feedback(Lift.Feedback(floor=self.floor, stops_left=len(left)))
 
 rclpy.init()
 rclpy.spin(LiftServer(), MultiThreadedExecutor(4))
@@ -264,6 +269,7 @@ import rclpy
 from course_interfaces.action import Lift
 from rclpy.action import ActionClient
 from rclpy.node import Node
+from rclpy.utilities import remove_ros_args
 
 class LiftActionClient(Node):
     def __init__(self, floors, limit):
@@ -310,7 +316,7 @@ class LiftActionClient(Node):
         raise SystemExit(0 if status == 4 else status)
 
 def main():
-    arguments = sys.argv[1:]
+    arguments = remove_ros_args(sys.argv)[1:]
     try:
         limit = None
         if '--cancel-after' in arguments:
@@ -331,6 +337,7 @@ main()
 
 # typer's way of a command line, and a thread that spins.
 BACKGROUND = """
+import sys
 import threading
 from typing import List
 import typer
@@ -339,6 +346,7 @@ from action_msgs.msg import GoalStatus
 from course_interfaces.action import Lift
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.utilities import remove_ros_args
 
 def main(floors: List[int], cancel_after: int = None):
     rclpy.init()
@@ -388,6 +396,7 @@ def main(floors: List[int], cancel_after: int = None):
     if end.status != GoalStatus.STATUS_SUCCEEDED:
         raise typer.Exit(1)
 
+sys.argv = remove_ros_args(sys.argv)
 typer.run(main)
 """
 
@@ -660,6 +669,7 @@ from action_msgs.msg import GoalStatus
 from course_interfaces.action import Lift
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.utilities import remove_ros_args
 
 def show(**event):
     print(json.dumps(event), flush=True)
@@ -692,7 +702,7 @@ def main():
     parser = argparse.ArgumentParser(prog='lift', usage='lift_client.py FLOOR [FLOOR ...] [--cancel-after N]')
     parser.add_argument('floors', nargs='+', type=int)
     parser.add_argument('--cancel-after', type=int, default=None)
-    options = parser.parse_args()
+    options = parser.parse_args(remove_ros_args()[1:])
     rclpy.init()
     node = rclpy.create_node('json_client')
     client = ActionClient(node, Lift, 'lift')
@@ -781,7 +791,9 @@ RIGHT = {
     "one thread that owns the cabin": REFERENCE | {SERVER: WORKER.encode()},
     "a reentrant group": server(*REENTRANT),
     "as rclpy's example of a single goal": server(*EXAMPLE),
-    "reports before the time of the step passes": server((SLEEP, ""), (PUBLISH, PUBLISH + SLEEP)),
+    "two threads: what comes while one goal moves and another waits is answered a step later": server(
+        ("num_threads=4", "num_threads=2")
+    ),
     "as many threads as processors, period read at each step": server(
         ("num_threads=4", ""), (PERIOD, ""), ("sleep(period)", "sleep(self.get_parameter('step_period').value)")
     ),
@@ -809,7 +821,6 @@ SERVER_TESTS = {
     "rejects",
     "rejected_goal_changes_nothing",
     "preempt",
-    "one_cabin",
     "preempt_waiting",
     "blocked",
     "block_is_answered",
@@ -983,7 +994,7 @@ WRONG = {
         server((RESULT, "return Lift.Result(stops=goal_handle.request.floors, floor=self.floor)")),
         {"cancelled_result", "aborted_result"},
     ),
-    "no feedback": (server((PUBLISH, "")), {"feedback", "keeps_its_place", "one_cabin"}),
+    "no feedback": (server((PUBLISH, "")), {"feedback", "keeps_its_place", "preempt"}),
     "feedback at stops alone": (
         server(
             (
@@ -1026,7 +1037,7 @@ WRONG = {
     "aborts a goal that has made all stops": (server(("goal_handle.succeed()", "goal_handle.abort()")), {"ride"}),
     "every goal starts at floor 0": (
         server((PERIOD, PERIOD + "        self.floor = 0\n")),
-        {"keeps_its_place", "cancelled_result", "one_cabin", "stops_while_blocked"},
+        {"keeps_its_place", "cancelled_result", "preempt", "stops_while_blocked", "aborted_result"},
     ),
     "starts at floor 1": (server(("self.floor = 0", "self.floor = 1")), {"keeps_its_place"}),
     "goes back to floor 0 when all stops are made": (
@@ -1052,7 +1063,7 @@ WRONG = {
                 ),
             )
         ),
-        {"stops_where_it_stands", "cancelled_result"},
+        {"stops_where_it_stands"},
     ),
     "makes one stop where it stands, not two": (
         server(("        while left and left[0] == self.floor:\n", "        if left and left[0] == self.floor:\n")),
@@ -1060,6 +1071,10 @@ WRONG = {
     ),
     "takes two stops at the same floor for one": (
         server((RESULT, "stops = [a for a, b in zip(stops, [*stops[1:], None]) if a != b]\n        " + RESULT)),
+        {"stops_where_it_stands"},
+    ),
+    "counts a stop as left that is made twice at once": (
+        server(("stops_left=len(left)", "stops_left=len(left) + (stops[-2:] == [self.floor] * 2)")),
         {"stops_where_it_stands"},
     ),
     "rejects nothing": (server((CHECK, "if True:")), {"rejects", "rejected_goal_changes_nothing"}),
@@ -1128,10 +1143,10 @@ WRONG = {
         ),
         {"cancelled_result"},
     ),
-    "cancelled goal is aborted": (server((CANCEL, CANCEL.replace("canceled", "abort"))), {"cancel"}),
+    "cancelled goal is aborted": (server((CANCEL, CANCEL.replace("canceled", "abort"))), {"cancelled_result"}),
     "cancelled goal succeeds": (
         server((CANCEL, CANCEL.replace("canceled", "succeed"))),
-        {"cancel", "cancelled_result", "cancel_while_waiting"},
+        {"cancelled_result", "cancel_while_waiting"},
     ),
     "cancelled cabin goes back to floor 0": (
         server(
@@ -1174,6 +1189,19 @@ WRONG = {
         ),
         {"cancel"},
     ),
+    "makes one more step after a cancel": (
+        server(
+            (
+                CANCEL,
+                CANCEL.replace(
+                    "                goal_handle",
+                    "                more -= 1\n            if more < 0:\n                goal_handle",
+                ),
+            ),
+            (PERIOD, PERIOD + "        more = 1\n"),
+        ),
+        {"cancel"},
+    ),
     "refuses to cancel a goal that waits": (
         server(
             (
@@ -1209,7 +1237,7 @@ WRONG = {
     ),
     "rejects while it is busy": (
         server((CHECK, "if self.cabin.locked():\n            return GoalResponse.REJECT\n        " + CHECK)),
-        {"preempt", "one_cabin", "preempt_waiting", "cancel_while_waiting"},
+        {"preempt", "preempt_waiting", "cancel_while_waiting"},
     ),
     "goals wait for the one that runs": (
         server((" or self.newest is not goal_handle", "")),
@@ -1217,7 +1245,7 @@ WRONG = {
     ),
     "goals move the cabin side by side": (
         server((" or self.newest is not goal_handle", ""), ("        with self.cabin:\n", "        if True:\n")),
-        {"preempt", "one_cabin", "preempt_waiting"},
+        {"preempt", "preempt_waiting"},
     ),
     "notes the newest goal when it begins to move": (
         server(
@@ -1228,7 +1256,7 @@ WRONG = {
     ),
     "preempts and does not wait for the cabin": (
         server(("        with self.cabin:\n", "        if True:\n")),
-        {"one_cabin"},
+        {"preempt", "preempt_waiting"},
     ),
     "waits for the cabin for half a step": (
         server(
@@ -1241,14 +1269,14 @@ WRONG = {
                 ),
             )
         ),
-        {"one_cabin"},
+        {"preempt", "preempt_waiting"},
     ),
     "begins where the cabin was when the goal came": (
         server(
             (TAKE, "        goal_handle.start = self.floor\n" + TAKE),
             (PERIOD, PERIOD + "        self.floor = goal_handle.start\n"),
         ),
-        {"one_cabin"},
+        {"preempt", "preempt_waiting"},
     ),
     "makes the stops that are due before it has the cabin": (
         server(
@@ -1269,7 +1297,7 @@ WRONG = {
                 "        while",
             ),
         ),
-        {"one_cabin"},
+        {"preempt_waiting"},
     ),
     "a preempted goal succeeds": (
         server(
@@ -1279,7 +1307,7 @@ WRONG = {
                 "                break\n" + ABORT,
             )
         ),
-        {"preempt", "preempt_waiting"},
+        {"preempt_waiting", "aborted_result"},
     ),
     "a preempted goal that has made a stop succeeds": (
         server(
@@ -1289,7 +1317,7 @@ WRONG = {
                 "                break\n" + ABORT,
             )
         ),
-        {"preempt"},
+        {"aborted_result"},
     ),
     "preempts a goal at its next stop alone": (
         server(
@@ -1297,6 +1325,20 @@ WRONG = {
                 "self.newest is not goal_handle:",
                 "(self.newest is not goal_handle and (not stops or stops[-1] == self.floor)):",
             )
+        ),
+        {"preempt"},
+    ),
+    "goes on for two steps when a new goal comes": (
+        server(
+            (
+                ABORT,
+                """            late -= self.newest is not goal_handle
+            if self.blocked or late < 0:
+                goal_handle.abort()
+                break
+""",
+            ),
+            (PERIOD, PERIOD + "        late = 2 if self.newest is goal_handle else 0\n"),
         ),
         {"preempt"},
     ),
@@ -1309,6 +1351,17 @@ WRONG = {
             )
         ),
         {"aborted_result"},
+    ),
+    "a goal that is replaced while it waits makes a step": (
+        server(
+            (" or self.newest is not goal_handle", ""),
+            (
+                PUBLISH,
+                PUBLISH + "            if left and self.newest is not goal_handle:\n"
+                "                goal_handle.abort()\n                break\n",
+            ),
+        ),
+        {"preempt_waiting"},
     ),
     "tells only the goal that moves of a new one": (
         server(
@@ -1396,6 +1449,20 @@ WRONG = {
                 ),
             ),
             ("if self.blocked or", "if"),
+        ),
+        {"blocked"},
+    ),
+    "makes one more step when the shaft is blocked": (
+        server(
+            (
+                ABORT,
+                """            more -= self.blocked
+            if (self.blocked and more < 0) or self.newest is not goal_handle:
+                goal_handle.abort()
+                break
+""",
+            ),
+            (PERIOD, PERIOD + "        more = 0 if self.blocked else 1\n"),
         ),
         {"blocked"},
     ),
@@ -1487,6 +1554,7 @@ WRONG = {
     "step period is fixed": (server(("sleep(period)", "sleep(1.0)")), {"step_period"}),
     "a step takes less than half of its time": (server(("sleep(period)", "sleep(0.4 * period)")), {"step_period"}),
     "a step takes twice its time": (server(("sleep(period)", "sleep(2 * period)")), {"step_period"}),
+    "reports a step before its time": (server((SLEEP, ""), (PUBLISH, PUBLISH + SLEEP)), {"step_period"}),
     "another default": (server(("'step_period', 1.0", "'step_period', 0.1")), {"step_period"}),
     "client sends the floors sorted": (
         client(("Goal(floors=floors)", "Goal(floors=sorted(floors)[::-1] + [1])")),
@@ -1649,6 +1717,16 @@ WRONG = {
         {"client_without_server"},
     ),
     "client has no usage": (client((PARSED, UNCHECKED)), {"client_arguments"}),
+    "client takes what is meant for ROS for its own": (client(("remove_ros_args(args)[1:]", "")), {"client_arguments"}),
+    "client refuses what is meant for ROS": (
+        client(
+            (
+                "    rclpy.init(args=args)\n",
+                "    if '--ros-args' in sys.argv:\n        return 'unknown argument'\n    rclpy.init(args=args)\n",
+            )
+        ),
+        {"client_arguments"},
+    ),
     "client takes any word for 10": (
         client(("type=int,", "type=lambda word: int(word) if word.isdigit() else 10,"), ("nargs='+'", "nargs='*'")),
         {"client_arguments"},
@@ -1678,3 +1756,63 @@ SILENT = {
 }
 # Judged by the whole suite in every run of the tests: what is right, and partial credit of each kind.
 QUICK = {"reference", "goals move the cabin side by side"}
+
+# Mistakes in what the exercise is about, and mistakes in a detail: `test_weights.py` holds what each costs.
+ABOUT = {
+    "no cancel callback",
+    "never looks for a cancel",
+    "rejects while it is busy",
+    "goals wait for the one that runs",
+    "goals move the cabin side by side",
+    "notes the newest goal when it begins to move",
+    "preempts and does not wait for the cabin",
+    "waits for the cabin for half a step",
+    "begins where the cabin was when the goal came",
+    "preempts a goal at its next stop alone",
+    "goes on for two steps when a new goal comes",
+    "one thread",
+}
+# Each breaks most of what the exercise is about with one line; the page's public checks fail.
+BROAD = {"one thread", "returns no result"}
+DETAIL = {
+    "notes a floor that it passes as a stop",
+    "feedback at stops alone",
+    "a message for each stop, too",
+    "stops_left counts the one just made",
+    "does not say that it succeeded",
+    "starts at floor 1",
+    "a stop takes a step",
+    "counts a stop as left that is made twice at once",
+    "accepts floors below 0",
+    "rejects the top",
+    "another default of the top",
+    "cancelled goal has an empty result",
+    "cancelled goal is aborted",
+    "cancelled goal succeeds",
+    "refuses to cancel a goal that waits",
+    "makes the stops that are due before it has the cabin",
+    "a preempted goal succeeds",
+    "a goal that is replaced while it waits makes a step",
+    "takes a goal for the same floors for the same goal",
+    "rejects while it is blocked",
+    "each call blocks what is free, and frees what is blocked",
+    "success says whether the shaft is blocked",
+    "block is answered a step later",
+    "aborted goal has an empty result",
+    "step period is fixed",
+    "another default",
+    "reports a step before its time",
+    "client sends the goal twice",
+    "client refuses floors above 9",
+    "client shows the feedback at the end",
+    "client shows the result of a success alone",
+    "client says ABORTED for a cancelled goal",
+    "client always exits with 0",
+    "client takes every end for a success",
+    "client cancels one too late",
+    "client takes --cancel-after 0 for never",
+    "client says CANCELED whenever it has cancelled",
+    "client waits for a server for ever",
+    "client has no usage",
+    "client takes what is meant for ROS for its own",
+}
