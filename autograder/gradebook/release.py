@@ -69,7 +69,8 @@ def hand_out(folder: Path, released: Iterable[Path]) -> None:
             shutil.copytree(notebooks, folder / "notebooks" / where, dirs_exist_ok=True)
     (folder / "notebooks").mkdir(exist_ok=True)
     (folder / "notebooks" / START_PAGE).write_text(start_page(), encoding="utf-8")
-    shutil.copy(root / "LICENSE", folder)
+    for name in ("LICENSE", ".dockerignore"):
+        shutil.copy(root / name, folder)
     (folder / "pyproject.toml").write_text(_students_project(root / "pyproject.toml"), encoding="utf-8")
     for path, page in pages().items():
         (folder / path).parent.mkdir(exist_ok=True)

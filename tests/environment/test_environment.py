@@ -5,6 +5,7 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
 import tomllib
 import urllib.request
@@ -63,6 +64,30 @@ def test_start_opens_the_start_page():
     done = run("environment/start", "developer", "--no-browser", "--show-config-json")
     assert json.loads(done.stdout)["LabApp"]["default_url"] == "/lab/tree/index.ipynb"
     assert (ROOT / "notebooks/index.ipynb").exists()
+
+
+@pytest.mark.parametrize("way", ["moved", "copied", "reached by a link"])
+def test_install_makes_a_moved_environment_anew_and_keeps_one_in_its_place(way, tmp_path):
+    """The first line of each program in it names the folder that it was made in."""
+    first, now = tmp_path / "my course", tmp_path / "now"
+    (first / "environment").mkdir(parents=True)
+    shutil.copy(ROOT / "environment/install", first / "environment")  # without a lock: it ends before it downloads
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", first / ".venv"], check=True)
+    if way == "moved":
+        first.rename(now)
+    elif way == "copied":
+        shutil.copytree(first, now, symlinks=True)
+    else:
+        now.symlink_to(first)
+    (now / ".venv/kept").touch()
+    done = subprocess.run(
+        [now / "environment/install", "student"], capture_output=True, text=True, timeout=120, stdin=subprocess.DEVNULL
+    )
+    assert "Installing the locked dependencies" in done.stderr, done
+    anew = way != "reached by a link"
+    assert ("was made in another folder" in done.stderr) is anew, done
+    assert (now / ".venv/kept").exists() is not anew
+    assert f"{now if anew else first}/.venv" in (now / ".venv/bin/activate").read_text()
 
 
 ORDINARY = 65534  # nobody's
