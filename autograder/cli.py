@@ -19,6 +19,7 @@ from autograder.grading import batch, regrade, single
 from autograder.paths import repository
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.results import output, progress, summary
+from autograder.results.looks import Known, looks
 from autograder.results.text import describe, one_line, printable
 from autograder.sandbox.sandbox import choose
 from autograder.submissions import exercises, listing, reading
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 # Rooms that take a second to load (Dask, nbgrader, numpy) are imported by the commands that need them.
 
+ALIKE = 10  # pairs of an exercise that the report looks at
 USAGE, INFRASTRUCTURE, INTERRUPTED = 2, 3, 130  # exit codes
 GO_ON = "Make room, and run the command again; `grade` goes on with --resume"
 # typer carries a click of its own, and gives click's UsageError no name.
@@ -244,13 +246,18 @@ def regrade_command(
 def report_command(
     out: Out,
     html: Annotated[Path | None, typer.Option(help="Where to write the page; default: report.html in OUTPUT.")] = None,
+    roster: Rosters = None,
+    gradebook: GradebookUrl = None,
 ) -> None:
-    """Write one HTML page about the class: scores, each hidden test, grading times, and what needs a look."""
+    """Write one HTML page about the class: first what needs a look, then scores, hidden tests and grading times."""
     reports = output.read_results(out)
     if not reports:
         raise UsageError(f"no results in {out}")
     target = html or out / "report.html"
-    summary.write(list(reports.values()), target, out)
+    known = _circumstances(out, reports, _roster_of(out, roster), gradebook)
+    summary.write(list(reports.values()), target, out, known)
+    for look in looks(reports.values(), known):
+        print(printable(one_line(f"{look.why}: {'; '.join(look.who)}")))
     print(target)
 
 
@@ -259,10 +266,14 @@ def show(
     folder: Annotated[Path, typer.Argument(help="The output folder of `autograder grade`.")],
     student: Annotated[str | None, typer.Option(help="Only this student, with what the programs printed.")] = None,
     assignment: Assignment = None,
+    passed: Annotated[bool, typer.Option("--passed", help="Show the tests that were passed, too.")] = False,
 ) -> None:
-    """Show results to an instructor: also the hidden inputs, what was expected, what came instead, and the seed."""
+    """Show results to an instructor: also the hidden inputs, what was expected, what came instead, and the seed.
+
+    Of the whole class only what was not passed is shown, unless --passed asks for all tests.
+    """
     for report, details in output.read_with_details(folder, student, assignment):
-        print(printable(describe(report, details)))
+        print(printable(describe(report, details, all_tests=passed or bool(student))))
         for name, log in report.logs.items() if student else ():
             print(printable(f"\n{name} printed:\n{log}"))
 
@@ -524,6 +535,33 @@ def _roster_of(out: Path, given: list[Path] | None) -> Roster | None:
     except UsageError:  # they are gone, and the roster with them
         return read_rosters(given) if given else None
     return of_class(submitted, given)
+
+
+def _circumstances(
+    out: Path, reports: dict[tuple[str, str], Report], roster: Roster | None, gradebook: str | None
+) -> Known:
+    """Return what is known beside the results: who was late, who handed in nothing, and whose are alike."""
+    from autograder.gradebook.book import existing_url, lateness
+    from autograder.similarity import find, presenting
+
+    names = sorted({name for _, name in reports})
+    students = sorted(roster.students) if roster else []
+    absent = {name: [student for student in students if (student, name) not in reports] for name in names}
+    try:
+        submitted = output.submitted(out)
+    except UsageError:  # they are gone: nobody can look at them
+        return Known(missing=absent)
+    try:
+        late = lateness(existing_url(gradebook, submitted, out))
+    except UsageError:
+        if gradebook:
+            raise
+        late = {}
+    return Known(
+        {key: seconds for key, seconds in late.items() if key in reports},
+        absent,
+        [line for name in names for finding in find(out, name, ALIKE) for line in presenting.striking(finding)],
+    )
 
 
 def _exit_code(reports: list[Report]) -> int:

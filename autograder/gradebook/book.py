@@ -125,6 +125,17 @@ class Scores:
         self._known.add(name)
 
 
+def lateness(url: str) -> dict[tuple[str, str], float]:
+    """Return by how many seconds submissions are late, by student and exercise; those on time are not there."""
+    with Gradebook(url) as book:
+        return {
+            (one.student.id, assignment.name): float(one.total_seconds_late)
+            for assignment in book.assignments
+            for one in assignment.submissions
+            if one.total_seconds_late
+        }
+
+
 def by_hand(url: str, assignment: str, student: str) -> list[Mark]:
     """Return what was, or must still be, marked or commented on by hand in a submission, and its late penalty."""
     tested = {test.cell for test in load(assignment).tests}

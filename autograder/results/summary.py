@@ -12,22 +12,14 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from autograder.records import (
-    CRASHED,
-    FAILED,
-    GRADED,
-    INFRASTRUCTURE_ERROR,
-    INVALID_SUBMISSION,
-    OUTCOMES,
-    PASSED,
-    TIMED_OUT,
-    Report,
-    Result,
-)
+from autograder.records import CRASHED, FAILED, GRADED, INVALID_SUBMISSION, OUTCOMES, PASSED, TIMED_OUT, Report, Result
 from autograder.results import pages
+from autograder.results.looks import Known, looks
 from autograder.results.text import one_line
+from autograder.submissions import exercises
 from course.foundation import storage
 
+NEARLY = 0.9  # share that passed: above it, a test is not told first
 ODD = -0.2  # a correlation below this is unlikely to be chance
 BARS = 10  # of the histogram of scores
 
@@ -52,6 +44,11 @@ class Item:
         return self.outcomes[PASSED] / self.tried
 
     @property
+    def tells(self) -> bool:
+        """Return True if it divides the class, or something may be wrong with it."""
+        return self.passed <= NEARLY or (self.passed < 1 and bool(self.remark))
+
+    @property
     def remark(self) -> str:
         """Return what an instructor should ask about it, or ""."""
         if self.passed in (0, 1):
@@ -71,6 +68,17 @@ class Class:
     scores: list[float]
     seconds: list[float]  # that each grading took
     items: list[Item]
+    by_hand: float = 0.0  # points of the questions that are marked by hand, which are not in the scores
+
+    @property
+    def telling(self) -> list[Item]:
+        """The tests to look at, those that fewest passed first."""
+        return sorted((item for item in self.items if item.tells), key=lambda item: item.passed)
+
+    @property
+    def rest(self) -> list[Item]:
+        """The tests that nearly everybody passed."""
+        return [item for item in self.items if not item.tells]
 
     @property
     def histogram(self) -> list[int]:
@@ -94,27 +102,15 @@ def classes(reports: Iterable[Report]) -> list[Class]:
     return [_class(name, group) for name, group in sorted(by_name.items())]
 
 
-def needs_a_look(reports: Iterable[Report]) -> list[tuple[Report, str]]:
-    """The submissions that an instructor should look at, and why: failures of the grader, refusals, crashes, flags."""
-    found = []
-    for report in reports:
-        crashed = sum(test.outcome == CRASHED for test in report.tests)
-        reasons = {
-            "the grader failed; --resume grades it again": report.status == INFRASTRUCTURE_ERROR,
-            "refused, nothing was run" + "".join(f": {test.message}" for test in report.tests[:1]): report.status
-            == INVALID_SUBMISSION,
-            f"crashed in {crashed} of {len(report.tests)} tests": crashed,
-            ", ".join(flag.replace("_", " ") for flag in report.flags): report.flags,
-        }
-        if why := "; ".join(reason for reason, holds in reasons.items() if holds):
-            found.append((report, why))
-    return found
-
-
-def show(reports: list[Report], console: Console | None = None) -> None:
-    """Print the summary of a batch."""
+def show(reports: list[Report], console: Console | None = None, known: Known | None = None) -> None:
+    """Print the summary of a batch: what needs a look, and then each exercise with the tests that divide the class."""
     console = console or Console()
     console = Console(width=max(100, console.width)) if not console.is_terminal else console
+    if found := looks(reports, known):
+        console.print("\n[bold]Needs a look[/bold]")
+        for look in found:
+            who = one_line("; ".join(look.who))
+            console.print(f" {escape(look.why)}: {escape(who)}", highlight=False, soft_wrap=True)
     for one in classes(reports):
         statuses = ", ".join(f"{count} {status.replace('_', ' ')}" for status, count in one.statuses.items())
         refused = " (refused: 0 points, and not included below)" if INVALID_SUBMISSION in one.statuses else ""
@@ -127,17 +123,13 @@ def show(reports: list[Report], console: Console | None = None) -> None:
             f"mean {statistics.fmean(one.scores):.1f}; {statistics.median(one.seconds):.1f} s a grading",
             highlight=False,
         )
-        table = Table(box=None, pad_edge=False, show_header=False)
-        step = one.max_score / BARS
-        for number, count in enumerate(one.histogram):
-            table.add_row(
-                f"{number * step:g} to {(number + 1) * step:g}",
-                str(count),
-                "\u2588" * round(40 * count / max(one.histogram)),
-            )
-        console.print(table)
+        if one.by_hand:
+            console.print(f"and {one.by_hand:g} points for answers that are marked by hand", highlight=False)
+        if not one.telling:
+            console.print("Nearly everybody passed each of the hidden tests.")
+            continue
         table = Table("hidden test", "passed", "failed", "crashed", "timed out", "", box=None, pad_edge=False)
-        for item in one.items:
+        for item in one.telling:
             table.add_row(
                 item.title,
                 f"{item.passed:.0%}",
@@ -145,13 +137,8 @@ def show(reports: list[Report], console: Console | None = None) -> None:
                 item.remark,
             )
         console.print(table)
-    if found := needs_a_look(reports):
-        console.print("\n[bold]Needs a look[/bold]")
-        for report, why in found:
-            console.print(
-                f" {escape(one_line(f'{report.student}/{report.assignment}'))}: {escape(one_line(why))}",
-                highlight=False,
-            )
+        if one.rest:
+            console.print(f"{len(one.rest)} more hidden tests were passed by nearly everybody.", highlight=False)
 
 
 def students(reports: Iterable[Report]) -> dict[str, dict[str, Report]]:
@@ -162,7 +149,7 @@ def students(reports: Iterable[Report]) -> dict[str, dict[str, Report]]:
     return found
 
 
-def page(reports: list[Report], feedback: str = "feedback") -> str:
+def page(reports: list[Report], feedback: str = "feedback", known: Known | None = None) -> str:
     """The summary as an HTML page with plots; everything in it is escaped.
 
     `feedback` is the way from the page to the folder with the students' own.
@@ -174,7 +161,7 @@ def page(reports: list[Report], feedback: str = "feedback") -> str:
     return pages.render(
         "report.html",
         classes=classes(reports),
-        looks=needs_a_look(reports),
+        looks=looks(reports, known),
         students=students(reports),
         link=link,
         bars=BARS,
@@ -183,10 +170,10 @@ def page(reports: list[Report], feedback: str = "feedback") -> str:
     )
 
 
-def write(reports: list[Report], target: Path, out: Path) -> None:
+def write(reports: list[Report], target: Path, out: Path, known: Known | None = None) -> None:
     """Write the page on the results in the output folder `out`, for the instructor alone."""
     way = os.path.relpath(out / "feedback", target.parent)
-    storage.replace(target, page(reports, way).encode(errors="replace"), storage.PRIVATE)
+    storage.replace(target, page(reports, way, known).encode(errors="replace"), storage.PRIVATE)
 
 
 def _class(name: str, reports: list[Report]) -> Class:
@@ -202,6 +189,7 @@ def _class(name: str, reports: list[Report]) -> Class:
         [report.score for report in graded if report.score is not None],
         [report.duration_s for report in graded],
         [_item(found) for found in tests.values()],
+        exercises.points_by_hand(name),
     )
 
 

@@ -29,12 +29,14 @@ def result(test: Result) -> str:
     return f"{head}\n         {test.message}" if test.message else head
 
 
-def describe(report: Report, details: Mapping[str, str] | None = None) -> str:
-    """A report test by test; `details`, by test, are for instructors alone."""
+def describe(report: Report, details: Mapping[str, str] | None = None, all_tests: bool = True) -> str:
+    """A report test by test, or only what was not passed; `details`, by test, are for instructors alone."""
     details = details or {}
     lines = []
     if report.status == GRADED:
         for test in report.tests:
+            if test.outcome == PASSED and not all_tests:
+                continue
             lines.append(result(test))
             if detail := details.get(test.id):
                 lines.append(f"         > {detail}")

@@ -8,6 +8,8 @@ from autograder.similarity.comparing import Finding
 from course.foundation import storage
 from course.foundation.untrusted import one_line
 
+STRIKING = 60  # score of a pair; independent right answers stay below 30
+
 
 def describe(finding: Finding) -> str:
     """The pairs for a person at a terminal."""
@@ -21,6 +23,16 @@ def describe(finding: Finding) -> str:
     if finding.left_out:
         lines.append(one_line(f"      not compared, because no program could be read: {', '.join(finding.left_out)}"))
     return "\n".join(lines)
+
+
+def striking(finding: Finding) -> list[str]:
+    """Return the pairs that an instructor should see without asking: identical files, and scores far above the rest."""
+    return [
+        f"{finding.assignment}: {pair.left} and {pair.right}"
+        + (f" (the same to the letter: {', '.join(pair.identical)})" if pair.identical else f" ({pair.score:.0f})")
+        for pair in finding.pairs
+        if pair.identical or pair.score >= STRIKING
+    ]
 
 
 def page(findings: Iterable[Finding]) -> str:

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from autograder.errors import BrokenExercise, UnknownExercise
-from autograder.paths import HIDDEN
+from autograder.paths import HIDDEN, checkout
 from autograder.submissions import declared_tests
 from autograder.submissions.declared_tests import Test
 from course.foundation import cells
@@ -141,6 +141,18 @@ def difference(name: str, notebook: Path) -> str:
         for cell in sorted({*hidden, *shown})
         if hidden.get(cell) != shown.get(cell)
     )
+
+
+@cache
+def points_by_hand(name: str) -> float:
+    """Return the points of the notebook's questions that are marked by hand; 0 where there are no notebooks."""
+    root = checkout()
+    notebook = root / "notebooks" / name / f"{name}.ipynb" if root else None
+    if not notebook or not notebook.is_file():
+        return 0.0
+    graded = [cell for cell in cells.read(notebook) if cell.mark.get("grade") or cell.mark.get("task")]
+    tested = load(name).cells
+    return float(sum(cell.mark.get("points", 0) for cell in graded if cell.name not in tested))
 
 
 @dataclass(frozen=True)

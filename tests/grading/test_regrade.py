@@ -16,6 +16,7 @@ from autograder.grading.this_machine import ThisMachine
 from autograder.paths import HIDDEN
 from autograder.records import FAILED, PASSED, Report
 from autograder.results import output, summary
+from autograder.results.looks import Look, looks
 from autograder.submissions import exercises, listing
 from tests.hidden.answers import SOLUTIONS
 
@@ -182,7 +183,7 @@ def test_item_analysis():
     assert [item.passed for item in services.items] == [1, 0, 0.5]
     assert [item.remark.split(":")[0] for item in services.items] == ["everybody passed", "nobody passed", ""]
     assert services.histogram == [0, 0, 0, 2, 0, 0, 2, 0, 0, 0]
-    assert [(r.student, why) for r, why in summary.needs_a_look(reports)] == [("<b>d", "crashed in 1 of 3 tests")]
+    assert looks(reports) == [Look("programs crashed", ["<b>d/services (in 1 of 3 tests)"])]
     page = summary.page(reports)
     assert "&lt;b&gt;d" in page and "<b>" not in page and "<i>1" not in page
     odd = [

@@ -1,0 +1,82 @@
+"""Submissions that an instructor should look at first, and why: by reason, with the names."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from autograder.errors import UsageError
+from autograder.records import CRASHED, INFRASTRUCTURE_ERROR, INVALID_SUBMISSION, TIME_UNKNOWN, Report
+from autograder.submissions import exercises
+
+NEAR = 0.8  # of an exercise's time limit
+HOUR, DAY = 3600, 86_400  # s
+FLAGS = {TIME_UNKNOWN: "time of handing in unknown, nothing taken off"}  # others are told by their names
+
+
+@dataclass(frozen=True)
+class Known:
+    """More than the results tell, where it is known."""
+
+    late: dict[tuple[str, str], float] = field(default_factory=dict)  # seconds, by student and exercise
+    missing: dict[str, list[str]] = field(default_factory=dict)  # students of the roster, by exercise
+    alike: list[str] = field(default_factory=list)  # pairs of submissions, a line each
+
+
+@dataclass(frozen=True)
+class Look:
+    """One reason to look, and whom it is about."""
+
+    why: str
+    who: list[str]
+
+
+def looks(reports: Iterable[Report], known: Known | None = None) -> list[Look]:
+    """The reasons to look at submissions, the gravest first."""
+    known = known or Known()
+    found: dict[str, list[str]] = {}
+
+    def note(why: str, who: str) -> None:
+        found.setdefault(why, []).append(who)
+
+    reports = list(reports)
+    for report in reports:
+        name = f"{report.student}/{report.assignment}"
+        if report.status == INFRASTRUCTURE_ERROR:
+            note("no score, because the grader failed; --resume grades it again", name)
+    for report in reports:
+        name = f"{report.student}/{report.assignment}"
+        if report.status == INVALID_SUBMISSION:
+            note("refused, nothing was run", name + "".join(f" ({test.message})" for test in report.tests[:1]))
+    for report in reports:
+        name = f"{report.student}/{report.assignment}"
+        if crashed := sum(test.outcome == CRASHED for test in report.tests):
+            note("programs crashed", f"{name} (in {crashed} of {len(report.tests)} tests)")
+    for report in reports:
+        for flag in report.flags:
+            note(f"flagged: {FLAGS.get(flag, flag.replace('_', ' '))}", f"{report.student}/{report.assignment}")
+    for report in reports:
+        if (limit := _limit(report.assignment)) and report.duration_s > NEAR * limit:
+            note(
+                "near the time limit, or beyond it with a second try",
+                f"{report.student}/{report.assignment} ({report.duration_s:.0f} s of {limit:.0f} s)",
+            )
+    for (student, assignment), seconds in sorted(known.late.items()):
+        note("handed in late", f"{student}/{assignment} ({_long(seconds)})")
+    for assignment, absent in sorted(known.missing.items()):
+        for student in absent:
+            note(f"{assignment} not handed in", student)
+    for pair in known.alike:
+        note("more alike than others (`autograder similar` shows them)", pair)
+    return [Look(why, who) for why, who in found.items()]
+
+
+def _limit(assignment: str) -> float:
+    try:
+        return exercises.load(assignment).time_limit
+    except UsageError:  # an exercise that there is no more
+        return 0.0
+
+
+def _long(seconds: float) -> str:
+    if seconds >= DAY:
+        return f"{seconds / DAY:.1f} days"
+    return f"{seconds / HOUR:.1f} h" if seconds >= HOUR else f"{max(1, seconds / 60):.0f} min"

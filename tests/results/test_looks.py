@@ -1,0 +1,133 @@
+"""The report and `show` say first what needs a look, by name; what is well folds."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from nbgrader.api import Gradebook
+
+from autograder.gradebook.book import Scores
+from autograder.records import BUSY_MACHINE, FAILED, GRADED, INVALID_SUBMISSION, PASSED, TIME_UNKNOWN, Report, Result
+from autograder.results import summary
+from autograder.results.looks import Known, Look, looks
+from autograder.results.output import Basis, Output
+from autograder.submissions import exercises, listing
+from tests.gradebook.test_late import DUE, HOUR
+from tests.hidden import answers
+
+AUTOGRADER = str(Path(sys.executable).with_name("autograder"))
+pytestmark = pytest.mark.filterwarnings("ignore:Object of type")  # nbgrader's own, about its sessions
+TESTS = exercises.load("calculator").tests
+LIMIT = exercises.load("calculator").time_limit
+
+
+def report(student: str, lost: tuple[int, ...] = (), flags: tuple[str, ...] = (), seconds: float = 9.0) -> Report:
+    tests = [
+        Result(test.id, test.title, FAILED, 0, test.points, "Mend this.")
+        if number in lost
+        else Result(test.id, test.title, PASSED, test.points, test.points)
+        for number, test in enumerate(TESTS)
+    ]
+    score = sum(test.points for test in tests)
+    most = sum(test.max_points for test in tests)
+    return Report(student, "calculator", GRADED, score, most, 1, seconds, [*flags], tests)
+
+
+def refused(student: str) -> Report:
+    tests = [Result(test.id, test.title, "not_run", 0, test.points, "Missing: a.py.") for test in TESTS]
+    return Report(student, "calculator", INVALID_SUBMISSION, 0.0, 20.0, 1, 0.0, tests=tests)
+
+
+CLASS = [report("ada"), report("cy", (1,)), report("dee"), report("eve", (1,), (BUSY_MACHINE,)), report("fay")]
+
+
+def test_who_needs_a_look_is_named_by_reason():
+    known = Known({("ada", "calculator"): 90_000.0}, {"calculator": ["zoe"]}, ["calculator: ada and dee (98)"])
+    reports = [*CLASS, refused("gus"), report("hal", (), (TIME_UNKNOWN,), 0.9 * LIMIT)]
+    found = {look.why: look.who for look in looks(reports, known)}
+    assert found == {
+        "refused, nothing was run": ["gus/calculator (Missing: a.py.)"],
+        "flagged: busy machine": ["eve/calculator"],
+        "flagged: time of handing in unknown, nothing taken off": ["hal/calculator"],
+        "near the time limit, or beyond it with a second try": [
+            f"hal/calculator ({0.9 * LIMIT:.0f} s of {LIMIT:.0f} s)"
+        ],
+        "handed in late": ["ada/calculator (1.0 days)"],
+        "calculator not handed in": ["zoe"],
+        "more alike than others (`autograder similar` shows them)": ["calculator: ada and dee (98)"],
+    }
+    assert looks([report("ada")]) == []
+
+
+def test_a_test_that_most_have_passed_is_not_one_that_everybody_has():
+    (one,) = summary.classes(CLASS)
+    assert [(item.title, item.passed, item.remark) for item in one.telling] == [(TESTS[1].title, 0.6, "")]
+    assert len(one.rest) == len(TESTS) - 1 and all(item.passed == 1 for item in one.rest)
+
+
+def test_the_page_begins_with_names_and_folds_the_rest():
+    page = summary.page([*CLASS, refused("gus")])
+    body = page.partition("<body>")[2]
+    places = [body.index(text) for text in ("gus/calculator", "Students", TESTS[1].title, "<details>", TESTS[0].title)]
+    assert places == sorted(places)
+    assert "20 points" in body and "5 more are for answers that are marked by hand" in body
+    assert looks([refused("gus")]) == [Look("refused, nothing was run", ["gus/calculator (Missing: a.py.)"])]
+
+
+def test_the_terminal_shows_no_histogram_and_breaks_no_name(capsys):
+    student = "bob-with-a-very-long-name-" * 5
+    summary.show([*CLASS, refused(student)])
+    said = capsys.readouterr().out
+    assert f"{student}/calculator" in said
+    assert said.index("Needs a look") < said.index(TESTS[1].title)
+    assert "\u2588" not in said and TESTS[0].title not in said
+    assert f"{len(TESTS) - 1} more hidden tests were passed by nearly everybody." in said
+    assert "and 5 points for answers that are marked by hand" in said
+
+
+@pytest.fixture
+def out(tmp_path) -> Path:
+    """Results of three students: bob has copied ada's programs and was late, cy has lost a test."""
+    submitted = tmp_path / "submitted"
+    right = answers.load("calculator").RIGHT
+    for student, files in {"ada": right["reference"], "bob": right["reference"], "cy": {}}.items():
+        (submitted / student / "calculator").mkdir(parents=True)
+        for name, content in files.items():
+            (submitted / student / "calculator" / name).write_bytes(content)
+    (submitted / "bob" / "calculator" / "timestamp.txt").write_text(f"{DUE + 3 * HOUR} UTC\n")
+    reports = [report("ada"), report("bob"), report("cy", (1,))]
+    with Output(tmp_path / "out", resume=True) as output:
+        for one in reports:
+            handed_in = listing.read(submitted, one.student, "calculator")
+            output.write(one, Basis(str(submitted), "suite", listing.digest(handed_in)))
+    url = f"sqlite:///{tmp_path / 'out' / 'gradebook.db'}"
+    with Gradebook(url) as book:
+        book.update_or_create_assignment("calculator", duedate=DUE)
+    with Scores(url, submitted) as scores:
+        for one in reports:
+            scores.write(one)
+    return tmp_path / "out"
+
+
+def test_the_report_knows_late_missing_and_alike(out, tmp_path):
+    (tmp_path / "roster.csv").write_text("student\nada\nbob\ncy\nzoe\n")
+    command = [AUTOGRADER, "report", str(out), "--roster", str(tmp_path / "roster.csv")]
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert (ran.returncode, ran.stderr) == (0, "")
+    assert "handed in late: bob/calculator (3.0 h)" in ran.stdout
+    assert "calculator not handed in: zoe" in ran.stdout
+    assert "calculator: ada and bob (the same to the letter: " in ran.stdout
+    page = (out / "report.html").read_text()
+    assert "bob/calculator (3.0 h)" in page and "<li>zoe</li>" in page and "ada and bob" in page
+
+
+def test_show_prints_of_a_class_what_was_not_passed(out):
+    def shown(*options: str) -> str:
+        return subprocess.run([AUTOGRADER, "show", str(out), *options], capture_output=True, text=True).stdout
+
+    said = shown()
+    assert TESTS[1].title in said and TESTS[0].title not in said
+    assert all(f"{student}/calculator: " in said for student in ("ada", "bob", "cy"))
+    assert shown("--passed").count(TESTS[0].title) == 3
+    assert TESTS[0].title in shown("--student", "ada")
