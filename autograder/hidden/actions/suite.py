@@ -216,7 +216,9 @@ def test_cancel_while_waiting(busy: Busy, cancelled: Cancelled) -> None:
         first, second, *others = seen.rides
         expect_running(busy, first, seen.running, "another one was sent")
         if not second.goal.accepted:
-            raise Wrong("While a goal runs, a new one must be accepted; so nothing could be cancelled.")
+            raise Wrong(
+                "While a goal runs, a new one must be accepted; it was rejected, so nothing could be cancelled."
+            )
         if second.goal.cancel_accepted is False and second.end != "CANCELED":
             raise Wrong(
                 "The request to cancel a goal was refused while that goal waited for the one that ran. A "
