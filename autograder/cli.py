@@ -115,7 +115,8 @@ def check(
     seed: Seed = None,
     patience: Patience = 1.0,
 ) -> None:
-    """Grade one submission and print the report."""
+    """Grade one submission and print the report; what it waits for is told meanwhile."""
+    logging.getLogger("autograder").setLevel(logging.INFO)  # on stderr, for whoever waits
     exercise = exercises.load(assignment)
     if folder.is_file():
         from autograder.collecting.bundles import unpacked

@@ -21,6 +21,8 @@ from course.foundation import processes, storage
 from course.foundation.waiting import wait_until
 
 ACCOUNTS, PASSWORDS = "accounts.json", "passwords.csv"
+KEPT = "kept_passwords.json"  # hashes, of members whose Unix users `down` has removed
+SHADOW = Path("/etc/shadow")
 ENDED = 20.0  # s until processes that were killed are gone
 
 
@@ -62,10 +64,40 @@ def make(classroom: Classroom) -> list[Member]:
 
 
 def without_password(classroom: Classroom, new: list[Member]) -> list[Member]:
-    """The members who have none yet: the `new` ones, and whoever the file of passwords does not name."""
+    """The members who have none yet: the `new` ones, and whoever the file of passwords does not name.
+
+    Who had one before `down` gets that back.
+    """
     path = classroom.state / PASSWORDS
     named = {line.partition(",")[0] for line in path.read_text().splitlines()} if path.exists() else set()
-    return [member for member in classroom.members if member in new or member.name not in named]
+    back = _give_back(classroom, new)
+    return [
+        member for member in classroom.members if member.name not in named or (member in new and member not in back)
+    ]
+
+
+def _give_back(classroom: Classroom, new: list[Member]) -> list[Member]:
+    """Give new Unix users the passwords that their members had before `down`; return whose there were."""
+    path = classroom.state / KEPT
+    kept: dict[str, str] = json.loads(path.read_text()) if path.exists() else {}
+    back = [member for member in new if member.name in kept]
+    if back:
+        _run("chpasswd", "--encrypted", text="".join(f"{classroom.user(one)}:{kept[one.name]}\n" for one in back))
+    return back
+
+
+def _keep_passwords(classroom: Classroom) -> None:
+    """Keep the hashes of the members' passwords, for root alone: with the Unix users they would be gone.
+
+    They are those of the system, so what somebody has set with `passwd` is kept, too.
+    """
+    path = classroom.state / KEPT
+    kept: dict[str, str] = json.loads(path.read_text()) if path.exists() else {}
+    shadow = dict(line.split(":")[:2] for line in SHADOW.read_text().splitlines() if ":" in line)
+    for member in classroom.members:
+        if (word := shadow.get(classroom.user(member), "")).startswith("$"):  # otherwise there is none
+            kept[member.name] = word
+    storage.replace(path, json.dumps(kept).encode(), storage.PRIVATE)
 
 
 def set_passwords(classroom: Classroom, members: list[Member]) -> Path:
@@ -95,6 +127,7 @@ def staff_id(classroom: Classroom) -> int:
 def remove(classroom: Classroom) -> list[str]:
     """End all processes of the users that were made, and remove these users and the group; their names."""
     known = _known(classroom)
+    _keep_passwords(classroom)
     uids = {pwd.getpwnam(name).pw_uid for name in known if _exists(name)}
     if not wait_until(lambda: not _end(uids), ENDED, alert=False):
         raise ClassroomError("processes of the students' users cannot be ended; run `down` again")

@@ -4,6 +4,7 @@ import contextlib
 import os
 import shutil
 import sys
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, NoReturn, cast
@@ -139,6 +140,8 @@ def _up(classroom: Classroom) -> None:
         if without := accounts.without_password(classroom, new):
             written = accounts.set_passwords(classroom, without)
             print(f"Gave passwords to {len(without)} members; they are in {written}.")
+        if kept := len(new) - len([member for member in new if member in without]):
+            print(f"Kept the passwords that {kept} members had before `down`.")
     else:
         known = hub.shared_passwords(classroom)
         print("FOR TRYING ONLY: whoever knows this password can come in as any student.")
@@ -185,6 +188,26 @@ def unlock(
         raise UsageError(f"{name} is not in the class")
     attempts.unlock(classroom, name)
     print(f"{name} may try again.")
+
+
+@app.command()
+def password(
+    name: Annotated[str, typer.Argument(help="The member's name, as in the roster.")], folder: Folder = DEFAULT
+) -> None:
+    """Give a member a new password, and print it; all others keep theirs."""
+    _root()
+    classroom = Classroom.load(folder.resolve())
+    found = [member for member in classroom.members if member.name == name]
+    if not found:
+        raise UsageError(f"{name} is not in the class")
+    if classroom.passwords != "pam":
+        raise UsageError("this class is for trying: all share a password")
+    if accounts.missing(replace(classroom, members=tuple(found))):
+        raise UsageError("the class is down: `up` first")
+    with hub.alone(classroom):
+        written = accounts.set_passwords(classroom, found)
+        attempts.unlock(classroom, name)
+    print(f"The new password of {name} is in the last line of {written}.")
 
 
 @app.command()
@@ -295,14 +318,14 @@ def _addresses(classroom: Classroom) -> str:
 
 
 def _before(classroom: Classroom) -> Classroom | None:
-    """The classroom that the hub in this folder serves now, if it runs."""
+    """The classroom that the hub in this folder serves now, if it runs, or has served until it was killed."""
     try:
         before = Classroom.load(classroom.folder)
     except UsageError:
         return None
     if before.prefix != classroom.prefix:
         raise UsageError(f"this classroom's prefix is {before.prefix}: `down` first, to change it")
-    return before if hub.running(before) else None
+    return before if hub.left(before) else None
 
 
 def _tell_plan(classroom: Classroom, new: list[members.Member]) -> None:

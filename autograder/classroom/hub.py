@@ -111,6 +111,20 @@ def running(classroom: Classroom) -> spawner.Running | None:
     return None
 
 
+def left(classroom: Classroom) -> bool:
+    """Return True if the hub runs, or a proxy that a killed hub has left behind: its ports are the classroom's own."""
+    return running(classroom) is not None or any(_proxies(classroom))
+
+
+def _proxies(classroom: Classroom) -> Iterator[int]:
+    """The numbers of the proxies that run for this classroom."""
+    for path in (proxy_pid(classroom), staff_proxy_pid(classroom)):
+        with contextlib.suppress(OSError, ValueError):
+            pid = int(path.read_text())
+            if str(proxy()).encode() in Path(f"/proc/{pid}/cmdline").read_bytes():
+                yield pid
+
+
 def start(classroom: Classroom) -> None:
     """Start the hub, which starts the proxy, and wait until it answers; raises ClassroomError."""
     classroom.hub_socket.unlink(missing_ok=True)
@@ -148,12 +162,11 @@ def stop(classroom: Classroom) -> None:
         if not wait_until(lambda: not process.alive, END, alert=False):
             os.kill(process.pid, signal.SIGKILL)
             wait_until(lambda: not process.alive, END, alert=False)
+    for pid in _proxies(classroom):
+        with contextlib.suppress(OSError):  # it has ended meanwhile
+            os.kill(pid, signal.SIGKILL)
+            wait_until(lambda pid=pid: not Path(f"/proc/{pid}/exe").exists(), END, alert=False)  # type: ignore[misc]
     for path in (proxy_pid(classroom), staff_proxy_pid(classroom)):
-        with contextlib.suppress(OSError, ValueError):
-            pid = int(path.read_text())
-            if str(proxy()).encode() in Path(f"/proc/{pid}/cmdline").read_bytes():
-                os.kill(pid, signal.SIGKILL)
-                wait_until(lambda pid=pid: not Path(f"/proc/{pid}/exe").exists(), END, alert=False)  # type: ignore[misc]
         path.unlink(missing_ok=True)
     (classroom.state / RECORD).unlink(missing_ok=True)
 

@@ -95,9 +95,15 @@ def given_up(submission: Submission, exercise: Exercise, seed: int, flag: str) -
 def _judge_calmly(submission: Submission, exercise: Exercise, box: str, seed: int, patience: float) -> Judgement:
     """Judge the submission, and again what lost points on a starved machine; the best counts, of the same questions."""
     judgement = _try(submission, exercise, box, seed, patience)
-    for _ in range(TRIES - 1):
+    for number in range(2, TRIES + 1):
         if not judgement.in_doubt:
             return judgement
+        lost = len(judgement.verdicts) - judgement.passed
+        log.info(
+            "%s/%s: %d tests not passed while the machine was busy (%.0f threads waited for each core): waiting up to "
+            "%.0f s until it is calm, then judging again, %d of %d at most",
+            *(submission.student, submission.assignment, lost, judgement.busy, CALM_TIMEOUT, number, TRIES),
+        )
         machine_load.wait_for_calm(CALM_TIMEOUT)
         again = _try(submission, exercise, box, seed, patience)
         if again.status == GRADED and (again.passed >= judgement.passed or not again.in_doubt):

@@ -1,6 +1,7 @@
 """The process that judges: confined as the programs that it hears, and no way to a score, or to none, when it dies."""
 
 import contextlib
+import logging
 import os
 import signal
 import subprocess
@@ -12,6 +13,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from autograder import cli
 from autograder.errors import InfrastructureError
 from autograder.grading import single
 from autograder.grading.judge_process import LIMITS
@@ -215,6 +217,20 @@ def test_what_was_lost_on_a_starved_machine_is_judged_again(monkeypatch, judged,
     left = judgements(monkeypatch, *judged)
     report = single.grade(Submission("s", "services", REFERENCE), "root", seed=1)
     assert (sum(test.outcome == FAILED for test in report.tests), report.flags, left) == (lost, flags, [])
+
+
+def test_check_says_why_it_judges_again(monkeypatch, tmp_path, caplog):
+    """A wrong answer took more than a minute on a busy machine, and nothing said for what."""
+    for name, content in REFERENCE.items():
+        (tmp_path / name).write_bytes(content)
+    monkeypatch.setattr(cli, "choose", lambda unsafe: "root")
+    monkeypatch.setattr(logging.getLogger("autograder"), "level", logging.NOTSET)
+    judgements(monkeypatch, (STARVED, 3), (1.0, 3))
+    monkeypatch.setattr(sys, "argv", ["autograder", "check", str(tmp_path), "--assignment", "services"])
+    with pytest.raises(SystemExit):
+        cli.main()
+    (line,) = [line for line in caplog.text.splitlines() if "judging again" in line]
+    assert "3 tests not passed while the machine was busy" in line and "2 of 3 at most" in line
 
 
 def test_a_busy_machine_is_seen():
