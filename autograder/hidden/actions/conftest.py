@@ -8,10 +8,12 @@ from course_interfaces.action import Lift
 
 from autograder.hidden.actions.busy import Busy
 from autograder.hidden.actions.conversation import ACTION, Cancelled, Quick
-from autograder.hidden.actions.encounter import CLIENT, Called, Encounter
+from autograder.hidden.actions.encounter import CLIENT, LONG, Called, Encounter
 from autograder.suitekit import Bench, serve
 
 FOR_ROS = ("--ros-args", "--log-level", "info")
+# Feedback messages after which a client is to cancel: a goal that is not cancelled is over before so many seconds.
+MESSAGES = (7, 10)
 NEVER = 9  # feedback messages after which a client is to cancel, of a goal that has fewer
 WIDE = (10, 100)  # floors that only the server can refuse
 
@@ -37,7 +39,7 @@ def cancelled(bench: Bench) -> Cancelled:
 @pytest.fixture(scope="session")
 def clients(bench: Bench) -> dict[str, Encounter]:
     """The client's runs with a server."""
-    after = bench.random("cancel").randrange(2, 5)
+    after = bench.random("cancel").randrange(*MESSAGES)
     return {
         "succeed": Encounter(bench, "succeed"),
         "reject": Encounter(bench, "reject"),
@@ -45,7 +47,7 @@ def clients(bench: Bench) -> dict[str, Encounter]:
         "cancel": Encounter(bench, "cancel", cancel_after=after),
         "at once": Encounter(bench, "cancel", cancel_after=0),
         "late": Encounter(bench, "late", cancel_after=2),
-        "few": Encounter(bench, "succeed", cancel_after=NEVER),
+        "few": Encounter(bench, "succeed", cancel_after=NEVER, lasts=LONG),
         "wide": Encounter(bench, "at once", WIDE),
     }
 

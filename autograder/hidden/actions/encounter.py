@@ -18,6 +18,7 @@ from course.foundation.waiting import wait_until
 
 CLIENT = "lift_client.py"
 FEEDBACK_PAUSE = 0.05  # s between two feedback messages to the client
+LONG = 6.0  # s that a goal takes for a client that must wait for its end
 EARLY = 0.3  # s that a client is given to cancel too early
 PATIENT = 4.0  # s that it is given to cancel at all, or to print what it has heard
 MOST_FEEDBACK = 29  # messages to a client that never cancels
@@ -47,10 +48,20 @@ class Encounter:
     - "at once": succeeds at once, without feedback.
     """
 
-    def __init__(self, bench: Bench, script: str, floors: tuple[int, int] = (0, 10), cancel_after: int | None = None):
-        """`floors` are the lowest floor that the client is given, and the first that it is not."""
+    def __init__(
+        self,
+        bench: Bench,
+        script: str,
+        floors: tuple[int, int] = (0, 10),
+        cancel_after: int | None = None,
+        lasts: float = 0.0,
+    ):
+        """`floors` are the lowest floor that the client is given, and the first that it is not.
+
+        A goal that succeeds `lasts` at least so many seconds.
+        """
         self._plays = 0
-        self.script, self.cancel_after = script, cancel_after
+        self.script, self.cancel_after, self._lasts = script, cancel_after, lasts
         self._bench, self._range = bench, floors
         self._rng = bench.random(f"client {script} {cancel_after}")
         self.begin()
@@ -91,7 +102,8 @@ class Encounter:
     def doing(self) -> str:
         """Which run it is, in words for the student."""
         floors = f"floors above {TOP} and " if self._range[0] > TOP else ""
-        return f"with {'' if self.cancel_after is None else '--cancel-after and '}{floors}a server"
+        lasts = f" whose goal takes {self._lasts:g} s" if self._lasts else ""
+        return f"with {'' if self.cancel_after is None else '--cancel-after and '}{floors}a server{lasts}"
 
     @contextmanager
     def judged(self) -> Iterator[Program]:
@@ -163,11 +175,13 @@ class Encounter:
         if self.script in ("cancel", "late"):
             return self._wait_for_cancel(handle)
         if self.script != "at once":
+            begun = time.monotonic()
             for number in range(len(self.feedback)):
                 self._tell(handle, number)
                 time.sleep(FEEDBACK_PAUSE)
             # A client loses the feedback that comes after its result, so that comes when all feedback is printed.
             wait_until(lambda: self.shown <= self._printed(), PATIENT)
+            self._run.until(lambda: time.monotonic() > begun + self._lasts)
         self.early = self._printed()
         (handle.abort if self.script == "abort" else handle.succeed)()
         return self.result

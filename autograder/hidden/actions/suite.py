@@ -23,7 +23,7 @@ from autograder.hidden.actions.conversation import (
     Quick,
     accepted,
 )
-from autograder.hidden.actions.encounter import Called, Encounter
+from autograder.hidden.actions.encounter import LONG, MOST_FEEDBACK, Called, Encounter
 from autograder.hidden.actions.judging import (
     SHORTEST,
     compared,
@@ -58,7 +58,7 @@ WHEN = {
     "abort": "When the goal is aborted,",
     "cancel": "When the goal is cancelled,",
     "late": "When a goal that the client has cancelled succeeds all the same,",
-    "few": "When a goal succeeds before the client has received N feedback messages,",
+    "few": f"When a goal succeeds after {LONG:.0f} s, and before the client has received N feedback messages,",
 }
 
 
@@ -552,13 +552,17 @@ def test_client_cancels(clients: Mapping[str, Encounter]) -> None:
     run = clients["cancel"]
     with run.judged() as program:
         if run.before_cancel is None:
-            raise Wrong("With --cancel-after N, the client did not cancel its goal.", program.output)
-        if run.before_cancel != run.cancel_after:
             raise Wrong(
-                "With --cancel-after N, the client must cancel after N feedback messages. With "
-                f"{run.cancel_after} as N "
-                f"it did so after {run.before_cancel}.",
-                f"N={run.cancel_after}, after {run.before_cancel}",
+                f"With --cancel-after N, the client did not cancel its goal, of which {MOST_FEEDBACK} feedback messages "
+                "were sent.",
+                program.output,
+            )
+        if run.before_cancel != (wanted := run.cancel_after or 0):
+            did = "fewer" if run.before_cancel < wanted else "more"
+            raise Wrong(
+                "With --cancel-after N, the client must cancel as soon as it has received N feedback messages. With "
+                f"{wanted} as N it did so after {did} than {wanted}.",
+                f"after {run.before_cancel}",
             )
 
 

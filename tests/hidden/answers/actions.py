@@ -1665,6 +1665,20 @@ WRONG = {
         client(("self.heard >= self.cancel_after", "self.heard >= self.cancel_after - 1")),
         {"client_cancels"},
     ),
+    "client cancels after N seconds": (
+        client(
+            ("        self.heard += 1\n        self.cancel_when_heard()\n", ""),
+            (
+                "        self.cancel_when_heard()\n",
+                (
+                    "        if self.cancel_after is not None:\n"
+                    "            self.timer = self.create_timer(max(0.01, self.cancel_after), self.cancel_when_heard)\n"
+                ),
+            ),
+            (" and self.heard >= self.cancel_after", ""),
+        ),
+        {"client_cancels"},
+    ),
     "client never cancels": (client((CANCELS, "")), {"client_cancels", "client_cancels_at_once"}),
     "client takes --cancel-after 0 for never": (
         client((DUE, "due = self.cancel_after and self.heard >= self.cancel_after")),
@@ -1696,6 +1710,15 @@ WRONG = {
     ),
     "client exits with 1 when it was to cancel": (
         client((FAILS, "return 0 if outcome == 'SUCCEEDED' and options.cancel_after is None else 1")),
+        {"client_waits_for_the_end"},
+    ),
+    "client waits 5 s for the end of its goal": (
+        client(
+            (
+                "rclpy.spin_until_future_complete(self, future)",
+                "rclpy.spin_until_future_complete(self, future, None, 5.0)",
+            )
+        ),
         {"client_waits_for_the_end"},
     ),
     "client waits for N messages for ever": (
