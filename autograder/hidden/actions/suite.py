@@ -553,7 +553,8 @@ def test_client_cancels(clients: Mapping[str, Encounter]) -> None:
     with run.judged() as program:
         if run.before_cancel is None:
             raise Wrong(
-                f"With --cancel-after N, the client did not cancel its goal, of which {MOST_FEEDBACK} feedback messages "
+                f"With --cancel-after N, the client did not cancel its goal, of which {MOST_FEEDBACK} feedback "
+                "messages "
                 "were sent.",
                 program.output,
             )
