@@ -51,7 +51,7 @@ def _known(error: Exception) -> str:
 
 def reason(error: Exception, folder: Path) -> str:
     """Return a sentence that names the cell in `folder` that defines what `error` misses, or ''."""
-    if isinstance(error, ModuleNotFoundError):
+    if isinstance(error, ModuleNotFoundError) and "." not in (error.name or ""):
         return _missing_package((error.name or "").split(".")[0], folder)
     if not isinstance(error, NameError):
         return ""

@@ -6,6 +6,9 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
+from rclpy.publisher import Publisher
+from rclpy.subscription import Subscription
+
 from course.errors import ExerciseError, LiveError, NodeFailed
 from course.interfaces.builder import build
 from course.interfaces.definition import SECTIONS
@@ -13,6 +16,7 @@ from course.interfaces.kept import packages
 from course.notebook.file_differences import refusal_of
 from course.session.failure_report import of_program
 from course.session.live import live
+from course.session.matching import unmatched
 from course.session.watch import Handle
 
 # Python itself tells where a program hangs, and ends it (`faulthandler`), whatever the program waits for.
@@ -35,6 +39,15 @@ def judge(
         for who, ending in session.others(name):
             raise LiveError(f"{file} cannot be judged while {who} uses {name}, too. To end it: {ending}.")
     return session.start(file, *arguments, parameters=parameters)
+
+
+def meet(*ends: Publisher | Subscription, timeout: float = 5.0) -> None:
+    """Wait until another node has the other end of these topics; raises LiveError that says why none has."""
+    session = live()
+    for end in ends:
+        count = end.get_subscription_count if isinstance(end, Publisher) else end.get_publisher_count
+        if not session.until(count, timeout):
+            raise LiveError(unmatched(session.node, end))
 
 
 def run(source: str, *arguments: str, file: str, timeout: float = 5.0) -> str:

@@ -20,6 +20,7 @@ from course.ros.graph import participants_here
 
 # 0 is everybody's; from 101 on the ports meet Linux's ephemeral ones, and `ros2` cannot count nodes.
 DOMAINS = range(1, 101)
+LAST = 232  # from 233 on, the ports of a domain lie beyond 65535
 CLAIM = "ros2-course-domain-{}"  # an abstract socket's name; those of later holders go on with a hyphen
 KERNEL = "kernel-"  # what Jupyter puts before a kernel's id in the name of its connection file
 
@@ -31,6 +32,16 @@ class Place(NamedTuple):
     folder: Path  # whose interface packages it has: the notebook's, or its own
     claim: socket.socket | None  # what holds the terminals' domain, until the process ends
     with_notebook: bool
+
+
+def domain_number(text: str) -> int:
+    """The domain that the user has set in ROS_DOMAIN_ID; raises LiveError for what is none."""
+    if text.isascii() and text.isdecimal() and int(text) <= LAST:
+        return int(text)
+    raise LiveError(
+        f"ROS_DOMAIN_ID is set to '{text}', and a ROS domain is a number from 0 to {LAST}: set another one, or none, "
+        "where the kernel is started, and restart it"
+    )
 
 
 def session_domain(folder: Path) -> tuple[socket.socket | None, int]:

@@ -14,9 +14,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 
+from rclpy.exceptions import NotInitializedException
+
 from course.session.hints import hint, never_called, never_spins, returns_nothing
 from course.session.source import defined, exits, no_result, wrong_return
 
+IN_A_CELL = (
+    "A node of a notebook belongs to its session: write a class, and `ros.start(TheClass)`; or give it the session's "
+    "context, `Node('name', context=ros.context)`."
+)
 MARK = "Traceback (most recent call last):"
 GOAL_FAILED = "Error raised in execute callback"  # rclpy's ActionServer logs it, and prints the traceback
 STATE_NOT_SET = "Goal state not set, assuming aborted"  # it logs this, too
@@ -127,7 +133,8 @@ def hint_on(error: Exception) -> str:
     """The hint on an error in a cell's own code, as a line; '' where nothing is known."""
     frames = _own_frames(error.__traceback__)
     last = "".join(traceback.format_exception_only(error)).strip()
-    why = _hint(last, _source(error.__traceback__), frames)
+    why = IN_A_CELL if isinstance(error, NotInitializedException) else ""
+    why = why or _hint(last, _source(error.__traceback__), frames)
     return f"Hint: {why}" if why else ""
 
 
@@ -147,7 +154,8 @@ def failed_goals(path: Path, output: str) -> list[FailureReport]:
 def _last_traceback(output: str, path: Path, *, first: bool = False) -> tuple[str, tuple[Frame, ...]]:
     """The error and the student's frames of the last (or `first`) traceback in `output`; ('', ()) without one."""
     lines = output.splitlines()
-    starts = [number for number, line in enumerate(lines) if line.strip() == MARK]
+    # What was printed without an end of line (`input("name? ")`) stands before it.
+    starts = [number for number, line in enumerate(lines) if line.rstrip().endswith(MARK)]
     if not starts and not re.search(r"^\w*Error: ", output, re.MULTILINE):
         return "", ()
     rest = lines[starts[0 if first else -1] + 1 :] if starts else lines
@@ -189,7 +197,7 @@ def _inside(frames: Iterable[Frame]) -> list[Frame]:
 
 def _without_main(frames: list[Frame]) -> tuple[Frame, ...]:
     """Without the way through `main`, when it led into another function of theirs."""
-    return tuple(_inside(frames) or [frame for frame in frames[-1:] if not re.search(r"\bspin\(", frame.code)])
+    return tuple(_inside(frames) or [frame for frame in frames[-1:] if not re.search(r"\bspin\(\s*[^)\s]", frame.code)])
 
 
 def _hint(error: str, source: str, frames: tuple[Frame, ...]) -> str:

@@ -10,7 +10,18 @@ import re
 import textwrap
 from collections.abc import Callable
 
-from course.session.source import calls, functions, hidden_method, name_of, no_result, parse, wrong_return
+from course.session.arguments import argument_count, order_of_arguments, wrong_kind
+from course.session.imports import is_there, wrong_import
+from course.session.source import (
+    calls,
+    functions,
+    hidden_method,
+    methods,
+    misspelt_init,
+    no_result,
+    parse,
+    wrong_return,
+)
 
 # What Python calls a field's type, as a definition file writes it.
 TYPES = {"boolean": "bool", "double": "float64", "float": "float32", "octet": "byte"}
@@ -137,25 +148,28 @@ def _sub_message(found: re.Match[str], source: str) -> str:
     return f"The field '{found[1]}' is a message of its own, {found[2]}: set its parts, as in `.{found[1]}.x = 0.3`."
 
 
-def _argument_count(found: re.Match[str], source: str) -> str:
-    name = found[1].rpartition(".")[2]
-    takes = {
-        "create_service": "(self, request, response)",
-        "create_subscription": "(self, msg)",
-        "create_timer": "(self)",
-        "ActionServer": "(self, goal_handle)",
-        "add_on_set_parameters_callback": "(self, params)",
-    }
-    for maker, signature in takes.items():
-        for call in calls(parse(source), maker):
-            given = [*call.args, *(keyword.value for keyword in call.keywords)]
-            if any(isinstance(each, ast.Call) and name_of(each.func) == name for each in given):
-                return (
-                    f"`{name}()` is called at once here. Hand it over by its name alone, without brackets: "
-                    f"`self.{name}`."
-                )
-            if any(name_of(each) == name for each in given):
-                return f"`{name}` is called by `{maker}`: it must take {signature}."
+def _init_as_context(found: re.Match[str], source: str) -> str:
+    tree = parse(source)
+    managed = (item.context_expr for node in ast.walk(tree) if isinstance(node, ast.With) for item in node.items)
+    if any(isinstance(each, ast.Call) and ast.unparse(each.func) in ("rclpy.init", "init") for each in managed):
+        return (
+            "`with rclpy.init()` works in newer releases: in ROS 2 Jazzy, `rclpy.init()` returns nothing. Call it in a "
+            "line of its own, and `rclpy.try_shutdown()` in a `finally`."
+        )
+    return ""
+
+
+def _no_node_name(found: re.Match[str], source: str) -> str:
+    if name := misspelt_init(source):
+        return f"The constructor is called `__init__`, with two underscores on each side: you have `{name}`."
+    return "Give the node a name: `super().__init__('my_node')`."
+
+
+def _no_constructor(found: re.Match[str], source: str) -> str:
+    if name := misspelt_init(source, found[1]):
+        return (
+            f"The constructor of {found[1]} is called `__init__`, with two underscores on each side: you have `{name}`."
+        )
     return ""
 
 
@@ -167,6 +181,8 @@ def _not_callable(found: re.Match[str], source: str) -> str:
 
 def _no_such_class(found: re.Match[str], source: str) -> str:
     name, module = found[1], found[2]
+    if wrong := wrong_import(module, name, source):
+        return wrong
     try:
         known = [each for each in dir(importlib.import_module(module)) if each[:1].isupper() and "_" not in each]
     except ImportError:
@@ -199,8 +215,11 @@ def _no_instance(found: re.Match[str], source: str, code: str) -> str:
 
 
 def _own_attribute(found: re.Match[str], source: str) -> str:
-    if re.search(rf"\bself\.{found[1]}\b", source):
-        return f"What the node keeps belongs to `self`: write `self.{found[1]}`."
+    name = found[1]
+    if re.search(rf"\bself\.{name}\b", source):
+        return f"What the node keeps belongs to `self`: write `self.{name}`."
+    if name in methods(source):
+        return f"`{name}` is a method of the node: write `self.{name}`."
     return ""
 
 
@@ -221,6 +240,10 @@ def _divisor(found: re.Match[str], source: str) -> str:
 
 def _is_module(found: re.Match[str], source: str) -> str:
     package = found[1].split(".")[0]
+    if wrong := wrong_import(found[1], "", source):
+        return wrong
+    if is_there(package):
+        return ""
     if package.endswith("_interfaces") or package == "my_package":
         return (
             f"{package} is not built here: run the `%%exercise` cell that writes its definition, "
@@ -254,14 +277,15 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
             "it comes."
         ),
     ),
-    (
-        r"Node\.__init__\(\) missing 1 required positional argument: 'node_name'",
-        _says("Give the node a name: `super().__init__('my_node')`."),
-    ),
+    (r"Node\.__init__\(\) missing 1 required positional argument: 'node_name'", _no_node_name),
     (
         r"has no attribute '_(?:Node__\w+|default_callback_group|parameters|parameter_overrides|context|logger)'",
         _says("Call `super().__init__('my_node')` first in `__init__`: until then there is no node."),
     ),
+    (r"has no attribute '_TYPE_SUPPORT'|incompatible constructor arguments", order_of_arguments),
+    (r"Expected QoSProfile or int, but received", order_of_arguments),
+    (r"^TypeError: spin\(\) missing 1", _says("`rclpy.spin(node)` takes the node whose callbacks it is to run.")),
+    (r"The (service|message) type provided is not valid \(<class '(\w+)\.(\w+)\..*\.(\w+)'>", wrong_kind),
     (
         r"'method' object does not support the context manager protocol|'\w+' object has no attribute 'pointer'",
         _says("Your node has a method or an attribute called `handle`, which hides rclpy's own: choose another name."),
@@ -274,7 +298,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         r"Context\.init\(\) must only be called once",
         _says("`rclpy.init()` is called twice: a program calls it once, in `main`."),
     ),
-    (r"(?:(\w[\w.]*)\(\)) (?:takes \d+|missing \d+ required) positional argument", _argument_count),
+    (r"(?:(\w[\w.]*)\(\)) (?:takes \d+|missing \d+ required) positional argument", argument_count),
     (
         r"ParameterNotDeclaredException: .*: (\w+)",
         lambda found, source: (
@@ -299,6 +323,19 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (r"No module named '([\w.]+)'", _is_module),
     (r"cannot import name '(\w+)' from '([\w.]+)'", _no_such_class),
     (r"ZeroDivisionError", _divisor),
+    (
+        r"called for existing topic name rt(/\S+) with incompatible type",
+        lambda found, source: (
+            f"In one program, and in one notebook, a topic has one type: {found[1]} is in use here with another. Stop "
+            "what uses it, or choose another name."
+        ),
+    ),
+    (
+        r"^EOFError",
+        _says("Nobody sits at a program that a notebook runs: take words from the command line, and not by `input()`."),
+    ),
+    (r"'NoneType' object does not support the context manager protocol", _init_as_context),
+    (r"(\w+)\(\) takes no arguments", _no_constructor),
     (r"Expected <class '([\w.]+)\.(\w+)'>, got <class", _not_a_message),
     (
         r"OverflowError: .*integer is (greater|less) than|must be an? (?:unsigned )?integer in \[",

@@ -23,7 +23,7 @@ from course.foundation.waiting import lookouts, wait_until
 from course.interfaces import builder, kept
 from course.ros.rclpy_internals import patch, watch_goals
 from course.session.calls import Calls
-from course.session.domains import session_domain
+from course.session.domains import domain_number, session_domain
 from course.session.following import LogFollower
 from course.session.guards import Guards
 from course.session.interface_usage import destructors
@@ -49,7 +49,7 @@ class Session:
     def __init__(self, domain_id: int | None = None):
         self._folder = Path.cwd()
         if domain_id is None and (chosen := environment.chosen_domain()):
-            domain_id = int(chosen)
+            domain_id = domain_number(chosen)
         self._claim: socket.socket | None = None
         self._own_domain = domain_id is None
         if domain_id is None:
@@ -237,7 +237,16 @@ class Session:
         return not self._closed and self.context.ok()
 
     def _find_packages(self) -> None:
-        """Make the interface packages of the folder importable, and build again what has changed on the disk."""
+        """Make the interface packages of the folder importable, and build again what has changed on the disk.
+
+        Raises LiveError when the kernel's programs would no longer meet the session.
+        """
+        if (now := os.environ.get("ROS_DOMAIN_ID")) != str(self.domain_id):
+            raise LiveError(
+                f"this session is in the ROS domain {self.domain_id}, and ROS_DOMAIN_ID was changed to {now} since: a "
+                f"program started now would not meet it. Undo it with os.environ['ROS_DOMAIN_ID'] = "
+                f"'{self.domain_id}'. To choose a domain, set it before the first course.live()"
+            )
         for line in kept.refresh(self._folder):
             self.watch.notice(line)
         kept.use(self._folder)

@@ -68,11 +68,19 @@ class Logs(list[Entry]):
 
 LINE = re.compile(r"(?:\x1b\[\d*m)?\[(DEBUG|INFO|WARN|ERROR|FATAL)\] \[([\w./]+)\]: (.*?)(?:\x1b\[\d*m)?$")
 
+INSIDE = re.compile(r"(?:\x1b\[\d*m)?\[(?:DEBUG|INFO|WARN|ERROR|FATAL)\] \[[\w./]+\]: ")  # wherever it begins
+
 
 def program_logs(name: str, output: str, ends: list[str]) -> list[Entry]:
     """Return what a program wrote on its terminal (log lines of ROS and printed lines), and how it ended."""
-    entries = [entry_of_line(name, line) for line in output.splitlines()]
+    entries = [entry_of_line(name, part) for line in output.splitlines() for part in _unglued(line)]
     return [*entries, *(Entry("ENDED", name, end) for end in ends)]
+
+
+def _unglued(line: str) -> list[str]:
+    """A line in two where a log line follows something that was printed without an end of line."""
+    found = INSIDE.search(line)
+    return [line[: found.start()], line[found.start() :]] if found and found.start() else [line]
 
 
 def entry_of_line(name: str, line: str) -> Entry:

@@ -108,7 +108,7 @@ class NodeProcess:
             elif STATE_NOT_SET in line:
                 self._goals = True
                 self._changed()
-            elif awaited == "begin" and line.startswith(MARK):
+            elif awaited == "begin" and line.rstrip().endswith(MARK):
                 awaited = "end"
             elif awaited == "end" and not line.startswith(" "):
                 awaited = ""

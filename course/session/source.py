@@ -4,7 +4,15 @@ import ast
 import re
 from collections.abc import Iterator
 
-WAITS = ("call", "spin", "spin_once", "spin_until_future_complete", "wait_for_server", "wait_for_service")
+# What waits, and the place of its time limit among the arguments.
+WAITS = {
+    "call": 1,
+    "spin": 9,
+    "spin_once": 9,
+    "spin_until_future_complete": 3,
+    "wait_for_server": 0,
+    "wait_for_service": 0,
+}
 ENDS = ("exit", "_exit", "quit")
 
 
@@ -60,10 +68,16 @@ def blocked(source: str, service: str) -> str:
     for function in functions(tree):
         if function.name not in names:
             continue
-        for name in WAITS:
+        for name, place in WAITS.items():
             for call in calls(function, name):
-                if argument(call, 9, "timeout_sec") is not None:
+                if argument(call, place, "timeout_sec") is not None:
                     continue
+                if name in ("wait_for_server", "wait_for_service"):
+                    return (
+                        f"its callback '{function.name}' waits in line {call.lineno}, `{ast.unparse(call)}`, until "
+                        "there is a server, however long that takes. Ask `service_is_ready()` of the client instead "
+                        "(`server_is_ready()` for an action), or give it a limit: `timeout_sec=1.0`."
+                    )
                 return (
                     f"its callback '{function.name}' waits in `{ast.unparse(call.func)}(...)` for what only its own "
                     "executor can bring, and that is busy with this callback. Make it `async def`, and write "
@@ -98,6 +112,39 @@ def exits(source: str) -> str:
         ended = any(name_of(getattr(error, "func", error)) == "SystemExit" for error in raised)
         if function.name != "main" and (ended or any(list(calls(function, name)) for name in ENDS)):
             return function.name
+    return ""
+
+
+def without_self(source: str) -> set[str]:
+    """The names of the methods whose first parameter is not `self`, though nothing says that they need none."""
+    classes = (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef))
+    return {
+        each.name
+        for node in classes
+        for each in node.body
+        if isinstance(each, (ast.FunctionDef, ast.AsyncFunctionDef))
+        and not each.decorator_list
+        and [argument.arg for argument in each.args.args[:1]] != ["self"]
+    }
+
+
+def methods(source: str) -> set[str]:
+    """The names of all methods of the program's classes."""
+    classes = (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef))
+    return {function.name for node in classes for function in functions(node)}
+
+
+def misspelt_init(source: str, cls: str = "") -> str:
+    """The method of a class that was to be `__init__`, by its name: `_init_`, `__int__`; '' where there is none.
+
+    Of the class `cls`, or of any.
+    """
+    for node in ast.walk(parse(source)):
+        if isinstance(node, ast.ClassDef) and cls in ("", node.name):
+            names = [method.name for method in functions(node)]
+            wrong = [name for name in names if name in ("_init_", "__init", "init__", "_init__", "__init_", "__int__")]
+            if wrong and "__init__" not in names:
+                return wrong[0]
     return ""
 
 

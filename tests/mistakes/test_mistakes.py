@@ -20,6 +20,20 @@ OF_THE_KERNEL = {  # whose hint is made from what the kernel has: an interface t
     "calculator/wrong_import",
     "services/before_the_session",
 }
+ELSEWHERE = {  # whose message each run tests without a kernel, by the module that tests it
+    "ai_integration/agent_loops": "tests/notebook/test_judging.py",
+    "ai_integration/quality_of_service_in_the_check": "tests/session/test_matching.py",
+    "ai_integration/topic_of_another_name": "tests/session/test_matching.py",
+    "calculator/server_deleted": "tests/notebook/test_public_checks.py",
+    "calculator/server_edited_and_not_run": "tests/notebook/test_public_checks.py",
+    "calculator/srv_refused": "tests/notebook/test_public_checks.py",
+    "services/another_server_in_a_terminal": "tests/session/test_outsiders.py",
+    "services/domain_changed_in_a_cell": "tests/session/test_matching.py",
+    "services/impossible_domain": "tests/session/test_matching.py",
+    "services/init_with_one_underscore": "tests/session/test_failure_report.py",
+    "services/two_files_of_one_name": "tests/session/test_outsiders.py",
+    "services/waits_for_a_service_in_a_callback": "tests/session/test_failure_report.py",
+}
 LIVE = 2  # mistakes of each exercise that are made in each run although their hint is tested without a kernel
 
 
@@ -47,11 +61,11 @@ HINTED = [mistake for mistake in ALL if known_hint(mistake) and name_of(mistake)
 
 
 def each_night() -> set[str]:
-    """Return the mistakes that each run leaves to the night: what they show is their hint, which each run tests."""
+    """Return the mistakes that each run leaves to the night: each run tests what they show without a kernel."""
     by_exercise: dict[str, list[str]] = {}
     for mistake in HINTED:
         by_exercise.setdefault(mistake.exercise, []).append(name_of(mistake))
-    return {name for names in by_exercise.values() for name in names[LIVE:]}
+    return {name for names in by_exercise.values() for name in names[LIVE:]} | {*ELSEWHERE}
 
 
 @pytest.fixture(scope="module")
@@ -90,6 +104,12 @@ def test_a_mistake_tells_its_own_story(kernels, mistake):
     assert missing == []
     if late:
         assert faults(kernels, mistake) == ([], [])
+
+
+def test_what_is_left_to_the_night_is_tested_elsewhere():
+    root = SOLUTIONS.parent
+    assert {*ELSEWHERE} <= {name_of(mistake) for mistake in ALL}
+    assert [module for module in ELSEWHERE.values() if not (root / module).is_file()] == []
 
 
 def test_there_are_mistakes_of_every_exercise():

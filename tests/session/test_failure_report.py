@@ -9,6 +9,7 @@ from course.foundation.waiting import wait_until
 from course.ros.names import is_hidden
 from course.session import failure_report, source
 from course.session.hints import hint
+from course.session.logs import program_logs
 
 SERVER = """
 class Server(Node):
@@ -76,6 +77,116 @@ class Server(Node):
         ("ImportError: cannot import name 'Triger' from 'std_srvs.srv'", "", "", "Did you mean `Trigger`?"),
         ("NotImplementedError: Service classes can not be instantiated", "", "a = SetBool()", "`SetBool.Request(...)`"),
         ("KeyError: 'front'", "", "", ""),
+        (
+            "ModuleNotFoundError: No module named 'example_interfaces.srvs'",
+            "from example_interfaces.srvs import AddTwoInts",
+            "",
+            "write `from example_interfaces.srv import AddTwoInts`",
+        ),
+        (
+            "ImportError: cannot import name 'AddTwoInts' from 'example_interfaces.msg'",
+            "",
+            "",
+            "write `from example_interfaces.srv import AddTwoInts`",
+        ),
+        (
+            "ImportError: cannot import name 'AddTwoInts' from 'example_interfaces'",
+            "",
+            "",
+            "write `from example_interfaces.srv import AddTwoInts`",
+        ),
+        (
+            "ImportError: cannot import name 'Twist' from 'std_msgs.msg'",
+            "",
+            "",
+            "std_msgs has no Twist. It is in geometry_msgs.msg: write `from geometry_msgs.msg import Twist`.",
+        ),
+        (
+            "ModuleNotFoundError: No module named 'std_msgs.srv'",
+            "from std_msgs.srv import Trigger",
+            "",
+            "std_msgs has no Trigger. It is in std_srvs.srv: write `from std_srvs.srv import Trigger`.",
+        ),
+        (
+            "ModuleNotFoundError: No module named 'std_srvs.msg'",
+            "import std_srvs.msg",
+            "",
+            "std_srvs has srv, and no msg",
+        ),
+        ("ModuleNotFoundError: No module named 'geometry_msg'", "", "", "Did you mean the package geometry_msgs?"),
+        ("ModuleNotFoundError: No module named 'other_interfaces'", "", "", "other_interfaces is not built here"),
+        ("ModuleNotFoundError: No module named 'numpi'", "import numpi", "", ""),
+        ("EOFError: EOF when reading a line", "", "", "not by `input()`"),
+        (
+            "TypeError: 'NoneType' object does not support the context manager protocol",
+            "with rclpy.init() as context:\n    pass",
+            "",
+            "in ROS 2 Jazzy, `rclpy.init()` returns nothing",
+        ),
+        (
+            "TypeError: 'NoneType' object does not support the context manager protocol",
+            "rclpy.init()\nwith lock:\n    pass",
+            "",
+            "",
+        ),
+        ("TypeError: Relay() takes no arguments", "class Relay:\n    def _init_(self): pass", "", "you have `_init_`"),
+        ("TypeError: Relay() takes no arguments", "class Relay:\n    pass", "", ""),
+        (
+            "TypeError: Node.__init__() missing 1 required positional argument: 'node_name'",
+            "class Relay(Node):\n    def _init_(self): pass",
+            "",
+            "you have `_init_`",
+        ),
+        (
+            "TypeError: Node.__init__() missing 1 required positional argument: 'node_name'",
+            "class Relay(Node):\n    def __init__(self): super().__init__()",
+            "",
+            "Give the node a name",
+        ),
+        (
+            "NameError: name 'calculate' is not defined. Did you mean: 'Calculate'?",
+            "class Server(Node):\n    def calculate(self): pass",
+            "",
+            "write `self.calculate`",
+        ),
+        (
+            "AttributeError: type object 'str' has no attribute '_TYPE_SUPPORT' This might be a ROS 1 message type",
+            "self.create_service('/ask', Trigger, self.ask)",
+            "",
+            "The arguments of `create_service` stand in another order",
+        ),
+        (
+            "TypeError: __init__(): incompatible constructor arguments.",
+            "self.create_service(Trigger, self.ask, '/ask')",
+            "",
+            "`create_service(TheType, '/name', self.callback)`",
+        ),
+        (
+            "TypeError: Expected QoSProfile or int, but received <class 'method'>",
+            "self.create_subscription(String, 'topic', 10, self.hear)",
+            "",
+            "`create_subscription(TheType, 'topic', self.callback, 10)`",
+        ),
+        ("AttributeError: type object 'int' has no attribute '_TYPE_SUPPORT'", "create_service(5, '/ask', f)", "", ""),
+        (
+            "RuntimeError: The service type provided is not valid (<class 'std_msgs.msg._string.String'>), this",
+            "",
+            "",
+            "std_msgs/msg/String is a message: that is for `create_publisher`",
+        ),
+        (
+            "RCLError: create_publisher() called for existing topic name rt/chatter with incompatible type std_msgs",
+            "",
+            "",
+            "/chatter is in use here with another",
+        ),
+        ("TypeError: spin() missing 1 required positional argument: 'node'", "", "", "`rclpy.spin(node)`"),
+        (
+            "TypeError: Server.state() takes 0 positional arguments but 1 was given",
+            "class Server(Node):\n    def state():\n        return self.on",
+            "",
+            "`def state(self, ...)`",
+        ),
     ],
 )
 def test_a_known_cause_has_a_hint_and_no_other(error, text, code, says):
@@ -99,11 +210,38 @@ def test_a_known_cause_has_a_hint_and_no_other(error, text, code, says):
         ("async def", "answer = await self.client.call_async(r)", ", callback_group=group", ""),
         ("def", "while True: pass", "", "loops without end"),
         ("def", "time.sleep(9)", "", "sleeps"),
+        ("def", "self.client.wait_for_service()", "", "waits in line 9, `self.client.wait_for_service()`"),
+        ("async def", "self.client.wait_for_service()", "", "Ask `service_is_ready()`"),
+        ("def", "self.client.wait_for_service(5.0)", "", ""),
+        ("def", "answer = self.client.call(r, 1.0)", "", ""),
     ],
 )
 def test_why_a_service_may_never_answer(define, body, options, says):
     said = source.blocked(SERVER.format(define=define, body=body, options=options), "/ask")
     assert says in said and bool(says) == bool(said), said
+
+
+@pytest.mark.parametrize("before", ["", "name? ", "step"])
+def test_what_was_printed_without_an_end_of_line_hides_no_error(tmp_path, before):
+    path = tmp_path / "asks.py"
+    path.write_text("\n\ninput('name? ')\n")
+    output = (
+        f"{before}Traceback (most recent call last):\n"
+        f'  File "{path}", line 3, in <module>\n'
+        "    input('name? ')\n"
+        "EOFError: EOF when reading a line\n"
+    )
+    report = str(failure_report.of_program(path, output, 1))
+    assert "EOFError: EOF when reading a line\n  asks.py, line 3\n    input('name? ')\nHint: Nobody sits" in report
+
+
+def test_a_log_line_behind_what_was_printed_is_a_log_line():
+    entries = program_logs("talks.py", "step[INFO] [talker]: on my way\n[WARN] [talker]: late", [])
+    assert [(entry.level, entry.text) for entry in entries] == [
+        ("PRINT", "step"),
+        ("INFO", "on my way"),
+        ("WARN", "late"),
+    ]
 
 
 def test_a_text_that_cannot_be_read_says_nothing():

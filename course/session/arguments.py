@@ -1,0 +1,62 @@
+"""Hints on calls of rclpy whose arguments are too few, too many, of another kind, or in another order."""
+
+import ast
+import re
+
+from course.session.source import calls, name_of, parse, without_self
+
+# What makes a node's ends, the place of the name among its arguments, and how it is called.
+MAKERS = {
+    "create_service": (1, "create_service(TheType, '/name', self.callback)"),
+    "create_client": (1, "create_client(TheType, '/name')"),
+    "create_publisher": (1, "create_publisher(TheType, 'topic', 10)"),
+    "create_subscription": (1, "create_subscription(TheType, 'topic', self.callback, 10)"),
+    "ActionServer": (2, "ActionServer(self, TheType, '/name', self.execute)"),
+    "ActionClient": (2, "ActionClient(self, TheType, '/name')"),
+}
+
+
+def order_of_arguments(found: re.Match[str], source: str) -> str:
+    """Of a call whose name does not stand where a name belongs, or whose last argument is no queue's length."""
+    tree = parse(source)
+    for maker, (place, usual) in MAKERS.items():
+        for call in calls(tree, maker):
+            names = [at for at, each in enumerate(call.args) if isinstance(getattr(each, "value", None), str)]
+            last = call.args[-1] if len(call.args) == 4 and maker == "create_subscription" else None
+            if (names and names[0] != place) or isinstance(last, ast.Attribute):
+                return f"The arguments of `{maker}` stand in another order: `{usual}`."
+    return ""
+
+
+def wrong_kind(found: re.Match[str], source: str) -> str:
+    """Of a message where a service belongs, and the like."""
+    wanted, package, kind, name = found.groups()
+    is_one = {"msg": "a message", "srv": "a service", "action": "an action"}.get(kind, "something else")
+    wants = {"service": "a service's type, from a `.srv`", "message": "a message's type, from a `.msg`"}[wanted]
+    maker = {"srv": "create_service", "action": "ActionServer", "msg": "create_publisher"}.get(kind, "")
+    return f"This takes {wants}. {package}/{kind}/{name} is {is_one}: that is for `{maker}`."
+
+
+def argument_count(found: re.Match[str], source: str) -> str:
+    """Of a function that was called with the wrong number of arguments."""
+    name = found[1].rpartition(".")[2]
+    takes = {
+        "create_service": "(self, request, response)",
+        "create_subscription": "(self, msg)",
+        "create_timer": "(self)",
+        "ActionServer": "(self, goal_handle)",
+        "add_on_set_parameters_callback": "(self, params)",
+    }
+    for maker, signature in takes.items():
+        for call in calls(parse(source), maker):
+            given = [*call.args, *(keyword.value for keyword in call.keywords)]
+            if any(isinstance(each, ast.Call) and name_of(each.func) == name for each in given):
+                return (
+                    f"`{name}()` is called at once here. Hand it over by its name alone, without brackets: "
+                    f"`self.{name}`."
+                )
+            if any(name_of(each) == name for each in given):
+                return f"`{name}` is called by `{maker}`: it must take {signature}."
+    if name in without_self(source):
+        return f"The first parameter of a method is `self`: `def {name}(self, ...)`."
+    return ""

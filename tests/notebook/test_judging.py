@@ -1,0 +1,120 @@
+"""What public checks begin with: a program that is asked, refused files, and names that others use."""
+
+import pytest
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from course.errors import ExerciseError, InterfaceError, LiveError, NodeFailed
+from course.notebook import exercise_magic, judging
+from course.notebook.exercise_magic import exercise
+from course.session import live
+
+ASK = "import agent; print(agent.answer())"
+SERVER = """
+import rclpy
+from std_srvs.srv import Trigger
+
+rclpy.init()
+node = rclpy.create_node("asked")
+node.create_service(Trigger, "/asked", lambda request, response: response)
+rclpy.spin(node)
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def session(folder):
+    yield live.live()
+    live.live().close()
+
+
+def test_what_a_program_prints_is_returned(folder):
+    (folder / "agent.py").write_text("def answer():\n    return 42\n")
+    assert judging.run(ASK, file="agent.py") == "42\n"
+
+
+def test_a_program_that_fails_tells_its_own_line(folder):
+    (folder / "agent.py").write_text("def answer():\n    return {}['front']\n")
+    with pytest.raises(NodeFailed, match=r"KeyError: 'front'\n  agent\.py, line 2, in answer\n    return"):
+        judging.run(ASK, file="agent.py")
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("def answer():\n    while True:\n        pass\n", r"  agent\.py, line [23], in answer\n"),
+        ("while True:\n    pass\n", r"  agent\.py, line [12], in <module>\n"),
+        ("import time\ndef answer():\n    time.sleep(60)\n", r"  agent\.py, line 3, in answer\n    time\.sleep\(60\)"),
+    ],
+)
+def test_a_program_that_does_not_end_tells_where_it_is(folder, text, says):
+    (folder / "agent.py").write_text(text)
+    with pytest.raises(NodeFailed, match=f"agent.py had not answered after 0.5 s. It was here:\n{says}"):
+        judging.run(ASK, file="agent.py", timeout=0.5)
+
+
+def test_a_file_whose_cell_was_refused_is_not_judged(folder):
+    exercise("agent.py --no-start", "first = 1\n")
+    judging.as_it_lies("agent.py")
+    with pytest.raises(ExerciseError, match="line 1: "):
+        exercise("agent.py --no-start", "second = = 2\n")
+    with pytest.raises(ExerciseError, match="agent.py is still the one before the last run of its cell"):
+        judging.as_it_lies("agent.py")
+    exercise("agent.py --no-start", "second = 2\n")
+    judging.as_it_lies("agent.py")
+
+
+def test_a_definition_that_was_never_built_or_is_broken_is_not_judged(folder):
+    (folder / "Ask.srv").write_text("---\n")
+    with pytest.raises(ExerciseError, match="Ask.srv was not built here: run its cell"):
+        judging.as_it_lies("Ask.srv")
+    exercise("Ask.srv --package asking_interfaces", "int32 a\n---\n")
+    judging.as_it_lies("Ask.srv")
+    (folder / "Ask.srv").write_text("int a\n---\n")
+    with pytest.raises(InterfaceError, match="there is no type 'int'"):
+        judging.as_it_lies("Ask.srv")
+
+
+def test_nothing_is_judged_while_another_node_serves_its_names(folder, session):
+    class Other(Node):
+        def __init__(self):
+            super().__init__("other")
+            self.create_service(Trigger, "/asked", lambda request, response: response)
+
+    (folder / "server.py").write_text(SERVER)
+    session.start(Other)
+    with pytest.raises(
+        LiveError, match=r"server.py cannot be judged while other of this notebook uses /asked.*ros.stop"
+    ):
+        judging.judge("server.py", names=("/asked",))
+    session.stop("other")
+    first = judging.judge("server.py", names=("/asked",))
+    assert judging.judge("server.py", names=("/asked",)).alive and not first.alive
+
+
+def test_a_full_disk_leaves_the_file_as_it_was(folder, monkeypatch):
+    exercise("agent.py --no-start", "first = 1\n")
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(exercise_magic.storage, "replace", full)
+    with pytest.raises(ExerciseError, match="could not be written: no space left on device"):
+        exercise("agent.py --no-start", "second = 2\n")
+    assert (folder / "agent.py").read_text() == "first = 1\n"
+
+
+def test_another_kernel_in_the_folder_is_told(folder, monkeypatch, capsys):
+    exercise("agent.py --no-start", "first = 1\n")
+    (folder / "agent.py").write_text("of another = 1\n")
+    other = exercise_magic.registry.SessionRecord(1, 5, str(folder), 0.0, 0)
+    monkeypatch.setattr(exercise_magic.registry, "running", lambda: [other])
+    exercise("agent.py --no-start", "second = 2\n")
+    assert "another kernel works in this folder, too (process 1)" in capsys.readouterr().err
+    exercise("agent.py --no-start", "third = 3\n")
+    assert capsys.readouterr().err == ""
