@@ -5,7 +5,7 @@ The middleware tells of each endpoint by which participant it was made, and that
 
 import contextlib
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -56,19 +56,36 @@ class Outsiders:
 
     def nodes(self) -> list[Outsider]:
         """All of them, hidden ones left out."""
-        return list(self._outside(EVENTS))
+        return list(self._outside(self._node.get_publishers_info_by_topic(EVENTS)))
 
     def serving(self, name: str) -> list[Outsider]:
         """Those that serve the service or the action `name`, or publish on the topic of that name."""
+        return list(dict.fromkeys(self._outside(self._ends(name))))
+
+    def own(self, name: str) -> list[str]:
+        """The nodes and files of the session that serve the service or action `name`, or publish on the topic."""
+        found = []
+        ends = self._ends(name)
+        for key, handle in list(self._handles.items()):
+            pid = handle.pid if isinstance(handle, NodeProcess) else os.getpid()
+            nodes = handle.nodes if pid == os.getpid() else None  # a kernel has many nodes, a file's are all its own
+            if handle.alive and any(
+                is_of_process(end.endpoint_gid, pid) and (nodes is None or self._node_of(end) in nodes) for end in ends
+            ):
+                found.append(key)
+        return found
+
+    def _ends(self, name: str) -> list[TopicEndpointInfo]:
+        """What serves the service or the action `name`, or publishes on the topic of that name."""
         services = (name, f"{name}/_action/send_goal")
         topics = [(f"rr{service}Reply", True) for service in services] + [(name, False)]
-        return list(dict.fromkeys(each for topic, raw in topics for each in self._outside(topic, raw=raw)))
+        look = self._node.get_publishers_info_by_topic
+        return [end for topic, raw in topics for end in look(topic, no_mangle=raw)]
 
-    def _outside(self, topic: str, *, raw: bool = False) -> Iterator[Outsider]:
-        """The nodes outside that have a publisher on `topic`; `raw` for the middleware's own name of it."""
-        endpoints = self._node.get_publishers_info_by_topic(topic, no_mangle=raw)
+    def _outside(self, ends: Iterable[TopicEndpointInfo]) -> Iterator[Outsider]:
+        """The nodes outside that these are of."""
         started = {handle.pid for handle in list(self._handles.values()) if isinstance(handle, NodeProcess)}
-        for endpoint in endpoints:
+        for endpoint in ends:
             name, identifier = self._node_of(endpoint), bytes(endpoint.endpoint_gid)
             if any(is_of_process(identifier, pid) for pid in (os.getpid(), *started)):
                 continue

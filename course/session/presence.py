@@ -46,11 +46,6 @@ class Presence:
         own = (each for each in publishers if is_of_process(each.endpoint_gid, pid))
         return sorted(full(each.node_name, each.node_namespace) for each in own if each.node_name != UNKNOWN)
 
-    def publishing(self, topic: str) -> set[str]:
-        """The full names of the nodes that publish on `topic`."""
-        publishers = self._node.get_publishers_info_by_topic(topic)
-        return {full(each.node_name, each.node_namespace) for each in publishers}
-
     def wait_until_gone(self, ended: Iterable[str], others: Iterable[str]) -> None:
         """Wait until the graph has forgotten the nodes `ended`; `others`, perhaps of the same names, are still there.
 

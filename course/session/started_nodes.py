@@ -110,13 +110,8 @@ class StartedNodes:
 
     def others(self, name: str) -> list[tuple[str, str]]:
         """Return who serves the service or action `name`, or publishes on the topic, and how to end each."""
-        served = {name, f"{name}/_action/send_goal"}
-        publishing = self._presence.publishing(name)
-        found = [(str(each), each.ending) for each in self._outsiders.serving(name)]
-        for key, handle in list(self._handles.items()):
-            if handle.alive and (handle.services & served or publishing & set(handle.nodes)):
-                found.append((f"{key} of this notebook", f"ros.stop('{key}')"))
-        return found
+        outside = [(str(each), each.ending) for each in self._outsiders.serving(name)]
+        return outside + [(f"{key} of this notebook", f"ros.stop('{key}')") for key in self._outsiders.own(name)]
 
     def rows(self) -> list[Row]:
         """Return a row for each started node, and for each node that somebody else has started."""

@@ -89,6 +89,7 @@ def test_a_server_beside_that_of_the_session_is_told_and_is_in_the_table(session
     assert session.until(lambda: session.node.count_services("add_two_ints") == 2)
     session.wait_for_service("add_two_ints", AddTwoInts)
     assert "a node of this session and by /adder" in "".join(session.watch.notices())
+    assert session.until(lambda: len(session.others("/add_two_ints")) == 2)
     (_, ending), own = session.others("/add_two_ints")
     assert f"`!kill {outsider.pid}`" in ending and own == ("adder.py of this notebook", "ros.stop('adder.py')")
 
@@ -98,8 +99,8 @@ def test_what_the_session_has_started_or_what_has_ended_is_no_outsider(session, 
     outsider.wait()
     session.start(Adder, "another")
     session.start(server)
-    others = sorted(who for who, _ in session.others("/add_two_ints"))
-    assert others == ["adder.py of this notebook", "another of this notebook"]
+    expected = ["adder.py of this notebook", "another of this notebook"]
+    assert session.until(lambda: sorted(who for who, _ in session.others("/add_two_ints")) == expected)
     assert not [row for row in session.rows() if not row.started_as]
 
 
