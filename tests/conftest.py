@@ -30,14 +30,20 @@ QUIET = (  # Chromium looks for nothing outside of this machine
 )
 
 
-@pytest.fixture(scope="session")
-def chromium():
-    """The system's browser; the tests are skipped without one."""
+def chromium_options() -> dict:
+    """How the system's browser is launched; the tests are skipped without one."""
     program = shutil.which("chromium") or shutil.which("google-chrome")
     if not program:
         pytest.skip("no Chromium is installed")
+    return {"executable_path": program, "args": list(QUIET)}
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    """The system's browser; what is opened in it begins with nothing."""
+    options = chromium_options()
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=program, args=list(QUIET))
+        browser = playwright.chromium.launch(**options)
         yield browser
         browser.close()
 

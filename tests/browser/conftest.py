@@ -20,6 +20,7 @@ from playwright.sync_api import Page, expect
 
 from course.foundation.waiting import wait_until
 from tests.browser.pages import cell, keep_picture, open_page, run_cell, run_from_palette, show_panel, write_greeter
+from tests.conftest import chromium_options
 from tests.ports import free_port
 
 ROOT = Path(__file__).parents[2]
@@ -143,10 +144,20 @@ def answers(address: str) -> bool:
     return True
 
 
+@pytest.fixture(scope="session")
+def profile(chromium, tmp_path_factory):
+    """A student's browser, which keeps what it has compiled of JupyterLab from one page to the next."""
+    folder, size = tmp_path_factory.mktemp("profile"), {"width": 1500, "height": 950}
+    profile = chromium.browser_type.launch_persistent_context(folder, viewport=size, **chromium_options())
+    yield profile
+    profile.close()
+
+
 @pytest.fixture
-def page(chromium, request):
+def page(profile, request):
     """An empty page, large enough for a notebook beside a terminal."""
-    page = chromium.new_page(viewport={"width": 1500, "height": 950})
+    profile.clear_cookies()
+    page = profile.new_page()
     page.set_default_timeout(WAIT)
     yield page
     keep_picture(page, request.node.name)
