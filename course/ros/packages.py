@@ -7,6 +7,16 @@ from pathlib import Path
 COURSE = "course"
 BOOK = "my_package"  # what the book's commands call the reader's package
 NODES = Path(__file__).parent.parent / "nodes"
+# The packages of demos that the beginner's tutorials run, as far as the course has their nodes: module and arguments.
+DEMOS = {
+    "add_two_ints_client": ("add_two_ints_client", "2", "3"),  # the numbers that the demo asks about
+    "add_two_ints_client_async": ("add_two_ints_client", "2", "3"),
+    "add_two_ints_server": ("add_two_ints_server",),
+    "listener": ("demos.listener",),
+    "parameter_blackboard": ("demos.parameter_blackboard",),
+    "talker": ("demos.talker",),
+}
+DEMO_PACKAGES = {"demo_nodes_cpp": {*DEMOS}, "demo_nodes_py": {*DEMOS} - {"parameter_blackboard"}}
 # The executables of a package by name, each with the commands that start it: several if several files have the name.
 Executables = dict[str, list[list[str]]]
 
@@ -82,8 +92,15 @@ def find_executables(name: str) -> Executables | None:
     elif installed is None:
         if folder := own_folders().get(name):
             return own_executables(name, folder)
+        if name in DEMO_PACKAGES:
+            return {demo: [_demo(*DEMOS[demo])] for demo in sorted(DEMO_PACKAGES[name])}
         return {**(find_executables(COURSE) or {}), **own_executables(name, Path.cwd())} if name == BOOK else None
     return found
+
+
+def _demo(name: str, *arguments: str) -> list[str]:
+    """Return the command that runs a demo's module; a folder called `course` is not the package (-P)."""
+    return [sys.executable, "-P", "-m", f"course.nodes.{name}", *arguments]
 
 
 def installed_packages() -> list[str]:
@@ -99,4 +116,4 @@ def all_packages() -> list[str]:
 
     installed = [name for name, prefix in get_packages_with_prefixes().items() if Path(prefix, "lib", name).is_dir()]
     own = [name for name, folder in own_folders().items() if own_executables(name, folder)]
-    return sorted({COURSE, *installed, *own})
+    return sorted({COURSE, *DEMO_PACKAGES, *installed, *own})

@@ -19,6 +19,7 @@ COMMANDS = {
     "daemon": "Various daemon related sub-commands",
     "doctor": "Check ROS setup and other potential issues",
     "interface": "Show information about ROS interfaces",
+    "lifecycle": "Various lifecycle related sub-commands",
     "node": "Various node related sub-commands",
     "param": "Various param related sub-commands",
     "pkg": "Various package related sub-commands",
@@ -30,9 +31,15 @@ COMMANDS = {
 ALIASES = {"wtf": "doctor"}
 # Commands of ros2cli, launch and rosbag2 that this one does not have.
 ELSEWHERE = (
-    "bag", "component", "control", "extension_points", "extensions", "launch", "lifecycle", "multicast", "plugin",
-    "security", "test", "trace",
+    "bag", "control", "extension_points", "extensions", "launch", "plugin", "security", "test", "trace",
 )  # fmt: skip
+# Commands of which there is nothing to have here, with what they are and what to use.
+INSTEAD = {
+    "component": "loads C++ nodes into a running process. The nodes here are programs in Python: start each with "
+    "`ros2 run PACKAGE EXECUTABLE`; in a notebook, ros.start(NodeClass) runs several in one process",
+    "multicast": "tests whether computers in a network reach each other. The nodes of this course are on this computer "
+    "alone, and find each other without multicast: `ros2 doctor` checks what they need",
+}
 
 
 def find_real() -> str | None:
@@ -115,6 +122,8 @@ def main() -> int | str | None:
             f"ros2 {selected} needs a full installation of ROS 2 (https://docs.ros.org/en/jazzy/Installation.html): "
             f"this ros2 has {', '.join(COMMANDS)}"
         )
+    if selected in INSTEAD:
+        return f"ros2 {selected} {INSTEAD[selected]}."
     guard_terminal()  # names, logs, parameters and messages come from any program
     args = parser.parse_args()
     if not args.use_python_default_buffering:

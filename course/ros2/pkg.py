@@ -53,7 +53,9 @@ def executables(args: Namespace) -> None:
             found = find_executables(name)
             if found is None:
                 raise RosError(f"Package '{name}' not found")
-            paths = [Path(command[-1]) for commands in found.values() for command in commands]
+            # A demo is a module of the course, not a file that its command names.
+            files = [(each, Path(command[-1])) for each, commands in found.items() for command in commands]
+            paths = [file if file.is_file() else Path(each) for each, file in files]
         for path in sorted(paths):
             print(path if args.full_path else f"{name} {path.name}")
 

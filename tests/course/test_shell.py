@@ -340,3 +340,17 @@ def test_an_empty_graph_says_where_another_terminal_has_nodes(environment, open_
     terminal.type("python3 talker.py\n")
     terminal.read_until(r"[\r\n]up\r\n")
     assert "95 (a terminal)" in shell(environment, tmp_path, "ros2", "node", "list").stderr
+
+
+def test_a_program_of_the_tutorials_that_is_not_here_says_what_stands_in_for_it(open_terminal, tmp_path):
+    terminal = open_terminal(tmp_path)
+    for command, word in (
+        ("rqt_graph", "panel Graph"),
+        ("rqt", "panel Inspector"),
+        ("rviz2", "panel Robot"),
+        ("rosdep install -i --from-path src", "Nothing is to be installed here"),
+        ("no-such-program", "command not found"),
+    ):
+        terminal.type(f"{command} || echo status $?\n")
+        terminal.read_until(rf"{word}[^\n]*\r\n")
+        terminal.read_until(r"status 127\r\n")

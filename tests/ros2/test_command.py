@@ -65,15 +65,25 @@ def test_usage_errors(alone):
     assert [done.returncode for done in (command, verb, missing, value)] == [2] * 4
 
 
-@pytest.mark.parametrize("command", ["bag", "launch", "lifecycle", "component", "security", "multicast", "extensions"])
+@pytest.mark.parametrize("command", ["bag", "launch", "security", "extensions"])
 def test_a_command_of_a_full_installation(command, monkeypatch):
     """One line says that it is elsewhere, and what there is here."""
     monkeypatch.setattr(sys, "argv", ["ros2", command, "play", "-x"])
     monkeypatch.setattr(main, "find_real", lambda: None)
     assert main.main() == (
         f"ros2 {command} needs a full installation of ROS 2 (https://docs.ros.org/en/jazzy/Installation.html): "
-        "this ros2 has action, daemon, doctor, interface, node, param, pkg, run, service, topic, wtf"
+        "this ros2 has action, daemon, doctor, interface, lifecycle, node, param, pkg, run, service, topic, wtf"
     )
+
+
+@pytest.mark.parametrize(
+    ("command", "word"), [("component", "`ros2 run PACKAGE EXECUTABLE`"), ("multicast", "`ros2 doctor`")]
+)
+def test_a_command_that_nothing_here_needs_says_what_to_use(command, word, alone):
+    """In a line, on stderr."""
+    done = alone(command, "list")
+    assert (done.returncode, done.stdout) == (1, "") and done.stderr.startswith(f"ros2 {command} ")
+    assert word in done.stderr and done.stderr.count("\n") == 1
 
 
 def test_there_is_no_daemon(alone):

@@ -10,6 +10,8 @@ import pytest
 
 from course.interfaces import install
 from course.ros import packages
+from course.session.domains import claim_domain
+from tests.ros2.conftest import SECONDS, Command
 
 NODE = """\
 import sys
@@ -169,3 +171,28 @@ def test_the_books_package_is_the_course_until_the_reader_has_one(alone, tmp_pat
     (tmp_path / "my_package" / "own.py").write_text("print('own')\n")
     assert alone.output("run", "my_package", "own", cwd=tmp_path) == "own\n"
     assert alone("run", "my_package", "parameter_node", cwd=tmp_path).returncode == 1
+
+
+def test_the_tutorials_demos_have_their_names_and_say_what_they_say_there(environment, tmp_path):
+    """Talker and listener, the client with its two numbers, and the keeper of any parameter."""
+    claim, domain = claim_domain()
+    ros2 = Command({**environment, "ROS_DOMAIN_ID": str(domain), "RCUTILS_LOGGING_USE_STDOUT": "1"})
+    talker = ros2.start("run", "demo_nodes_cpp", "talker", cwd=tmp_path)
+    server = ros2.start("run", "demo_nodes_py", "add_two_ints_server", cwd=tmp_path)
+    board = ros2.start("run", "demo_nodes_cpp", "parameter_blackboard", "--ros-args", "-p", "speed:=3", cwd=tmp_path)
+    listener = ros2.start("run", "demo_nodes_py", "listener", cwd=tmp_path)
+    try:
+        assert "I heard: [Hello World: " in listener.stdout.readline()
+        asked = ros2("run", "demo_nodes_py", "add_two_ints_client", cwd=tmp_path)
+        assert asked.returncode == 0 and "2 + 3 = 5" in asked.stdout, asked
+        assert ros2.output("param", "set", "/parameter_blackboard", "name", "Ada") == "Set parameter successful\n"
+        assert ros2.output("param", "get", "/parameter_blackboard", "speed") == "Integer value is: 3\n"
+        assert ros2.output("param", "get", "/parameter_blackboard", "name") == "String value is: Ada\n"
+        assert ros2.output("node", "list") == "/add_two_ints_server\n/listener\n/parameter_blackboard\n/talker\n"
+    finally:
+        for child in (talker, server, board, listener):
+            child.terminate()
+            child.communicate(timeout=SECONDS)
+        claim.close()
+    assert "demo_nodes_py talker\n" in ros2.output("pkg", "executables", "demo_nodes_py")
+    assert ros2("run", "demo_nodes_py", "parameter_blackboard").stderr == "No executable found\n"
