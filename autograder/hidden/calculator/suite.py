@@ -298,6 +298,8 @@ def test_survives_bad_requests(calculator: Calculator, rng: random.Random) -> No
         (-1e308, "subtract", 1e308),
         (1e308, "multiply", -10.0),
         (-1e308, "divide", 0.1),
+        (math.inf, "subtract", math.inf),
+        (math.nan, "multiply", 1.0),
     ]:
         calculator.ask(a, operation, b)
     after = calculator.ask(*question)
@@ -387,6 +389,9 @@ def test_client_sends(runs: ClientRuns) -> None:
         if last:
             raise Wrong(f"The client must call {SERVICE} once; it has sent {len(call.requests)} requests.")
         call.repeat()
+    refused = [request for request in runs.refused.requests if request.operation == "divide" and request.b == 0.0]
+    if len(refused) > 1:
+        raise Wrong(f"The client must call {SERVICE} once; when it was refused, it has sent {len(refused)} requests.")
     call = runs.unusual
     a, b, operation = call.sent[:3]
     if not call.reached:
@@ -467,8 +472,8 @@ def test_client_without_server(runs: ClientRuns) -> None:
     )
     if (took := runs.absent.finish("without a server").duration) < FOUND:
         raise Wrong(
-            f"Without a server, the client gave up {took:.1f} s after its start. ROS 2 needs a moment to find a server: "
-            f"the client must wait for it for {FOUND:.0f} s at least."
+            f"Without a server, the client gave up {took:.1f} s after its start. ROS 2 needs a moment to find a "
+            f"server: the client must wait for it for {FOUND:.0f} s at least."
         )
 
 

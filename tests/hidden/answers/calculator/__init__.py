@@ -163,6 +163,12 @@ WRONG = {
         ),
         {"survives_bad_requests"},
     ),
+    "looks at the whole part of each number": (
+        server(
+            (SUCCEEDS, "        self.whole = int(request.a) == request.a and int(request.b) == request.b\n" + SUCCEEDS)
+        ),
+        {"survives_bad_requests"},
+    ),
     "crash on division by zero": (
         server((REFUSE_ZERO, "")),
         {"division_by_zero", "survives_bad_requests", "refuses_and_goes_on"},
@@ -714,6 +720,18 @@ WRONG = {
         ),
         {"client_sends"},
     ),
+    "client asks again when it is refused": (
+        client(
+            (
+                "    if not response.success:\n",
+                (
+                    "    if not response.success:\n        rclpy.init()\n"
+                    "        response = CalculatorClient().call(a, b, operation)\n        rclpy.shutdown()\n"
+                ),
+            )
+        ),
+        {"client_sends"},
+    ),
     "client takes no more than three words": (
         client(("remove_ros_args(args)", "remove_ros_args(args)[:4]")),
         {"client_arguments"},
@@ -871,7 +889,7 @@ WRONG = {
     ),
     "client shows the future": (
         client(("        return future.result()", "        print(future)\n        return future"), (ASKS, SLEEPS)),
-        {"client_shows_result", "client_shows_message"},
+        {"client_shows_result", "client_shows_message", "client_without_answer"},
     ),
     "client always adds": (client(("operation=operation", "operation='add'")), {"client_sends"}),
     "client has its numbers in its source": (
