@@ -426,11 +426,17 @@ def release_command(
         Path | None,
         typer.Option(help="Put here what students get: the released notebooks and everything needed to run them."),
     ] = None,
+    due: Annotated[
+        str | None, typer.Option(help="The due date, for the gradebook and the hand-in, as '2026-11-20 23:59 UTC'.")
+    ] = None,
+    until: Annotated[str | None, typer.Option(help="After that, the hand-in says that it is too late.")] = None,
 ) -> None:
     """Make the student version of notebooks; refuse it if it would show a solution or a hidden test."""
+    from autograder.collecting.collect import parse_due
     from autograder.gradebook.release import hand_out, release
 
-    released = release(course, assignment or [], notebooks)
+    dates = (parse_due(time) if time else None for time in (due, until))
+    released = release(course, assignment or [], notebooks, *dates)
     for folder in released:
         print(f"{folder}: released, and searched for solutions, marking schemes and hidden tests")
     if students:

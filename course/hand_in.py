@@ -31,6 +31,9 @@ from course.foundation.untrusted import read_regular
 from course.notebook.file_differences import differences, written_by
 
 RECEIPT = "receipt.json"
+NOTED, DUE, UNTIL = "course", "due", "until"  # in a released notebook's metadata: times in ISO 8601
+SHOWN = "%Y-%m-%d %H:%M UTC"
+HOUR, DAY = 3600, 86_400  # s
 FORMAT = 1  # of the receipt
 EXCHANGE = "COURSE_EXCHANGE"  # set where a class works on one server: nbgrader's name for the course
 MOST = 50_000_000  # bytes of a file; whoever collects takes no more
@@ -46,6 +49,29 @@ class HandIn:
     files: dict[str, bytes]  # what is handed in, the notebook too, by name
     doubts: dict[str, str]  # what is wrong with a file, by name
 
+    @property
+    def dates(self) -> dict[str, datetime]:
+        """Return when it is due and when it ends, as the release has noted in the notebook: DUE, UNTIL, or nothing."""
+        try:
+            said = json.loads(self.files[f"{self.assignment}.ipynb"])["metadata"][NOTED]
+            found = {key: datetime.fromisoformat(said[key]) for key in (DUE, UNTIL) if said.get(key)}
+            return {key: time.astimezone(UTC) for key, time in found.items()}
+        except (KeyError, TypeError, ValueError, AttributeError, RecursionError, OverflowError):  # students may edit it
+            return {}
+
+    def lateness(self, now: datetime) -> str:
+        """Return whether a hand-in of now is in time, in a sentence; '' when there is no date."""
+        dates = self.dates
+        if UNTIL in dates and now > dates[UNTIL]:
+            return f"This is too late: it ended on {dates[UNTIL]:{SHOWN}}. Ask your instructor whether it counts."
+        if DUE not in dates:
+            return ""
+        if now <= dates[DUE]:
+            return f"This is in time: it is due on {dates[DUE]:{SHOWN}}. Your instructor's clock decides."
+        late = (now - dates[DUE]).total_seconds()
+        by = f"{late / DAY:.1f} days" if late >= DAY else f"{late / HOUR:.1f} h" if late >= HOUR else "less than 1 h"
+        return f"This is late by {by}: it was due on {dates[DUE]:{SHOWN}}."
+
 
 @dataclass(frozen=True)
 class HandedIn:
@@ -55,6 +81,7 @@ class HandedIn:
     files: list[str]
     checks: dict[str, str]  # how each public check has ended, by name; empty when they were not run
     unchecked: str = ""  # why they could not be run
+    lateness: str = ""  # whether it is in time, in a sentence
 
     @property
     def summary(self) -> str:
@@ -109,6 +136,8 @@ def hand_in(folder: Path, name: str, *, yes: bool, check: bool) -> int:
     console.print(f"[bold]{done.archive.name}[/bold]: {', '.join(done.files)}")
     if done.checks:
         console.print(done.summary)
+    if done.lateness:
+        console.print(done.lateness)
     console.print(kept())
     return 0
 
@@ -137,7 +166,9 @@ def deliver(
         except OSError as error:  # a full disk
             unchecked = f"The public checks could not be run: {error.strerror}"
             warn(unchecked)
-    return HandedIn(write(found, folder, name, checks), list(found.files), checks, unchecked)
+    now = datetime.now(UTC)
+    written = write(found, folder, name, checks, now)
+    return HandedIn(written, list(found.files), checks, unchecked, found.lateness(now))
 
 
 def read(folder: Path) -> HandIn:

@@ -11,9 +11,10 @@ from typing import Annotated, NoReturn, cast
 
 import typer
 
-from autograder.classroom import accounts, attempts, certificate, course_files, hub, members, spawner
+from autograder.classroom import accounts, assignments, attempts, certificate, course_files, hub, members, spawner
 from autograder.classroom.plan import GIB, LOCAL, Classroom, Limits
 from autograder.errors import AutograderError, UsageError
+from autograder.gradebook.release import names as exercises
 
 DEFAULT = Path("/srv/ros2-classroom")
 PASSWORDS = ("pam", "dummy")
@@ -129,9 +130,7 @@ def _up(classroom: Classroom) -> None:
     if new:
         print(f"Made {len(new)} Unix users: {_listed([classroom.user(member) for member in new])}.")
     course_files.make_shared(classroom)
-    released = course_files.release(classroom)
-    if released:
-        print(f"Released {', '.join(released)}.")
+    course_files.release(classroom, [])
     course_files.enrol(classroom)
     for line in course_files.hand_out_notebooks(classroom):
         print(line)
@@ -151,6 +150,9 @@ def _up(classroom: Classroom) -> None:
     _warn_of_certificate(classroom)
     print(f"The class is at {classroom.url}")
     print(_addresses(classroom))
+    drafts = [row.name for row in assignments.table(classroom, datetime.now(UTC)) if row.state == assignments.DRAFT]
+    if drafts:
+        print(f"Drafts, which no student sees: {', '.join(drafts)}. `environment/classroom release NAME` releases one.")
 
 
 @app.command()
@@ -163,6 +165,9 @@ def status(folder: Folder = DEFAULT) -> None:
     print(f"The hub {f'is at {classroom.url}' if up_ else 'does not run; `environment/classroom up` starts it'}.")
     print(_addresses(classroom))
     _warn_of_certificate(classroom)
+    print("Exercises:")
+    for row in assignments.table(classroom, datetime.now(UTC)):
+        print(assignments.shown(row))
     counts = f"Students: {len(classroom.students)}; instructors: {len(classroom.instructors)}"
     print(f"{counts}; running servers: {len(alive)}.")
     for name in alive:
@@ -175,6 +180,50 @@ def status(folder: Folder = DEFAULT) -> None:
     free, total = shutil.disk_usage(classroom.homes).free, sum(size or 0 for size in used.values())
     print(f"Homes take {total / MIB:,.0f} MiB, and {free / GIB:,.0f} GiB are free. Most: {most}.")
     raise typer.Exit(0 if up_ else 1)
+
+
+@app.command()
+def release(
+    names: Annotated[list[str] | None, typer.Argument(metavar="NAME...", help="The exercises.")] = None,
+    everything: Annotated[bool, typer.Option("--all", help="All exercises.")] = False,
+    at: Annotated[
+        str | None, typer.Option(help="Release it then, as '2026-11-02 08:00 UTC'; default: at once.")
+    ] = None,
+    due: Annotated[str | None, typer.Option(help="Until then a hand-in is on time.")] = None,
+    until: Annotated[str | None, typer.Option(help="After that the table calls the exercise over.")] = None,
+    folder: Folder = DEFAULT,
+) -> None:
+    """Release exercises to the students, now or at a date; or change the dates of those that are released."""
+    from autograder.collecting.collect import parse_due
+
+    _root()
+    classroom = Classroom.load(folder.resolve())
+    known = exercises()
+    wanted = known if everything else names or []
+    if not wanted:
+        raise UsageError(f"name an exercise, or give --all; there are: {', '.join(known)}")
+    if unknown := sorted(set(wanted) - set(known)):
+        raise UsageError(f"there is no exercise {unknown[0]}; there are: {', '.join(known)}")
+    if accounts.missing(classroom):
+        raise UsageError("the class is down: `up` first")
+    times = [parse_due(time) if time else None for time in (at, due, until)]
+    with hub.alone(classroom):
+        now, there = datetime.now(UTC), course_files.released(classroom)
+        if at and (open_now := sorted(there & {*wanted})):
+            raise UsageError(f"{open_now[0]} is released already: --at comes too late")
+        new = [name for name in wanted if name not in there]
+        dates = assignments.change(classroom, wanted, dict.fromkeys(new, times[0] or now), *times[1:])
+        for name in course_files.release(classroom, [name for name in new if (times[0] or now) <= now]):
+            print(f"Released {name}.")
+        there = course_files.released(classroom)
+        course_files.set_due(classroom, {name: dates[name].due for name in wanted if name in there})
+        for line in course_files.hand_out_notebooks(classroom):
+            print(line)
+    for row in assignments.table(classroom, now):
+        if row.name in wanted:
+            print(assignments.shown(row))
+    if any(row.state == assignments.DATED for row in assignments.table(classroom, now)) and not hub.running(classroom):
+        print("The hub does not run: what has a date is released once it does.")
 
 
 @app.command()
@@ -334,7 +383,7 @@ def _tell_plan(classroom: Classroom, new: list[members.Member]) -> None:
     print(f"Would make {len(new)} Unix users{f': {users}' if new else ''}.")
     print(f"Would keep the class in {classroom.folder}: homes, exchange, grading, state.")
     print(f"Would install the hub's proxy with npm: {'no, it is there' if hub.proxy().exists() else 'yes'}.")
-    print("Would release the notebooks that are not in the exchange, and copy them into each new home.")
+    print("Would copy the released notebooks into each new home; it releases none: `environment/classroom release`.")
     print(
         f"Would give each student {limits.memory / GIB:g} GiB, {limits.tasks} processes and threads, "
         f"{limits.cores:g} processors, and end idle kernels after {limits.kernel_idle / 60:g} min."

@@ -10,13 +10,14 @@ import math
 import os
 import subprocess
 import sys
+from collections.abc import Iterable, Mapping
 from pathlib import PurePosixPath
 
 from autograder.classroom import accounts, box, homes
 from autograder.classroom.members import Member
 from autograder.classroom.plan import COURSE_ID, Classroom
 from autograder.errors import ClassroomError
-from autograder.gradebook.release import START_PAGE, names, pages, start_page
+from autograder.gradebook.release import START_PAGE, pages, start_page
 from autograder.sandbox.memory_files import MemoryFiles
 from course.foundation import storage
 from course.notebook.stubs import RELEASED
@@ -72,13 +73,27 @@ def make_shared(classroom: Classroom) -> None:
         homes.make_folder(classroom.home(member), *accounts.ids(classroom, member), box.GRADING)
 
 
-def release(classroom: Classroom) -> list[str]:
-    """Release the notebooks that are not yet in the exchange; their names."""
-    there = {PurePosixPath(path).parts[0] for path in _outbound(classroom)}
-    new = [name for name in names() if name not in there]
-    if new:
+def released(classroom: Classroom) -> set[str]:
+    """Return the exercises that are in the exchange."""
+    return {PurePosixPath(path).parts[0] for path in _outbound(classroom)}
+
+
+def release(classroom: Classroom, wanted: Iterable[str]) -> list[str]:
+    """Release those notebooks that are not yet in the exchange; their names.
+
+    Without any, nbgrader's course folder is set up.
+    """
+    there = released(classroom)
+    new = [name for name in wanted if name not in there]
+    if new or not (classroom.grading / "nbgrader_config.py").exists():
         run(classroom, classroom.instructors[0], ["python", "-m", "autograder.classroom.releasing", box.GRADING, *new])
     return new
+
+
+def set_due(classroom: Classroom, due: Mapping[str, str]) -> None:
+    """Enter due dates (ISO 8601, or "" for none) of released exercises in nbgrader's gradebook."""
+    text = json.dumps({name: time for name, time in due.items() if time})
+    run(classroom, classroom.instructors[0], ["python", "-m", "autograder.classroom.dating", box.GRADING], text)
 
 
 def enrol(classroom: Classroom) -> None:

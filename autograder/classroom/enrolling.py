@@ -16,6 +16,7 @@ def main(course: Path, students: dict[str, dict[str, str]]) -> None:
         for student, names in students.items():
             shown = names if any(names.values()) else {"first_name": "", "last_name": student}
             book.update_or_create_student(student, **shown)
+    (course / "gradebook.db").chmod(0o660)  # nbgrader makes it for one instructor alone
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 import json
 import os
+import sys
 from pathlib import Path
 
 from traitlets.config import Config
@@ -37,6 +38,13 @@ def configure(c: Config, classroom: Classroom) -> None:
     c.Spawner.disable_user_config = True
     c.Spawner.start_timeout, c.Spawner.http_timeout = START, ANSWER
     c.Spawner.poll_interval = LOOK
+
+    c.JupyterHub.services = [
+        {
+            "name": "calendar",  # releases exercises at their dates
+            "command": [sys.executable, "-m", "autograder.classroom.calendar", str(classroom.folder)],
+        }
+    ]
 
     names = {member.name for member in classroom.members}
     c.Authenticator.allowed_users = names

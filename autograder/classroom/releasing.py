@@ -1,4 +1,7 @@
-"""Run in an instructor's box: releases notebooks into nbgrader's course folder, and from there into the exchange."""
+"""Run in an instructor's box: releases notebooks into nbgrader's course folder, and from there into the exchange.
+
+Without names it only sets up the course folder.
+"""
 
 import sys
 from pathlib import Path
@@ -6,11 +9,14 @@ from pathlib import Path
 from nbgrader.apps import NbGrader, NbGraderAPI
 
 from autograder.errors import UsageError
-from autograder.gradebook.release import release
+from autograder.gradebook.release import release, set_up
 
 
 def main(course: Path, names: list[str]) -> None:
     """Release these notebooks; ends with one line and exit status 1 when one cannot be released."""
+    if not names:
+        set_up(course)
+        return
     try:
         release(course, names)
     except UsageError as error:

@@ -4,10 +4,12 @@ nbgrader takes the solutions out; `leaks` then searches every released file for 
 """
 
 import hashlib
+import json
 import logging
 import re
 import shutil
 from collections.abc import Iterable
+from datetime import UTC, datetime
 from pathlib import Path
 
 from nbgrader.apps import NbGraderAPI
@@ -21,6 +23,7 @@ from autograder.paths import repository
 from autograder.submissions import exercises
 from course.environment import prepare
 from course.foundation import storage
+from course.hand_in import DUE, NOTED, UNTIL
 from course.notebook.stubs import RELEASED
 
 log = logging.getLogger(__name__)
@@ -36,10 +39,17 @@ def names(notebooks: Path | None = None) -> list[str]:
     return sorted(path.stem for path in notebooks.glob("*/*.ipynb") if path.stem == path.parent.name)
 
 
-def release(course: Path, chosen: Iterable[str] = (), notebooks: Path | None = None) -> list[Path]:
+def release(
+    course: Path,
+    chosen: Iterable[str] = (),
+    notebooks: Path | None = None,
+    due: datetime | None = None,
+    until: datetime | None = None,
+) -> list[Path]:
     """Make the student version of the `chosen` notebooks, or of all, in `course`/release; return its folders.
 
-    Only notebooks are copied, not the files that running them leaves beside them.  Raises UsageError when a notebook
+    Only notebooks are copied, not the files that running them leaves beside them.  `due` goes into the gradebook, and
+    with `until` into the notebook, so that handing in can say what is late.  Raises UsageError when a notebook
     cannot be released, and Leak when the student version would show an answer, after removing it.
     """
     notebooks = notebooks or repository() / "notebooks"
@@ -48,12 +58,33 @@ def release(course: Path, chosen: Iterable[str] = (), notebooks: Path | None = N
         raise UsageError(f"there are no notebooks in {notebooks}")
     if unknown := set(chosen) - set(known):
         raise UsageError(f"there is no notebook '{unknown.pop()}'; there are: {', '.join(known)}")
+    set_up(course)
+    nbgrader = api(course)
+    if due and until and until < due:
+        raise UsageError("the end is before the due date")
+    folders = [_release(nbgrader, course, name, notebooks / name / f"{name}.ipynb") for name in chosen or known]
+    for folder in folders:
+        _note_dates(folder / f"{folder.name}.ipynb", {DUE: due, UNTIL: until})
+        if due:
+            with nbgrader.gradebook as book:
+                book.update_or_create_assignment(folder.name, duedate=due.astimezone(UTC).replace(tzinfo=None))
+    return folders
+
+
+def _note_dates(notebook: Path, dates: dict[str, datetime | None]) -> None:
+    """Write dates into a released notebook's metadata."""
+    if noted := {key: time.astimezone(UTC).isoformat() for key, time in dates.items() if time}:
+        content = json.loads(notebook.read_text(encoding="utf-8"))
+        content["metadata"][NOTED] = noted
+        storage.replace(notebook, (json.dumps(content, indent=1, ensure_ascii=False) + "\n").encode())
+
+
+def set_up(course: Path) -> None:
+    """Make nbgrader's course folder, unless it is there."""
     config = course / "nbgrader_config.py"
     course.mkdir(storage.PRIVATE_FOLDER, parents=True, exist_ok=True)
     if not config.exists():
         config.write_text(COURSE_FILE, encoding="utf-8")
-    nbgrader = api(course)
-    return [_release(nbgrader, course, name, notebooks / name / f"{name}.ipynb") for name in chosen or known]
 
 
 def hand_out(folder: Path, released: Iterable[Path]) -> None:

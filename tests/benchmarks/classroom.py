@@ -130,6 +130,7 @@ def main() -> None:
         arguments = ["--roster", roster, "--passwords", "dummy", "--port", "18000"]
         more = ["--prefix", f"b{secrets.token_hex(2)}-"]
         subprocess.run([*command, "up", *common, *arguments, *more], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([*command, "release", "--all", *common], check=True, stdout=subprocess.DEVNULL)
         print(
             f"up with {len(names)} students: {time.monotonic() - begin:.1f} s; {psutil.cpu_count()} processors,", end=""
         )

@@ -8,16 +8,20 @@ import os
 import secrets
 import shutil
 import subprocess
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
 
-from autograder.classroom import hub
+from autograder.classroom import accounts, course_files, hub
+from autograder.classroom.members import Member
 from autograder.classroom.plan import Classroom
+from autograder.gradebook.release import names
 from tests.classroom.visitor import Visitor
 from tests.ports import free_port
 
 COMMAND = Path(__file__).parents[2] / "environment" / "classroom"
+DATED = "ai_integration"  # the exercise that the hub releases at its date
 ROSTER = "student,role\nada,\nbob,student\nteacher,instructor\n"
 
 
@@ -32,6 +36,23 @@ def able():
     missing = hub.missing_tools()
     if missing:
         pytest.skip(missing[0])
+
+
+@pytest.fixture
+def quiet(able, tmp_path):
+    """A class that is written down, without Unix users and without a hub."""
+    members = (Member("ada"), Member("bob"), Member("teacher", True))
+    for around in tmp_path.parents:  # pytest's are closed to the users of the class, whose homes are in them
+        if around.stat().st_mode & 0o005 != 0o005 and around.is_relative_to("/tmp"):
+            around.chmod(around.stat().st_mode | 0o011)
+    tmp_path.chmod(0o711)
+    made = Classroom(tmp_path / "class", members, port=free_port(), prefix=f"p{secrets.token_hex(2)}-")
+    course_files.make_folders(made)
+    made.save()
+    try:
+        yield made
+    finally:
+        accounts.remove(made)
 
 
 @pytest.fixture(scope="session")
@@ -49,6 +70,12 @@ def up(able, tmp_path_factory):
     try:
         assert done.returncode == 0, done.stdout + done.stderr
         assert "FOR TRYING ONLY" in done.stdout
+        assert "Drafts, which no student sees: " in done.stdout and "Released" not in done.stdout
+        soon = f"{datetime.now(UTC) + timedelta(seconds=2):%Y-%m-%d %H:%M:%S UTC}"
+        now = [name for name in names() if name != DATED]
+        for chosen in ([DATED, "--at", soon], now):
+            done = run_classroom("release", *chosen, "--folder", str(folder / "class"))
+            assert done.returncode == 0, done.stdout + done.stderr
         yield arguments
     finally:
         if (folder / "class").exists():

@@ -12,7 +12,8 @@ from nbgrader.api import Gradebook
 
 from autograder.classroom import accounts, hub, spawner
 from autograder.paths import repository
-from tests.classroom.conftest import run_classroom
+from course.foundation.waiting import wait_until
+from tests.classroom.conftest import DATED, run_classroom
 from tests.classroom.visitor import Visitor
 
 SOLUTION = repository() / "solutions" / "calculator"
@@ -105,6 +106,15 @@ def test_instructors_have_formgrader_and_students_have_not(ada, teacher):
     assert ada.call("GET", "formgrader/api/assignments").status_code == 404
     assignments = teacher.call("GET", "formgrader/api/assignments").json()
     assert "calculator" in {each["name"] for each in assignments}
+
+
+def test_an_exercise_is_released_at_its_date(classroom):
+    """The command has only written its date down: the hub releases it."""
+    notebook = classroom.home(classroom.find("ada")) / "notebooks" / DATED / f"{DATED}.ipynb"
+    assert wait_until(notebook.exists, 300, alert=False)
+    status = run_classroom("status", "--folder", str(classroom.folder)).stdout
+    assert [line.split()[1] for line in status.splitlines() if line.split()[:1] == [DATED]] == ["released"]
+    assert "Released ai_integration, at its date." in (classroom.state / hub.LOG).read_text()
 
 
 def test_when_the_hub_is_killed_work_goes_on_and_up_finds_it_again(up, classroom, bob, come_in, kernel):

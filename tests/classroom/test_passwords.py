@@ -2,33 +2,13 @@
 
 import json
 import os
-import secrets
 import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
-from autograder.classroom import accounts, course_files, hub
-from autograder.classroom.members import Member
-from autograder.classroom.plan import Classroom, Limits
+from autograder.classroom import accounts, hub
+from autograder.classroom.plan import Classroom
 from tests.classroom.conftest import run_classroom
-from tests.ports import free_port
-
-
-@pytest.fixture
-def classroom(able, tmp_path):
-    """A class that is written down, with Unix users and no hub."""
-    members = (Member("ada"), Member("bob"), Member("teacher", True))
-    made = Classroom(
-        tmp_path / "class", members, "127.0.0.1", free_port(), "", "", "pam", f"p{secrets.token_hex(2)}-", Limits()
-    )
-    course_files.make_folders(made)
-    made.save()
-    try:
-        yield made
-    finally:
-        accounts.remove(made)
 
 
 def hashes(classroom: Classroom) -> dict[str, str]:
@@ -46,7 +26,8 @@ def start(classroom: Classroom) -> list[str]:
     return [member.name for member in without]
 
 
-def test_passwords_survive_down(classroom):
+def test_passwords_survive_down(quiet):
+    classroom = quiet
     assert start(classroom) == ["ada", "bob", "teacher"]
     subprocess.run(["chpasswd"], input=f"{classroom.prefix}bob:chosen by bob\n", text=True, check=True)
     before, written = hashes(classroom), (classroom.state / accounts.PASSWORDS).read_text()
@@ -58,7 +39,8 @@ def test_passwords_survive_down(classroom):
     assert (classroom.state / accounts.PASSWORDS).read_text() == written
 
 
-def test_whoever_never_had_one_gets_one_after_down(classroom):
+def test_whoever_never_had_one_gets_one_after_down(quiet):
+    classroom = quiet
     start(classroom)
     accounts.remove(classroom)
     kept = json.loads((classroom.state / accounts.KEPT).read_text())
@@ -67,7 +49,8 @@ def test_whoever_never_had_one_gets_one_after_down(classroom):
     assert start(classroom) == ["bob"]
 
 
-def test_one_password_is_set_anew_on_purpose(classroom):
+def test_one_password_is_set_anew_on_purpose(quiet):
+    classroom = quiet
     start(classroom)
     before = hashes(classroom)
     done = run_classroom("password", "ada", "--folder", str(classroom.folder))
@@ -81,8 +64,9 @@ def test_one_password_is_set_anew_on_purpose(classroom):
     assert wrong.returncode == 2 and "eve is not in the class" in wrong.stderr
 
 
-def test_a_proxy_that_a_killed_hub_left_behind_is_taken_up(classroom, tmp_path):
+def test_a_proxy_that_a_killed_hub_left_behind_is_taken_up(quiet, tmp_path):
     """`up` took the port for somebody else's, whom the hub's own proxy was."""
+    classroom = quiet
     (tmp_path / "roster.csv").write_text("student,role\nada,\nbob,\nteacher,instructor\n")
     listen = "import socket, sys\ns = socket.create_server(('127.0.0.1', int(sys.argv[1])))\nprint(flush=True)\n"
     command = [sys.executable, "-c", listen + "input()", str(classroom.port)]

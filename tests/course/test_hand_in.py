@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import zipfile
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import nbformat
@@ -203,3 +203,29 @@ def test_validate_runs_what_the_exercises_need(folder):
     assert "Success" in ran.stdout, ran.stdout + ran.stderr
     assert (folder / "checked.txt").exists()
     assert not (folder / "shown.txt").exists()
+
+
+def test_what_is_late_is_said_by_the_dates_that_the_release_has_noted(folder):
+    book = json.loads((folder / "greeter.ipynb").read_text())
+    book["metadata"]["course"] = {"due": "2026-11-02T09:30:05+00:00", "until": "2026-11-04T10:30:05+01:00"}
+    (folder / "greeter.ipynb").write_text(json.dumps(book))
+    found = hand_in.read(folder)
+    assert found.lateness(NOW) == "This is in time: it is due on 2026-11-02 09:30 UTC. Your instructor's clock decides."
+    assert (
+        found.lateness(NOW + timedelta(minutes=5))
+        == "This is late by less than 1 h: it was due on 2026-11-02 09:30 UTC."
+    )
+    assert found.lateness(NOW + timedelta(hours=30)) == "This is late by 1.2 days: it was due on 2026-11-02 09:30 UTC."
+    assert found.lateness(NOW + timedelta(days=2, seconds=1)).startswith(
+        "This is too late: it ended on 2026-11-04 09:30"
+    )
+    done = run(folder, "--no-check")
+    assert done.returncode == 0 and re.search(r"^This is (in time|late by|too late)", done.stdout, re.MULTILINE)
+
+
+@pytest.mark.parametrize("noted", [None, 7, {}, {"due": 7}, {"due": "tomorrow"}, {"due": None, "until": ""}, [1]])
+def test_dates_that_somebody_has_edited_say_nothing(folder, noted):
+    book = json.loads((folder / "greeter.ipynb").read_text())
+    book["metadata"]["course"] = noted
+    (folder / "greeter.ipynb").write_text(json.dumps(book))
+    assert hand_in.read(folder).lateness(NOW) == ""

@@ -19,6 +19,7 @@ from autograder.records import GRADED, PASSED, Report, Result
 from autograder.results.output import Basis, Output
 from autograder.submissions import exercises, listing
 from autograder.submissions.roster import REMEMBERED, of_class
+from course import hand_in
 from course.returned import record
 from tests.gradebook.test_nbgrader import formgrader_page
 
@@ -215,3 +216,19 @@ def test_a_gradebook_on_a_full_disk_is_one_line_and_goes_on(course, tmp_path, si
             assert len(book.students) == 10
     finally:
         subprocess.run(["umount", "-l", small], check=True)
+
+
+def test_a_release_notes_the_due_date_for_the_gradebook_and_for_handing_in(tmp_path):
+    due, until = "2026-11-20 23:59 UTC", "2026-11-27 23:59 UTC"
+    arguments = ["release", "parameters", "--course", tmp_path / "course", "--due", due, "--until"]
+    run(*arguments, until)
+    notebook = tmp_path / "course" / "release" / "parameters" / "parameters.ipynb"
+    noted = json.loads(notebook.read_text())["metadata"]["course"]
+    assert noted == {"due": "2026-11-20T23:59:00+00:00", "until": "2026-11-27T23:59:00+00:00"}
+    with Gradebook(f"sqlite:///{tmp_path / 'course' / 'gradebook.db'}") as book:
+        assert f"{book.find_assignment('parameters').duedate}" == "2026-11-20 23:59:00"
+    (tmp_path / "pid_node.py").write_text("print()\n")
+    shutil.copy(notebook, tmp_path)
+    assert hand_in.read(tmp_path).dates.keys() == {"due", "until"}
+    ran = CliRunner().invoke(app, [str(argument) for argument in [*arguments, "2026-11-01 23:59 UTC"]])
+    assert "the end is before the due date" in str(ran.exception)

@@ -1,0 +1,128 @@
+"""The exercises of a class over a term: a draft until it is released, and then due, and perhaps over.
+
+`up` releases nothing.  The dates are in `state/assignments.json`; what is released is what lies in nbgrader's exchange,
+and what an instructor released there by hand counts, too.
+"""
+
+import json
+import os
+import stat
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, replace
+from datetime import datetime
+
+from autograder.classroom import accounts, course_files
+from autograder.classroom.plan import COURSE_ID, Classroom
+from autograder.errors import UsageError
+from autograder.gradebook.release import names as exercises
+from course.foundation import storage
+
+DATES = "assignments.json"
+DRAFT, DATED, OPEN, DUE, OVER = "draft", "dated", "released", "past the due date", "over"
+SHOWN = "%Y-%m-%d %H:%M UTC"
+
+
+@dataclass(frozen=True)
+class Dates:
+    """When an exercise is released, due, and over: times in ISO 8601 (UTC), or "" where there is none."""
+
+    release: str = ""
+    due: str = ""
+    until: str = ""
+
+
+@dataclass(frozen=True)
+class Row:
+    """The state of an exercise."""
+
+    name: str
+    state: str  # DRAFT, DATED, OPEN, DUE or OVER
+    dates: Dates
+    handed_in: int  # students
+
+
+def read(classroom: Classroom) -> dict[str, Dates]:
+    """Return the dates that are set, by exercise."""
+    path = classroom.state / DATES
+    return {name: Dates(**dates) for name, dates in json.loads(path.read_text()).items()} if path.exists() else {}
+
+
+def change(
+    classroom: Classroom,
+    names: Iterable[str],
+    release: Mapping[str, datetime] | None = None,
+    due: datetime | None = None,
+    until: datetime | None = None,
+) -> dict[str, Dates]:
+    """Set those dates that are given, and return those of the named.
+
+    `release` has its date of each exercise that is not released yet.  Raises UsageError, and changes nothing, when the
+    dates of one are in no order.
+    """
+    known = read(classroom)
+    changed = {}
+    for name in names:
+        new = {"release": (release or {}).get(name), "due": due, "until": until}
+        dates = replace(known.get(name, Dates()), **{key: time.isoformat() for key, time in new.items() if time})
+        given = [time for time in (dates.release, dates.due, dates.until) if time]
+        if given != sorted(given, key=datetime.fromisoformat):
+            raise UsageError(f"{name}: the release comes first, then the due date, then the end")
+        changed[name] = dates
+    text = json.dumps({name: asdict(dates) for name, dates in (known | changed).items()}, indent=1)
+    storage.replace(classroom.state / DATES, text.encode(), storage.PRIVATE)
+    return changed
+
+
+def to_release(classroom: Classroom, now: datetime) -> list[str]:
+    """The exercises whose time has come and that are not released yet."""
+    there = course_files.released(classroom)
+    return [
+        name
+        for name, dates in read(classroom).items()
+        if dates.release and datetime.fromisoformat(dates.release) <= now and name not in there
+    ]
+
+
+def table(classroom: Classroom, now: datetime) -> list[Row]:
+    """The state of each exercise."""
+    there, dates, counts = course_files.released(classroom), read(classroom), _handed_in(classroom)
+    rows = []
+    for name in sorted({*exercises(), *there}):
+        own = dates.get(name, Dates())
+        rows.append(Row(name, _state(own, name in there, now), own, len(counts.get(name, ()))))
+    return rows
+
+
+def shown(row: Row) -> str:
+    """A row as a line of text."""
+    dates = {"released on": row.dates.release, "due": row.dates.due, "until": row.dates.until}
+    if row.state != DATED:
+        del dates["released on"]
+    said = [f"{what} {datetime.fromisoformat(time):{SHOWN}}" for what, time in dates.items() if time]
+    said += [f"{row.handed_in} handed in"] * (row.state not in (DRAFT, DATED))
+    return f"  {row.name:<20} {row.state:<18} {', '.join(said)}".rstrip()
+
+
+def _state(dates: Dates, there: bool, now: datetime) -> str:
+    if not there:
+        return DATED if dates.release else DRAFT
+    for time, state in ((dates.until, OVER), (dates.due, DUE)):
+        if time and datetime.fromisoformat(time) < now:
+            return state
+    return OPEN
+
+
+def _handed_in(classroom: Classroom) -> dict[str, set[int]]:
+    """The Unix users who have handed in each exercise: those who own what lies there, whatever its name says."""
+    found: dict[str, set[int]] = {}
+    users = {accounts.ids(classroom, member)[0] for member in classroom.students}
+    try:
+        entries = list(os.scandir(classroom.exchange / COURSE_ID / "inbound"))
+    except OSError:
+        return found
+    for entry in entries:
+        _, _, rest = entry.name.partition("+")
+        status = entry.stat(follow_symlinks=False)
+        if stat.S_ISDIR(status.st_mode) and status.st_uid in users:
+            found.setdefault(rest.partition("+")[0], set()).add(status.st_uid)
+    return found

@@ -1,0 +1,46 @@
+"""Releases exercises at their dates; a service of the hub, which starts and ends it."""
+
+import os
+import sys
+import threading
+from datetime import UTC, datetime
+from pathlib import Path
+
+from autograder.classroom import assignments, course_files, hub
+from autograder.classroom.plan import Classroom
+from autograder.errors import AutograderError
+
+LOOK = 10.0  # s between two looks at the dates
+
+
+def release_what_is_due(folder: Path) -> list[str]:
+    """Release the exercises whose time has come; return their names.  Raises AutograderError and OSError."""
+    classroom = Classroom.load(folder)
+    if not assignments.to_release(classroom, datetime.now(UTC)):
+        return []
+    with hub.alone(classroom):
+        names = assignments.to_release(classroom, datetime.now(UTC))
+        course_files.release(classroom, names)
+        course_files.set_due(classroom, {name: assignments.read(classroom)[name].due for name in names})
+        for line in course_files.hand_out_notebooks(classroom):
+            print(line, flush=True)
+    return names
+
+
+def main(folder: Path) -> None:
+    """Look at the dates for as long as the hub runs."""
+    parent, said = os.getppid(), ""
+    while os.getppid() == parent:  # a hub that was killed has left this behind
+        try:
+            for name in release_what_is_due(folder):
+                print(f"Released {name}, at its date.", flush=True)
+            said = ""
+        except (AutograderError, OSError) as error:
+            if str(error) != said:
+                said = str(error)
+                print(f"An exercise could not be released at its date: {said}", file=sys.stderr, flush=True)
+        threading.Event().wait(LOOK)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
