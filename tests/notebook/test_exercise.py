@@ -134,3 +134,32 @@ def test_a_session_says_when_it_starts_a_file_that_its_cell_did_not_write(kernel
         "drifted.py is not what its cell in the saved notebook says"
     )
     (kernel.folder / "drifted.ipynb").unlink()
+
+
+def test_a_message_and_an_action_of_ones_own_are_used_by_a_program_and_by_ros2(kernel):
+    """As in the tutorials on interfaces: the action has a field of the package's own message."""
+    package = "--package tutorial_interfaces"
+    said = kernel.run(f"%%exercise Sphere.msg {package}\ngeometry_msgs/Point center\nfloat64 radius\n")
+    assert said == "Sphere.msg: written, built as tutorial_interfaces/msg/Sphere"
+    said = kernel.run(f"%%exercise Blow.action {package}\nfloat64 radius\n---\nSphere last\n---\nfloat64 now\n")
+    assert said == "Blow.action: written, built as tutorial_interfaces/action/Blow"
+    said = kernel.run("""%%exercise blower.py
+import rclpy
+from rclpy.action import ActionServer
+from tutorial_interfaces.action import Blow
+from tutorial_interfaces.msg import Sphere
+rclpy.init()
+node = rclpy.create_node('blower')
+def blow(handle):
+    handle.publish_feedback(Blow.Feedback(now=1.0))
+    handle.succeed()
+    return Blow.Result(last=Sphere(radius=handle.request.radius))
+ActionServer(node, Blow, 'blow', blow)
+try:
+    rclpy.spin(node)
+except BaseException:
+    pass
+""")
+    assert said == "blower.py: written, running as /blower"
+    sent = kernel.run("!ros2 action send_goal /blow tutorial_interfaces/action/Blow '{radius: 2.5}' --feedback")
+    assert "now: 1.0" in sent and "radius: 2.5" in sent and sent.endswith("Goal finished with status: SUCCEEDED")
