@@ -24,7 +24,7 @@ SHOWN = "%Y-%m-%d %H:%M UTC"
 
 @dataclass(frozen=True)
 class Dates:
-    """When an exercise is released, due, and over: times in ISO 8601 (UTC), or "" where there is none."""
+    """The times at which an exercise is released, due, and over, in ISO 8601 (UTC); "" where there is none."""
 
     release: str = ""
     due: str = ""
