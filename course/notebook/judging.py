@@ -6,6 +6,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
+from rclpy.action import ActionClient
 from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
 
@@ -15,8 +16,9 @@ from course.interfaces.definition import SECTIONS
 from course.interfaces.kept import packages
 from course.notebook.file_differences import refusal_of
 from course.session.failure_report import of_program
+from course.session.hints import type_name
 from course.session.live import live
-from course.session.matching import unmatched
+from course.session.matching import unmatched, unserved
 from course.session.watch import Handle
 
 # Python itself tells where a program hangs, and ends it (`faulthandler`), whatever the program waits for.
@@ -41,13 +43,22 @@ def judge(
     return session.start(file, *arguments, parameters=parameters)
 
 
-def meet(*ends: Publisher | Subscription, timeout: float = 5.0) -> None:
-    """Wait until another node has the other end of these topics; raises LiveError that says why none has."""
+def meet(*ends: Publisher | Subscription | ActionClient, timeout: float = 5.0) -> None:
+    """Wait until another node has the other end of these; raises LiveError that says why none has."""
     session = live()
     for end in ends:
+        if isinstance(end, ActionClient):
+            if not session.until(end.server_is_ready, timeout):
+                raise LiveError(unserved(session.node, end))
+            continue
         count = end.get_subscription_count if isinstance(end, Publisher) else end.get_publisher_count
         if not session.until(count, timeout):
             raise LiveError(unmatched(session.node, end))
+
+
+def fields(section: type) -> dict[str, str]:
+    """Return the fields of a request, a response or a message, with their types as a definition writes them."""
+    return {name: type_name(kind) for name, kind in section.get_fields_and_field_types().items()}  # type: ignore[attr-defined]
 
 
 def run(source: str, *arguments: str, file: str, timeout: float = 5.0) -> str:

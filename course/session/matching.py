@@ -1,7 +1,8 @@
-"""What keeps the two ends of a topic apart: the name, the type or the quality of service (QoS), as the graph says."""
+"""What keeps the ends of a topic, or of an action, apart: its name, its type or its quality of service (QoS)."""
 
 from typing import cast
 
+from rclpy.action import ActionClient, get_action_names_and_types
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
@@ -9,7 +10,9 @@ from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from course.ros.names import is_hidden, type_name
+from course.ros.rclpy_internals import action_name, action_type
 
+SEND = "/_action/send_goal"  # the service of an action's server
 LISTED = 6  # topics that a message names
 
 
@@ -32,6 +35,16 @@ def unmatched(node: Node, end: Publisher | Subscription) -> str:
     same = [name for name, kinds in node.get_topic_names_and_types() if kind in kinds]
     offers = sorted(f"{each.node_name} {verb} {name}" for name in same for each in _others(node, name, publishes))
     return f"No node {verb} {topic} ({kind})." + (f" Of this type, {', '.join(offers[:LISTED])}." if offers else "")
+
+
+def unserved(node: Node, client: ActionClient) -> str:
+    """Return why an action client of `node` finds no server, and what is served instead."""
+    name, kind = action_name(client), type_name(cast(type, action_type(client)))
+    served = {each: kinds for each, kinds in get_action_names_and_types(node) if node.count_services(f"{each}{SEND}")}
+    if others := [each for each in served.get(name, []) if each != kind]:
+        return f"The action {name} is served with the type {others[0]}; it must be {kind}."
+    listed = ", ".join(f"{each} ({' and '.join(kinds)})" for each, kinds in sorted(served.items()))
+    return f"No node serves the action {name} ({kind})." + (f" Served here: {listed}." if listed else "")
 
 
 def _others(node: Node, topic: str, publishes: bool) -> list[TopicEndpointInfo]:

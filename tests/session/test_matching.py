@@ -4,13 +4,15 @@ import os
 from collections.abc import Iterator
 
 import pytest
+from example_interfaces.action import Fibonacci
+from rclpy.action import ActionClient, ActionServer
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Float64, String
 
 from course.errors import LiveError
 from course.session.live import Session
-from course.session.matching import unmatched
+from course.session.matching import unmatched, unserved
 
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 
@@ -71,6 +73,19 @@ def test_what_keeps_a_publisher_from_its_subscription(session):
     assert "listener subscribes /chatter, but the qualities of service (QoS) do not fit" in unmatched(
         session.node, talker
     )
+
+
+def test_what_keeps_an_action_client_from_its_server(session):
+    class Counter(Node):
+        def __init__(self, name):
+            super().__init__("counter")
+            self.server = ActionServer(self, Fibonacci, name, print)
+
+    client = ActionClient(session.node, Fibonacci, "count")
+    assert unserved(session.node, client) == "No node serves the action /count (example_interfaces/action/Fibonacci)."
+    session.start(Counter, "counts")
+    assert session.until(lambda: "/counts" in unserved(session.node, client))
+    assert "Served here: /counts (example_interfaces/action/Fibonacci)." in unserved(session.node, client)
 
 
 @pytest.mark.parametrize("domain", ["999", "-1", "my robot", "4²"])
