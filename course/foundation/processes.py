@@ -21,6 +21,16 @@ def birth(pid: int) -> int:
         return 0
 
 
+def catches(pid: int, signal: int) -> bool:
+    """Return True if a process has a handler of its own for a signal (proc(5), `SigCgt`): else it may end by it."""
+    try:
+        lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+        mask = next(line.split()[1] for line in lines if line.startswith("SigCgt:"))
+        return bool(int(mask, 16) >> (signal - 1) & 1)
+    except (OSError, StopIteration, IndexError, ValueError):
+        return False
+
+
 def alive(pid: int, born: int) -> bool:
     """Return True while the process of this `birth` runs; a later one of the same number is another."""
     return born != 0 and birth(pid) == born

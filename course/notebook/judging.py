@@ -19,6 +19,7 @@ from course.session.failure_report import of_program
 from course.session.hints import type_name
 from course.session.live import live
 from course.session.matching import unmatched, unserved
+from course.session.node_process import NodeProcess
 from course.session.watch import Handle
 
 # Python itself tells where a program hangs, and ends it (`faulthandler`), whatever the program waits for.
@@ -54,6 +55,16 @@ def meet(*ends: Publisher | Subscription | ActionClient, timeout: float = 5.0) -
         count = end.get_subscription_count if isinstance(end, Publisher) else end.get_publisher_count
         if not session.until(count, timeout):
             raise LiveError(unmatched(session.node, end))
+
+
+def busy(process: Handle) -> str:
+    """Return where a program is that does not get on, as lines to put below what it has not done; '' if it waits."""
+    if not isinstance(process, NodeProcess):
+        return ""
+    first, second = process.doing(), process.doing()
+    if not (first and second and first[-1].function == second[-1].function):
+        return ""
+    return "\n".join(["", f"{process.name} is here:", *map(str, second)])
 
 
 def fields(section: type) -> dict[str, str]:

@@ -13,6 +13,7 @@ from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation.waiting import wait_until
 from course.ros.names import OF_EVERY_NODE, type_name
 from course.session.interface_usage import is_of
+from course.session.node_process import NodeProcess
 from course.session.outsiders import Outsiders
 from course.session.source import blocked
 from course.session.watch import Handle, Watch
@@ -65,8 +66,16 @@ class Calls:
             return future.result()
         client.remove_pending_request(future)
         self._look_at(client.service_name)
-        why = self._blocked(client.service_name) or "is its server busy or blocked?"
-        raise CallTimeout(f"{client.service_name} did not answer within {timeout:g} s: {why}")
+        at = self._doing(client.service_name)
+        why = self._blocked(client.service_name) or ("its server is busy." if at else "is its server busy or blocked?")
+        raise CallTimeout(f"{client.service_name} did not answer within {timeout:g} s: {why}{at}")
+
+    def _doing(self, service: str) -> str:
+        """Return where the program that serves `service` is, in lines of its own; '' when it only waits."""
+        for handle in list(self._handles.values()):
+            if isinstance(handle, NodeProcess) and service in handle.services and (frames := handle.doing()):
+                return "\n".join(["", f"{handle.name} is here:", *map(str, frames)])
+        return ""
 
     def _blocked(self, service: str) -> str:
         """Return what in the text of a node's callback may keep it from answering at `service`."""

@@ -151,6 +151,24 @@ def failed_goals(path: Path, output: str) -> list[FailureReport]:
     return reports
 
 
+def where(stacks: str, path: Path) -> tuple[Frame, ...]:
+    """The frames of the program at `path` in what `faulthandler` says of its threads, in order of the calls.
+
+    Of a thread in one of its callbacks, or else of its main part; () when that only waits for callbacks.
+    """
+    lines = text_at(path).splitlines()
+    found: list[list[Frame]] = []
+    for stack in re.split(r"^.*\(most recent call first\):$", stacks, flags=re.MULTILINE):
+        frames = []
+        for file, line, function in re.findall(r'^  File "(.+)", line (\d+) in (.+)$', stack, re.MULTILINE):
+            if Path(file).name == path.name and int(line) <= len(lines):
+                frames.append(Frame(path.name, int(line), function, lines[int(line) - 1].strip()))
+        found.append(frames[::-1])
+    inside = sorted((_inside(frames) for frames in found), key=len)[-1:]
+    main = [frame for frames in found for frame in frames[-1:] if not re.search(r"\bspin\w*\(", frame.code)]
+    return tuple(inside[0] if inside and inside[0] else main[:1])
+
+
 def _last_traceback(output: str, path: Path, *, first: bool = False) -> tuple[str, tuple[Frame, ...]]:
     """The error and the student's frames of the last (or `first`) traceback in `output`; ('', ()) without one."""
     lines = output.splitlines()

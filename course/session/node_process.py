@@ -9,24 +9,30 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from pathlib import Path
 from typing import IO
 
+from course.foundation import processes
+from course.foundation.waiting import wait_until
 from course.ros.names import base
 from course.session.failure_report import (
     GOAL_FAILED,
     MARK,
     STATE_NOT_SET,
     FailureReport,
+    Frame,
     failed_goals,
     of_program,
     text_at,
+    where,
 )
 from course.session.logs import LONGEST, node_of_line
+from course.session.started import sitecustomize
 
 KEPT_LINES = 2000
+ASKED = 1.0  # s for a program to say what it is doing
 GRACE = 3.0  # s for a program to end after Ctrl-C
 
 
@@ -37,17 +43,15 @@ class NodeProcess:
     """
 
     def __init__(
-        self,
-        path: Path,
-        arguments: list[str],
-        changed: Callable[[], None] = lambda: None,
-        variables: Mapping[str, str] | None = None,
+        self, path: Path, arguments: list[str], changed: Callable[[], None] = lambda: None, introspecting: bool = False
     ):
-        """Start it, with these environment variables beside those of this process.
+        """Start it; with `introspecting`, its services publish what passes.
 
         `changed` is called, in another thread, when it has ended or a goal of it has failed.
         """
-        self._variables = variables or {}
+        # What the program's threads are doing is written there when it is asked (`started/sitecustomize.py`).
+        self._stacks = open(os.memfd_create(f"stacks of {path.name}"), "rb")  # noqa: SIM115  # as long as this handle
+        self._variables = sitecustomize.environment(os.environ, self._stacks.fileno(), introspecting=introspecting)
         self._changed = changed
         self.path = path.absolute()
         self.name = path.name
@@ -87,6 +91,7 @@ class NodeProcess:
                 stderr=subprocess.STDOUT,
                 text=True,
                 errors="replace",
+                pass_fds=[self._stacks.fileno()],
             )
         except OSError as error:
             started.set_exception(error)
@@ -184,6 +189,26 @@ class NodeProcess:
         if self._report is None:
             self._report = of_program(self.path, self.output, self.returncode, before_its_node=not self.nodes)
         return [*self._failed, self._report]
+
+    def doing(self) -> tuple[Frame, ...]:
+        """Return where in its file the program is: in a callback, or else in its main part; () when that is not known.
+
+        A program that only waits for callbacks is nowhere.
+        """
+        if not self.alive or not processes.catches(self.pid, sitecustomize.ASK):
+            return ()
+        descriptor = self._stacks.fileno()
+        before = sizes = os.fstat(descriptor).st_size
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(self.pid, sitecustomize.ASK)
+
+        def written() -> bool:  # all of it: it has begun, and grows no more
+            nonlocal sizes
+            last, sizes = sizes, os.fstat(descriptor).st_size
+            return before < last == sizes
+
+        wait_until(written, ASKED, alert=False)
+        return where(os.pread(descriptor, sizes - before, before).decode(errors="replace"), self.path)
 
     @property
     def state(self) -> str:

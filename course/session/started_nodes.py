@@ -1,7 +1,7 @@
 """The nodes that a session has started: how each is started, replaced, ended and started again, and their table."""
 
 import itertools
-import os
+import sys
 import threading
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -25,12 +25,12 @@ from course.session.publishing import Publishing
 from course.session.requests import argument
 from course.session.session_logs import SessionLogs
 from course.session.spinner import Spinner
-from course.session.started import sitecustomize
 from course.session.table import Row
 from course.session.watch import Handle, Watch
 
 # Asked before a file is started; what they return is told to the reader.  The notebook's part of the course looks here
 # whether the file is what its cell says.
+PATIENCE = 5.0  # s without a node, after which the reader is told where the program is
 before_start: list[Callable[[Path], str]] = []
 
 
@@ -197,23 +197,29 @@ class StartedNodes:
                 self._watch.notice(line)
         self._replace(path.name)
         before, served = self._presence.names(), self._presence.served()
-        variables = sitecustomize.environment(os.environ) if self.introspecting else {}
-        process = NodeProcess(path, arguments, self._publishing.publish, variables)
+        process = NodeProcess(path, arguments, self._publishing.publish, introspecting=self.introspecting)
         self._handles[process.name] = process
 
         def found() -> list[str]:  # what others start or end meanwhile is none of it
             return self._presence.of_process(process.pid) or difference(self._presence.names(), before)
 
-        wait_until(lambda: not process.alive or found(), timeout, alert=False)
+        ready = wait_until(lambda: not process.alive or found(), min(timeout, PATIENCE), alert=False)
+        at = "" if ready else "".join(f"\n{frame}" for frame in process.doing())
+        if at:
+            print(f"{path.name} has made no node for {PATIENCE:g} s. It is here:{at}", file=sys.stderr, flush=True)
+        wait_until(lambda: not process.alive or found(), max(0.0, timeout - PATIENCE), alert=False)
         process.nodes = found() if process.alive else []
         if not process.alive:
             raise self._failed(process)
         if not process.nodes:
+            at = "".join(f"\n{frame}" for frame in process.doing())
             process.stop()
-            raise CallTimeout(
-                f"{path.name} ran for {timeout:g} s and created no node: does it wait for something before its "
-                "`super().__init__('name')`, or is `main()` not reached?"
+            why = (
+                f"It was here:{at}"
+                if at
+                else "Does it wait for something before its `super().__init__('name')`, or is `main()` not reached?"
             )
+            raise CallTimeout(f"{path.name} ran for {timeout:g} s and created no node. {why}")
         for node in process.nodes:
             self._replace(base(node), process)
         self._presence.settle(process, served)

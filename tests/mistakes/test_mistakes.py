@@ -28,9 +28,11 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "calculator/server_edited_and_not_run": "tests/notebook/test_public_checks.py",
     "calculator/srv_refused": "tests/notebook/test_public_checks.py",
     "services/another_server_in_a_terminal": "tests/session/test_outsiders.py",
+    "services/callback_loops": "tests/session/test_doing.py",
     "services/domain_changed_in_a_cell": "tests/session/test_matching.py",
     "services/impossible_domain": "tests/session/test_matching.py",
     "services/init_with_one_underscore": "tests/session/test_failure_report.py",
+    "services/loop_before_the_node": "tests/session/test_doing.py",
     "services/two_files_of_one_name": "tests/session/test_outsiders.py",
     "services/waits_for_a_service_in_a_callback": "tests/session/test_failure_report.py",
 }

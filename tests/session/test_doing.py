@@ -1,0 +1,100 @@
+"""Where a program is that does not answer: its own line, read from outside, whatever it waits for."""
+
+import os
+import signal
+from collections.abc import Iterator
+
+import pytest
+from std_srvs.srv import Trigger
+
+from course.errors import CallTimeout
+from course.session import started_nodes
+from course.session.live import Session
+
+SERVER = """import threading
+import time
+
+import rclpy
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+
+class Server(Node):
+    def __init__(self):
+        super().__init__('server')
+        self.create_service(Trigger, '/ask', self.ask)
+
+    def ask(self, request, response):
+        {body}
+        return response
+
+
+def main():
+    rclpy.init()
+    node = Server()
+    {spin}
+
+
+{call}
+"""
+SPIN = "rclpy.spin(node)"
+THREADS = "executor = MultiThreadedExecutor(4)\n    executor.add_node(node)\n    executor.spin()"
+
+
+@pytest.fixture
+def session() -> Iterator[Session]:
+    made = Session()
+    yield made
+    made.close()
+
+
+@pytest.mark.parametrize("spin", [SPIN, THREADS])
+@pytest.mark.parametrize(
+    ("body", "code"),
+    [
+        ("while not response.success: pass", "while not response.success: pass"),
+        ("time.sleep(60)", "time.sleep(60)"),
+        ("threading.Event().wait()", "threading.Event().wait()"),
+    ],
+)
+def test_a_call_that_gets_no_answer_tells_the_line_of_the_callback(session, tmp_path, spin, body, code):
+    file = tmp_path / "server.py"
+    file.write_text(SERVER.format(body=body, spin=spin, call="main()"))
+    process = session.start(file)
+    assert process.doing() == ()  # it waits for callbacks
+    with pytest.raises(CallTimeout) as told:
+        session.call("/ask", Trigger, timeout=0.5)
+    assert str(told.value).endswith(f"server.py is here:\n  server.py, line 16, in ask\n    {code}")
+    assert process.alive
+
+
+@pytest.mark.parametrize(
+    ("call", "place"),
+    [
+        ("while True:\n    pass\nmain()", r"  server\.py, line 2\d\n    (while True:|pass)"),
+        ("time.sleep(60)", r"  server\.py, line 26\n    time\.sleep\(60\)"),
+        ("input()", ""),  # which ends at once
+    ],
+)
+def test_a_program_without_a_node_tells_where_it_is(session, tmp_path, monkeypatch, capfd, call, place):
+    monkeypatch.setattr(started_nodes, "PATIENCE", 1.0)
+    file = tmp_path / "server.py"
+    file.write_text(SERVER.format(body="pass", spin=SPIN, call=call))
+    with pytest.raises(CallTimeout, match=f"created no node. It was here:\n{place}" if place else "EOFError"):
+        session.start(file, timeout=1.5)
+    assert ("server.py has made no node for 1 s. It is here:" in capfd.readouterr().err) == bool(place)
+
+
+def test_what_is_asked_leaves_no_trace_in_the_program(session, tmp_path):
+    file = tmp_path / "server.py"
+    body = (
+        "import os, subprocess; response.message = f'{sorted(os.environ)} ' + subprocess.getoutput('ls /proc/self/fd')"
+    )
+    file.write_text(SERVER.format(body=body, spin=SPIN, call="main()"))
+    process = session.start(file)
+    told = session.call("/ask", Trigger).message
+    assert "COURSE_STACKS" not in told and "COURSE_INTROSPECTION" not in told
+    assert len(told.splitlines()) <= 5, told  # 0, 1, 2, and what `ls` opens
+    os.kill(process.pid, signal.SIGUSR2)
+    assert session.call("/ask", Trigger).message and process.alive
