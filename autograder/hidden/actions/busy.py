@@ -282,6 +282,7 @@ class Busy(Server):
             seen.took.append(time.monotonic() - sent)
             if number and min(seen.took) < SOON:
                 break
+        ride.goal.wait_for_news(self.bench.clock.allow(3 * BUSY_STEP))  # one that is over may not have said so yet
         seen.freed = ride.goal.status
         for blocked in (True, True, False):
             if not blocked and seen.running:  # a shaft that is freed within the step has not stopped the goal

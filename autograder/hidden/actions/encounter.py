@@ -204,6 +204,9 @@ class Encounter:
                 self.before_cancel = number
                 break
         if self.script == "cancel" and self.before_cancel is not None:
+            time.sleep(
+                EARLY
+            )  # the result comes later than the answer to the cancel, as from a cabin that ends its step
             handle.canceled()
             return self.result
         for number in range(2):  # it cannot be stopped any more

@@ -25,7 +25,7 @@ OUTCOMES = {"succe": "SUCCEEDED", "cancel": "CANCELED", "abort": "ABORTED", "rej
 WHOLE = 0.9  # of its length that a step must last at least by its publisher's clock, which does not wait for the grader
 SHORTEST = 0.6  # of its length that a step must last at least on average
 QUIET = 3  # steps until a goal has ended that tells of none
-NOTED = 0.05  # s until a server has noted the goal that it has just accepted
+NOTED = 0.1  # s until a server has noted the goal that it has just accepted
 IN_TIME = 2  # messages after a request: of the step that was under way, and of one that crossed the request
 
 
