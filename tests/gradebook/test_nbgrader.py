@@ -156,10 +156,10 @@ def test_formgraders_button_grades_with_this_grader(graded):
     course, answer, _ = graded
     assert answer["success"], answer
     assert scores(course / "gradebook.db") == {
-        "hostile": {"calculate-srv": 3, "calculator-server": 12, "calculator-client": 5},
-        "no_json": {"calculate-srv": 3, "calculator-server": 11, "calculator-client": 5},
+        "hostile": {"calculate-srv": 2, "calculator-server": 12, "calculator-client": 6},
+        "no_json": {"calculate-srv": 2, "calculator-server": 11, "calculator-client": 6},
         "no_client": {"calculate-srv": 0, "calculator-server": 0, "calculator-client": 0},
-        "only_notebook": {"calculate-srv": 3, "calculator-server": 12, "calculator-client": 5},
+        "only_notebook": {"calculate-srv": 2, "calculator-server": 12, "calculator-client": 6},
     }
 
 

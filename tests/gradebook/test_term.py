@@ -29,6 +29,7 @@ ROSTER += "bob,Bob,Ross,bob@uni.edu,12,student\nzoe,Zoë,Müller,zoe@uni.edu,13,
 TESTS = exercises.load("calculator").tests
 MOST = sum(test.points for test in TESTS)
 AUTOGRADER = str(Path(sys.executable).with_name("autograder"))
+os.umask(UMASK := os.umask(0))
 QUESTION = "exponentiation"  # the cell that is marked by hand
 
 
@@ -165,7 +166,11 @@ def test_a_class_graded_by_autograder_is_marked_by_hand_at_once(course):
     assert nbgrader.generate_feedback("calculator")["success"]
     page = record.read((course / "feedback" / "ada" / "calculator" / "calculator.html").read_bytes())
     assert page.cells[QUESTION][0] == 4 and page.points == MOST + 4
+    shown = course / "autograded" / "ada" / "calculator" / "calculator.ipynb"
+    before = shown.stat().st_mtime_ns
     grade(course)  # again: the mark stays
+    assert {path.stat().st_mode & 0o777 for path in [*shown.parents][:3]} == {0o777 & ~UMASK}  # instructors may share it
+    assert shown.stat().st_mtime_ns == before  # and what shows this result already is not written again
     with Gradebook(f"sqlite:///{course / 'gradebook.db'}") as book:
         marked = book.find_grade(QUESTION, "calculator", "calculator", "ada")
         assert (marked.manual_score, bool(marked.needs_manual_grade)) == (4, False)
