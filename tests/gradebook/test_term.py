@@ -169,7 +169,8 @@ def test_a_class_graded_by_autograder_is_marked_by_hand_at_once(course):
     shown = course / "autograded" / "ada" / "calculator" / "calculator.ipynb"
     before = shown.stat().st_mtime_ns
     grade(course)  # again: the mark stays
-    assert {path.stat().st_mode & 0o777 for path in [*shown.parents][:3]} == {0o777 & ~UMASK}  # instructors may share it
+    folders = list(shown.parents)[:3]
+    assert {path.stat().st_mode & 0o777 for path in folders} == {0o777 & ~UMASK}  # instructors may share them
     assert shown.stat().st_mtime_ns == before  # and what shows this result already is not written again
     with Gradebook(f"sqlite:///{course / 'gradebook.db'}") as book:
         marked = book.find_grade(QUESTION, "calculator", "calculator", "ada")
