@@ -256,13 +256,13 @@ WRONG = {
     ),
     "whole numbers": (
         server((RETURN, "        response.result = float(int(response.result))\n" + RETURN)),
-        OPERATIONS | {"precision", "logs_responses"},
+        OPERATIONS | {"precision", "survives_bad_requests", "logs_responses"},
     ),
     "requests as whole numbers": (
         server(
             (SUCCEEDS, ("        request.a, request.b = float(int(request.a)), float(int(request.b))\n" + SUCCEEDS))
         ),
-        OPERATIONS | {"precision"},
+        OPERATIONS | {"precision", "survives_bad_requests"},
     ),
     "result is an int": (server((RETURN, "        response.result = int(response.result)\n" + RETURN)), SERVER_TESTS),
     "float32": (
