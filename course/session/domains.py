@@ -99,8 +99,7 @@ def kernel_id() -> str:
     kernels = sys.modules.get("ipykernel.kernelapp")
     if kernels is None or not kernels.IPKernelApp.initialized():
         return ""
-    name = Path(kernels.IPKernelApp.instance().connection_file).stem
-    return name.removeprefix(KERNEL) if name.startswith(KERNEL) else ""
+    return Path(kernels.IPKernelApp.instance().connection_file).stem.removeprefix(KERNEL)
 
 
 def _shared_domain(others: list[registry.ShellRecord]) -> tuple[socket.socket | None, int]:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from course import registry
 from course.interfaces import build, kept
 from tests.kernels import Kernel
 
@@ -192,11 +193,11 @@ def test_a_folder_that_cannot_be_written_is_no_hindrance(environment, tmp_path):
 class Terminal:
     """A shell on a pseudo-terminal, typed into as a person does."""
 
-    def __init__(self, folder: Path, environment: dict[str, str]):
+    def __init__(self, folder: Path, environment: dict[str, str], *words: str):
         self.pid, self.descriptor = os.forkpty()
         if not self.pid:
             os.chdir(folder)
-            os.execve(SHELL, [str(SHELL)], environment | {"TERM": "xterm", "HOME": str(folder)})
+            os.execve(SHELL, [str(SHELL), *words], environment | {"TERM": "xterm", "HOME": str(folder)})
         self.text = ""
 
     def read_until(self, pattern: str, timeout: float = 30.0) -> str:
@@ -260,8 +261,8 @@ def open_terminal(environment):
     """Opens a terminal in a folder."""
     opened = []
 
-    def begin(folder: Path, **more: str) -> Terminal:
-        opened.append(Terminal(folder, environment | more))
+    def begin(folder: Path, *words: str, **more: str) -> Terminal:
+        opened.append(Terminal(folder, environment | more, *words))
         return opened[-1]
 
     yield begin
@@ -354,3 +355,33 @@ def test_a_program_of_the_tutorials_that_is_not_here_says_what_stands_in_for_it(
         terminal.type(f"{command} || echo status $?\n")
         terminal.read_until(rf"{word}[^\n]*\r\n")
         terminal.read_until(r"status 127\r\n")
+
+
+def test_a_terminal_of_jupyterlab_follows_the_notebook_in_front_through_a_restart(
+    environment, open_terminal, tmp_path, monkeypatch
+):
+    """This process is in the place of the server that has started the terminal."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", environment["XDG_RUNTIME_DIR"])
+    (tmp_path / "notebook").mkdir()
+    kernel = Kernel(tmp_path / "notebook")
+    live = "import course\nros = course.live()\nprint(ros.domain_id)"
+    try:
+        identity = Path(kernel.manager.connection_file).stem.removeprefix("kernel-")
+        registry.put_in_front(os.getpid(), identity)
+        terminal = open_terminal(tmp_path, "--lab")
+        own = re.search(r"ROS domain (\d+)\)", terminal.read_until(r"ROS domain \d+\)"))[1]
+        for _ in range(2):
+            domain = kernel.run(live)
+            assert domain != own
+            terminal.type("\n")
+            terminal.read_until(rf"This terminal is now in ROS domain {domain}, with the notebook in ")
+            terminal.read_until(rf"\(notebook, ROS domain {domain}\)")
+            kernel.manager.restart_kernel(now=True)
+            kernel.client.wait_for_ready(timeout=30)
+            terminal.type("cd .\n")
+        registry.put_in_front(os.getpid(), "")
+        terminal.type("\n")
+        terminal.read_until(rf"This terminal is now in ROS domain {own}, with your other terminals\.")
+    finally:
+        registry.forget_front(os.getpid())
+        kernel.stop()
