@@ -37,7 +37,8 @@ def judge(
     """
     as_it_lies(file)
     session = live()
-    session.stop(file)
+    if file in {row.started_as for row in session.rows()}:
+        session.stop(file)
     for name in names:
         for who, ending in session.others(name):
             raise LiveError(f"{file} cannot be judged while {who} uses {name}, too. To end it: {ending}.")

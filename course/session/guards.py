@@ -4,10 +4,11 @@ In a kernel with a live session they say what to do instead, can be interrupted 
 alone.  In another thread than the main one, and for whoever spins with a time limit of its own, nothing changes.
 """
 
+import contextlib
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import rclpy
@@ -24,10 +25,19 @@ SPUN = "the session spins it already, in the background"
 
 
 class Interrupted(KeyboardInterrupt):
-    """■ while a cell spun: shown in a line, without rclpy's own frames."""
+    """■ while a cell spun or waited: shown in a line, without rclpy's own frames."""
 
     def _render_traceback_(self) -> list[str]:
         return ["KeyboardInterrupt: the cell was interrupted. The session goes on."]
+
+
+@contextlib.contextmanager
+def interruptible() -> Iterator[None]:
+    """Show an interruption (■) of what runs in this block in a line."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise Interrupted from None
 
 
 class Guards:

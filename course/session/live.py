@@ -25,7 +25,7 @@ from course.ros.rclpy_internals import patch, watch_goals
 from course.session.calls import Calls
 from course.session.domains import domain_number, session_domain
 from course.session.following import LogFollower
-from course.session.guards import Guards
+from course.session.guards import Guards, interruptible
 from course.session.interface_usage import destructors
 from course.session.logs import Entry, Logs
 from course.session.outsiders import Outsiders
@@ -96,6 +96,7 @@ class Session:
 
     # Nodes
 
+    @interruptible()
     def start(
         self,
         what: type[Node] | str | Path,
@@ -119,7 +120,11 @@ class Session:
         return self._nodes.start_class(what, args, kwargs, parameters or {}, threads)
 
     def stop(self, name: str | None = None) -> None:
-        """Stop the node (or the file's process) called `name`, or all of them."""
+        """Stop the node (or the file's process) called `name`, or all of them.
+
+        One that this session has never started is no error, and the reader is told of it.
+        """
+        self._look_up(name)
         self._nodes.stop(name)
 
     def nodes(self) -> Nodes:
@@ -142,6 +147,7 @@ class Session:
         """Return the rows of the table of `nodes`; the nodes' reports do not count as told."""
         return self._nodes.rows()
 
+    @interruptible()
     def restart(self, name: str) -> Handle:
         """Start the node or the file called `name` again, as it was started last; it may have been stopped since.
 
@@ -163,15 +169,20 @@ class Session:
         """
         if until is not None:
             self._logs.wait(name, until, timeout)
-        return self._logs.read(name)
+        found = self._logs.read(name)
+        if not found:
+            self._look_up(name)
+        return found
 
     # Calls
 
+    @interruptible()
     def wait_for_service(self, service: str, srv_type: type[Any], timeout: float = 5.0) -> None:
         """Wait until a server for `service` is there; raises CallTimeout after `timeout` s."""
         self._check_open()
         self._calls.wait_for_service(service, srv_type, timeout)
 
+    @interruptible()
     def call(
         self, service: str, srv_type: type[Any], request: object = None, *, timeout: float = 5.0, **fields: object
     ) -> Any:
@@ -183,6 +194,7 @@ class Session:
         self._check_open()
         return self._calls.call(service, srv_type, fill(srv_type, fields) if request is None else request, timeout)
 
+    @interruptible()
     def wait(self, future: Future, timeout: float = 5.0) -> Any:
         """Wait for a future in the main thread and return its result; raises CallTimeout after `timeout` s.
 
@@ -190,6 +202,7 @@ class Session:
         """
         return self._calls.wait(future, timeout)
 
+    @interruptible()
     def until(self, condition: Callable[[], object], timeout: float = 5.0) -> bool:
         """Wait in the main thread until `condition()` holds; False after `timeout` s."""
         return bool(wait_until(condition, timeout))
@@ -259,6 +272,14 @@ class Session:
         for end in list(destructors(self.node, package)):
             end()
         self._spinner = Spinner(self.node)
+
+    def _look_up(self, name: str | None) -> None:
+        """Tell the reader of a name that nothing in this session has."""
+        if name and not self._nodes.has_started(name):
+            known = ", ".join(self._handles)
+            self.watch.notice(
+                f"This session has started nothing called '{name}'." + (f" It has: {known}." if known else "")
+            )
 
     def _check_open(self) -> None:
         if not self.ok:

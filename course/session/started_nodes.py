@@ -85,6 +85,11 @@ class StartedNodes:
             raise LiveError(f"this session has started no node and no file {name}: ros.nodes() shows those that it has")
         return self._alone(self._again[name])
 
+    def has_started(self, name: str) -> bool:
+        """Return True if a node or a file called `name` was started here, or if a node of that name is there."""
+        nodes = (base(node) for handle in list(self._handles.values()) for node in handle.nodes)
+        return name in self._again or name.lstrip("/") in {*self._handles, *nodes, *map(base, self.names())}
+
     def stop(self, name: str | None = None, *, wait: bool = True) -> None:
         """Stop the node or the file called `name`, or all of them; `wait` until the graph has forgotten them."""
         with self._changing:

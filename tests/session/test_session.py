@@ -491,3 +491,23 @@ def test_who_asks_again_gets_the_same_session_or_a_new_one_when_it_has_ended():
         "second = course.live(); assert second is not first and second.ok"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+def test_a_name_that_nothing_has_is_told(session):
+    session.stop("nothing")
+    assert session.watch.notices() == ["This session has started nothing called 'nothing'."]
+    session.start(Adder)
+    assert session.logs("nothing") == []
+    assert session.watch.notices() == ["This session has started nothing called 'nothing'. It has: adder."]
+    session.stop("adder")
+    session.stop("adder")
+    assert session.logs("adder") == [] and session.watch.notices() == []
+
+
+def test_an_interrupted_wait_is_shown_in_a_line(session, monkeypatch):
+    def press(*_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as pressed:
+        session.until(press)
+    assert pressed.value._render_traceback_() == ["KeyboardInterrupt: the cell was interrupted. The session goes on."]
