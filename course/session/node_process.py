@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections import deque
@@ -50,7 +51,8 @@ class NodeProcess:
         `changed` is called, in another thread, when it has ended or a goal of it has failed.
         """
         # What the program's threads are doing is written there when it is asked (`started/sitecustomize.py`).
-        self._stacks = open(os.memfd_create(f"stacks of {path.name}"), "rb")  # noqa: SIM115  # as long as this handle
+        # A file without a name, not a memfd: that is refused in the box of a class on one server.
+        self._stacks = tempfile.TemporaryFile()  # noqa: SIM115  # as long as this handle
         self._variables = sitecustomize.environment(os.environ, self._stacks.fileno(), introspecting=introspecting)
         self._changed = changed
         self.path = path.absolute()
