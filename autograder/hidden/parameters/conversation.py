@@ -2,9 +2,10 @@
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple
 
+from rcl_interfaces.msg import SetParametersResult
 from std_msgs.msg import Float64
 
 from autograder.suitekit import (
@@ -100,13 +101,23 @@ class PidNode(TopicProgram):
         if self.gains_by_launch:
             self.args = ("--ros-args", *launch_arguments(everything))
             self.forget()
-        if not self.parameters.set_together(everything).successful:
-            for _ in range(2):  # a limit may have to wait in the first round until the other limit has moved
-                self.parameters.set(everything)
+        answers = self.store(everything)
         got = self.get()
-        for name, value in values.items():
-            if name in RANGES and got.get(name) != value:
-                raise Wrong(f"It must be possible to set {name} to any value in its range.", f"{name} {value}: {got}")
+        for name in RANGES:
+            if (name in got or name in values) and got.get(name) != everything[name]:
+                raise Wrong(
+                    f"This test sets kp, ki and kd to values in their ranges, those that it does without to 0. {name} "
+                    f"could not be set: it was {refusal(answers.get(name))}, and is {got.get(name)}.",
+                    f"{name} {everything[name]}: {got}",
+                )
+
+    def store(self, values: Mapping[str, float]) -> dict[str, SetParametersResult]:
+        """Set these together or, when that is refused, one by one; return how each was answered alone, if it was."""
+        answers: dict[str, SetParametersResult] = {}
+        if not self.parameters.set_together(values).successful:
+            for _ in range(2):  # a limit may have to wait in the first round until the other limit has moved
+                answers = dict(zip(values, self.parameters.set(values), strict=False))
+        return answers
 
     def expect_refusal(self, about: str, reason: bool = True, /, **values: float | str) -> None:
         """It must refuse to set these together, with a `reason`, and change nothing; `about` tells what they are."""
@@ -116,24 +127,30 @@ class PidNode(TopicProgram):
         after = self.get()
         got = f"{values}: {results}, {before} became {after}"
         if any(result.successful for result in results):
-            raise Wrong(f"{about} must be refused.", got)
+            raise Wrong(f"{about} must be refused. It was accepted.", got)
         if after != before:
-            raise Wrong(f"{about} must be refused, and must then change nothing.", got)
+            raise Wrong(f"{about} was refused, and yet {changes(before, after)} changed.", got)
         if reason and not all(result.reason.strip() for result in results):
-            raise Wrong(f"{about}: the refusal must give a reason; it is empty.", got)
+            raise Wrong(f"{about} was refused without a reason: the reason must say why.", got)
 
     def expect_set(self, about: str, **values: float) -> None:
         """It must accept these, set together or one alone; `about` tells the student what they are."""
         result = self.parameters.set_together(values) if len(values) > 1 else self.parameters.set(values)[0]
         after = self.get()
-        if not result.successful or any(after.get(name) != value for name, value in values.items()):
-            raise Wrong(f"{about} must be accepted.", f"{values}: {result}, {after}")
+        if not result.successful:
+            raise Wrong(f"{about} must be accepted. It was {refusal(result)}.", f"{values}: {result}, {after}")
+        if lost := [name for name, value in values.items() if after.get(name) != value]:
+            names = " and ".join(lost)
+            raise Wrong(f"{about} was accepted, but {names} has another value then.", f"{values}: {result}, {after}")
 
     def expect_effort(self, error: float, effort: float, about: str) -> Answer:
         """It must answer with this effort; `about` tells the student which effort is right."""
         answer = self.send(error)
         if not near(answer.effort, effort):
-            raise Wrong(f"{about}.", f"error {error}: expected {effort}, got {answer.effort}, parameters {self.get()}")
+            raise Wrong(
+                f"{about}: {effort:.3g} was right, and it was {answer.effort:.3g}.",
+                f"error {error}: expected {effort}, got {answer.effort}, parameters {self.get()}",
+            )
         return answer
 
     def start_fresh(self) -> None:
@@ -161,6 +178,18 @@ def gains_count(pid: PidNode, launched: PidNode) -> bool:
     return pid.gains_by_launch
 
 
+def refusal(result: SetParametersResult | None) -> str:
+    """How a set was answered, for the student."""
+    if result is None or result.successful:
+        return "accepted"
+    return f"refused with the reason {result.reason!r}" if result.reason.strip() else "refused without a reason"
+
+
+def changes(before: Mapping[str, Any], after: Mapping[str, Any]) -> str:
+    """The names of what is not as it was before."""
+    return " and ".join(name for name in DEFAULTS if before.get(name) != after.get(name))
+
+
 def near(got: float, right: float) -> bool:
     """Whether two numbers are the same except for rounding."""
     return abs(got - right) <= ROUNDING * max(1.0, abs(right))
@@ -183,9 +212,9 @@ def overrides(bench: Bench, purpose: str, above: float = 0.0) -> dict[str, Any]:
     rng = bench.random(purpose)
     low, high = -rng.randrange(5, 39) / 4, rng.randrange(5, 39) / 4
     values: dict[str, Any] = {
-        "kp": rng.randrange(9, 160) / 4,
-        "ki": rng.randrange(5, 40) / 8,
-        "kd": rng.randrange(5, 40) / 16,
+        "kp": rng.randrange(5, 80) / 2,
+        "ki": rng.randrange(1, 10) / 2,
+        "kd": rng.randrange(1, 6) / 2,
         "output_min": above - low if above else low,
         "output_max": above - low + high if above else high,
         "joint_name": rng.choice(JOINTS),

@@ -516,7 +516,7 @@ WRONG = {
             ("('output_min', 'output_max')}", "('output_max',)} | {'output_min': self.value('min_output')}"),
             ("max(self.value('output_min')", "max(self.value('min_output')"),
         ),
-        {"defaults", "clamped", "limits_in_order", "one_limit", "limits_together"},
+        {"defaults", "clamped", "limits_in_order", "equal_limits", "one_limit", "limits_together"},
     ),
     "no ranges": (node(("floating_point_range=[limits]", "")), {"descriptors", "out_of_range"}),
     "another range": (node(("'ki', 0.0, 50.0", "'ki', 0.0, 100.0")), {"descriptors", "out_of_range"}),
@@ -590,8 +590,8 @@ WRONG = {
     "not clamped": (node((CLAMP, "effort")), {"clamped"}),
     "clamped above alone": (node((CLAMP, "min(self.value('output_max'), effort)")), {"clamped"}),
     "clamped to the defaults": (node((CLAMP, "max(-10.0, min(10.0, effort))")), {"clamped"}),
-    "no rule for the limits": (node((RULE, "if False:")), {"limits_in_order", "nan_limits"}),
-    "limits may be equal": (node((RULE, RULE.replace("<", "<="))), {"limits_in_order"}),
+    "no rule for the limits": (node((RULE, "if False:")), {"limits_in_order", "equal_limits", "nan_limits", "reasons"}),
+    "limits may be equal": (node((RULE, RULE.replace("<", "<="))), {"equal_limits"}),
     "NaN is accepted": (node((RULE, RULE.replace("not ", "").replace("<", ">="))), {"nan_limits"}),
     "NaN is looked for in output_min alone": (
         node(
@@ -614,7 +614,7 @@ WRONG = {
     ),
     "the rule looks at both limits or at none": (
         node((CHECK, "        if len(params) < 2:\n            return SetParametersResult(successful=True)\n" + CHECK)),
-        {"limits_in_order", "nan_limits"},
+        {"limits_in_order", "equal_limits", "nan_limits"},
     ),
     "one limit alone is always refused": (
         node(
@@ -635,14 +635,14 @@ WRONG = {
                 "{'output_min': -10.0, 'output_max': 10.0}",
             )
         ),
-        {"limits_in_order", "one_limit"},
+        {"limits_in_order", "equal_limits", "one_limit"},
     ),
     "one limit alone is compared with the other as it was at the start": (
         node(
             (READY, "        self.limits = {n: self.value(n) for n in ('output_min', 'output_max')}\n" + READY),
             ("{name: self.value(name) for name in ('output_min', 'output_max')}", "dict(self.limits)"),
         ),
-        {"limits_in_order", "one_limit"},
+        {"limits_in_order", "equal_limits", "one_limit"},
     ),
     "a refused limit is remembered for the rule": (
         node(
@@ -662,13 +662,44 @@ WRONG = {
                 ),
             ),
         ),
-        {"limits_in_order", "limits_together"},
+        {"limits_in_order", "equal_limits", "limits_together"},
     ),
     "the rule raises": (
         node(("return SetParametersResult(\n" + REASON, "raise ValueError('wrong order')")),
-        {"limits_in_order", "nan_limits"},
+        {"limits_in_order", "equal_limits", "nan_limits", "reasons"},
     ),
-    "no reason": (node((REASON, "                successful=False)")), {"limits_in_order"}),
+    "limits in the wrong order are accepted when both are set": (
+        node(
+            (
+                RULE,
+                "if len(params) == 2 and limits['output_min'] > limits['output_max']:\n"
+                "            return SetParametersResult(successful=True)\n        " + RULE,
+            )
+        ),
+        {"limits_in_order"},
+    ),
+    "limits may be equal when both are set": (
+        node(
+            (
+                RULE,
+                "if len(params) == 2 and limits['output_min'] == limits['output_max']:\n"
+                "            return SetParametersResult(successful=True)\n        " + RULE,
+            )
+        ),
+        {"equal_limits"},
+    ),
+    "no reason": (node((REASON, "                successful=False)")), {"reasons"}),
+    "no reason for NaN": (
+        node(
+            ("reason='output_min", "reason='' if any(map(math.isnan, limits.values())) else 'output_min"),
+            ("import time\n", "import math\nimport time\n"),
+        ),
+        {"reasons"},
+    ),
+    "a range with a step": (
+        node(("to_value=largest)", "to_value=largest, step=0.1)")),
+        {"descriptors", "out_of_range"},
+    ),
     "the chapter's way: acts while it looks": (
         node((RESET, ""), ("            if param.name in limits:\n", RESET + "            if param.name in limits:\n")),
         {"all_or_nothing"},
@@ -1009,7 +1040,8 @@ WRONG = {
         node(
             (
                 CHECK,
-                "        if [p.name for p in params] == ['output_max'] and params[0].value == params[0].value:\n"
+                "        low = self.value('output_min')\n"
+                "        if [p.name for p in params] == ['output_max'] and params[0].value < low:\n"
                 "            return SetParametersResult(successful=True)\n" + CHECK,
             )
         ),
@@ -1251,6 +1283,41 @@ NOTHING = {
     "declares nothing",
 }  # they do nothing of what is asked for, but for what stands in their declarations
 USELESS = {"Float32 efforts"}  # nobody hears them
+ABOUT = {
+    "gains read at the start alone",
+    "no rule for the limits",
+    "the rule raises",
+    "the chapter's way: acts while it looks",
+    "gains taken before all are accepted",
+    "a refused ki is made up for later",
+    "what was refused is applied later",
+    "acts before it checks, in a pre-set callback",
+    "a refused gain, set alone, is used",
+    "limits taken before all are accepted",
+}
+DETAIL = {
+    "another default",
+    "another range",
+    "range by the callback alone",
+    "a range with a step",
+    "joint_name can be set",
+    "joint_name is refused by the callback alone",
+    "time from the start of the node",
+    "limits may be equal",
+    "NaN is accepted",
+    "no reason",
+    "no reason for NaN",
+    "ki as it was starts the integral again",
+    "the node's clock",
+    "an effort that has not changed is not published",
+    "the integral waits while the effort is clamped",
+    "limits must be a thousandth apart",
+    "trapezoids",
+    "half of the slope",
+    "another topic",
+    "parameter files are ignored",
+    "overrides shown but not used",
+}
 SILENT = {
     "no answer to an error of 0",
     "an effort that has not changed is not published",
