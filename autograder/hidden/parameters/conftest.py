@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from autograder.hidden.parameters.conversation import DEFAULTS, PidNode, gains_count, launch_arguments, overrides
+from autograder.hidden.parameters.conversation import DEFAULTS, PidNode, launch_arguments, overrides, why_no_controller
 from autograder.suitekit import Bench, Renamed, Wrong
 
 
@@ -46,10 +46,10 @@ def by_file(bench: Bench, renamed: Renamed) -> tuple[PidNode, dict[str, Any]]:
 @pytest.fixture(scope="session")
 def controls(pid: PidNode, by_command_line: tuple[PidNode, dict[str, Any]]) -> None:
     """The node is a controller: its effort depends on kp.  What it refuses and accepts counts only then."""
-    if not gains_count(pid, by_command_line[0]):
+    if did := why_no_controller(pid, by_command_line[0]):
         raise Wrong(
-            "Parameters are judged in a node that uses them: with another kp, the same error must be answered with "
-            "another effort. It was not."
+            "Parameters are judged in a node that uses them: with kp set to 2 and then to 4, the same error must be "
+            f"answered with an effort, and then with twice that. Here {did}."
         )
 
 

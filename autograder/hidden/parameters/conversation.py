@@ -58,7 +58,7 @@ class PidNode(TopicProgram):
         ERROR: Topic("error", "std_msgs/Float64", SUBSCRIBE),
         EFFORT: Topic("effort", "std_msgs/Float64", PUBLISH),
     }
-    gains_by_launch = False  # whether its gains count only when they are given at launch; see `gains_count`
+    gains_by_launch = False  # whether its gains count only when they are given at launch; see `why_no_controller`
 
     def __init__(self, bench: Bench, *args: str, renamed: Renamed):
         super().__init__(bench, "pid_node.py", *args, renamed=renamed)
@@ -86,6 +86,18 @@ class PidNode(TopicProgram):
             return Answer(heard[0].message.data, sent, heard[0].time) if heard else None
 
         return self.converse(ask, "a message on error", OFFER, ERROR, EFFORT)
+
+    def ask(self, error: float) -> Answer:
+        """The answer to an error, by the node as it runs: raises Wrong when it answers only after a new start."""
+        listener = self.efforts
+        answer = self.send(error)
+        if self.efforts is not listener:
+            raise Wrong(
+                "Each error must be answered with one effort, also when the effort is the same as before: one was not "
+                "answered until the node had been started again.",
+                error,
+            )
+        return answer
 
     def get(self) -> dict[str, Any]:
         """The values of those of its parameters that are declared."""
@@ -145,7 +157,7 @@ class PidNode(TopicProgram):
 
     def expect_effort(self, error: float, effort: float, about: str) -> Answer:
         """It must answer with this effort; `about` tells the student which effort is right."""
-        answer = self.send(error)
+        answer = self.ask(error)
         if not near(answer.effort, effort):
             raise Wrong(
                 f"{about}: {effort:.3g} was right, and it was {answer.effort:.3g}.",
@@ -159,8 +171,8 @@ class PidNode(TopicProgram):
         self.get()  # a node that has answered has found the grader's publisher and subscription too
 
 
-def gains_count(pid: PidNode, launched: PidNode) -> bool:
-    """Whether the effort depends on kp: on the value set while `pid` runs, or on the one `launched` was started with.
+def why_no_controller(pid: PidNode, launched: PidNode) -> str:
+    """Return '' when the effort depends on kp, set while `pid` runs or at the start of `launched`; else what it did.
 
     Lenient, because the ways in which an effort can be wrong are judged by the tests.
     """
@@ -170,12 +182,12 @@ def gains_count(pid: PidNode, launched: PidNode) -> bool:
         pid.send(-STILL)
         before.append(pid.send(STILL).effort)
     if before[0] and near(before[1], 2 * before[0]):
-        return True
+        return ""
     pid.start_fresh()
     launched.start_fresh()
     efforts = [node.send(STILL).effort / node.get().get("kp", math.nan) for node in (pid, launched)]
     pid.gains_by_launch = bool(efforts[0]) and near(efforts[0], efforts[1])
-    return pid.gains_by_launch
+    return "" if pid.gains_by_launch else f"it was answered with {before[0]:.3g} and then with {before[1]:.3g}"
 
 
 def refusal(result: SetParametersResult | None) -> str:

@@ -108,7 +108,7 @@ def test_proportional(pid: PidNode, controls: None, rng: random.Random) -> None:
     pid.parameters.set_together({"output_min": -0.5, "output_max": 0.5})
     errors += [1.0, 1.0]
     for error in errors[-2:]:  # also when the effort stays at its limit
-        pid.send(error)
+        pid.ask(error)
     wait_until(lambda: len(pid.efforts.heard) > before + len(errors), EXTRA)
     if len(pid.efforts.heard) != before + len(errors):
         raise Wrong(
@@ -526,13 +526,13 @@ def test_all_or_nothing(pid: PidNode, controls: None, rng: random.Random) -> Non
             continue
         refused += 1
         about = (
-            f"After a refused set of {' and '.join(values)} the node must continue as if nothing had been asked, with "
+            f"After a refused set of {', '.join(values)} the node must continue as if nothing had been asked, with "
             "the old gains and limits and with its integral"
         )
         expect_no_less(pid, error, last, about)
         if (after := pid.get()) != before:
             raise Wrong(
-                f"A set of {' and '.join(values)} was refused, and yet {changes(before, after)} changed: none of its "
+                f"A set of {', '.join(values)} was refused, and yet {changes(before, after)} changed: none of its "
                 "parameters may.",
                 f"{values}: {before} became {after}",
             )
@@ -542,7 +542,7 @@ def test_all_or_nothing(pid: PidNode, controls: None, rng: random.Random) -> Non
                 pid,
                 error,
                 last,
-                f"After a refused set of {' and '.join(values)}, and then an accepted one of kd, nothing of the "
+                f"After a refused set of {', '.join(values)}, and then an accepted one of kd, nothing of the "
                 "refused one may take effect",
             )
     if not refused:

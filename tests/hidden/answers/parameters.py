@@ -662,7 +662,7 @@ WRONG = {
                 ),
             ),
         ),
-        {"limits_in_order", "equal_limits", "limits_together"},
+        {"equal_limits", "limits_together"},
     ),
     "the rule raises": (
         node(("return SetParametersResult(\n" + REASON, "raise ValueError('wrong order')")),
