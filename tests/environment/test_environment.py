@@ -44,6 +44,16 @@ def test_every_pin_has_an_exact_version_and_hashes():
     assert [pin.splitlines()[0] for pin in pins if "==" not in pin.splitlines()[0] or "--hash=sha256:" not in pin] == []
 
 
+def test_the_setuptools_of_colcon_is_pinned_too_and_no_other_programs():
+    pin = (ROOT / "environment/colcon.lock").read_text()
+    assert re.fullmatch(r"setuptools==[\d.]+( \\\n    --hash=sha256:[0-9a-f]{64})+\n", pin), pin
+    version = pin.partition("==")[2].split()[0]
+    program = "import setuptools; print(setuptools.__version__)"
+    shared = run(".venv/bin/python", "-c", program).stdout.strip()
+    assert shared != version and f"setuptools=={shared} " in LOCK
+    assert list((ROOT / ".venv/lib/colcon").glob("setuptools-*.dist-info"))[0].name == f"setuptools-{version}.dist-info"
+
+
 def test_the_lock_is_for_all_the_pythons_that_pyproject_allows():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     assert project["requires-python"] == ">=3.11,<3.14"
