@@ -51,7 +51,8 @@ def test_the_setuptools_of_colcon_is_pinned_too_and_no_other_programs():
     program = "import setuptools; print(setuptools.__version__)"
     shared = run(".venv/bin/python", "-c", program).stdout.strip()
     assert shared != version and f"setuptools=={shared} " in LOCK
-    assert list((ROOT / ".venv/lib/colcon").glob("setuptools-*.dist-info"))[0].name == f"setuptools-{version}.dist-info"
+    installed = [path.name for path in (ROOT / ".venv/lib/colcon").glob("setuptools-*.dist-info")]
+    assert installed == [f"setuptools-{version}.dist-info"]
 
 
 def test_the_lock_is_for_all_the_pythons_that_pyproject_allows():
