@@ -1,4 +1,4 @@
-"""What public checks begin with: the files as they lie there, started afresh, and nobody else under their names."""
+"""The start of public checks: the files as they lie there, started afresh, and nobody else under their names."""
 
 import re
 import subprocess

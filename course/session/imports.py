@@ -1,4 +1,4 @@
-"""What is wrong with an import of a ROS interface: what is installed is looked at, and the right line is named."""
+"""The mistake in an import of a ROS interface: what is installed is looked at, and the right line is named."""
 
 import ast
 import difflib

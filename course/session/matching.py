@@ -1,4 +1,4 @@
-"""What keeps the ends of a topic, or of an action, apart: its name, its type or its quality of service (QoS)."""
+"""The cause that keeps the ends of a topic, or an action, apart: its name, type or quality of service (QoS)."""
 
 from typing import cast
 

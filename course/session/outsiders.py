@@ -76,7 +76,7 @@ class Outsiders:
         return found
 
     def _ends(self, name: str) -> list[TopicEndpointInfo]:
-        """What serves the service or the action `name`, or publishes on the topic of that name."""
+        """Return what serves the service or the action `name`, or publishes on the topic of that name."""
         services = (name, f"{name}/_action/send_goal")
         topics = [(f"rr{service}Reply", True) for service in services] + [(name, False)]
         look = self._node.get_publishers_info_by_topic
@@ -107,7 +107,7 @@ class Outsiders:
 
     @cached_property
     def _host(self) -> bytes:
-        """What the identifiers of this host's endpoints have in common."""
+        """Return what the identifiers of this host's endpoints have in common."""
         publishers = self._node.get_publishers_info_by_topic(EVENTS)
         return next(
             (bytes(each.endpoint_gid)[HOST] for each in publishers if each.node_name == self._node.get_name()), b""
