@@ -14,7 +14,7 @@ from autograder.suitekit.parameters import Parameters
 from autograder.suitekit.printed_numbers import numbers
 from autograder.suitekit.renaming import Renamed, Topic, TopicProgram
 from autograder.suitekit.ros import Ros
-from autograder.suitekit.runs import Run, expect_gives_up, expect_status, expect_usage, expect_words
+from autograder.suitekit.runs import Run, expect_gives_up, expect_patience, expect_status, expect_usage, expect_words
 from autograder.suitekit.topics import PUBLISH, SUBSCRIBE, Heard, Listener, speaker
 
 __all__ = [
@@ -42,6 +42,7 @@ __all__ = [
     "TopicProgram",
     "Wrong",
     "expect_gives_up",
+    "expect_patience",
     "expect_status",
     "expect_usage",
     "expect_words",

@@ -136,6 +136,15 @@ def expect_status(run: Run, doing: str, status: int) -> None:
         )
 
 
+def expect_patience(run: Run, doing: str, least: float) -> None:
+    """The run, in which the client finds no server, takes `least` s or longer: it has looked for one for a moment."""
+    if (took := run.finish(doing).duration) < least:
+        raise Wrong(
+            f"{_capital(doing)}, the client gave up {took:.1f} s after its start. ROS 2 needs a moment to find a "
+            f"server: the client must wait for it for {least:.0f} s at least."
+        )
+
+
 def expect_words(
     run: Run, doing: str, must: str, *, beside: str = "", unlike: str = "", ignoring: Iterable[str] = ()
 ) -> None:

@@ -8,7 +8,15 @@ import pytest
 from autograder.errors import Crashed, Fault, TimedOut, Wrong
 from autograder.suitekit import hints
 from autograder.suitekit.clock import Clock
-from autograder.suitekit.runs import Run, drawn, expect_gives_up, expect_status, expect_usage, expect_words
+from autograder.suitekit.runs import (
+    Run,
+    drawn,
+    expect_gives_up,
+    expect_patience,
+    expect_status,
+    expect_usage,
+    expect_words,
+)
 
 DOING = "without a server"
 
@@ -116,6 +124,14 @@ def test_words_must_tell_something(output, how, message):
     except Fault as fault:
         told = fault.message
     assert bool(told) == bool(message) and message in told
+
+
+def test_a_client_looks_for_a_server_for_a_moment():
+    program = Program()
+    with pytest.raises(Wrong, match=r"gave up 0\.0 s after its start.* for 1 s at least"):
+        expect_patience(run(program), DOING, 1.0)
+    program.duration = 1.0
+    expect_patience(run(program, patience=1.0), DOING, 1.0)
 
 
 def test_a_run_can_be_waited_for_and_repeated():

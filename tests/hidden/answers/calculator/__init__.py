@@ -807,10 +807,6 @@ WRONG = {
         ),
         {"client_without_server", "client_without_answer"},
     ),
-    "client waits half a second for a server": (
-        client(("wait_for_service(timeout_sec=timeout_sec)", "wait_for_service(timeout_sec=0.5)")),
-        {"client_without_server"},
-    ),
     "client waits 25 s for a server": (
         client(("wait_for_service(timeout_sec=timeout_sec)", "wait_for_service(timeout_sec=25.0)")),
         {"client_without_server"},
