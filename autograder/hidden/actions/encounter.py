@@ -14,6 +14,7 @@ from autograder.hidden.actions.conversation import ACTION, PLAYS, TOP
 from autograder.sandbox.cleaning import excerpt
 from autograder.sandbox.program import Program
 from autograder.suitekit import Bench, Ros, Run, Wrong, numbers, on_wrong, serve, sought_actions
+from autograder.suitekit.runs import LIMIT
 from course.foundation.waiting import wait_until
 
 CLIENT = "lift_client.py"
@@ -159,7 +160,7 @@ class Encounter:
         if self._fault:
             raise self._fault
         try:
-            return self._run.finish(self.doing)
+            return self._run.finish(self.doing, LIMIT + self._lasts)
         except Fault as fault:
             self._fault = fault
             raise
@@ -181,7 +182,8 @@ class Encounter:
                 time.sleep(FEEDBACK_PAUSE)
             # A client loses the feedback that comes after its result, so that comes when all feedback is printed.
             wait_until(lambda: self.shown <= self._printed(), PATIENT)
-            self._run.until(lambda: time.monotonic() > begun + self._lasts)
+            lasts = min(self._lasts, self._bench.clock.allow(self._lasts))  # less, where less patience is asked for
+            self._run.until(lambda: time.monotonic() > begun + lasts)
         self.early = self._printed()
         (handle.abort if self.script == "abort" else handle.succeed)()
         return self.result
