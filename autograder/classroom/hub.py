@@ -24,6 +24,7 @@ from course.foundation.waiting import wait_until
 
 LOG, RECORD, SHARED, LOCK = "hub.log", "hub.json", "shared_passwords.json", "lock"
 UP = 120.0  # s until the hub answers
+PATIENCE = 120.0  # s to wait for another command
 END = 15.0  # s until the hub has ended by itself
 
 
@@ -173,13 +174,22 @@ def stop(classroom: Classroom) -> None:
 
 @contextlib.contextmanager
 def alone(classroom: Classroom) -> Iterator[None]:
-    """Nobody else changes the classroom meanwhile; raises UsageError when somebody does."""
+    """Nobody else changes the classroom meanwhile; raises UsageError when somebody does so for long.
+
+    A release at its date, which the hub makes by itself, is waited for.
+    """
     classroom.state.mkdir(storage.PRIVATE_FOLDER, parents=True, exist_ok=True)
     with open(classroom.state / LOCK, "w") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise UsageError(f"another `environment/classroom` is at work in {classroom.folder}; wait for it") from None
+
+        def locked() -> bool:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                return False
+            return True
+
+        if not wait_until(locked, PATIENCE, alert=False):
+            raise UsageError(f"another `environment/classroom` is at work in {classroom.folder}; wait for it")
         yield
 
 

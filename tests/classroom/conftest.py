@@ -54,6 +54,7 @@ def quiet(able, tmp_path):
         yield made
     finally:
         accounts.remove(made)
+        shutil.rmtree(made.run)
 
 
 @pytest.fixture(scope="session")
@@ -80,7 +81,8 @@ def up(able, tmp_path_factory):
         yield arguments
     finally:
         if (folder / "class").exists():
-            run_classroom("down", "--folder", str(folder / "class"), "--delete-homes")
+            down = run_classroom("down", "--folder", str(folder / "class"), "--delete-homes")
+            assert down.returncode == 0, down.stderr  # otherwise its processes and users would stay
         shutil.rmtree(folder, ignore_errors=True)
 
 

@@ -2,12 +2,13 @@
 
 import os
 import subprocess
+import threading
 from datetime import UTC, datetime, timedelta
 
 import pytest
 from nbgrader.api import Gradebook
 
-from autograder.classroom import accounts, assignments, calendar, course_files
+from autograder.classroom import accounts, assignments, calendar, course_files, hub
 from autograder.classroom.assignments import DATED, DRAFT, DUE, OPEN, OVER, Dates
 from autograder.errors import UsageError
 from tests.classroom.conftest import run_classroom
@@ -105,3 +106,28 @@ def test_dates_are_in_their_order(quiet):
     with pytest.raises(UsageError, match="the release comes first, then the due date, then the end"):
         assignments.change(quiet, ["services"], due=NOW, until=NOW - DAY)
     assert assignments.read(quiet) == {}
+
+
+def test_a_command_waits_for_a_release_at_its_date(quiet, monkeypatch):
+    """`down` was refused while the hub released an exercise."""
+    begun, may_end = threading.Event(), threading.Event()
+
+    def other() -> None:
+        with hub.alone(quiet):
+            begun.set()
+            assert may_end.wait(60)
+
+    releasing = threading.Thread(target=other)
+    releasing.start()
+    try:
+        assert begun.wait(60)
+        monkeypatch.setattr(hub, "PATIENCE", 0.2)
+        with pytest.raises(UsageError, match="is at work"), hub.alone(quiet):
+            pass
+        monkeypatch.setattr(hub, "PATIENCE", 60.0)
+        threading.Timer(0.3, may_end.set).start()
+        with hub.alone(quiet):
+            assert may_end.is_set()
+    finally:
+        may_end.set()
+        releasing.join(60)
