@@ -45,10 +45,9 @@ def make(classroom: Classroom) -> list[Member]:
     """Make the group, and the users that are missing, with home folders; the new ones are returned."""
     new = missing(classroom)
     staff = classroom.staff
-    if not _group(staff):
-        _note(classroom, staff)
-        _run("groupadd", staff)
-    for member in new:
+    users = {classroom.user(member): classroom.home(member) for member in new}
+    _make_groups(classroom, {staff: classroom.grading} | users)
+    for member in sorted(new, key=lambda member: not classroom.home(member).exists()):  # before others take a number
         _make_user(classroom, member)
     for member in classroom.members:
         home = classroom.home(member)
@@ -56,7 +55,7 @@ def make(classroom: Classroom) -> list[Member]:
         if not home.exists():
             home.mkdir(storage.PRIVATE_FOLDER)
             os.chown(home, user.pw_uid, user.pw_gid)
-        elif home.stat().st_uid != user.pw_uid:
+        elif (home.stat().st_uid, home.stat().st_gid) != (user.pw_uid, user.pw_gid):
             homes.give(home, user.pw_uid, user.pw_gid)
         if (user.pw_name in grp.getgrnam(staff).gr_mem) != member.instructor:
             _run("usermod", "--groups", staff if member.instructor else "", user.pw_name)
@@ -145,14 +144,30 @@ def remove(classroom: Classroom) -> list[str]:
 
 def _make_user(classroom: Classroom, member: Member) -> None:
     name, home = classroom.user(member), classroom.home(member)
-    _note(classroom, name)
-    command = ["useradd", "--no-create-home", "--home-dir", str(home), "--user-group", "--no-log-init"]
+    command = ["useradd", "--no-create-home", "--home-dir", str(home), "--gid", name, "--no-log-init"]
     command += ["--shell", "/usr/sbin/nologin", "--comment", f"{member.name} of {classroom.folder}"]
     with contextlib.suppress(OSError):
         number = home.stat().st_uid  # a home folder that was kept belongs to its user again
-        if number and not _taken(number):
+        if number and not _is_user(number):
             command += ["--uid", str(number)]
     _run(*command, name)
+
+
+def _make_groups(classroom: Classroom, kept: dict[str, Path]) -> None:
+    """Make groups; each has the number again that a folder of its still has, unless somebody else has that now."""
+    known = _known(classroom)
+    for name in kept:
+        if _group(name) and name not in known:
+            raise UsageError(
+                f"the Unix group {name} exists, and this classroom did not make it: remove it, or give another --prefix"
+            )
+    for again in (True, False):  # first those, so that no other group is given their numbers
+        for name, folder in kept.items():
+            number = folder.stat().st_gid if folder.exists() else 0
+            free = bool(number) and not _is_group(number) and not _is_user(number)
+            if not _group(name) and free is again:
+                _note(classroom, name)
+                _run("groupadd", *(["--gid", str(number)] if free else []), name)
 
 
 def _end(uids: set[int]) -> bool:
@@ -189,9 +204,13 @@ def _group(name: str) -> bool:
     return False
 
 
-def _taken(number: int) -> bool:
+def _is_user(number: int) -> bool:
     with contextlib.suppress(KeyError):
         return bool(pwd.getpwuid(number))
+    return False
+
+
+def _is_group(number: int) -> bool:
     with contextlib.suppress(KeyError):
         return bool(grp.getgrgid(number))
     return False

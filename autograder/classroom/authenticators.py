@@ -1,8 +1,10 @@
 """Authenticators of the hub: with the right password, after not too many wrong ones, and at their own address."""
 
+import asyncio
 import contextlib
 import secrets
 from typing import Any
+from weakref import WeakValueDictionary
 
 from jupyterhub.auth import Authenticator, PAMAuthenticator
 from jupyterhub.authenticators.shared import SharedPasswordAuthenticator
@@ -14,6 +16,8 @@ from autograder.classroom.plan import Classroom
 
 KNOWN = "classroom-known"  # the cookie of a browser in which somebody has logged in
 DAYS = 200
+AT_ONCE = 32  # passwords that are tried at the same time
+FROM_ONE_PLACE = 8  # of which so many are of one address; more of them wait, and keep nobody else waiting
 
 
 class Careful(Authenticator):
@@ -24,6 +28,7 @@ class Careful(Authenticator):
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
         self._attempts = attempts.Attempts()
+        self._places: WeakValueDictionary[str, asyncio.Semaphore] = WeakValueDictionary()
 
     async def authenticate(self, handler: Any, data: dict[str, str]) -> str | None:
         """The member's name when the password is right; raises HTTPError when it is not even tried."""
@@ -36,11 +41,13 @@ class Careful(Authenticator):
             raise HTTPError(403, f"You come in at {self.classroom.address_of(member)}")
         browser = _browser(handler, name)
         self._attempts.forget_before(name, attempts.unlocked(self.classroom, name))
-        if wait := self._attempts.begin(name, browser or handler.request.remote_ip, bool(browser)):
+        place = browser or handler.request.remote_ip
+        if wait := self._attempts.begin(name, place, bool(browser)):
             raise HTTPError(429, f"Too many wrong passwords: try again in {wait:.0f} s, or ask your instructor.")
-        if not await self.check(handler, data):
-            return None
-        self._attempts.succeeded(name, browser or handler.request.remote_ip)
+        async with self._places.setdefault(place, asyncio.Semaphore(FROM_ONE_PLACE)):
+            if not await self.check(handler, data):
+                return None
+        self._attempts.succeeded(name, place)
         if not browser:
             options = {"httponly": True, "samesite": "Lax", "secure": bool(self.classroom.certificate), "path": "/hub/"}
             value = f"{name}:{secrets.token_hex(16)}"

@@ -284,6 +284,8 @@ def down(
             classroom.run.parent.rmdir()
         if delete_homes:
             course_files.remove(classroom)
+        else:
+            course_files.close(classroom)
     print(f"The class is ended; removed: {_listed(removed)}.")
     if not delete_homes:
         print(f"Homes, exchange and grades are in {classroom.folder}.")

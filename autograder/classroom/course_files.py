@@ -49,10 +49,19 @@ def make_folders(classroom: Classroom) -> None:
         folder.chmod(mode)
 
 
+def close(classroom: Classroom) -> None:
+    """Close the folders of a class whose users are removed: the next users and groups may get their numbers."""
+    classroom.folder.chmod(0o700)
+
+
 def make_shared(classroom: Classroom) -> None:
     """The folders that instructors share, and those of the exchange.  Raises ClassroomError."""
     staff = accounts.staff_id(classroom)
     classroom.grading.mkdir(exist_ok=True)
+    former = classroom.grading.stat().st_gid  # of the instructors' group, before `down` has removed it
+    if former != staff:
+        for shared in (classroom.grading, classroom.exchange):
+            homes.regroup(shared, former, staff)
     os.chown(classroom.grading, 0, staff)
     classroom.grading.chmod(0o2770)
     course = classroom.exchange / COURSE_ID

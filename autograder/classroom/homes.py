@@ -14,7 +14,7 @@ import stat
 import subprocess
 import time
 from base64 import b64decode, b64encode
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path, PurePosixPath
 
@@ -22,6 +22,7 @@ from autograder.errors import ClassroomError
 
 LONGEST = 60.0  # s that one child may take
 MOST_FILES, MOST_BYTES = 2000, 200 << 20  # that are read of one folder
+DEEPEST = 100  # folders in each other whose owner is changed
 COUNTED = 100.0  # s in which the files of all homes are counted
 FOLDER = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC
 FILE = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
@@ -126,7 +127,7 @@ def give(home: Path, uid: int, gid: int) -> None:
     opened = os.open(home, FOLDER)
     try:
         former = os.fstat(opened).st_uid
-        for _, _, names, at in os.fwalk(".", dir_fd=opened, follow_symlinks=False):
+        for _, _, names, at in _walk(opened):
             if os.fstat(at).st_uid == former:
                 os.fchown(at, uid, gid)
             for name in names:
@@ -134,6 +135,41 @@ def give(home: Path, uid: int, gid: int) -> None:
                     _give(name, at, former, uid, gid)
     finally:
         os.close(opened)
+
+
+def _walk(folder: int) -> Iterator[tuple[str, list[str], list[str], int]]:
+    """All folders below an open one, and itself, down to DEEPEST: each takes a descriptor while one is below it."""
+    for path, below, names, at in os.fwalk(".", dir_fd=folder, follow_symlinks=False):
+        if path.count("/") >= DEEPEST:
+            below.clear()
+        yield path, below, names, at
+
+
+def regroup(folder: Path, former: int, gid: int) -> None:
+    """Give what a group had, in a folder that several users share, to another group.
+
+    As in `give`: by descriptors that were looked at, and no file with several names.
+    """
+    opened = os.open(folder, FOLDER)
+    try:
+        for _, _, names, at in _walk(opened):
+            if os.fstat(at).st_gid == former:
+                os.fchown(at, -1, gid)
+            for name in names:
+                with contextlib.suppress(OSError):
+                    _regroup(name, at, former, gid)
+    finally:
+        os.close(opened)
+
+
+def _regroup(name: str, at: int, former: int, gid: int) -> None:
+    file = os.open(name, os.O_PATH | os.O_NOFOLLOW | os.O_CLOEXEC, dir_fd=at)
+    try:
+        known = os.fstat(file)
+        if stat.S_ISREG(known.st_mode) and known.st_gid == former and known.st_nlink == 1:
+            os.chown(f"/proc/self/fd/{file}", -1, gid)
+    finally:
+        os.close(file)
 
 
 def _give(name: str, at: int, former: int, uid: int, gid: int) -> None:

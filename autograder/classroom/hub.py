@@ -14,8 +14,9 @@ import sysconfig
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
+from typing import IO, Any, cast
 
-from autograder.classroom import spawner
+from autograder.classroom import log_keeper, spawner
 from autograder.classroom.plan import Classroom
 from autograder.errors import ClassroomError, UsageError
 from autograder.paths import repository
@@ -129,18 +130,19 @@ def _proxies(classroom: Classroom) -> Iterator[int]:
 def start(classroom: Classroom) -> None:
     """Start the hub, which starts the proxy, and wait until it answers; raises ClassroomError."""
     classroom.hub_socket.unlink(missing_ok=True)
-    for name in ("proxy.sock", "staff-proxy.sock"):
+    for name in (classroom.proxy_socket.name, "proxy.sock", "staff-proxy.sock"):
         (classroom.run / name).unlink(missing_ok=True)
     path = classroom.state / LOG
-    with open(path, "ab") as log:
-        begin = log.tell()
-        process = subprocess.Popen(
-            [sys.executable, "-m", "jupyterhub", "-f", str(Path(__file__).with_name("hub_config.py"))],
-            stdin=subprocess.DEVNULL,
+    begin = _make_room(path)
+    keeper = _begin("autograder.classroom.log_keeper", str(path), cwd=classroom.state, stdin=subprocess.PIPE)
+    with cast(IO[bytes], keeper.stdin) as log:
+        process = _begin(
+            "autograder.classroom.hub_server",
+            "-f",
+            str(Path(__file__).with_name("hub_config.py")),
+            cwd=classroom.state,
             stdout=log,
             stderr=subprocess.STDOUT,
-            start_new_session=True,
-            cwd=classroom.state,
             env={
                 spawner.VARIABLE: str(classroom.folder),
                 "PATH": os.environ.get("PATH", os.defpath),
@@ -193,10 +195,26 @@ def alone(classroom: Classroom) -> Iterator[None]:
         yield
 
 
+def _begin(module: str, *arguments: str, **options: Any) -> subprocess.Popen[bytes]:
+    """Start a program of this package that outlives the command."""
+    said: dict[str, Any] = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    return subprocess.Popen([sys.executable, "-m", module, *arguments], start_new_session=True, **said | options)
+
+
+def _make_room(log: Path) -> int:
+    """Put a long log aside; return where the next line will be."""
+    size = log.stat().st_size if log.exists() else 0
+    if size > log_keeper.MOST // 2:
+        log.replace(log.with_name(f"{log.name}.1"))
+        return 0
+    return size
+
+
 def _ready(log: Path, begin: int) -> bool:
-    with open(log, "rb") as file:
+    with contextlib.suppress(FileNotFoundError), open(log, "rb") as file:  # the first line makes it
         file.seek(begin)
         return b"JupyterHub is now running" in file.read()
+    return False
 
 
 def _node_folder() -> Path:

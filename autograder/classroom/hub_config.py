@@ -24,8 +24,9 @@ def configure(c: Config, classroom: Classroom) -> None:
     c.JupyterHub.bind_url = f"{'https' if classroom.certificate else 'http'}://{classroom.ip}:{classroom.port}"
     if classroom.certificate:
         c.JupyterHub.ssl_cert, c.JupyterHub.ssl_key = classroom.certificate, classroom.key
-    c.JupyterHub.hub_bind_url = c.JupyterHub.hub_connect_url = as_url(classroom.hub_socket)
-    c.JupyterHub.hub_socket_mode = 0o666  # the folder that it is in is seen by members alone
+    c.JupyterHub.hub_bind_url = c.JupyterHub.hub_connect_url = as_url(classroom.proxy_socket)
+    c.JupyterHub.hub_socket_mode = 0o600
+    c.Spawner.hub_connect_url = as_url(classroom.hub_socket)
     c.JupyterHub.db_url = f"sqlite:///{state / 'jupyterhub.sqlite'}"
     c.JupyterHub.cookie_secret_file = str(state / "cookie_secret")
     c.JupyterHub.cleanup_servers = False  # they outlive the hub, which finds them again
@@ -54,6 +55,7 @@ def configure(c: Config, classroom: Classroom) -> None:
     c.Authenticator.post_auth_hook = lambda _, handler, known: known | {"admin": known["name"] in instructors}
     authenticators.Careful.classroom = classroom
     if classroom.passwords == "pam":
+        c.PAMAuthenticator.executor_threads = authenticators.AT_ONCE  # PAM lets a wrong password wait for 2 s
         c.MembersPAM.prefix = classroom.prefix
         c.JupyterHub.authenticator_class = authenticators.MembersPAM
     else:

@@ -83,8 +83,13 @@ class Classroom:
 
     @property
     def hub_socket(self) -> Path:
-        """Return the hub's socket for the proxy and the students' servers, which see the folder that it is in."""
+        """Return the hub's socket for the members' servers, which see the folder that it is in."""
         return self.run / "hub" / "hub.sock"
+
+    @property
+    def proxy_socket(self) -> Path:
+        """Return the hub's socket for the proxy; no member sees it."""
+        return self.run / "hub.sock"
 
     @property
     def url(self) -> str:

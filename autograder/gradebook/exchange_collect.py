@@ -1,10 +1,13 @@
 """Collecting from nbgrader's exchange what anybody of the class may have put there."""
 
+import contextlib
+import errno
 import os
 import pwd
 import re
 import secrets
 import stat
+from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -54,10 +57,12 @@ class OwnersCollect(ExchangeCollect):
         newest: dict[str, dict[str, Any]] = {}
         for record in sorted(records, key=self._in_time):  # nbgrader has several of one student when others lie between
             path = os.path.join(self.inbound_path, record["filename"])
-            if is_folder(path):
-                newest[record["username"]] = record
-            else:
+            if not is_folder(path):
                 self.log.warning("%s was left out: it is not a folder", shown(path))
+            elif not os.access(path, os.R_OK | os.X_OK, effective_ids=True):
+                self.log.warning("%s was left out: its owner has closed it, and must open or remove it", shown(path))
+            else:
+                newest[record["username"]] = record
         self.src_records = list(newest.values())
 
     def _in_time(self, record: dict[str, Any]) -> tuple[bool, Any]:
@@ -69,7 +74,7 @@ class OwnersCollect(ExchangeCollect):
         """Copy the regular files; what is too large, and what cannot be read, is left out and told."""
         Path(dest).mkdir(parents=True)
         files, space, told, seen = MOST_FILES, MOST_BYTES, 0, 0
-        for folder, below, names, descriptor in os.fwalk(src, follow_symlinks=False):
+        for folder, below, names, descriptor in _walk(src):
             seen += 1 + len(names)
             if seen > MOST_ENTRIES:
                 self.log.warning("%s was left out, and what follows: there are too many files", shown(folder))
@@ -85,7 +90,7 @@ class OwnersCollect(ExchangeCollect):
                 except OSError as error:
                     told += 1
                     if told <= MOST_TOLD:
-                        why = error.strerror or error
+                        why = "it is a link" if error.errno == errno.ELOOP else error.strerror or error
                         self.log.warning("%s was left out: %s", shown(os.path.join(folder, name)), why)
         if told > MOST_TOLD:
             self.log.warning("%s: %d more were left out", shown(src), told - MOST_TOLD)
@@ -116,6 +121,13 @@ def is_folder(path: str) -> bool:
         return stat.S_ISDIR(os.lstat(path).st_mode)
     except OSError:
         return False
+
+
+def _walk(folder: str) -> Iterator[tuple[str, list[str], list[str], int]]:
+    """`os.fwalk` without links; nothing where the folder cannot be opened."""
+    with contextlib.suppress(OSError):
+        os.close(os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW))
+        yield from os.fwalk(folder, follow_symlinks=False)
 
 
 def _text(path: Path) -> str | None:

@@ -19,7 +19,7 @@ import pytest
 import requests
 import websocket
 
-from autograder.classroom import accounts, hub, spawner
+from autograder.classroom import accounts, course_files, hub, spawner
 from autograder.classroom.certificate import check_covers, warning
 from autograder.classroom.plan import RUN, Classroom
 from autograder.errors import UsageError
@@ -290,6 +290,32 @@ def test_down_leaves_nothing(ended):
     assert traces(classroom, uids, networks) == []
     kept = classroom.home(classroom.find("ada"))
     assert (kept / "notebooks" / "index.ipynb").exists() and kept.stat().st_uid in uids
+    assert classroom.folder.stat().st_mode & 0o077 == 0  # who gets a number of theirs now does not get in
+
+
+def test_a_group_that_gets_the_number_of_the_instructors_gets_nothing_of_theirs(ended):
+    classroom, _, _ = ended
+    former = classroom.grading.stat().st_gid
+    members = {each.name: classroom.home(each).stat() for each in classroom.members}
+    stranger = f"{classroom.prefix}strangers"
+    try:
+        for number_is_taken in (False, True):
+            if number_is_taken:
+                subprocess.run(["groupadd", "--gid", str(former), stranger], check=True)
+            course_files.make_folders(classroom)
+            accounts.make(classroom)
+            course_files.make_shared(classroom)
+            assert (accounts.staff_id(classroom) != former) is number_is_taken
+            for each in classroom.members:
+                assert accounts.ids(classroom, each) == (members[each.name].st_uid, members[each.name].st_gid)
+            files = [path for top in (classroom.grading, classroom.exchange) for path in top.rglob("*")]
+            theirs = [path for path in files if path.lstat().st_gid == accounts.staff_id(classroom)]
+            assert {"gradebook.db", "outbound"} <= {path.name for path in theirs}
+            assert [path for path in files if path.lstat().st_gid == former and number_is_taken] == []
+            accounts.remove(classroom)
+    finally:
+        accounts.remove(classroom)
+        subprocess.run(["groupdel", stranger], check=False)
 
 
 def children(pid: int) -> list[int]:

@@ -13,7 +13,7 @@ from autograder.gradebook import exchange_collect
 from autograder.gradebook.exchange_collect import MOST_ENTRIES, OwnersCollect
 from course.environment import prepare
 
-ADA, EVE = 61001, 61002  # users that this machine does not have
+ADA, EVE, COLLECTOR = 61001, 61002, 61003  # users that this machine does not have
 TIME = "2026-01-0{} 10:00:00.000000 UTC"
 
 
@@ -117,3 +117,24 @@ def test_folders_too_deep_and_files_too_many(inbound, collect):
     assert collect() == {
         f"user-{who}: a.py": f"{name}'s".encode() for who, name in ((ADA, "ada"), (EVE, "eve"), (EVE + 1, "mallory"))
     }
+
+
+def test_a_folder_that_its_owner_has_closed_is_left_out(inbound, collect, tmp_path, caplog):
+    hand_in(inbound, EVE, f"eve+calculator+{TIME.format(1)}+x", b="eve's").chmod(0)
+    hand_in(inbound, ADA, f"ada+calculator+{TIME.format(2)}+x", a="ada's")
+    (tmp_path / "course").mkdir()
+    os.chown(tmp_path / "course", COLLECTOR, COLLECTOR)
+    opened = [tmp_path, *[above for above in tmp_path.parents if str(above).startswith("/tmp/")]]
+    modes = {folder: folder.stat().st_mode for folder in opened}
+    for folder, mode in modes.items():
+        folder.chmod(mode | 0o055)
+    prepare()
+    try:
+        os.seteuid(COLLECTOR)
+        found = collect()
+    finally:
+        os.seteuid(0)
+        for folder, mode in modes.items():
+            folder.chmod(mode)
+    assert found == {f"user-{ADA}: a.py": b"ada's"}
+    assert "its owner has closed it" in caplog.text

@@ -1,0 +1,78 @@
+"""JupyterHub for a classroom: it has a socket for the proxy, and another one for the members' servers.
+
+Each member's processes see the second socket.  It leads to the hub's API alone, and has room for everybody.  Whatever
+else the hub serves, browsers ask for by the proxy, whose socket no member sees: what the proxy says of where a request
+comes from is true.
+"""
+
+import os
+import socket
+import struct
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+from jupyterhub.app import JupyterHub
+from tornado.httpserver import HTTPServer
+from tornado.httputil import HTTPMessageDelegate, HTTPServerRequest
+from tornado.iostream import IOStream
+from tornado.netutil import add_accept_handler, bind_unix_socket
+from tornado.routing import Router
+from tornado.web import Application
+
+from autograder.classroom.plan import Classroom
+from autograder.classroom.spawner import VARIABLE
+
+MOST = 64  # connections of one user at a time; a server needs a few
+API = "/hub/api"
+
+
+class ApiAlone(Router):
+    """Leads to an application's API; whatever else is asked for is not found, and not logged."""
+
+    def __init__(self, application: Application):
+        self._application = application
+
+    def find_handler(self, request: HTTPServerRequest, **options: Any) -> HTTPMessageDelegate | None:
+        """Return what answers a request, if it is one of the API."""
+        if request.path == API or request.path.startswith(f"{API}/"):
+            return self._application.find_handler(request, **options)
+        return None
+
+
+def listen(path: Path, application: Application) -> HTTPServer:
+    """Serve an application's API at a socket that everybody may connect to who sees it."""
+    server = HTTPServer(ApiAlone(application))  # which believes no header about where a request comes from
+    opened: defaultdict[int, list[socket.socket]] = defaultdict(list)
+
+    def accept(connection: socket.socket, address: Any) -> None:
+        user = owner(connection)
+        opened[user] = [each for each in opened[user] if each.fileno() >= 0]  # the others are closed
+        if len(opened[user]) >= MOST:
+            connection.close()
+            return
+        opened[user].append(connection)
+        server.handle_stream(IOStream(connection), address)
+
+    path.unlink(missing_ok=True)
+    add_accept_handler(bind_unix_socket(str(path), mode=0o666), accept)
+    return server
+
+
+def owner(connection: socket.socket) -> int:
+    """Return the user at the other end of a Unix socket (unix(7), SO_PEERCRED)."""
+    _, user, _ = struct.unpack("3i", connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12))
+    return int(user)
+
+
+class ClassHub(JupyterHub):
+    """JupyterHub, which listens at the members' socket as well."""
+
+    async def start(self) -> None:
+        """Listen, and start."""
+        self._members = listen(Classroom.load(Path(os.environ[VARIABLE])).hub_socket, self.tornado_application)
+        await super().start()
+
+
+if __name__ == "__main__":
+    ClassHub.launch_instance()

@@ -1,0 +1,209 @@
+"""What members' processes ask the hub for, and what it writes down: as much as there is room for, and nothing else."""
+
+import asyncio
+import os
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+from tornado.web import Application, HTTPError, RequestHandler
+
+from autograder.classroom import authenticators, hub_server, log_keeper
+from course.foundation.waiting import wait_until
+from tests.classroom.conftest import run_classroom
+
+STRANGER = 61001  # a user that this machine does not have
+# Opens connections and holds them, as many as it is told, until it is told to go; says how many were taken.
+HOLD = """
+import socket, sys, time
+held = []
+for _ in range({count}):
+    one = socket.socket(socket.AF_UNIX)
+    one.connect({path!r})
+    held.append(one)
+def goes_on(one):
+    one.settimeout(0.5)
+    try:
+        return one.recv(1) != b''
+    except TimeoutError:
+        return True
+    except OSError:
+        return False
+print('held', sum(map(goes_on, held[-100:])), 'of', len(held[-100:]))
+"""
+ASK = """
+import socket
+one = socket.socket(socket.AF_UNIX)
+one.settimeout(20)
+one.connect({path!r})
+one.send(b'GET {target} HTTP/1.1\\r\\nHost: x\\r\\nX-Forwarded-For: 192.0.2.7\\r\\nConnection: close\\r\\n\\r\\n')
+said = b''
+while part := one.recv(65536):
+    said += part
+print(said.decode())
+"""
+
+
+class From(RequestHandler):
+    def get(self):
+        self.write(f"from {self.request.remote_ip}")
+
+
+@pytest.fixture
+def socket_path():
+    if os.geteuid() != 0:
+        pytest.skip("connections of another user take root")
+    with tempfile.TemporaryDirectory() as folder:
+        os.chmod(folder, 0o755)
+        yield Path(folder) / "hub.sock"
+
+
+def asked(socket_path, *asks) -> list[str]:
+    """What each coroutine function of `asks` gives, one after the other, while the members' socket is served."""
+
+    async def run():
+        pages = [("/hub/api(?:/.*)?", From), ("/hub/login", From)]
+        server = hub_server.listen(socket_path, Application([(page, handler) for page, handler in pages]))
+        found = [await ask() for ask in asks]
+        server.stop()
+        return found
+
+    with ThreadPoolExecutor(1) as pool:  # a browser of another test may have an event loop in this thread
+        return pool.submit(asyncio.run, run()).result()
+
+
+def get(path, target, **options):
+    """A coroutine function that asks for something in a process of its own."""
+
+    async def ask():
+        text = ASK.format(path=str(path), target=target)
+        child = await asyncio.create_subprocess_exec(
+            sys.executable, "-c", text, stdout=asyncio.subprocess.PIPE, **options
+        )
+        return (await child.communicate())[0].decode()
+
+    return ask
+
+
+def test_members_reach_the_api_alone_and_cannot_say_where_they_are(socket_path):
+    api, users, login, outside = asked(
+        socket_path, *[get(socket_path, path) for path in ("/hub/api", "/hub/api/users", "/hub/login", "/hub/apis")]
+    )
+    for answer in (api, users):
+        assert "200 OK" in answer and "from 0.0.0.0" in answer and "192.0.2.7" not in answer
+    for answer in (login, outside):
+        assert "404 Not Found" in answer
+
+
+def test_who_holds_many_connections_leaves_room_for_others(socket_path):
+    async def hold():
+        held = []
+        for _ in range(3 * hub_server.MOST):
+            reader, writer = await asyncio.open_unix_connection(str(socket_path))
+            held.append((reader, writer))
+        closed = 0
+        for reader, _ in held[hub_server.MOST :]:
+            closed += await asyncio.wait_for(reader.read(), 10) == b""
+        assert closed == 2 * hub_server.MOST
+        answer = await get(socket_path, "/hub/api", user=STRANGER, group=STRANGER)()
+        for _, writer in held:
+            writer.close()
+        return answer
+
+    async def later():  # what was closed has room again
+        while "200 OK" not in (answer := await get(socket_path, "/hub/api")()):
+            await asyncio.sleep(0.05)
+        return answer
+
+    for answer in asked(socket_path, hold, later):
+        assert "200 OK" in answer
+
+
+def test_a_log_keeps_its_end_within_bounds(tmp_path):
+    path = tmp_path / "hub.log"
+    lines = b"".join(b"%d %s\n" % (number, b"x" * 60_000) for number in range(400))
+    many = b"".join(b"line %d\n" % number for number in range(2_500_000))
+    said = lines + many + b"the last line\n"
+    subprocess.run([sys.executable, "-m", "autograder.classroom.log_keeper", path], input=said, check=True)
+    kept = [path, path.with_name("hub.log.1")]
+    assert all(each.stat().st_size <= log_keeper.MOST for each in kept) and {*tmp_path.iterdir()} == {*kept}
+    assert path.read_bytes().endswith(b"line 2499999\nthe last line\n")
+
+
+class Slow(authenticators.Careful):
+    """Tries each password until it may stop."""
+
+    def __init__(self, **options):
+        super().__init__(**options)
+        self.trying, self.most, self.stop = [], 0, asyncio.Event()
+
+    async def check(self, handler, data):
+        self.trying.append(data["username"])
+        self.most = max(self.most, len(self.trying))
+        if data["password"] == "wrong":  # a right one is known at once
+            await self.stop.wait()
+        self.trying.remove(data["username"])
+        return data["password"] != "wrong"
+
+
+class Members:
+    certificate = ""
+
+    def find(self, name):
+        return type("Member", (), {"instructor": False, "name": name})()
+
+
+class Handler:
+    def __init__(self, place):
+        self.request = type("Request", (), {"remote_ip": place, "host": "class"})()
+
+    def get_secure_cookie(self, *_, **__):
+        return None
+
+    def set_secure_cookie(self, *_, **__):
+        pass
+
+
+def test_who_tries_many_passwords_at_once_keeps_nobody_else_waiting(monkeypatch):
+    monkeypatch.setattr(authenticators.Careful, "classroom", Members(), raising=False)
+    monkeypatch.setattr(authenticators.addresses, "belongs", lambda *_: True)
+    monkeypatch.setattr(authenticators.attempts, "unlocked", lambda *_: 0.0)
+
+    async def run():
+        slow = Slow()
+
+        async def guess(number):
+            data = {"username": f"s{number % 30}", "password": "wrong"}
+            try:
+                return await slow.authenticate(Handler("192.0.2.1"), data)
+            except HTTPError as error:
+                return error.status_code
+
+        guesses = [asyncio.create_task(guess(number)) for number in range(300)]
+        await asyncio.sleep(0)  # all have begun
+        right = slow.authenticate(Handler("192.0.2.2"), {"username": "ada", "password": "right"})
+        assert await asyncio.wait_for(right, 10) == "ada"
+        at_once = slow.most
+        slow.stop.set()
+        ended = await asyncio.gather(*guesses)
+        return at_once, ended.count(429), ended.count(None)
+
+    with ThreadPoolExecutor(1) as pool:
+        at_once, refused, wrong = pool.submit(asyncio.run, run()).result()
+    assert at_once == authenticators.FROM_ONE_PLACE + 1  # and ada
+    assert (wrong, refused) == (150, 150)  # five of each name
+
+
+def test_a_member_who_holds_the_hubs_connections_keeps_nobody_out(classroom, ada, bob, kernel):
+    hold = HOLD.format(count=600, path=str(classroom.hub_socket))
+    live = kernel(bob)
+    found = live.run(hold + "held_back = held")
+    assert "held 0 of 100" in found.text, found
+    assert ada.session.get(f"{classroom.url}hub/home", timeout=60).status_code == 200
+    live.run("for one in held: one.close()")
+    ask = ASK.format(path=str(classroom.hub_socket), target="/hub/login")
+    assert wait_until(lambda: "404 Not Found" in live.run(ask).text, 60.0)  # there is room again, and no page to log in
+    assert run_classroom("status", "--folder", str(classroom.folder)).returncode == 0
