@@ -835,6 +835,20 @@ WRONG = {
         ),
         {"launch_values", "nothing_else_starts_it_again"},
     ),
+    "the limits are checked before they are declared": (
+        node(
+            (
+                "        self.declare_gain('kp', 1.0",
+                """        self.add_on_set_parameters_callback(self.check_parameters)
+        self.declare_gain('kp', 1.0""",
+            ),
+            (
+                "        self.add_on_set_parameters_callback(self.check_parameters)\n        self.add_post",
+                "        self.add_post",
+            ),
+        ),
+        EVERYTHING,
+    ),
     "integral never starts again": (node((RESET, "")), {"ki_starts_the_integral_again"}),
     "every parameter starts it again": (
         node((RESET, "            self.integral = 0.0\n")),
@@ -1282,7 +1296,10 @@ NOTHING = {
     "refuses everything, and every effort is 0",
     "declares nothing",
 }  # they do nothing of what is asked for, but for what stands in their declarations
-USELESS = {"Float32 efforts"}  # nobody hears them
+USELESS = {
+    "Float32 efforts",  # nobody hears them
+    "the limits are checked before they are declared",  # the node ends at its start
+}
 ABOUT = {
     "gains read at the start alone",
     "no rule for the limits",
