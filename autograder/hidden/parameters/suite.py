@@ -34,6 +34,7 @@ ALMOST_NOTHING = 1e-9  # of an error: it adds nothing to the integral, but it is
 LENIENT = 3.0  # times that a growth may differ where another test judges it
 JUST = 1e-6  # above another limit
 NARROW = 0.01  # limits that clamp nearly everything
+SHORT = 0.02  # s, a step that no node takes for none
 HUGE = 1e7  # an error whose effort is outside all limits
 
 Overridden = tuple[PidNode, Mapping[str, Any]]  # a node with the values that it was started with
@@ -149,10 +150,14 @@ def test_clamped(pid: PidNode, rng: random.Random) -> None:
             pid.parameters.set({name: value})
             if pid.get().get(name) == value:  # or else another test judges it
                 pid.expect_effort(out, value, about.format(name))
-    if has_slope(pid, STILL, kd=0.5):  # or else another test judges it
+    pid.arrange(kd=0.5)
+    pid.send(-STILL)
+    time.sleep(SHORT)
+    if pid.send(STILL).effort > ROUNDING:  # or else another test judges it, also when it has the wrong sign
         pid.arrange(kd=10.0, output_min=-1.0, output_max=1.0)
         pid.send(-8.0)
         for error, limit in ((8.0, 1.0), (-8.0, -1.0)):
+            time.sleep(SHORT)
             pid.expect_effort(error, limit, "The whole effort must be clamped, with its derivative part")
 
 
