@@ -279,8 +279,8 @@ def expect_for_ros(run: Run) -> None:
     program = run.finish(doing)
     if program.exit_status:
         raise Wrong(
-            f"Run {doing}, the client ended with {program.last_words()}: what is meant for ROS is none of its "
-            "arguments; remove_ros_args takes it off.",
+            f"Run {doing}, the client ended with {program.last_words()}: it must leave out the arguments "
+            "that are meant for ROS, as remove_ros_args does.",
             program.output,
         )
 
