@@ -518,7 +518,7 @@ DAEMONS = (
     DAEMON + _right_elsewhere().replace("if sys.argv[1:] == ['3', '4', 'add']:", "if True:"),
 )
 
-# Name: the files, and what their honest part earns of 20.  Calculate.srv earns 3, the server 12, the client 5.
+# Name: the files, and what their honest part earns of 20.  Calculate.srv earns 2, the server 12, the client 6.
 ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
     "looks for everything, stops its parent, fills its disk": (handed_in(SPY + text(SERVER), SPY + text(CLIENT)), 20),
     "writes verdicts, answers only a grader": (handed_in(_forger(), srv=text(SRV, ("float64 a\n", COMMENT))), 11),
@@ -551,7 +551,7 @@ ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
     "the client's file serves in the server's place": (handed_in(IDLE_SERVER, _right_elsewhere()), 2),
     "the server's file serves in the grader's place": (handed_in(*_known_elsewhere()), 18),
     # It is started three times more, so it gives four answers in all; every test of the server asks more than that.
-    "answers once and ends": (handed_in(_ending(1), _elsewhere_client()), 3),
+    "answers once and ends": (handed_in(_ending(1), _elsewhere_client()), 2),
     # Seven answers are what a test of one operation asks: a few tests pass before it has ended too often.
     "answers seven times and ends": (handed_in(_ending(7)), 6),
     # What was right is asked again later: 12 without an operation, precision and the tests that ask again.
@@ -582,7 +582,7 @@ ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
             "\ufeff" + text(CLIENT).replace("\n", "\r\n"),
             "".join(f"float64 f{number}\n" for number in range(60_000)) + "---\nbool success\n",
         ),
-        5,
+        6,
     ),
     "arrays without end; YAML, templates and formats": (
         handed_in(
@@ -594,7 +594,7 @@ ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
         0,
     ),
     "leaves the dead to whoever has forked it": (handed_in(ZOMBIES + text(SERVER), ZOMBIES + text(CLIENT)), 20),
-    "shows every number there is": (handed_in(*_every_number()), 17),
+    "shows every number there is": (handed_in(*_every_number()), 18),
 }
 
 # Each is like another that is graded in every run, and belongs to the matrix.

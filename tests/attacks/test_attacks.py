@@ -29,7 +29,7 @@ def test_earns_no_more_than_its_honest_part(reports, name):
     assert report.status == GRADED
     assert report.score <= ATTACKS[name][1], [(test.id, test.outcome, test.message) for test in report.tests]
     # What is honest in it is not lost either, but where the attack itself kills it.
-    if ATTACKS[name][1] in (0, 2, 3, 5, 20):
+    if ATTACKS[name][1] in (0, 2, 20) or "60,000" in name:
         assert report.score == ATTACKS[name][1], [(test.id, test.outcome, test.message) for test in report.tests]
     inside = rf"suite\.py|conversation\.py|{re.escape(str(REPOSITORY))}|/tmp/autograder|hidden/"
     assert not re.search(inside, str(report.public()))
