@@ -2,6 +2,7 @@
 
 import asyncio
 import os
+import socket
 import subprocess
 import sys
 import tempfile
@@ -75,14 +76,12 @@ def asked(socket_path, *asks) -> list[str]:
         return pool.submit(asyncio.run, run()).result()
 
 
-def get(path, target, **options):
+def get(path, target):
     """A coroutine function that asks for something in a process of its own."""
 
     async def ask():
         text = ASK.format(path=str(path), target=target)
-        child = await asyncio.create_subprocess_exec(
-            sys.executable, "-c", text, stdout=asyncio.subprocess.PIPE, **options
-        )
+        child = await asyncio.create_subprocess_exec(sys.executable, "-c", text, stdout=asyncio.subprocess.PIPE)
         return (await child.communicate())[0].decode()
 
     return ask
@@ -108,10 +107,23 @@ def test_who_holds_many_connections_leaves_room_for_others(socket_path):
         for reader, _ in held[hub_server.MOST :]:
             closed += await asyncio.wait_for(reader.read(), 10) == b""
         assert closed == 2 * hub_server.MOST
-        answer = await get(socket_path, "/hub/api", user=STRANGER, group=STRANGER)()
+        answer = await as_a_stranger()
         for _, writer in held:
             writer.close()
         return answer
+
+    async def as_a_stranger():
+        connection = socket.socket(socket.AF_UNIX)
+        os.seteuid(STRANGER)  # which the other end is told of this connection
+        try:
+            connection.connect(str(socket_path))
+        finally:
+            os.seteuid(0)
+        reader, writer = await asyncio.open_unix_connection(sock=connection)
+        writer.write(b"GET /hub/api HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")
+        answer = await asyncio.wait_for(reader.read(), 10)
+        writer.close()
+        return answer.decode()
 
     async def later():  # what was closed has room again
         while "200 OK" not in (answer := await get(socket_path, "/hub/api")()):

@@ -4,6 +4,8 @@ A try is worth something only where it works on the student's own things, so eac
 """
 
 import json
+import sys
+from pathlib import Path
 
 import pytest
 
@@ -74,7 +76,10 @@ def test_files_of_others_of_the_grader_and_of_the_hub_are_not_there(kernels, cla
         classroom.homes,
         classroom.run / "servers",
     ]
-    wanted = [*map(str, secret), "/home/bob", "/home/teacher", f"{classroom.homes}/bob", "/root", "/etc/shadow"]
+    wanted = [*map(str, secret), "/home/bob", "/home/teacher", f"{classroom.homes}/bob", "/etc/shadow"]
+    # Of root's home folder there is the way to Python at most.
+    seen = [paths.repository(), Path(sys.prefix)]
+    wanted += [str(path) for path in Path("/root").iterdir() if not any(each.is_relative_to(path) for each in seen)]
     look = f"import os; print([path for path in {wanted!r} + ['/home/ada'] if os.path.exists(path)])"
     assert kernels[0].run(look).text == "['/home/ada']\n"
     search = "import os; print([at for at, _, names in os.walk('/') if 'suite.py' in names and 'hidden' in at])"
