@@ -14,8 +14,8 @@ KERNEL = "JPY_PARENT_PID"  # a variable of what runs in a notebook's kernel, whe
 
 
 def tell_if_alone(graph: Graph) -> None:
-    """Say on stderr, in a line, where this user has nodes, when the graph has none."""
-    if not graph.nodes():
+    """Say on stderr, in a line, where this user has nodes, when the graph is known whole and has none."""
+    if graph.complete() and not graph.nodes():
         here = graph.context.get_domain_id()
         places = dict(_places(here))
         if places:

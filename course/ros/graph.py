@@ -172,7 +172,7 @@ class Graph:
             if not names_only and (size := self._size()) != seen:
                 seen, changed = size, now
             quiet = names_only or now - changed >= QUIET
-            return quiet and now - self.created >= self.least and self._complete(names_only)
+            return quiet and now - self.created >= self.least and self.complete(names_only=names_only)
 
         if self.spin_time is None:
             wait_until(lambda: ready() or complete(), self.created + PATIENCE - time.monotonic())
@@ -185,8 +185,11 @@ class Graph:
             endpoints = self.rclpy.rclpy_get_topic_names_and_types(self.handle, True)
             return len(self.handle.get_node_names_and_namespaces()), len(endpoints)
 
-    def _complete(self, names_only: bool) -> bool:
-        """Return True if all participants of this host are known, with their nodes, and the nodes' endpoints."""
+    def complete(self, *, names_only: bool = True) -> bool:
+        """Return True if all participants of this host are known, with their nodes.
+
+        Without `names_only`, the nodes' topics and services must be known, too.
+        """
         # Every participant publishes the names of its nodes on this topic, and every rclpy or rclcpp node publishes
         # parameter events: the middleware knows to which node an endpoint belongs once both have arrived.
         found = {participant for participant, _ in self._endpoints("publishers", "ros_discovery_info")}

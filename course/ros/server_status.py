@@ -70,7 +70,8 @@ def wait_for_server(
     After `TELL` s it says on stderr what is served instead, once, and waits on.
     """
     began, told = time.monotonic(), False
-    tell_if_alone(graph)
+    if not graph.settle(ready, names_only=True):
+        tell_if_alone(graph)
     while not graph.wait_until(ready, LOOK):
         if report := status.ending():
             return f"There is no such {what}. {report}"

@@ -335,6 +335,21 @@ def test_an_empty_graph_says_where_there_are_nodes_and_how_to_join(kernel, envir
     assert shell(environment, tmp_path, "ros2", "node", "list", ROS_DOMAIN_ID=domain).stderr == ""
 
 
+def test_a_graph_that_is_not_known_yet_is_not_called_empty(kernel, environment, tmp_path):
+    slow = Kernel(tmp_path, {"XDG_RUNTIME_DIR": environment["XDG_RUNTIME_DIR"]})
+    try:
+        pid = int(slow.run("import os, course\nros = course.live()\nprint(os.getpid())"))
+        os.kill(pid, signal.SIGSTOP)  # as a busy computer does, for longer than discovery is waited for
+        try:
+            done = shell(environment, tmp_path, "ros2", "node", "list")
+        finally:
+            os.kill(pid, signal.SIGCONT)
+        assert (done.stdout, done.stderr) == ("", "")
+        assert "has no nodes" in shell(environment, tmp_path, "ros2", "node", "list").stderr
+    finally:
+        slow.stop()
+
+
 def test_an_empty_graph_says_where_another_terminal_has_nodes(environment, open_terminal, tmp_path):
     (tmp_path / "talker.py").write_text(TALKER)
     terminal = open_terminal(tmp_path, ROS_DOMAIN_ID="95")
