@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+from course.foundation.waiting import wait_until
 from course.interfaces import install
 from course.ros import packages
 from course.session.domains import claim_domain
@@ -182,13 +183,14 @@ def test_the_tutorials_demos_have_their_names_and_say_what_they_say_there(enviro
     board = ros2.start("run", "demo_nodes_cpp", "parameter_blackboard", "--ros-args", "-p", "speed:=3", cwd=tmp_path)
     listener = ros2.start("run", "demo_nodes_py", "listener", cwd=tmp_path)
     try:
+        names = "/add_two_ints_server\n/listener\n/parameter_blackboard\n/talker\n"
+        assert wait_until(lambda: ros2.output("node", "list") == names, SECONDS)
         assert "I heard: [Hello World: " in listener.stdout.readline()
         asked = ros2("run", "demo_nodes_py", "add_two_ints_client", cwd=tmp_path)
         assert asked.returncode == 0 and "2 + 3 = 5" in asked.stdout, asked
         assert ros2.output("param", "set", "/parameter_blackboard", "name", "Ada") == "Set parameter successful\n"
         assert ros2.output("param", "get", "/parameter_blackboard", "speed") == "Integer value is: 3\n"
         assert ros2.output("param", "get", "/parameter_blackboard", "name") == "String value is: Ada\n"
-        assert ros2.output("node", "list") == "/add_two_ints_server\n/listener\n/parameter_blackboard\n/talker\n"
     finally:
         for child in (talker, server, board, listener):
             child.terminate()
