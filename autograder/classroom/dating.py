@@ -7,12 +7,12 @@ from pathlib import Path
 
 from nbgrader.api import Gradebook
 
-from course.environment import prepare
+from autograder.gradebook import schema
 
 
 def main(course: Path, due: dict[str, str]) -> None:
     """Enter each exercise's due date, in UTC as nbgrader has it."""
-    prepare()  # nbgrader runs `alembic`, which is beside this interpreter
+    schema.read_in_process()
     with Gradebook(f"sqlite:///{course.resolve() / 'gradebook.db'}") as book:
         for name, time in due.items():
             at = datetime.fromisoformat(time).astimezone(UTC).replace(tzinfo=None)

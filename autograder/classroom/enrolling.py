@@ -6,12 +6,12 @@ from pathlib import Path
 
 from nbgrader.api import Gradebook
 
-from course.environment import prepare
+from autograder.gradebook import schema
 
 
 def main(course: Path, students: dict[str, dict[str, str]]) -> None:
     """Enter each student by the name in the class; whoever has no other name is called by that one."""
-    prepare()  # nbgrader runs `alembic`, which is beside this interpreter
+    schema.read_in_process()
     with Gradebook(f"sqlite:///{course.resolve() / 'gradebook.db'}") as book:
         for student, names in students.items():
             shown = names if any(names.values()) else {"first_name": "", "last_name": student}

@@ -9,12 +9,11 @@ from nbgrader.api import Grade, Gradebook, MissingEntry, SubmittedNotebook
 from sqlalchemy.exc import SAWarning
 
 from autograder.errors import UsageError
-from autograder.gradebook import late
+from autograder.gradebook import late, schema
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.submissions import reading
 from autograder.submissions.exercises import load
 from autograder.submissions.roster import Roster
-from course.environment import prepare
 from course.returned.record import Mark
 
 SQLITE = "sqlite:///"
@@ -56,7 +55,7 @@ class Scores:
     """
 
     def __init__(self, url: str, submitted: Path | None = None, unanswered_is_zero: bool = False):
-        prepare()  # nbgrader runs `alembic`, which is beside this interpreter
+        schema.read_in_process()
         self._url, self._submitted, self._zero = url, submitted, unanswered_is_zero
         self.unanswered: dict[str, list[str]] = {}  # students, by exercise
         self._config = late.course_config(submitted) if submitted else None

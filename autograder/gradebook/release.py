@@ -17,11 +17,11 @@ from traitlets.config import PyFileConfigLoader
 from traitlets.log import get_logger
 
 from autograder.errors import Leak, UsageError
+from autograder.gradebook import schema
 from autograder.gradebook.config import COURSE_FILE
 from autograder.gradebook.leaks import leaks, secrets
 from autograder.paths import repository
 from autograder.submissions import exercises
-from course.environment import prepare
 from course.foundation import storage
 from course.hand_in import DUE, NOTED, UNTIL
 from course.notebook.stubs import RELEASED
@@ -128,7 +128,7 @@ def start_page() -> str:
 
 def api(course: Path) -> NbGraderAPI:
     """nbgrader with a course's configuration, as its Formgrader page uses it.  Its methods return what they log."""
-    prepare()  # nbgrader runs `alembic`, which is beside this interpreter
+    schema.read_in_process()
     nbgraders_log = get_logger()
     if isinstance(nbgraders_log, logging.Logger):
         nbgraders_log.propagate = False
