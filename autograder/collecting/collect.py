@@ -66,6 +66,7 @@ def collect(
             else:
                 found[handed_in.student, handed_in.assignment].append(handed_in)
     into.mkdir(parents=True, exist_ok=True)
+    unplaced += _take_out_namesakes(found, into, roster) if roster else []
     result = Collection([], [], unplaced)
     _compare(each for those in found.values() for each in those)
     for key in sorted(found):
@@ -126,6 +127,41 @@ def _several_people(found: list[HandedIn], before: list[Source], roster: Roster 
             name = found[0].came.name
             return f"{platform} has several called {name!r}, {who}: name each in the roster, with the number"
     return ""
+
+
+def _take_out_namesakes(found: dict[tuple[str, str], list[HandedIn]], into: Path, roster: Roster) -> list[str]:
+    """Remove each hand-in that came under a student's name from a number that is not theirs; return a line for each.
+
+    A column of the roster holds a platform's numbers when it has one that a hand-in came from.  Whoever has another
+    number there is another person, whatever they call themselves.
+    """
+    columns: dict[tuple[str, str], set[str]] = defaultdict(set)
+    for key, those in found.items():
+        before = [came for came in provenance.read(into, *key) if users_are_global(came.platform)]
+        for scope, came in [*((_scope(each), each.came) for each in those), *(((c.platform, ""), c) for c in before)]:
+            columns[scope] |= roster.columns(key[0], came.user) if came.platform else set()
+    lines = []
+    for those in found.values():
+        for each in [each for each in those if each.came.platform]:
+            own = {roster.value(each.student, column): column for column in sorted(columns[_scope(each)])}
+            own.pop("", None)
+            if own and each.came.user not in own:
+                number, column = next(iter(own.items()))
+                lines.append(
+                    f"{each.source}: {each.came.platform} calls {each.came.user} {each.came.name!r}, and {each.student} "
+                    f"has the number {number} in the roster (column {column!r}): it is somebody else's, or the roster "
+                    f"is wrong"
+                )
+                those.remove(each)
+    for key in [key for key, those in found.items() if not those]:
+        del found[key]
+    return lines
+
+
+def _scope(handed_in: HandedIn) -> tuple[str, str]:
+    """Return where a platform's number of a user means one person: Canvas's everywhere, Moodle's in one download."""
+    platform = handed_in.came.platform
+    return platform, "" if users_are_global(platform) else handed_in.download
 
 
 def _weight(at: datetime, came: Source, due: datetime | None) -> tuple[bool, datetime]:

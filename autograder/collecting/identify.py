@@ -193,8 +193,9 @@ def _nothing(files: dict[str, bytes]) -> str:
     """Return why files are of no exercise."""
     if packed := [name for name in sorted(files) if is_other_archive(name)]:
         return f"{shortened(packed[0])} is an archive of a kind that is not opened: unpack it, and pack it as .zip"
-    shown = ", ".join(map(shortened, sorted(files)[:LISTED])) or "no file"
-    return f"it has no file of an exercise of this course, but {shown}"
+    if not files:
+        return "it has no files"
+    return f"it has no file of an exercise of this course, but {', '.join(map(shortened, sorted(files)[:LISTED]))}"
 
 
 def _verify(receipt: dict[str, Any], files: dict[str, bytes], student: str, roster: Roster | None) -> str:

@@ -60,7 +60,7 @@ class MoodleExporter(Exporter):
                 rows.append([key, *(cell for name in names for cell in self._cells(mine[name]))])
         self.tell(without_grade, "because there is no grade to export")
         self.tell(without_key, f"because the gradebook does not have their {self.user}")
-        self.tell(unsafe, f"because a spreadsheet would run their {self.user} as a formula")
+        self.tell(unsafe, f"because a spreadsheet would take their {self.user} for a formula or for several cells")
         return rows
 
     def _key(self, student: Student) -> str:

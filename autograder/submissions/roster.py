@@ -16,6 +16,7 @@ from autograder.errors import Unplaced, UsageError
 from course.foundation import storage
 
 REMEMBERED = ".roster.csv"  # in the folder of the submissions
+STUDENT = "student"  # the column that names the folder
 ROLE, INSTRUCTOR = "role", "instructor"  # a column of the class's server, and who in it hands in nothing
 ID = re.compile(r"[\w.@+-]+(?: [\w.@+-]+)*")
 
@@ -44,6 +45,14 @@ class Roster:
     def has(self, name: str) -> bool:
         """Return True if a student is called so."""
         return bool(self._called.get(_plain(name)))
+
+    def value(self, student: str, column: str) -> str:
+        """Return what is in a column of a student's line; '' when it is empty."""
+        return student if column == STUDENT else self.about.get(student, {}).get(column, "")
+
+    def columns(self, student: str, value: str) -> set[str]:
+        """Return the columns of a student's line that hold `value`."""
+        return {column for column in (STUDENT, *self.about.get(student, {})) if self.value(student, column) == value}
 
     def add(self, student: str, names: list[str]) -> None:
         """Add a student and what else they are called."""
@@ -90,11 +99,11 @@ def of_class(submitted: Path, given: Iterable[Path] | None) -> Roster | None:
     if not given:
         return read_rosters([kept]) if kept.exists() else None
     roster = read_rosters(given)
-    columns = ["student", *dict.fromkeys(column for about in roster.about.values() for column in about)]
+    columns = [STUDENT, *dict.fromkeys(column for about in roster.about.values() for column in about)]
     text = io.StringIO(newline="")
     writer = csv.DictWriter(text, columns, restval="")
     writer.writeheader()
-    writer.writerows({"student": student, **about} for student, about in sorted(roster.about.items()))
+    writer.writerows({STUDENT: student, **about} for student, about in sorted(roster.about.items()))
     submitted.mkdir(parents=True, exist_ok=True)
     storage.replace(kept, text.getvalue().encode(), storage.PRIVATE)
     return roster
@@ -104,7 +113,7 @@ def _lines(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
     """Each student of a roster, and what is in the line beside; raises UsageError."""
     seen = set()
     for number, line in table(path):
-        student = (line.get("student") or "").strip()
+        student = (line.get(STUDENT) or "").strip()
         if not ID.fullmatch(student) or student.startswith("."):
             raise UsageError(f"{path}, line {number}: {student!r} cannot be the name of a folder")
         if student in seen:
@@ -115,7 +124,7 @@ def _lines(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
             {
                 key: value.strip()
                 for key, value in line.items()
-                if key and key != "student" and isinstance(value, str) and value.strip()
+                if key and key != STUDENT and isinstance(value, str) and value.strip()
             },
         )
 
@@ -125,7 +134,7 @@ def table(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             reader = csv.DictReader(file)
-            if "student" not in (reader.fieldnames or ()):
+            if STUDENT not in (reader.fieldnames or ()):
                 raise UsageError(f"{path} has no column 'student' in its first line")
             for line in reader:
                 yield reader.line_num, line

@@ -16,7 +16,6 @@ from autograder.classroom.plan import COURSE_ID, Classroom
 from autograder.errors import ClassroomError
 from tests.classroom.conftest import run_classroom
 
-ROUNDS = 40  # as often as `up` would be given
 # In the student's kernel: `notebooks` and a link to root's folder change places, and what was laid goes away, so that
 # it is laid again.
 EXCHANGE = """
@@ -66,14 +65,15 @@ def state(folder: Path) -> dict[str, tuple[int, int, bytes]]:
     return found
 
 
-def test_paths_that_turn_while_up_runs_lead_root_nowhere(up, classroom, ada, kernel, canary):
+@pytest.mark.parametrize("rounds", [8, pytest.param(40, marks=pytest.mark.matrix)])  # as often as `up` would be given
+def test_paths_that_turn_while_up_runs_lead_root_nowhere(up, classroom, ada, kernel, canary, rounds):
     before = state(canary)
     live = kernel(ada)
     live.run(EXCHANGE.format(canary=str(canary)))
     try:
         done = run_classroom(*up)
         assert done.returncode == 0, done.stderr
-        for _ in range(ROUNDS):
+        for _ in range(rounds):
             course_files.hand_out_notebooks(classroom)
             course_files.disk(classroom)
     finally:

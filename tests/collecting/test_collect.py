@@ -188,7 +188,7 @@ def test_a_roster_tells_folders_from_names(tmp_path):
     roster = tmp_path / "roster.csv"
     roster.write_text(
         "student,login,canvas_id,first_name,last_name\n"
-        "ada,al12,1234,Ada,Lovelace\njim,jr3,77,Jim,Roe\nzoe,zm9,55,Zoë,Müller\n"
+        "ada,al12,1234,Ada,Lovelace\njim,jr3,,Jim,Roe\nzoe,zm9,,Zoë,Müller\n"
     )
     bulk = archive(
         tmp_path / "bulk.zip",
@@ -206,6 +206,36 @@ def test_a_roster_tells_folders_from_names(tmp_path):
     assert content["zoe/services/relay.py"] == b"without accents"
     assert len(result.laid_out) == 3
     assert result.unplaced == ["bulk.zip, files of strangersam: '5' or 'strangersam' is not in the roster"]
+
+
+@pytest.mark.parametrize(
+    ("own", "other"),
+    [
+        ("lovelaceada_101_9001_services.zip", "lovelaceada_205_9005_services.zip"),
+        ("lovelaceada_101_9001_relay.py", "lovelaceada_205_9005_relay.py"),
+        (
+            "Ada Lovelace_101_assignsubmission_file_/services.zip",
+            "Ada Lovelace_205_assignsubmission_file_/services.zip",
+        ),
+    ],
+)
+def test_whoever_calls_themselves_as_another_student_is_not_that_student(tmp_path, own, other):
+    """The roster has the number of the one, and the other's hand-in is newer: it replaces nothing, and is listed."""
+    roster = tmp_path / "roster.csv"
+    roster.write_text("student,number,first_name,last_name\nada,101,Ada,Lovelace\njim,7,Jim,Roe\n")
+    mine, foreign = (
+        handed_in(tmp_path / name, name, at, {**FILES, "relay.py": name.encode()}).read_bytes()
+        for name, at in (("ada", EARLY), ("x", LATER))
+    )
+    names = {own: mine, other: foreign} if own.endswith("zip") else {own: b"ada", other: b"x"}
+    result = collect([archive(tmp_path / "bulk.zip", names)], tmp_path / "out", read_rosters([roster]))
+    assert [each.came.user for each in result.laid_out] == ["101"]
+    assert laid_out(tmp_path / "out")["ada/services/relay.py"] == b"ada"
+    (line,) = result.unplaced
+    assert "ada has the number 101 in the roster (column 'number')" in line and " calls 205 " in line
+    alone = collect([archive(tmp_path / "later.zip", {other: foreign})], tmp_path / "out", read_rosters([roster]))
+    if "assignsubmission" not in other:  # Moodle's numbers hold in one download alone
+        assert not alone.laid_out and len(alone.unplaced) == 1
 
 
 def test_an_archive_that_is_made_out_to_another_student_is_named(tmp_path):

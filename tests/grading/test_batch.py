@@ -68,7 +68,12 @@ def scores(out) -> dict[str, float]:
 ALL = {"ada": 20, "bob": 20, "cyd": 20, "dan": 0}
 
 
-@pytest.mark.parametrize("moment", ["at once", "first result", "third result"])
+NIGHTLY = pytest.mark.matrix
+
+
+@pytest.mark.parametrize(
+    "moment", [pytest.param("at once", marks=NIGHTLY), "first result", pytest.param("third result", marks=NIGHTLY)]
+)
 def test_sigkill_of_the_coordinator_loses_nothing(box, submitted, tmp_path, moment):
     """--resume grades what is left, once, and completes pages and gradebook; no worker outlives the coordinator."""
     out = tmp_path / "out"
