@@ -42,6 +42,24 @@ def test_a_notebook_was_run_once_from_top_to_bottom(path):
     assert [cell.execution_count for cell in code_cells(path)] == list(range(1, len(code_cells(path)) + 1))
 
 
+@pytest.mark.parametrize("path", STORED, ids=lambda path: path.stem)
+def test_a_figure_has_a_sentence_from_its_title_and_its_data(path):
+    """For readers who do not see it: at least the title, and numbers of what is drawn."""
+    for cell in code_cells(path):
+        for output in cell.outputs:
+            if "image/png" in output.get("data", {}):
+                title, _, facts = output.metadata["image/png"]["alt"].partition(". ")
+                assert len(title) > 10 and len(facts) > 40 and re.search(r"\d", facts), cell.id
+
+
+@pytest.mark.parametrize("path", STORED, ids=lambda path: path.stem)
+def test_a_diagram_has_a_title_and_a_description(path):
+    for cell in nbformat.read(path, 4).cells:
+        for diagram in re.findall(r"^```mermaid\n(.*?)^```", cell.source, re.MULTILINE | re.DOTALL):
+            assert re.search(r"^ *accTitle: .{10,}$", diagram, re.MULTILINE), cell.id
+            assert re.search(r"^ *accDescr: .{60,}$", diagram, re.MULTILINE), cell.id
+
+
 def exercise_cells():
     for path in NOTEBOOKS:
         for cell in code_cells(path):

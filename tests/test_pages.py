@@ -138,9 +138,25 @@ def test_it_says_where_to_go_on(path):
 
 @sections
 def test_what_was_measured_is_explained(path):
-    known = cells.read(path)
-    if any("≈" in str(cell.outputs) for cell in known):
-        assert any("≈ marks what was measured" in text for text in texts(path))
+    """Once, on the start page, which everybody reads first."""
+    if any("≈" in str(cell.outputs) for cell in cells.read(path)):
+        assert any("≈ marks what was measured" in text for text in texts(START))
+
+
+@sections
+def test_the_chapter_is_introduced_where_readers_begin(path):
+    """They have this folder, and need no book."""
+    if any("the chapter's" in text for text in texts(path)):
+        assert any("You do not need the book" in text and "**the chapter's listing**" in text for text in texts(START))
+    assert [text for text in texts(path) if re.search(r"[Cc]hapter 2|\(3\.\d\.\d\)|`shifted`", text)] == []
+
+
+@sections
+def test_a_page_says_what_may_be_left_out(path):
+    if path.stem == "calculator":
+        return  # an exercise with a page around it
+    left = re.search(r"\*\*Time\*\*.*leave out \*([^*]+)\*", cells.read(path)[0].source)
+    assert left and any(title.endswith(left[1]) for _, title, _ in parts(path))
 
 
 def words(path: Path) -> int:

@@ -21,6 +21,7 @@ MARKERS = {
 }
 LABELS = {"request": "sent", "goal": "sent", "cancel": "cancel requested"}
 COLUMNS = 6  # of the legend
+LABELLED = 12  # points of a feedback figure, the newest ones
 
 
 @plain
@@ -37,11 +38,13 @@ def feedback(goal: GoalRecorder, title: str = "Each feedback message brings one 
     times, values = [time for time, _ in rows], [sequence[-1] for _, sequence in rows]
     axes.step(times, values, where="post", color=BLUE, alpha=0.5)
     axes.plot(times, values, "o", color=BLUE)
-    for time, value in list(zip(times, values, strict=True))[-8:]:
+    for time, value in list(zip(times, values, strict=True))[-LABELLED:]:
         axes.annotate(
             str(value), (time, value), xytext=(0, 6), textcoords="offset points", ha="center", color=BLACK, fontsize=9
         )
     axes.margins(y=0.15)
+    told = f"from {values[0]} to {values[-1]} within {times[-1] - times[0]:.1f} s" if rows else ""
+    picture.tell(title, f"{len(rows)} feedback messages, the newest element of each as a point{told and f', {told}'}")
     return picture
 
 
@@ -61,13 +64,15 @@ def timeline(
     whose = "the first was sent" if together else "it was sent"
     axes = style(picture.figure.add_subplot(), title, f"time since {whose} (s)")
     first = min((goal.start for goal in goals), default=0.0)
-    seen = {}
+    names = labels or tuple(f"goal {number + 1}" for number in range(len(goals)))
+    seen, facts = {}, []
     for row, goal in enumerate(goals):
         table = goal.table()
         start = first - goal.start if together else next(iter(table["time"]), 0.0)
         times = [time - start for time in table["time"]]
         if times:
             axes.plot([times[0], times[-1]], [row, row], color=GREY, linewidth=1, zorder=1)
+            facts.append(f"{names[row]}: {_story(times, table['event'])}")
         for event, color in EVENTS.items():
             at = [time for time, name in zip(times, table["event"], strict=True) if name == event]
             if not at:
@@ -76,8 +81,9 @@ def timeline(
             seen[LABELS.get(event, event)] = axes.scatter(
                 at, [row + offset] * len(at), s=size, marker=marker, color=color, zorder=2 if event == "feedback" else 3
             )
-    axes.set_yticks(range(len(goals)), labels or [f"goal {number + 1}" for number in range(len(goals))])
+    axes.set_yticks(range(len(goals)), names)
     axes.set_ylim(len(goals) - 0.5, -0.5)
+    picture.tell(title, *facts)
     if seen:
         shown = [label for label in dict.fromkeys(LABELS.get(event, event) for event in EVENTS) if label in seen]
         picture.figure.legend(
@@ -91,3 +97,14 @@ def timeline(
             handletextpad=0.2,
         )
     return picture
+
+
+def _story(times: list[float], events: list[str]) -> str:
+    """The events in words, each with its time (s); the feedback messages are counted."""
+    told = [
+        f"{LABELS.get(event, event)} at {time:.1f} s"
+        for time, event in zip(times, events, strict=True)
+        if event != "feedback"
+    ]
+    count = events.count("feedback")
+    return ", ".join([*told, f"{count} feedback messages"] if count else told)

@@ -1,6 +1,7 @@
 """Figures of section 3.3: what was set, when, and whether the node accepted it; and an arm under a controller."""
 
 import math
+from collections.abc import Sequence
 
 from matplotlib.lines import Line2D
 
@@ -10,6 +11,7 @@ from course.recorders import ParameterRecorder, Recorder
 
 LISTED = 4  # refusals listed at most, the newest ones
 FAR = 1e6  # s, beyond every edge
+EDGE = 0.06  # of the axis, between its edge and the arrow of a value beyond it
 
 
 @plain
@@ -40,7 +42,7 @@ def changes(
     )
     limits = record.range(name) if isinstance(record, ParameterRecorder) else ()
     if accepted:
-        axes.step(*zip(*accepted, strict=True), where="post", color=BLUE, label="value")
+        axes.step(*zip(*accepted, strict=True), where="post", color=BLUE, label=name)
         # The value holds until it is set again: to the right edge, wherever later drawing moves that edge.
         (last, value), line = accepted[-1], axes.lines[-1]
         axes.add_artist(
@@ -53,27 +55,28 @@ def changes(
             axes.plot(table[time], table[other], color=ORANGE, label=other)
     for limit in limits:
         axes.axhline(limit, color=GREY, linestyle="--", zorder=1, label="range" if limit == limits[0] else None)
-    axes.margins(y=0.2)
+    axes.margins(y=0.3)
     low, high = axes.get_ylim()
     axes.set_ylim(low, high)
     markers: list[str] = []
     for number, (time, value, _) in enumerate(refused, 1):
         drawable = isinstance(value, int | float) and not math.isnan(value)
-        shown = min(max(value, low), high) if drawable else low
-        markers.append("X" if not drawable or shown == value else "v" if value < low else "^")
+        edge = EDGE * (high - low)  # an arrow stands inside of the axes, clear of the title
+        shown = min(max(value, low + edge), high - edge) if drawable else low + edge
+        markers.append("X" if not drawable or shown == value else "v" if value < shown else "^")
         axes.plot(time, shown, markers[-1], color=VERMILLION, markersize=9, clip_on=False, zorder=3)
-        axes.annotate(
-            str(number),
-            (time, shown),
-            xytext=(7, -9 if markers[-1] == "^" else 2),
-            textcoords="offset points",
-            color=BLACK,
-            fontsize=9,
-        )
+        axes.annotate(str(number), (time, shown), xytext=(7, -3), textcoords="offset points", color=BLACK, fontsize=9)
     if refused:
         axes.plot([], [], markers[0], color=VERMILLION, markersize=9, label="refused")
     if rows:
         picture.figure.legend(frameon=False, ncols=5, loc="outside upper right")
+    values = ", then ".join(f"{value} at {time:.1f} s" for time, value in accepted)
+    picture.tell(
+        title,
+        f"{name} was set to {values}" if values else "",
+        *(f"{value} at {time:.1f} s was refused: {reason or 'without a reason'}" for time, value, reason in refused),
+        f"The declared range is {' to '.join(map(str, limits))}" if limits else "",
+    )
     if refused:
         _list(picture, [f"{number}  {value} refused: {reason}" for number, (_, value, reason) in enumerate(refused, 1)])
     return picture
@@ -81,9 +84,14 @@ def changes(
 
 @plain
 def response(
-    track: Recorder, title: str = "The angle follows its target, and what each change of a gain does"
+    track: Recorder,
+    title: str = "The angle follows its target, and what each change of a gain does",
+    limits: tuple[float, ...] = (),
 ) -> Picture:
-    """The `angle` and `target` (rad) and the `effort` (N m) of an arm over time, with a line at each `note`."""
+    """The `angle` and `target` (rad) and the `effort` (N m) of an arm over time, with a line at each `note`.
+
+    The `limits` (N m) of the effort are dashed lines.
+    """
     table = track.table()
     rows = list(zip(table["time"], table["angle"], table["target"], table["effort"], strict=True))
     moves = [row for row in rows if row[1] is not None]
@@ -95,8 +103,12 @@ def response(
     upper.plot(times, [row[2] for row in moves], color=BLACK, linestyle=":", label="target")
     upper.plot(times, [row[1] for row in moves], color=BLUE, label="angle")
     lower.plot(times, [row[3] for row in moves], color=GREEN)
+    for limit in limits:
+        lower.axhline(limit, color=GREY, linestyle="--", zorder=1, label="limit" if limit == limits[0] else None)
+    facts = []
     for time, note in zip(table["time"], table["note"], strict=True):
         if note is not None:
+            facts.append(f"{note} at {time:.1f} s{_hung(moves, time)}")
             for axes in (upper, lower):
                 axes.axvline(time, color=VERMILLION, linewidth=1, zorder=1)
             upper.annotate(
@@ -108,7 +120,9 @@ def response(
                 color=VERMILLION,
                 fontsize=9,
             )
-    picture.figure.legend(frameon=False, ncols=2, loc="outside upper right")
+    end = moves[-1][0] if moves else 0.0
+    picture.tell(title, *facts, f"The end at {end:.1f} s{_hung(moves, end)}")
+    picture.figure.legend(frameon=False, ncols=3, loc="outside upper right")
     return picture
 
 
@@ -122,3 +136,11 @@ def _list(picture: Picture, lines: list[str]) -> None:
         color=BLACK,
         parse_math=False,
     )
+
+
+def _hung(moves: Sequence[tuple[float, ...]], time: float) -> str:
+    """The angle and the effort of an arm at a time (s), in words."""
+    before = [row for row in moves if row[0] <= time]
+    if not before:
+        return ""
+    return f", with the angle at {before[-1][1]:.2f} rad and the effort at {before[-1][3] or 0.0:.1f} N m"

@@ -22,8 +22,9 @@ class Picture:
     """A still figure: a notebook shows it, `save` writes it.  As text it is only its name, the same every time."""
 
     def __init__(self, name: str, height: float = 3.2) -> None:
-        """`height` in inches; draw on `figure`."""
+        """`height` in inches; draw on `figure`, and say in `alt` what it shows, for readers who do not see it."""
         self.name = name
+        self.alt = ""
         self.figure = Figure(figsize=(WIDTH, height), facecolor=GROUND, layout="constrained")
         FigureCanvasAgg(self.figure)
 
@@ -31,10 +32,15 @@ class Picture:
         return f"<figure: {self.name}>"
 
     @plain
-    def _repr_png_(self) -> bytes:
+    def _repr_png_(self) -> tuple[bytes, dict[str, str]]:
+        """Return the picture, and its alternative text as the output's metadata."""
         file = io.BytesIO()
         self.figure.savefig(file, format="png", dpi=100)
-        return file.getvalue()
+        return file.getvalue(), {"alt": self.alt}
+
+    def tell(self, title: str, *facts: str) -> None:
+        """Make the alternative text: the title, then what the data say."""
+        self.alt = f"{title.rstrip('.')}. " + " ".join(f"{fact}." for fact in facts if fact)
 
     @plain
     def save(self, path: str | Path) -> None:

@@ -15,7 +15,8 @@ from course.recorders import DecisionRecorder
 from course.robot.sectors import wrap
 
 Floats = NDArray[np.float64]
-MOTIONS = {"straight on": GREEN, "to the left": BLUE, "to the right": ORANGE, "standing": VERMILLION}
+# Vermillion is for collisions.
+MOTIONS = {"straight on": GREEN, "to the left": BLUE, "to the right": ORANGE, "standing": GREY}
 STRAIGHT = 0.05  # rad/s: slower turns are not shown as such
 
 
@@ -48,10 +49,21 @@ def drive(simulation: Any, decisions: DecisionRecorder | None = None, title: str
     pieces = np.stack([path[:-1, 1:3], path[1:, 1:3]], axis=1)
     axes.add_collection(LineCollection(list(pieces), colors=colours[1:], linewidths=2.5))
     still = np.flatnonzero(np.all(pieces[:, 0] == pieces[:, 1], axis=1)) + 1
-    if decided:
+    if decided and len(still):
         axes.scatter(*path[still, 1:3].T, s=36, color=[colours[number] for number in still], zorder=2.5)
-    for collision in simulation.collisions:
-        axes.plot(collision.x, collision.y, "X", color=VERMILLION, markeredgecolor="white", markersize=12, zorder=5)
+        axes.plot([], [], "o", color=GREY, label="a dot: it turned on the spot, or stood")
+    for number, collision in enumerate(simulation.collisions):
+        axes.plot(
+            collision.x,
+            collision.y,
+            "X",
+            color=VERMILLION,
+            markeredgecolor="white",
+            markersize=12,
+            linestyle="none",
+            zorder=5,
+            label="it touched something" if not number else None,
+        )
     _robot(axes, simulation.pose, simulation.robot.radius)
     axes.plot(*simulation.room.start[:2], "+", color=BLACK, markersize=10, zorder=2.8)
     ahead = np.cos(simulation.room.start[2]) >= 0  # the word stands on the side away from the path
@@ -67,6 +79,9 @@ def drive(simulation: Any, decisions: DecisionRecorder | None = None, title: str
     )
     axes.set_aspect("equal", adjustable="datalim")
     axes.autoscale_view()
+    if axes.get_legend_handles_labels()[1]:
+        picture.figure.legend(frameon=False, ncols=2, loc="outside upper right", fontsize=9)
+    picture.tell(title or _told(simulation), *_facts(simulation, decided))
     return picture
 
 
@@ -74,7 +89,24 @@ def _told(simulation: Any) -> str:
     driven = f"{simulation.distance:.1f} m in {simulation.time:.0f} s"
     if not simulation.collisions:
         return f"{driven}: the robot touched nothing"
-    return f"{driven}: at x, after {simulation.collisions[0].time:.1f} s, the robot touched something"
+    first = simulation.collisions[0].time
+    if len(simulation.collisions) == 1:
+        return f"{driven}: at x, after {first:.1f} s, the robot touched something"
+    return f"{driven}: the robot touched something {len(simulation.collisions)} times, first after {first:.1f} s"
+
+
+def _facts(simulation: Any, decided: list[str]) -> list[str]:
+    """The drive in sentences: where it began, ended and touched something, and how much of it was which motion."""
+    (x, y, _), (end_x, end_y, _) = simulation.room.start, simulation.pose
+    facts = [f"Seen from above, it starts at x {x:.1f} m, y {y:.1f} m and ends at x {end_x:.1f} m, y {end_y:.1f} m"]
+    facts += [
+        f"It touched something at x {each.x:.1f} m, y {each.y:.1f} m after {each.time:.1f} s"
+        for each in simulation.collisions
+    ]
+    if decided:
+        shares = ", ".join(f"{name} {decided.count(name) / len(decided):.0%}" for name in dict.fromkeys(decided))
+        facts.append(f"Shares of the time: {shares}")
+    return facts
 
 
 def _robot(axes: Axes, pose: tuple[float, float, float], radius: float) -> None:
@@ -115,10 +147,22 @@ def distances(
     series: Mapping[str, Sequence[float]], aim: float, period: float = 0.1, title: str = "How a distance is kept"
 ) -> Picture:
     """A distance (m) over time for each name in `series`, one value every `period` s, and the one that is aimed at."""
-    picture = Picture("distances over time")
-    axes = style(picture.figure.add_subplot(), title, "time (s)", "distance (m)")
-    for (name, values), color in zip(series.items(), (ORANGE, BLUE, GREEN, PURPLE), strict=False):
-        axes.plot(period * np.arange(len(values)), values, color=color, label=name)
-    axes.axhline(aim, color=VERMILLION, linestyle="--", label=f"aim: {aim:g} m")
-    axes.legend(frameon=False)
+    rows = max(1, len(series))
+    picture = Picture("distances over time", 0.9 + 1.2 * rows)
+    drawn = picture.figure.subplots(rows, 1, sharex=True, sharey=True, squeeze=False)[:, 0]
+    facts = [f"The aim is {aim:g} m"]
+    colors = (ORANGE, BLUE, GREEN, PURPLE)
+    for axes, (name, values), color in zip(drawn, series.items(), colors, strict=False):
+        axes.plot(period * np.arange(len(values)), values, color=color)
+        axes.axhline(aim, color=VERMILLION, linestyle="--", zorder=1)
+        axes.annotate(name, (0.99, 0.86), xycoords="axes fraction", ha="right", va="top", color=BLACK)
+        last = values[len(values) // 2 :]
+        if last:
+            facts.append(f"{name}: in the second half between {min(last):.2f} and {max(last):.2f} m")
+    for axes in drawn:
+        style(axes, "")
+    drawn[0].set_title(f"{title} (dashed: the aim, {aim:g} m)", loc="left", fontsize=11, color=BLACK)
+    drawn[-1].set_xlabel("time (s)")
+    picture.figure.supylabel("distance (m)", fontsize="medium")
+    picture.tell(title, *facts)
     return picture

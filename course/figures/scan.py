@@ -31,18 +31,23 @@ def sectors(
     style(axes, title)
     axes.set_theta_zero_location("N")
     axes.set_ylim(0, reach)
+    facts = []
     for name, nearest in course_sectors.from_scan(scan).items():
         low, high = course_sectors.SECTORS[name]
         arc = np.linspace(low, high, 40)
         free = not np.isfinite(nearest)
         label = f"{name}: {'free' if free else f'{nearest:.2f} m'}"
+        facts.append(label)
         edge = min(nearest, reach)
         axes.fill_between(arc, 0, edge, color=SECTORS[name], alpha=0.25, label=label)
         axes.plot(arc, np.full(40, edge), color=SECTORS[name], linewidth=2)
     axes.plot(angles[seen], ranges[seen], ".", color=BLACK, markersize=3)
     if action is not None:
         turn = float(action["angular"])
+        straight = "straight on" if action["linear"] else "at a stop"
+        facts.append(f"the arrow points {'to the left' if turn > 0 else 'to the right' if turn < 0 else straight}")
         _arrow(axes, turn, float(action["linear"]), reach)
+    picture.tell(title, f"Nearest obstacles: {'; '.join(facts)}")
     axes.set_thetagrids(
         range(0, 360, 30),
         [f"{angle if angle <= 180 else angle - 360}°" for angle in range(0, 360, 30)],

@@ -20,13 +20,20 @@ def round_trips(series: Mapping[str, Sequence[float]], title: str = "How long a 
     """
     picture = Picture("service round trips")
     axes = style(picture.figure.add_subplot(), title, "call", "round trip (ms)")
-    for (name, times), color in zip(series.items(), (BLUE, ORANGE, GREEN, PURPLE), strict=False):
+    facts = []
+    looks = zip((BLUE, ORANGE, GREEN, PURPLE), ("-", "--", ":", "-."), strict=True)
+    for (name, times), (color, line) in zip(series.items(), looks, strict=False):
         calls, values = np.arange(1, len(times) + 1), 1e3 * np.asarray(times)
         axes.plot(calls, values, ".", markersize=3, alpha=0.5, color=color)
         medians = [np.median(values[max(0, call - AROUND) : call + AROUND + 1]) for call in range(len(values))]
-        axes.plot(calls, medians, color=color, label=name)
+        axes.plot(calls, medians, line, color=color, linewidth=2, label=name)
+        if len(values):
+            ends = (f"{np.median(part):.3g} ms" for part in (values[:30], values[-30:]))
+            facts.append(f"{name}: {len(values)} calls, medians of the first and the last 30 " + " and ".join(ends))
+    picture.tell(title, *facts)
     axes.set_yscale("log")
     axes.yaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_minor_formatter("")
     axes.legend(frameon=False, loc="upper left")
     return picture
 
@@ -43,9 +50,14 @@ def latencies(
     values = [1e3 * np.asarray(times, dtype=float) for times in series.values()]
     every = np.concatenate([*values, [1e3 * limit]]) if values else np.array([1e3 * limit])
     bins = np.geomspace(max(1e-3, every[every > 0].min() * 0.8), every.max() * 1.25, 50).tolist()
+    facts = [f"The limit is {1e3 * limit:g} ms"]
     for (name, _), times, color in zip(series.items(), values, (BLUE, ORANGE, GREEN, PURPLE), strict=False):
+        if len(times):
+            facts.append(f"{name}: {len(times)} decisions, median {np.median(times):.3g} ms")
         late = float(np.mean(times > 1e3 * limit)) if len(times) else 0.0
         axes.hist(times, bins=bins, color=color, alpha=0.7, label=f"{name}: {late:.0%} too late")
+        facts.append(f"{name}: {late:.0%} too late")
+    picture.tell(title, *facts)
     axes.axvline(1e3 * limit, color=VERMILLION, linestyle="--")
     axes.annotate(
         f"limit {1e3 * limit:g} ms",

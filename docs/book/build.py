@@ -89,7 +89,15 @@ def _shown(stored: Path, released: Path) -> nbformat.NotebookNode:
     for cell in notebook.cells:
         if cell.cell_type == "code" and not cell.metadata.get("nbgrader", {}).get("solution"):
             cell.outputs = outputs.get(cell.id, [])
+            if alt := _alternative(cell.outputs):
+                cell.metadata["mystnb"] = {"image": {"alt": alt}}
     return notebook
+
+
+def _alternative(outputs: list[nbformat.NotebookNode]) -> str:
+    """Return the alternative text of the figure that a cell shows; "" when it shows none."""
+    found = (output.get("metadata", {}).get("image/png", {}).get("alt", "") for output in outputs)
+    return next(filter(None, found), "")
 
 
 def _start(sections: list[str]) -> nbformat.NotebookNode:

@@ -89,6 +89,9 @@ def test_stored_outputs_are_shown_and_figures_are_there(site, name):
     pictures = sum("image/png" in output.get("data", {}) for output in outputs)
     page = (site / name / f"{name}.html").read_text()
     assert len(re.findall(r'<img [^>]*src="\.\./_images/', page)) >= pictures
+    written = [html.unescape(alt) for alt in re.findall(r'<img alt="([^"]*)"', page)]
+    told = [output["metadata"]["image/png"]["alt"] for output in outputs if "image/png" in output.get("data", {})]
+    assert [alt for alt in told if alt not in written] == []
     text = shown(site / name / f"{name}.html")
     said = [cells.text_of(output["text"]) for output in outputs if output["output_type"] == "stream"]
     assert said and sum(" ".join(words.split())[:60] in text for words in said) > 0.7 * len(said)
@@ -100,6 +103,7 @@ def test_diagrams_are_drawings(site, chromium):
         page = (site / name / f"{name}.html").read_text()
         assert page.count('<figure class="diagram">') == count
         assert len(re.findall(r'<div class="only-(?:light|dark)"><svg ', page)) == 2 * count
+        assert len(re.findall(r"<title id=[^>]*>[^<]{10,}</title><desc id=[^>]*>[^<]{60,}</desc>", page)) == 2 * count
         assert "sequenceDiagram" not in page
 
 

@@ -90,20 +90,42 @@ DRAWN = {
 @pytest.mark.parametrize("name", DRAWN)
 def test_every_figure_is_a_picture_with_a_constant_text(name):
     first, second = DRAWN[name](), DRAWN[name]()
-    assert first._repr_png_().startswith(b"\x89PNG")
+    png, metadata = first._repr_png_()
+    assert png.startswith(b"\x89PNG") and metadata == {"alt": first.alt}
     assert repr(first) == repr(second) and "0x" not in repr(first)
+
+
+ALTERNATIVES = {
+    "feedback": ["Each feedback message", "2 feedback messages", "from 1 to 1"],
+    "timeline": ["one: sent at 0.0 s", "canceled at", "1 feedback message", "Two: sent"],
+    "sectors": ["front: 0.40 m", "right: free", "arrow points to the left"],
+    "drive": ["touched nothing", "starts at x", "FORWARD 50%", "TURNING_LEFT 50%"],
+    "distances": ["aim is 2 m", "Rule: in the second half between 2.00 and 2.50 m"],
+    "latencies": ["limit is 100 ms", "Fast: 0% too late", "Slow: 100% too late"],
+    "round trips": ["Calls: 2 calls"],
+    "changes": ["set to 1.0", "9.0 at", "refused: too fast"],
+    "response": ["ki = 2 at", "0.20 rad", "9.0 N m"],
+}
+
+
+@pytest.mark.parametrize("name", ALTERNATIVES)
+def test_the_alternative_text_says_what_the_data_say(name):
+    alt = DRAWN[name]().alt
+    assert [words for words in ALTERNATIVES[name] if words.lower() not in alt.lower()] == [], alt
 
 
 @pytest.mark.parametrize("name", [name for name in DRAWN if not {"nothing", "sectors", "response"} & {*name.split()}])
 def test_axes_have_a_title_and_labels_with_units(name):
-    axes = DRAWN[name]().figure.axes[0]
-    assert axes.get_title(loc="left") and axes.get_xlabel()
+    axes = DRAWN[name]().figure.axes
+    assert axes[0].get_title(loc="left")
+    assert all(each.get_xlabel() or each.get_shared_x_axes().joined(each, axes[-1]) for each in axes)
+    assert axes[-1].get_xlabel()
 
 
 def test_refused_sets_are_not_on_the_line_of_values():
     axes = DRAWN["changes"]().figure.axes[0]
     lines = {line.get_label(): list(line.get_ydata()) for line in axes.get_lines()}
-    assert lines["value"] == [1.0] and lines["accepted"] == [1.0]
+    assert lines["speed"] == [1.0] and lines["accepted"] == [1.0]
 
 
 def test_a_refused_value_beyond_the_axis_is_an_arrow_at_its_edge_and_its_reason_is_told():
@@ -118,12 +140,13 @@ def test_a_refused_value_beyond_the_axis_is_an_arrow_at_its_edge_and_its_reason_
     record = Recorded("name", "value", "accepted", "reason", rows=rows)
     figure = figures.changes(record, "speed").figure
     axes = figure.axes[0]
-    value = next(line for line in axes.get_lines() if line.get_label() == "value")
+    value = next(line for line in axes.get_lines() if line.get_label() == "speed")
     assert list(value.get_ydata()) == [1.0, 3.0]
     low, high = axes.get_ylim()
     assert 0 < low < 1 and 3 < high < 4
     marks = [(line.get_marker(), line.get_ydata()[0]) for line in axes.get_lines() if len(line.get_ydata()) == 1]
-    assert marks[-3:] == [("X", 2.0), ("^", high), ("X", low)]
+    assert [mark for mark, _ in marks[-3:]] == ["X", "^", "X"] and marks[-3][1] == 2.0
+    assert 3 < marks[-2][1] < high and low < marks[-1][1] < 1  # inside, clear of the title and the axis
     assert figure.get_supxlabel() == ("1  2.0 refused: not now\n2  500.0 refused: too fast\n3  nan refused: no number")
 
 
