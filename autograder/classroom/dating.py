@@ -7,12 +7,12 @@ from pathlib import Path
 
 from nbgrader.api import Gradebook
 
-from autograder.gradebook import schema
+from autograder.gradebook import database
 
 
 def main(course: Path, due: dict[str, str]) -> None:
     """Enter each exercise's due date, in UTC as nbgrader has it."""
-    schema.read_in_process()
+    database.read_version_in_process()
     with Gradebook(f"sqlite:///{course.resolve() / 'gradebook.db'}") as book:
         for name, time in due.items():
             at = datetime.fromisoformat(time).astimezone(UTC).replace(tzinfo=None)

@@ -6,17 +6,17 @@ from pathlib import Path
 
 from nbgrader.api import Gradebook
 
-from autograder.gradebook import schema
+from autograder.gradebook import database
 
 
 def main(course: Path, students: dict[str, dict[str, str]]) -> None:
     """Enter each student by the name in the class; whoever has no other name is called by that one."""
-    schema.read_in_process()
+    database.read_version_in_process()
     with Gradebook(f"sqlite:///{course.resolve() / 'gradebook.db'}") as book:
         for student, names in students.items():
             shown = names if any(names.values()) else {"first_name": "", "last_name": student}
             book.update_or_create_student(student, **shown)
-    (course / "gradebook.db").chmod(0o660)  # nbgrader makes it for one instructor alone
+    database.share(course / "gradebook.db")
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from autograder.submissions.roster import table
 INSTRUCTOR = "instructor"
 ROLES = ("", "student", INSTRUCTOR)
 LONGEST = 24  # letters of a name: with the prefix it must fit into the 32 of a Unix user
+STAFF = "staff"  # behind the class's prefix, the group of its instructors
 NAME = re.compile(r"[a-z][a-z0-9_-]*")
 
 
@@ -52,9 +53,11 @@ def read(path: Path, instructors: list[str]) -> list[Member]:
 
 
 def wrong(name: str) -> str:
-    """Return why a name cannot be that of a Unix user; '' when it can."""
+    """Return why a name cannot be that of a member's Unix user; '' when it can."""
     if not NAME.fullmatch(name):
         return f"{name!r} is not a valid Unix user name: write a lower-case letter first, then letters, digits, - and _"
+    if name == STAFF:
+        return f"{name!r} is what the instructors' group is called: choose another name"
     if len(name) > LONGEST:
         return f"{name!r} is longer than {LONGEST} letters"
     return ""

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Self
 from urllib.parse import quote
 
-from autograder.classroom.members import Member
+from autograder.classroom.members import STAFF, Member
 from autograder.errors import UsageError
 from course.foundation import storage
 
@@ -125,7 +125,7 @@ class Classroom:
     @property
     def staff(self) -> str:
         """The Unix group of the instructors."""
-        return f"{self.prefix}staff"
+        return f"{self.prefix}{STAFF}"
 
     def find(self, name: str) -> Member:
         """The member of that name; raises KeyError."""

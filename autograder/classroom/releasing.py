@@ -9,6 +9,7 @@ from pathlib import Path
 from nbgrader.apps import NbGrader, NbGraderAPI
 
 from autograder.errors import UsageError
+from autograder.gradebook import database
 from autograder.gradebook.release import release, set_up
 
 
@@ -21,7 +22,7 @@ def main(course: Path, names: list[str]) -> None:
         release(course, names)
     except UsageError as error:
         sys.exit(str(error))
-    (course / "gradebook.db").chmod(0o660)  # nbgrader makes it for one instructor alone
+    database.share(course / "gradebook.db")
     app = NbGrader()
     app.load_config_file()  # which says where the exchange is
     nbgrader = NbGraderAPI(config=app.config)

@@ -146,11 +146,10 @@ def _take_out_namesakes(found: dict[tuple[str, str], list[HandedIn]], into: Path
             own = {roster.value(each.student, column): column for column in sorted(columns[_scope(each)])}
             own.pop("", None)
             if own and each.came.user not in own:
-                number, column = next(iter(own.items()))
+                (number, column), came = next(iter(own.items())), each.came
                 lines.append(
-                    f"{each.source}: {each.came.platform} calls {each.came.user} {each.came.name!r}, and {each.student} "
-                    f"has the number {number} in the roster (column {column!r}): it is somebody else's, or the roster "
-                    f"is wrong"
+                    f"{each.source}: {came.platform} calls {came.user} {came.name!r}, and {each.student} has the "
+                    f"number {number} in the roster (column {column!r}): it is somebody else's, or the roster is wrong"
                 )
                 those.remove(each)
     for key in [key for key, those in found.items() if not those]:

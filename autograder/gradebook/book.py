@@ -9,7 +9,7 @@ from nbgrader.api import Grade, Gradebook, MissingEntry, SubmittedNotebook
 from sqlalchemy.exc import SAWarning
 
 from autograder.errors import UsageError
-from autograder.gradebook import late, schema
+from autograder.gradebook import database, late
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.submissions import reading
 from autograder.submissions.exercises import load
@@ -55,7 +55,7 @@ class Scores:
     """
 
     def __init__(self, url: str, submitted: Path | None = None, unanswered_is_zero: bool = False):
-        schema.read_in_process()
+        database.read_version_in_process()
         self._url, self._submitted, self._zero = url, submitted, unanswered_is_zero
         self.unanswered: dict[str, list[str]] = {}  # students, by exercise
         self._config = late.course_config(submitted) if submitted else None

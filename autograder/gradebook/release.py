@@ -17,7 +17,7 @@ from traitlets.config import PyFileConfigLoader
 from traitlets.log import get_logger
 
 from autograder.errors import Leak, UsageError
-from autograder.gradebook import schema
+from autograder.gradebook import database
 from autograder.gradebook.config import COURSE_FILE
 from autograder.gradebook.leaks import leaks, secrets
 from autograder.paths import repository
@@ -128,7 +128,7 @@ def start_page() -> str:
 
 def api(course: Path) -> NbGraderAPI:
     """nbgrader with a course's configuration, as its Formgrader page uses it.  Its methods return what they log."""
-    schema.read_in_process()
+    database.read_version_in_process()
     nbgraders_log = get_logger()
     if isinstance(nbgraders_log, logging.Logger):
         nbgraders_log.propagate = False

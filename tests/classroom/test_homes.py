@@ -10,8 +10,9 @@ import time
 from pathlib import Path
 
 import pytest
+from nbgrader.api import Gradebook
 
-from autograder.classroom import accounts, course_files, homes
+from autograder.classroom import accounts, course_files, enrolling, homes
 from autograder.classroom.plan import COURSE_ID, Classroom
 from autograder.errors import ClassroomError
 from tests.classroom.conftest import run_classroom
@@ -86,7 +87,7 @@ def test_paths_that_turn_while_up_runs_lead_root_nowhere(up, classroom, ada, ker
     assert (home / "notebooks" / "services" / "services.ipynb").exists()
 
 
-OWNER, LATER = 61001, 61002  # numbers of users that this machine does not have
+OWNER, LATER, STAFF = 61001, 61002, 61003  # numbers of users and groups that this machine does not have
 
 
 @pytest.fixture
@@ -197,3 +198,24 @@ def test_a_deep_folder_does_not_keep_a_class_from_being_removed(tmp_path):
     subprocess.run([sys.executable, "-c", script], check=True)
     course_files.remove(Classroom(folder, ()))
     assert not folder.exists()
+
+
+def test_an_instructor_enters_students_in_a_gradebook_that_another_one_made(able, tmp_path):
+    """It belongs to whoever was the first in the roster, and may write what the group may."""
+    course = tmp_path / "course"
+    course.mkdir()
+    enrolling.main(course, {"ada": {}})
+    for path in (course, course / "gradebook.db"):
+        os.chown(path, OWNER, STAFF)
+    course.chmod(0o2770)
+    for folder in course.parents:
+        folder.chmod(folder.stat().st_mode | 0o001)
+
+    def enter(_: int) -> bytes:
+        enrolling.main(course, {"bob": {}})
+        return b"entered"
+
+    assert homes.act(course, LATER, STAFF, enter) == b"entered"
+    assert (course / "gradebook.db").stat().st_uid == OWNER
+    with Gradebook(f"sqlite:///{course / 'gradebook.db'}") as book:
+        assert {student.id for student in book.students} == {"ada", "bob"}

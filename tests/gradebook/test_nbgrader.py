@@ -14,7 +14,7 @@ from nbconvert.exporters import HTMLExporter
 from nbgrader.api import Gradebook
 from nbgrader.server_extensions.formgrader import handlers
 
-from autograder.gradebook import leaks, plugins, release, schema
+from autograder.gradebook import database, leaks, plugins, release
 from autograder.paths import HIDDEN, repository
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.submissions import exercises, notebook, reading
@@ -458,6 +458,7 @@ def test_a_release_that_would_leak_is_refused_and_removed(tmp_path):
 
 def test_a_new_gradebook_has_the_version_of_the_schema_that_nbgrader_would_write():
     """It is read in this process, because nbgrader's way runs a program for each new gradebook."""
-    ask = "from course import environment; environment.prepare(); from nbgrader import api; print(api.get_alembic_version())"
+    ask = "import course.environment; course.environment.prepare(); from nbgrader import api; "
+    ask += "print(api.get_alembic_version())"
     said = subprocess.run([sys.executable, "-c", ask], capture_output=True, text=True, check=True)
-    assert schema.version() == said.stdout.strip()
+    assert database.version() == said.stdout.strip()
