@@ -18,7 +18,6 @@ from course.notebook.file_differences import refusal_of
 from course.session.failure_report import of_program
 from course.session.hints import type_name
 from course.session.live import live
-from course.session.matching import unmatched, unserved
 from course.session.node_process import NodeProcess
 from course.session.watch import Handle
 
@@ -51,11 +50,11 @@ def meet(*ends: Publisher | Subscription | ActionClient, timeout: float = 5.0) -
     for end in ends:
         if isinstance(end, ActionClient):
             if not session.until(end.server_is_ready, timeout):
-                raise LiveError(unserved(session.node, end))
+                raise LiveError(session.apart(end))
             continue
         count = end.get_subscription_count if isinstance(end, Publisher) else end.get_publisher_count
         if not session.until(count, timeout):
-            raise LiveError(unmatched(session.node, end))
+            raise LiveError(session.apart(end))
 
 
 def busy(process: Handle) -> str:

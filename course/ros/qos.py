@@ -45,6 +45,11 @@ def make_profile(
     return profile, any(policies.values()) or depth is not None or lease is not None
 
 
+def words(profile: Any) -> str:
+    """Return the two policies of a QoSProfile that most often keep the ends of a topic apart."""
+    return f"{profile.reliability.name.lower()} and {profile.durability.name.lower()}"
+
+
 def match_publishers(profile: Any, publishers: Iterable[Any]) -> None:
     """Set reliability and durability of a QoSProfile so that it is compatible with all publishers.
 

@@ -144,16 +144,17 @@ def echo(args: Namespace) -> str | None:
             args.topic_name,
             show,  # type: ignore[arg-type]  # rclpy also passes the info to a callback of two arguments
             profile,
-            event_callbacks=_lost(args),
+            event_callbacks=_events(args, graph, profile),
             raw=args.raw,
         )
         graph.spin(lambda: args.once and printed, args.timeout)
     return None
 
 
-def _lost(args: Namespace) -> Any:
-    """Return the event callbacks that report lost messages, or None."""
+def _events(args: Namespace, graph: Graph, asked: Any) -> Any:
+    """Return the event callbacks that report lost messages, and publishers whose QoS does not fit what is `asked`."""
     from rclpy.event_handler import SubscriptionEventCallbacks
+    from rclpy.qos import QoSCompatibility, qos_check_compatible, qos_policy_name_from_kind
 
     def lost(status: Any) -> None:
         print(
@@ -162,7 +163,19 @@ def _lost(args: Namespace) -> Any:
             end="---\n",
         )
 
-    return None if args.no_lost_messages else SubscriptionEventCallbacks(message_lost=lost)
+    def unfit(status: Any) -> None:
+        offers = [
+            f"{each.node_name} offers {qos.words(each.qos_profile)}"
+            for each in graph.node.get_publishers_info_by_topic(args.topic_name)
+            if qos_check_compatible(each.qos_profile, asked)[0] == QoSCompatibility.ERROR
+        ]
+        graph.node.get_logger().warning(
+            f"New publisher discovered on topic '{args.topic_name}', offering incompatible QoS. No messages will be "
+            f"received from it. Last incompatible policy: {qos_policy_name_from_kind(status.last_policy_kind)}. "
+            f"{', '.join(offers)}{', and ' if offers else ''}this command asks for {qos.words(asked)}."
+        )
+
+    return SubscriptionEventCallbacks(incompatible_qos=unfit, message_lost=None if args.no_lost_messages else lost)
 
 
 def _print(part: Any, info: dict[str, Any], args: Namespace) -> None:

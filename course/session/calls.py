@@ -7,12 +7,14 @@ from typing import Any, cast
 
 from rclpy.client import Client
 from rclpy.node import Node
+from rclpy.qos import qos_profile_services_default
 from rclpy.task import Future
 
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation.waiting import wait_until
 from course.ros.names import OF_EVERY_NODE, type_name
 from course.session.interface_usage import is_of
+from course.session.matching import unfit_service, unfit_topics
 from course.session.node_process import NodeProcess
 from course.session.outsiders import Outsiders
 from course.session.source import blocked
@@ -68,7 +70,8 @@ class Calls:
         self._look_at(client.service_name)
         at = self._doing(client.service_name)
         why = self._blocked(client.service_name) or ("its server is busy." if at else "is its server busy or blocked?")
-        raise CallTimeout(f"{client.service_name} did not answer within {timeout:g} s: {why}{at}")
+        unfit = "".join(f"\n{each}" for each in unfit_topics(self.node, self._handles))
+        raise CallTimeout(f"{client.service_name} did not answer within {timeout:g} s: {why}{at}{unfit}")
 
     def _doing(self, service: str) -> str:
         """Return where the program that serves `service` is, in lines of its own; '' when it only waits."""
@@ -157,5 +160,7 @@ class Calls:
         others = [each for each in served.get(client.service_name, []) if each != kind]
         if others:
             return f"It is served with the type {others[0]}, and you ask for {kind}."
+        if unfit := unfit_service(self.node, client.service_name, qos_profile_services_default, self._handles):
+            return unfit
         listed = ", ".join(sorted(served)[:LISTED])
         return f"Served here: {listed}." if served else "No service is served here: has its node been started?"

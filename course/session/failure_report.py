@@ -254,10 +254,10 @@ def _own_frames(trace: TracebackType | None) -> tuple[Frame, ...]:
 
 
 def _place(filename: str) -> str:
-    return "the cell" if _is_cell(filename) else Path(filename).name
+    return "the cell" if is_cell(filename) else Path(filename).name
 
 
-def _is_cell(filename: str) -> bool:
+def is_cell(filename: str) -> bool:
     """Return True if code compiled under this name is a notebook's cell."""
     return "ipykernel_" in filename or filename.startswith("<ipython-input")
 

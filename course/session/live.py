@@ -13,8 +13,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from rclpy.action import ActionClient
 from rclpy.context import Context
 from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.subscription import Subscription
 from rclpy.task import Future
 
 from course import environment
@@ -28,6 +31,7 @@ from course.session.following import LogFollower
 from course.session.guards import Guards, interruptible
 from course.session.interface_usage import destructors
 from course.session.logs import Entry, Logs
+from course.session.matching import unfit_topics, unmatched, unserved
 from course.session.outsiders import Outsiders
 from course.session.publishing import Publishing
 from course.session.requests import fill
@@ -36,6 +40,8 @@ from course.session.spinner import Spinner
 from course.session.started_nodes import StartedNodes
 from course.session.table import Nodes, Row
 from course.session.watch import Handle, Watch
+
+TELLING = 0.5  # s that a wait must have lasted for the reader to be told why it may have been in vain
 
 
 class Session:
@@ -73,6 +79,7 @@ class Session:
         self._spinner = Spinner(self.node)
         outsiders = Outsiders(self.node, domain_id, self._handles)
         self._calls = Calls(self.node, self._handles, self.watch, outsiders)
+        self._told_unfit: set[str] = set()  # what the reader knows of topics whose QoS does not fit
         self._closed = False
         self._publishing = Publishing(domain_id, str(self._folder), self._handles)
         self._nodes = StartedNodes(
@@ -204,8 +211,24 @@ class Session:
 
     @interruptible()
     def until(self, condition: Callable[[], object], timeout: float = 5.0) -> bool:
-        """Wait in the main thread until `condition()` holds; False after `timeout` s."""
-        return bool(wait_until(condition, timeout))
+        """Wait in the main thread until `condition()` holds; False after `timeout` s.
+
+        The reader is told, once, of topics on which nothing can arrive because of their QoS.
+        """
+        if wait_until(condition, timeout):
+            return True
+        if timeout >= TELLING:
+            for text in unfit_topics(self.node, self._handles):
+                if text not in self._told_unfit:
+                    self._told_unfit.add(text)
+                    self.watch.notice(text)
+        return False
+
+    def apart(self, end: Publisher | Subscription | ActionClient) -> str:
+        """Return why no other node has the other end of a publisher, a subscription or an action client."""
+        if isinstance(end, ActionClient):
+            return unserved(self.node, end)
+        return unmatched(self.node, end, self._handles)
 
     def look(self) -> None:
         """Raise NodeFailed when a node has died, or raised an exception, of which nobody was told.

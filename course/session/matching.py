@@ -1,6 +1,8 @@
 """The cause that keeps the ends of a topic, or an action, apart: its name, type or quality of service (QoS)."""
 
-from typing import cast
+import linecache
+from collections.abc import Iterator, Mapping
+from typing import Any, cast
 
 from rclpy.action import ActionClient, get_action_names_and_types
 from rclpy.node import Node
@@ -9,14 +11,19 @@ from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
-from course.ros.names import is_hidden, type_name
+from course.ros.names import OF_EVERY_NODE, is_hidden, type_name
+from course.ros.qos import words
 from course.ros.rclpy_internals import action_name, action_type
+from course.session.failure_report import Frame, is_cell, text_of
+from course.session.node_process import NodeProcess
+from course.session.source import made_at
+from course.session.watch import Handle
 
 SEND = "/_action/send_goal"  # the service of an action's server
 LISTED = 6  # topics that a message names
 
 
-def unmatched(node: Node, end: Publisher | Subscription) -> str:
+def unmatched(node: Node, end: Publisher | Subscription, handles: Mapping[str, Handle]) -> str:
     """Return why no other node has the other end of a topic of which `node` has this one."""
     publishes = isinstance(end, Publisher)
     verb, kind, topic = "subscribes" if publishes else "publishes", type_name(cast(type, end.msg_type)), end.topic_name
@@ -26,10 +33,9 @@ def unmatched(node: Node, end: Publisher | Subscription) -> str:
             return f"{each.node_name} {verb} {topic} with the type {each.topic_type}; it must be {kind}."
         offered, asked = (end.qos_profile, each.qos_profile) if publishes else (each.qos_profile, end.qos_profile)
         if qos_check_compatible(offered, asked)[0] == QoSCompatibility.ERROR:
-            return (
-                f"{each.node_name} {verb} {topic}, but the qualities of service (QoS) do not fit, so that nothing "
-                f"arrives: the publisher offers {_words(offered)}, the subscription asks for {_words(asked)}."
-            )
+            maker = "create_subscription" if publishes else "create_publisher"
+            at = "".join(f"\n{line}" for line in _lines(node, handles, each, maker, topic))
+            return f"{each.node_name} {verb} {topic}, but {_unfit(offered, asked)}{at}"
     if others:
         return f"{others[0].node_name} {verb} {topic} ({kind}), and was not connected in time: is the computer busy?"
     same = [name for name, kinds in node.get_topic_names_and_types() if kind in kinds]
@@ -47,11 +53,78 @@ def unserved(node: Node, client: ActionClient) -> str:
     return f"No node serves the action {name} ({kind})." + (f" Served here: {listed}." if listed else "")
 
 
+def unfit_topics(node: Node, handles: Mapping[str, Handle]) -> list[str]:
+    """Return, of each publisher and subscription in the graph whose QoS does not fit, both sides and their lines."""
+    found = []
+    for topic, kinds in node.get_topic_names_and_types():
+        if is_hidden(topic) or any(kind.startswith(OF_EVERY_NODE) for kind in kinds):
+            continue
+        for publisher in node.get_publishers_info_by_topic(topic):
+            for subscription in node.get_subscriptions_info_by_topic(topic):
+                offered, asked = publisher.qos_profile, subscription.qos_profile
+                if qos_check_compatible(offered, asked)[0] != QoSCompatibility.ERROR:
+                    continue
+                first, second = (_who(node, each) for each in (publisher, subscription))
+                lines = [
+                    *_lines(node, handles, publisher, "create_publisher", topic),
+                    *_lines(node, handles, subscription, "create_subscription", topic),
+                ]
+                text = f"{first} publishes {topic} and {second} subscribes to it, but {_unfit(offered, asked)}"
+                found.append("\n".join([text, *map(str, lines)]))
+    return list(dict.fromkeys(found))
+
+
+def unfit_service(node: Node, service: str, asked: QoSProfile, handles: Mapping[str, Handle]) -> str:
+    """Return why a client with the QoS `asked` and the server of `service` do not meet, or ''."""
+    for each in node.get_publishers_info_by_topic(f"rr{service}Reply", no_mangle=True):
+        offered = each.qos_profile
+        if QoSCompatibility.ERROR in (qos_check_compatible(offered, asked)[0], qos_check_compatible(asked, offered)[0]):
+            at = "".join(f"\n{line}" for line in _lines(node, handles, each, "create_service", service))
+            return (
+                f"It is served, but the qualities of service (QoS) do not fit: the server has {words(offered)}, the "
+                f"client {words(asked)}. Leave out the QoS of the service.{at}"
+            )
+    return ""
+
+
+def _unfit(offered: QoSProfile, asked: QoSProfile) -> str:
+    same = words(offered) == words(asked)  # so it is the deadline, or the liveliness
+    reason = f" ({qos_check_compatible(offered, asked)[1].strip().rstrip(';')})" if same else ""
+    return (
+        "the qualities of service (QoS) do not fit, so that nothing arrives: "
+        f"the publisher offers {words(offered)}, the subscription asks for {words(asked)}{reason}."
+    )
+
+
+def _who(node: Node, end: TopicEndpointInfo) -> str:
+    return "this notebook" if end.node_name == node.get_name() else end.node_name
+
+
+def _lines(node: Node, handles: Mapping[str, Handle], end: TopicEndpointInfo, maker: str, name: str) -> Iterator[Frame]:
+    """The line in which this end is made, where its text is known."""
+    for place, source in _texts(node, handles, end):
+        if line := made_at(source, maker, name):
+            yield Frame(place, line, "", source.splitlines()[line - 1].strip())
+            return
+
+
+def _texts(node: Node, handles: Mapping[str, Handle], end: TopicEndpointInfo) -> Iterator[tuple[str, str]]:
+    """The programs and cells that may have made this end, the newest first, each with its place."""
+    if end.node_name == node.get_name():
+        for file in reversed(list(linecache.cache)):
+            if is_cell(file):
+                yield "the cell", "".join(linecache.getlines(file))
+    for handle in list(handles.values()):
+        if not any(each.rpartition("/")[2] == end.node_name for each in handle.nodes):
+            continue
+        if isinstance(handle, NodeProcess):
+            yield handle.name, handle.source
+        else:
+            own: Any = type(handle.node).__mro__[1].__init__  # type: ignore[misc]  # of the reader's own class
+            yield "the cell", text_of(own)
+
+
 def _others(node: Node, topic: str, publishes: bool) -> list[TopicEndpointInfo]:
     """The ends of a topic that lie opposite to a publisher, or a subscription, without those of hidden nodes."""
     look = node.get_subscriptions_info_by_topic if publishes else node.get_publishers_info_by_topic
     return [each for each in look(topic) if not is_hidden(each.node_name)]
-
-
-def _words(qos: QoSProfile) -> str:
-    return f"{qos.reliability.name.lower()} and {qos.durability.name.lower()}"

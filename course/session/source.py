@@ -49,6 +49,15 @@ def argument(call: ast.Call, place: int, name: str) -> ast.expr | None:
     return next((keyword.value for keyword in call.keywords if keyword.arg == name), None)
 
 
+def made_at(source: str, maker: str, name: str) -> int:
+    """The line of a call of `maker`, such as `create_publisher`, that names `name`; 0 where there is none."""
+    for call in calls(parse(source), maker):
+        given = [*call.args, *(keyword.value for keyword in call.keywords)]
+        if any(str(getattr(each, "value", "")).lstrip("/~") == name.lstrip("/") for each in given):
+            return call.lineno
+    return 0
+
+
 def service_callbacks(tree: ast.AST, service: str = "") -> set[str]:
     """The names of the functions that answer services; with `service`, of that one, or of all when it is not named."""
     found: dict[str, str] = {}

@@ -22,12 +22,14 @@ OF_THE_KERNEL = {  # whose hint is made from what the kernel has: an interface t
 }
 ELSEWHERE = {  # whose message each run tests without a kernel, by the module that tests it
     "ai_integration/agent_loops": "tests/notebook/test_judging.py",
+    "ai_integration/quality_of_service_in_a_cell": "tests/session/test_matching.py",
     "ai_integration/quality_of_service_in_the_check": "tests/session/test_matching.py",
     "ai_integration/topic_of_another_name": "tests/session/test_matching.py",
     "calculator/server_deleted": "tests/notebook/test_public_checks.py",
     "calculator/server_edited_and_not_run": "tests/notebook/test_public_checks.py",
     "calculator/srv_refused": "tests/notebook/test_public_checks.py",
     "services/another_server_in_a_terminal": "tests/session/test_outsiders.py",
+    "services/best_effort_service": "tests/session/test_matching.py",
     "services/callback_loops": "tests/session/test_doing.py",
     "services/domain_changed_in_a_cell": "tests/session/test_matching.py",
     "services/impossible_domain": "tests/session/test_matching.py",

@@ -9,10 +9,10 @@ from rclpy.action import ActionClient, ActionServer
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Float64, String
+from std_srvs.srv import Trigger
 
-from course.errors import LiveError
-from course.session.live import Session
-from course.session.matching import unmatched, unserved
+from course.errors import CallTimeout, LiveError
+from course.session.live import TELLING, Session
 
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 
@@ -43,7 +43,7 @@ def test_what_keeps_a_subscription_from_its_publisher(session, talker, says):
     session.start(Talker, **talker)
     topic = f"/{talker.get('topic', 'chatter')}"
     assert session.until(lambda: session.node.get_publishers_info_by_topic(topic))
-    assert says in unmatched(session.node, listener)
+    assert says in session.apart(listener)
 
 
 def test_another_type_is_named(session, tmp_path):
@@ -57,7 +57,7 @@ def test_another_type_is_named(session, tmp_path):
     session.start(file)
     assert session.until(lambda: session.node.get_publishers_info_by_topic("/chatter"))
     says = "talker publishes /chatter with the type std_msgs/msg/Float64; it must be std_msgs/msg/String."
-    assert unmatched(session.node, listener) == says
+    assert session.apart(listener) == says
 
 
 def test_what_keeps_a_publisher_from_its_subscription(session):
@@ -67,12 +67,10 @@ def test_what_keeps_a_publisher_from_its_subscription(session):
             self.create_subscription(String, "chatter", print, 10)
 
     talker = session.node.create_publisher(String, "chatter", BEST_EFFORT)
-    assert unmatched(session.node, talker) == "No node subscribes /chatter (std_msgs/msg/String)."
+    assert session.apart(talker) == "No node subscribes /chatter (std_msgs/msg/String)."
     session.start(Listener)
     assert session.until(lambda: session.node.get_subscriptions_info_by_topic("/chatter"))
-    assert "listener subscribes /chatter, but the qualities of service (QoS) do not fit" in unmatched(
-        session.node, talker
-    )
+    assert "listener subscribes /chatter, but the qualities of service (QoS) do not fit" in session.apart(talker)
 
 
 def test_what_keeps_an_action_client_from_its_server(session):
@@ -82,10 +80,10 @@ def test_what_keeps_an_action_client_from_its_server(session):
             self.server = ActionServer(self, Fibonacci, name, print)
 
     client = ActionClient(session.node, Fibonacci, "count")
-    assert unserved(session.node, client) == "No node serves the action /count (example_interfaces/action/Fibonacci)."
+    assert session.apart(client) == "No node serves the action /count (example_interfaces/action/Fibonacci)."
     session.start(Counter, "counts")
-    assert session.until(lambda: "/counts" in unserved(session.node, client))
-    assert "Served here: /counts (example_interfaces/action/Fibonacci)." in unserved(session.node, client)
+    assert session.until(lambda: "/counts" in session.apart(client))
+    assert "Served here: /counts (example_interfaces/action/Fibonacci)." in session.apart(client)
 
 
 @pytest.mark.parametrize("domain", ["999", "-1", "my robot", "4²"])
@@ -101,3 +99,44 @@ def test_a_domain_that_was_changed_in_a_cell_is_told_before_a_program_starts_in_
     monkeypatch.setitem(os.environ, "ROS_DOMAIN_ID", "42")
     with pytest.raises(LiveError, match=r"ROS_DOMAIN_ID was changed to 42 since.*os\.environ\['ROS_DOMAIN_ID'\] = "):
         session.start(file)
+
+
+def test_a_wait_in_vain_tells_once_of_topics_whose_qualities_of_service_do_not_fit(session):
+    session.node.create_subscription(String, "chatter", print, 10)
+    session.start(Talker, qos=BEST_EFFORT)
+    assert session.until(lambda: session.node.get_publishers_info_by_topic("/chatter"))
+    assert session.watch.notices() == []
+    assert not session.until(lambda: False, timeout=TELLING)
+    assert not session.until(lambda: False, timeout=TELLING)
+    (told,) = session.watch.notices()
+    assert told.startswith("talker publishes /chatter and this notebook subscribes to it, but the qualities")
+    assert "offers best_effort and volatile, the subscription asks for reliable and volatile." in told
+
+
+def test_a_call_that_no_server_meets_tells_the_qualities_of_service_of_both_and_the_line(session, tmp_path):
+    file = tmp_path / "server.py"
+    file.write_text(
+        "import rclpy\nfrom rclpy.qos import qos_profile_sensor_data\nfrom std_srvs.srv import Trigger\n"
+        "rclpy.init()\nnode = rclpy.create_node('server')\n"
+        "node.create_service(Trigger, '/ask', print, qos_profile=qos_profile_sensor_data)\nrclpy.spin(node)\n"
+    )
+    session.start(file)
+    with pytest.raises(CallTimeout) as told:
+        session.call("/ask", Trigger, timeout=1.0)
+    assert "the server has best_effort and volatile, the client reliable and volatile" in str(told.value)
+    assert "\n  server.py, line 6\n    node.create_service(Trigger, '/ask'" in str(told.value)
+
+
+def test_the_lines_of_both_ends_are_told(session, tmp_path):
+    for name, end in {"talker": "publisher(String, '/chatter', qos_profile_sensor_data)",
+                      "listener": "subscription(String, 'chatter', print, 10)"}.items():  # fmt: skip
+        file = tmp_path / f"{name}.py"
+        file.write_text(
+            "import rclpy\nfrom rclpy.qos import qos_profile_sensor_data\nfrom std_msgs.msg import String\n"
+            f"rclpy.init()\nnode = rclpy.create_node('{name}')\nnode.create_{end}\nrclpy.spin(node)\n"
+        )
+        session.start(file)
+    assert not session.until(lambda: False, timeout=1.0)
+    (told,) = session.watch.notices()
+    assert "\n  talker.py, line 6\n    node.create_publisher(" in told
+    assert "\n  listener.py, line 6\n    node.create_subscription(" in told
