@@ -19,6 +19,7 @@ from autograder.submissions import exercises
 # A shell that starts the tests in the background has them, and all that they start, ignore Ctrl-C.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
+BROWSERS = ("chromium-headless-shell", "chromium", "google-chrome")  # the first takes an eighth less of the processor
 QUIET = (  # Chromium looks for nothing outside of this machine
     "--no-sandbox",
     "--disable-gpu",
@@ -32,7 +33,7 @@ QUIET = (  # Chromium looks for nothing outside of this machine
 
 def chromium_options() -> dict:
     """How the system's browser is launched; the tests are skipped without one."""
-    program = shutil.which("chromium") or shutil.which("google-chrome")
+    program = next(filter(None, map(shutil.which, BROWSERS)), None)
     if not program:
         pytest.skip("no Chromium is installed")
     return {"executable_path": program, "args": list(QUIET)}

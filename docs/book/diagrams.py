@@ -15,6 +15,7 @@ FENCE = re.compile(r"^```mermaid\n(.*?)^```[ \t]*$", re.MULTILINE | re.DOTALL)
 STATIC = Path(sys.prefix) / "share/jupyter/lab/static"
 ADDRESS = "http://jupyterlab.invalid/"  # never looked up: every request is answered from STATIC
 THEMES = {"light": "default", "dark": "dark"}
+BROWSERS = ("chromium-headless-shell", "chromium", "google-chrome")
 QUIET = (
     "--no-sandbox",
     "--disable-gpu",
@@ -46,7 +47,7 @@ DRAW = """async ([text, theme, id]) => {
 def drawn(texts: Iterable[str]) -> dict[str, str]:
     """Each diagram's text with its HTML, in a light and a dark form; nothing when there is no Chromium to draw with."""
     wanted = sorted({diagram for text in texts for diagram in FENCE.findall(text)})
-    program = shutil.which("chromium") or shutil.which("google-chrome")
+    program = next(filter(None, map(shutil.which, BROWSERS)), None)
     if not wanted or not program:
         return {}
     from playwright.sync_api import sync_playwright
