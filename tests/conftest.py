@@ -101,6 +101,9 @@ DRIVEN = {
     "classroom": "JupyterHub, its proxy and the members' servers start and end by themselves",
 }
 
+LONG = 30  # s that a test may take on a quiet machine without the marker that says why
+QUEUE = "its gradings wait in the queue of all"
+
 
 def group(nodeid: str) -> str:
     """Return the group of tests that a test belongs to: what it shares, or else its file."""
@@ -108,8 +111,9 @@ def group(nodeid: str) -> str:
 
 
 def pytest_configure(config):
-    """Tell pytest of the marker that grants a second try."""
+    """Tell pytest of the markers that grant a second try, and time."""
     config.addinivalue_line("markers", "drives(reason): drives a browser or a hub; a second try is granted, and named")
+    config.addinivalue_line("markers", f"long(reason): takes more than {LONG} s on a quiet machine")
 
 
 def pytest_collection_modifyitems(items):
@@ -120,6 +124,10 @@ def pytest_collection_modifyitems(items):
         if driving := item.get_closest_marker("drives"):
             assert driving.args, f"{item.nodeid}: the marker drives needs a reason"
             item.add_marker(pytest.mark.flaky(reruns=1))
+        if group(item.nodeid) == "gradings":
+            item.add_marker(pytest.mark.long(QUEUE))
+        if long := item.get_closest_marker("long"):
+            assert long.args, f"{item.nodeid}: the marker long needs a reason"
     first = [*SHARED]
     items.sort(key=lambda item: first.index(name) if (name := group(item.nodeid)) in first else len(first))
 
@@ -137,9 +145,18 @@ def pytest_xdist_make_scheduler(config, log):
 
 
 def pytest_terminal_summary(terminalreporter):
-    """Show why each second try was needed, so that the cause can be found and mended."""
+    """Show why each second try was needed, and which tests were long without a reason."""
     reports = terminalreporter.getreports("rerun")
     if reports:
         terminalreporter.section("why a second try was needed")
     for report in reports:
         terminalreporter.write_line(f"{report.nodeid}\n{report.longreprtext}\n")
+    slow = [
+        report
+        for report in terminalreporter.getreports("passed")
+        if report.when == "call" and report.duration > LONG and "long" not in report.keywords
+    ]
+    if slow:
+        terminalreporter.section(f"longer than {LONG} s: on a quiet machine, these need the marker long(reason)")
+    for report in slow:
+        terminalreporter.write_line(f"{report.duration:.0f} s  {report.nodeid}")

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from autograder.grading import single
 from autograder.records import Submission
 from autograder.sandbox import cleaning
@@ -79,6 +81,7 @@ def notebook(*cells: str) -> str:
     )
 
 
+@pytest.mark.long("grades a class")
 def test_a_class_of_names_and_notebooks(box, tmp_path):
     submitted, out = tmp_path / "in", tmp_path / "out"
     lay(submitted / "<b>x" / "calculator", handed_in(WRONG) | BESIDE | {"calculator.ipynb": notebook(CELL)})

@@ -73,6 +73,7 @@ def test_instructors_keep_their_tabs(tmp_path):
         assert "jpserver_extensions" not in (config / "jupyter_server_config.json").read_text()
 
 
+@pytest.mark.long("the whole loop of one student, with a grading")
 def test_from_the_work_to_the_feedback_in_the_notebook(student, box, page, tmp_path):
     address, token, work, _ = student
     services = work / "services"

@@ -12,6 +12,7 @@ from tests.classroom.conftest import run_classroom
 from tests.classroom.visitor import Visitor
 
 
+@pytest.mark.long("the first test of the class: everybody's server starts")
 def test_a_students_page_gets_nothing_of_an_instructor(chromium, classroom, ada):
     password = hub.shared_passwords(classroom)["instructors"]
     theirs, same = theft.steal(chromium, classroom, ada, password)

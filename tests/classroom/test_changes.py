@@ -98,6 +98,7 @@ def start_node(visitor: Visitor, uid: int) -> tuple[Kernel, list[int]]:
     raise AssertionError("no kernel lived long enough")
 
 
+@pytest.mark.long("waits until kernels and a server have been idle for long enough")
 @pytest.mark.timeout(1500)
 def test_idle_kernels_end_with_their_nodes_and_then_the_idle_server(ended):
     classroom, _, _ = ended
@@ -151,6 +152,7 @@ def test_with_a_certificate_everything_is_encrypted(ended, certificate):
         requests.get(classroom.url.replace("https", "http"), timeout=WAIT)
 
 
+@pytest.mark.long("starts a class of its own twice")
 def test_without_names_instructors_have_an_address_that_no_students_server_shares(ended, chromium):
     """With the certificate of the test before, on a plain address."""
     classroom = Classroom.load(ended[0].folder)

@@ -8,6 +8,7 @@ import signal
 import subprocess
 from pathlib import Path
 
+import pytest
 from nbgrader.api import Gradebook
 
 from autograder.classroom import accounts, hub, spawner
@@ -41,6 +42,7 @@ def test_a_notebook_runs_as_on_a_laptop(ada, kernel):
     assert live.run("%%exercise Half.srv\nfloat64 a\n---\nfloat64 half").error == "", "a .srv is built in the box"
 
 
+@pytest.mark.long("nbgrader's commands, one after the other")
 def test_an_assignment_is_handed_in_graded_and_returned_by_the_exchange(ada, bob, teacher, kernel, classroom):
     for file in SOLUTION.iterdir():
         put(ada, f"calculator/{file.name}", file.read_text())

@@ -92,6 +92,7 @@ def test_an_instructor_has_formgrader(page):
     assert tools(page("teacher")) == TOOLS
 
 
+@pytest.mark.long("the whole loop, by clicks of three people")
 @pytest.mark.timeout(1500)
 def test_from_the_work_to_the_returned_feedback(page, classroom, come_in, kernel):
     begin_anew(classroom, "carol")

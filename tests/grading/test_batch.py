@@ -304,6 +304,7 @@ def test_a_submission_that_kills_two_workers_is_given_up(box, submitted, dask_cl
     assert re.search(r"flagged: killed [^:]*: bob/parameters", words), output
 
 
+@pytest.mark.long("waits as long as for a cluster that may come back")
 def test_a_cluster_that_is_lost_is_told(box, submitted, dask_cluster, tmp_path):
     """And --resume goes on elsewhere."""
     dask_cluster.worker()

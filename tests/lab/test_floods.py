@@ -136,6 +136,7 @@ def test_a_flood_of_lines_is_cut_and_its_node_is_named(kernel):
     page.close()
 
 
+@pytest.mark.long("each reader must be seen to go on")
 def test_bytes_that_are_no_messages_end_no_panel(kernel):
     page = page_of(kernel)
     for topic in ("log", "robot", "robot.knobs", "inspector.exchanges"):
