@@ -2,6 +2,8 @@
 
 import itertools
 import re
+import subprocess
+import sys
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -16,7 +18,8 @@ SECTIONS = sorted(ROOT.glob("notebooks/[!.]*/*.ipynb"))
 PAGES = [START, *SECTIONS, *sorted(ROOT.glob("*.md")), *sorted(ROOT.glob("docs/**/*.md"))]
 WORDS = 1600  # of a section, without its exercises and folded answers
 FOLDED = re.compile(r"<details>.*?</details>", re.DOTALL)
-FENCED = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
+FLAGS = re.MULTILINE | re.DOTALL
+FENCED = re.compile(r"^```.*?^```", FLAGS)
 ANSWER = "<details><summary>Answer</summary>\n\n"
 PREDICT = "**Predict**:"
 HINTS = [f"<details><summary>Hint {hint}</summary>\n\n" for hint in ("1: where to look", "2: the idea",
@@ -95,12 +98,12 @@ def test_an_exercise_has_numbered_steps_and_hints_in_three_grades(path):
 
 
 def within(path: Path, *, exercise: bool) -> list[tuple[int, str, str]]:
-    """The parts that belong to an exercise, `Your turn` and what is below it, or the others."""
+    """The parts that belong to an exercise, `Your turn` or a small one before it and what is below, or the others."""
     chosen, level = [], 0  # of the exercise that this part is in
     for each in parts(path):
         if level and each[0] <= level:
             level = 0
-        if each[1].startswith("Your turn"):
+        if each[1].startswith(("Your turn", "Ten minutes first")):
             level = each[0]
         if bool(level) is exercise:
             chosen.append(each)
@@ -208,3 +211,34 @@ def test_links_between_the_notebooks_lead_somewhere(path):
         assert target.is_file(), link
         if anchor:
             assert anchor in {title.replace(" ", "-") for _, title, _ in parts(target)}, link
+
+
+def small_exercises():
+    """Each exercise that is checked at once and not handed in: its page, the id of its stub, its check and solution."""
+    for path in SECTIONS:
+        known = cells.read(path)
+        for at, cell in enumerate(known):
+            if cell.kind == "markdown" and re.search(r"^## Ten minutes first", cell.source, re.MULTILINE):
+                stub, check, answer = known[at + 1 : at + 4]
+                solution = re.search(r"<summary>One solution</summary>.*?^```python\n(.*?)^```", answer.source, FLAGS)
+                yield pytest.param(stub.source, check.source, solution[1], id=path.stem)
+
+
+@pytest.mark.parametrize(("stub", "check", "solution"), list(small_exercises()))
+def test_a_small_exercise_accepts_its_solution_and_says_what_is_wrong_with_the_stub(tmp_path, stub, check, solution):
+    begin = (
+        "import course\nfrom rclpy.node import Node\nfrom std_srvs.srv import SetBool, Trigger\nros = course.live()\n"
+    )
+
+    def run(own: str) -> str:
+        script = f"{begin}\n{own}\n{check}\nros.stop()"
+        done = subprocess.run(
+            [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, timeout=60, check=True
+        )
+        return done.stdout
+
+    assert "as asked" in run(solution)
+    assert "must be" in run(stub)
+    for fault in ("self.ringing or ", "not self.there_is_smoke"):  # no latch; a reset that is never refused
+        assert fault in solution
+        assert "must be" in run(solution.replace(fault, "" if " or " in fault else "True"))

@@ -2,6 +2,9 @@
 
 import inspect
 import os
+import signal
+import subprocess
+import sys
 
 import rclpy
 from rclpy.action import ActionServer
@@ -55,3 +58,30 @@ def test_an_executor_without_a_number_has_a_thread_for_each_core_that_the_progra
 def test_undeclared_parameters_and_other_types_are_refused_by_default():
     assert defaults(Node.__init__)["allow_undeclared_parameters"] is False
     assert "`dynamic_typing`" in page("parameters") and "allow_undeclared_parameters=True" in page("parameters")
+
+
+SENT = """
+import rclpy
+from example_interfaces.srv import AddTwoInts
+
+rclpy.init()
+client = rclpy.create_node("unchecked").create_client(AddTwoInts, "add_two_ints")
+request = AddTwoInts.Request(a=1.5, c=3)
+print(request, flush=True)
+client.call_async(request)
+"""
+
+
+def test_without_the_check_of_fields_a_program_aborts_when_it_sends():
+    def run(check: str) -> subprocess.CompletedProcess[str]:
+        surroundings = {**os.environ, "ROS_PYTHON_CHECK_FIELDS": check}
+        command = [sys.executable, "-c", "from course import environment\nenvironment.prepare()" + SENT]
+        return subprocess.run(command, env=surroundings, capture_output=True, text=True, timeout=60)
+
+    unchecked, checked = run("0"), run("1")
+    assert "AddTwoInts_Request(a=1.5, b=0)" in unchecked.stdout
+    assert unchecked.returncode == -signal.SIGABRT
+    assert "PyLong_Check(field)" in unchecked.stderr and "Traceback" not in unchecked.stderr
+    assert checked.stdout == "" and "AssertionError" in checked.stderr
+    assert "the process aborts with `PyLong_Check(field)`" in page("services")
+    assert "ROS_PYTHON_CHECK_FIELDS=1" in page("services") and "ROS_PYTHON_CHECK_FIELDS=1" in page("actions")
