@@ -1,5 +1,6 @@
 """Processes told apart: a number (pid) is used again, so a process is known by its number and its birth."""
 
+import os
 from pathlib import Path
 
 
@@ -19,6 +20,15 @@ def birth(pid: int) -> int:
         return 0 if fields[0] in ("Z", "X") else int(fields[19])
     except (OSError, IndexError, ValueError):
         return 0
+
+
+def processor_time(pid: int) -> float:
+    """Return how long a process has used the processor (s); 0 when it has gone."""
+    try:
+        user, system = stat(pid)[11:13]
+        return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+    except (OSError, ValueError):
+        return 0.0
 
 
 def catches(pid: int, signal: int) -> bool:

@@ -85,6 +85,10 @@ def _outcome(ran: NotebookNode) -> str:
     error = next((output for output in ran.outputs if output.output_type == "error"), None)
     if error is None:
         return ""
+    if error.ename in ("KeyboardInterrupt", "Interrupted"):  # by the limit of time
+        marked = [line for text in error.traceback for line in COLOUR.sub("", text).splitlines() if "-> " in line]
+        at = f", in `{re.sub(r'^-+> *[0-9]+', '', marked[0]).strip()}`" if marked else ""
+        return f"not yet: it was not through after {CELL} s{at}"
     why = COLOUR.sub("", error.evalue).strip()
     return f"not yet: {why if error.ename in TOLD and why else f'{error.ename}: {why}'}"
 

@@ -2,18 +2,27 @@
 
 import contextlib
 import os
+import re
 import shlex
 import signal
 import subprocess
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 from html import escape
+from pathlib import Path
+
+from course.foundation import processes
+from course.session.failure_report import MARK, Frame, of_program
+from course.session.stacks import Stacks
 
 STYLE = (
     "background: #1e2430; color: #e6e6e6; padding: .8em 1em; border-radius: 4px; font-size: 13px; line-height: 1.45; "
     "white-space: pre-wrap; overflow-wrap: anywhere;"
 )
 PROMPT = "color: #7fc8a9;"
+LOOK = 0.2  # s between two looks whether a program loops
+CHUNK = 65536  # bytes
 GRACE = 10.0  # s for a program to end after Ctrl-C
 
 
@@ -57,21 +66,76 @@ def _run(command: str, timeout: float, until: str) -> tuple[str, str, int]:
     try:
         if until:
             return command, *_run_until(words, timeout, until)
-        done = subprocess.run(
-            words,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            errors="replace",
-            timeout=timeout,
-        )
-        return command, done.stdout, done.returncode
+        return command, *_run_to_its_end(words, timeout)
     except FileNotFoundError:
         return command, f"{words[0]}: command not found", 127
-    except subprocess.TimeoutExpired as expired:
-        output = (expired.stdout or b"").decode(errors="replace")
-        return command, f"{output}\n(stopped after {timeout:g} s)".lstrip("\n"), 124
+
+
+def _run_to_its_end(words: list[str], timeout: float) -> tuple[str, int]:
+    """Return what a command prints, and its exit status.
+
+    A Python program that hangs is stopped with the line where it is, and one that loops is not waited for.
+    """
+    path = _program(words)
+    stacks = Stacks()
+    program = subprocess.Popen(
+        words,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        env={**os.environ, **stacks.environment(os.environ)} if path else None,
+        pass_fds=[stacks.descriptor] if path else (),
+    )
+    printed = bytearray()
+    reader = threading.Thread(target=_read, args=(program, printed), daemon=True)
+    reader.start()
+    end = time.monotonic() + timeout
+    told, spent, at = 0, 0.0, ""
+    while (left := end - time.monotonic()) > 0 and not at:
+        reader.join(min(left, LOOK))
+        if not reader.is_alive():
+            output, status = printed.decode(errors="replace"), program.wait()
+            return (_folded(path, output, status) if path and status else output), status
+        if path and len(printed) > told:
+            told, spent = len(printed), processes.processor_time(program.pid)
+        elif path:
+            at = _lines(stacks.loop(program.pid, path, spent))
+    ran = time.monotonic() - end + timeout
+    if path:
+        at = at or _lines(stacks.doing(program.pid, path))
+    program.kill()
+    program.wait()
+    where = f". {path.name} was here:{at}" if path and at else ""
+    return f"{printed.decode(errors='replace')}\n(stopped after {ran:.0f} s){where}".lstrip("\n"), 124
+
+
+def _read(program: "subprocess.Popen[bytes]", printed: bytearray) -> None:
+    """Collect what a program prints, up to its end."""
+    assert program.stdout is not None
+    while chunk := os.read(program.stdout.fileno(), CHUNK):
+        printed += chunk
+    program.wait()
+
+
+def _program(words: list[str]) -> Path | None:
+    """The Python file that a command runs."""
+    named = Path(words[1]) if len(words) > 1 and re.fullmatch(r"python[\d.]*", Path(words[0]).name) else None
+    return named.absolute() if named and named.suffix == ".py" and named.is_file() else None
+
+
+def _lines(frames: tuple[Frame, ...]) -> str:
+    return "".join(f"\n{frame}" for frame in frames)
+
+
+def _folded(path: Path, output: str, status: int) -> str:
+    """What a program has printed, its traceback with its own lines alone: most are the libraries'."""
+    before, mark, rest = output.rpartition(MARK)
+    report = of_program(path, output, status)
+    if not (mark and report.error and report.frames):
+        return output
+    own = "\n".join(map(str, report.frames))
+    hint = f"\nHint: {report.hint}" if report.hint else ""
+    return f"{before}Traceback (its {rest.count('  File ')} calls, folded):\n{own}\n{report.error}{hint}\n"
 
 
 def _run_until(words: list[str], timeout: float, until: str) -> tuple[str, int]:

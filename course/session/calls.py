@@ -74,9 +74,9 @@ class Calls:
         raise CallTimeout(f"{client.service_name} did not answer within {timeout:g} s: {why}{at}{unfit}")
 
     def _doing(self, service: str) -> str:
-        """Return where the program that serves `service` is, in lines of its own; '' when it only waits."""
+        """Return where the program that serves `service` is, or any without one; '' when it only waits."""
         for handle in list(self._handles.values()):
-            if isinstance(handle, NodeProcess) and service in handle.services and (frames := handle.doing()):
+            if isinstance(handle, NodeProcess) and service in ("", *handle.services) and (frames := handle.doing()):
                 return "\n".join(["", f"{handle.name} is here:", *map(str, frames)])
         return ""
 
@@ -95,7 +95,7 @@ class Calls:
         """
         if self._done(future, time.monotonic() + timeout, self.watch.look):
             return future.result()
-        raise CallTimeout(f"nothing came within {timeout:g} s")
+        raise CallTimeout(f"nothing came within {timeout:g} s{self._doing('')}")
 
     def _done(self, future: Future, deadline: float, look: Callable[[], None]) -> bool:
         """Return True if the future is done before `deadline`; `look` may raise meanwhile."""

@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 import threading
 import time
 from collections import deque
@@ -15,8 +14,6 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import IO
 
-from course.foundation import processes
-from course.foundation.waiting import wait_until
 from course.ros.names import base
 from course.session.failure_report import (
     GOAL_FAILED,
@@ -27,13 +24,11 @@ from course.session.failure_report import (
     failed_goals,
     of_program,
     text_at,
-    where,
 )
 from course.session.logs import LONGEST, node_of_line
-from course.session.started import sitecustomize
+from course.session.stacks import Stacks
 
 KEPT_LINES = 2000
-ASKED = 1.0  # s for a program to say what it is doing
 GRACE = 3.0  # s for a program to end after Ctrl-C
 
 
@@ -50,10 +45,8 @@ class NodeProcess:
 
         `changed` is called, in another thread, when it has ended or a goal of it has failed.
         """
-        # What the program's threads are doing is written there when it is asked (`started/sitecustomize.py`).
-        # A file without a name, not a memfd: that is refused in the box of a class on one server.
-        self._stacks = tempfile.TemporaryFile()  # noqa: SIM115  # as long as this handle
-        self._variables = sitecustomize.environment(os.environ, self._stacks.fileno(), introspecting=introspecting)
+        self._stacks = Stacks()
+        self._variables = self._stacks.environment(os.environ, introspecting=introspecting)
         self._changed = changed
         self.path = path.absolute()
         self.name = path.name
@@ -93,7 +86,7 @@ class NodeProcess:
                 stderr=subprocess.STDOUT,
                 text=True,
                 errors="replace",
-                pass_fds=[self._stacks.fileno()],
+                pass_fds=[self._stacks.descriptor],
             )
         except OSError as error:
             started.set_exception(error)
@@ -197,20 +190,11 @@ class NodeProcess:
 
         A program that only waits for callbacks is nowhere.
         """
-        if not self.alive or not processes.catches(self.pid, sitecustomize.ASK):
-            return ()
-        descriptor = self._stacks.fileno()
-        before = sizes = os.fstat(descriptor).st_size
-        with contextlib.suppress(ProcessLookupError):
-            os.kill(self.pid, sitecustomize.ASK)
+        return self._stacks.doing(self.pid, self.path) if self.alive else ()
 
-        def written() -> bool:  # all of it: it has begun, and grows no more
-            nonlocal sizes
-            last, sizes = sizes, os.fstat(descriptor).st_size
-            return before < last == sizes
-
-        wait_until(written, ASKED, alert=False)
-        return where(os.pread(descriptor, sizes - before, before).decode(errors="replace"), self.path)
+    def loop(self) -> tuple[Frame, ...]:
+        """Return where the program loops, if it has done nothing but use the processor since it began; else ()."""
+        return self._stacks.loop(self.pid, self.path) if self.alive else ()
 
     @property
     def state(self) -> str:

@@ -3,6 +3,7 @@
 import itertools
 import sys
 import threading
+import time
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -16,6 +17,7 @@ from course.foundation.waiting import wait_until
 from course.ros.names import base
 from course.ros.rclpy_internals import is_initialized
 from course.session.calls import Calls
+from course.session.failure_report import Frame
 from course.session.interface_usage import destructors
 from course.session.live_node import LiveNode, Owner, in_context
 from course.session.node_process import NodeProcess
@@ -208,23 +210,30 @@ class StartedNodes:
         def found() -> list[str]:  # what others start or end meanwhile is none of it
             return self._presence.of_process(process.pid) or difference(self._presence.names(), before)
 
-        ready = wait_until(lambda: not process.alive or found(), min(timeout, PATIENCE), alert=False)
+        loop: tuple[Frame, ...] = ()
+
+        def settled() -> object:
+            nonlocal loop
+            return not process.alive or found() or (loop := process.loop())
+
+        ready = wait_until(settled, min(timeout, PATIENCE), alert=False)
         at = "" if ready else "".join(f"\n{frame}" for frame in process.doing())
         if at:
             print(f"{path.name} has made no node for {PATIENCE:g} s. It is here:{at}", file=sys.stderr, flush=True)
-        wait_until(lambda: not process.alive or found(), max(0.0, timeout - PATIENCE), alert=False)
+        wait_until(settled, max(0.0, timeout - PATIENCE), alert=False)
         process.nodes = found() if process.alive else []
         if not process.alive:
             raise self._failed(process)
         if not process.nodes:
-            at = "".join(f"\n{frame}" for frame in process.doing())
+            ran = time.time() - process.started
+            at = "".join(f"\n{frame}" for frame in loop or process.doing())
             process.stop()
             why = (
                 f"It was here:{at}"
                 if at
                 else "Does it wait for something before its `super().__init__('name')`, or is `main()` not reached?"
             )
-            raise CallTimeout(f"{path.name} ran for {timeout:g} s and created no node. {why}")
+            raise CallTimeout(f"{path.name} ran for {ran:.0f} s and created no node. {why}")
         for node in process.nodes:
             self._replace(base(node), process)
         self._presence.settle(process, served)

@@ -21,6 +21,8 @@ OF_THE_KERNEL = {  # whose hint is made from what the kernel has: an interface t
     "services/before_the_session",
 }
 ELSEWHERE = {  # whose message each run tests without a kernel, by the module that tests it
+    "actions/client_loops": "tests/notebook/test_terminal.py",
+    "actions/client_raises": "tests/notebook/test_terminal.py",
     "ai_integration/agent_loops": "tests/notebook/test_judging.py",
     "ai_integration/quality_of_service_in_a_cell": "tests/session/test_matching.py",
     "ai_integration/quality_of_service_in_the_check": "tests/session/test_matching.py",
@@ -34,6 +36,7 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "services/domain_changed_in_a_cell": "tests/session/test_matching.py",
     "services/impossible_domain": "tests/session/test_matching.py",
     "services/init_with_one_underscore": "tests/session/test_failure_report.py",
+    "services/loop_at_module_level": "tests/session/test_doing.py",
     "services/loop_before_the_node": "tests/session/test_doing.py",
     "services/two_files_of_one_name": "tests/session/test_outsiders.py",
     "services/waits_for_a_service_in_a_callback": "tests/session/test_failure_report.py",

@@ -6,7 +6,8 @@ from types import SimpleNamespace
 import pytest
 
 import course
-from course.notebook import checks
+from course.foundation.cells import Cell
+from course.notebook import checks, runs
 
 
 def cell(name: str, source: str, **mark) -> dict:
@@ -48,3 +49,12 @@ def test_check_shows_the_message_of_the_one_asked_for(here, capsys):
     course.check("adds")
     course.check("no such")
     assert capsys.readouterr().out == "adds: not yet: 1 + 2 gave 4\nthere are no checks 'no such' here\n"
+
+
+def test_a_check_that_takes_too_long_says_where_it_was(tmp_path, monkeypatch):
+    monkeypatch.setattr(runs, "CELL", 3)
+    mark = {"grade": True, "locked": True, "grade_id": "slow"}
+    waits = Cell("code", "import threading\nprint('begun')\nthreading.Event().wait()", mark)
+    assert runs.outcomes([waits], {}, tmp_path) == {
+        "slow": "not yet: it was not through after 3 s, in `threading.Event().wait()`"
+    }

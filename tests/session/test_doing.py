@@ -2,13 +2,14 @@
 
 import os
 import signal
+import time
 from collections.abc import Iterator
 
 import pytest
 from std_srvs.srv import Trigger
 
 from course.errors import CallTimeout
-from course.session import started_nodes
+from course.session import stacks, started_nodes
 from course.session.live import Session
 
 SERVER = """import threading
@@ -98,3 +99,13 @@ def test_what_is_asked_leaves_no_trace_in_the_program(session, tmp_path):
     assert len(told.splitlines()) <= 5, told  # 0, 1, 2, and what `ls` opens
     os.kill(process.pid, signal.SIGUSR2)
     assert session.call("/ask", Trigger).message and process.alive
+
+
+def test_a_program_that_only_uses_the_processor_is_not_waited_for(session, tmp_path, monkeypatch):
+    monkeypatch.setattr(stacks, "SPENT", 1.0)
+    file = tmp_path / "server.py"
+    file.write_text(SERVER.format(body="pass", spin=SPIN, call="while True:\n    pass\nmain()"))
+    began = time.monotonic()
+    with pytest.raises(CallTimeout, match=r"created no node. It was here:\n  server\.py, line 2\d\n"):
+        session.start(file, timeout=60.0)
+    assert time.monotonic() - began < 40.0  # the limit is not waited for

@@ -1,0 +1,53 @@
+"""A command in a cell: where a program hangs or loops, and a traceback without the libraries' lines."""
+
+import pytest
+
+from course.notebook.terminal import terminal
+from course.session import stacks
+
+
+@pytest.fixture(autouse=True)
+def _in_a_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(stacks, "SPENT", 0.5)
+
+
+def run(folder, text, timeout=30.0):
+    (folder / "client.py").write_text(text)
+    ((_, output, status),) = terminal("python3 client.py", timeout=timeout).runs
+    return output, status
+
+
+def test_a_program_that_loops_is_not_waited_for_and_tells_its_line(tmp_path):
+    output, status = run(tmp_path, "print('begun')\n\ndef ask():\n    while True: pass\n\nask()\n")
+    assert status == 124
+    assert "begun\n" not in output or output.startswith("begun\n")
+    assert output.endswith("client.py was here:\n  client.py, line 4, in ask\n    while True: pass")
+    assert "(stopped after 30 s)" not in output
+
+
+def test_a_program_that_waits_tells_its_line_at_the_end_of_its_time(tmp_path):
+    output, status = run(tmp_path, "import threading\n\nthreading.Event().wait()\n", timeout=1.0)
+    assert (output, status) == (
+        "(stopped after 1 s). client.py was here:\n  client.py, line 3\n    threading.Event().wait()",
+        124,
+    )
+
+
+def test_a_program_that_works_and_prints_may_take_its_time(tmp_path):
+    work = "import time\nfor number in range(4):\n    end = time.process_time() + 0.3\n"
+    work += "    while time.process_time() < end: pass\n    print(number, flush=True)\n"
+    assert run(tmp_path, work) == ("0\n1\n2\n3\n", 0)
+
+
+def test_a_traceback_has_the_lines_of_the_program_alone(tmp_path):
+    text = "import json\n\ndef ask(words):\n    return json.loads(words)\n\nprint('begun')\nask('{')\n"
+    output, status = run(tmp_path, text)
+    assert status == 1
+    assert "/json/" not in output
+    assert "Traceback (its 5 calls, folded):\n  client.py, line 4, in ask\n    return json.loads(words)\n" in output
+    assert output.splitlines()[0] == "begun" and output.splitlines()[4].startswith("json.decoder.JSONDecodeError: ")
+
+
+def test_a_program_that_ends_by_itself_is_shown_as_it_is(tmp_path):
+    assert run(tmp_path, "import sys\nprint('no answer')\nsys.exit(3)\n") == ("no answer\n", 3)
