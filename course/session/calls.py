@@ -17,9 +17,10 @@ from course.session.interface_usage import is_of
 from course.session.matching import unfit_service, unfit_topics
 from course.session.node_process import NodeProcess
 from course.session.outsiders import Outsiders
-from course.session.source import blocked
+from course.session.source import blocked, wrong_result
 from course.session.watch import Handle, Watch
 
+INVALID = "Callback returned an invalid type"  # rclpy's reason, when a callback for parameters returned no result
 LOOK = 0.05  # s between two looks whether the node that is to answer has died
 LISTED = 8  # services that a message names
 GRACE = 1.0  # s that a server may take to be found, before the report of a dead node is told instead
@@ -57,11 +58,26 @@ class Calls:
         self._ready(client, timeout)
         future = client.call_async(request)
         try:
-            return self._answer(client, future, deadline, timeout)
+            response = self._answer(client, future, deadline, timeout)
         except LiveError as error:
             future.set_exception(error)  # for whoever watches: no answer will be taken any more
             future.exception()
             raise
+        if INVALID in str(response):
+            self._tell_of_no_result(service)
+        return response
+
+    def _tell_of_no_result(self, service: str) -> None:
+        """Tell the reader what a callback for parameters has returned, which rclpy says of no node."""
+        for handle in list(self._handles.values()):
+            if service in handle.services and (wrong := wrong_result(handle.source)):
+                name, line, text = wrong
+                at = f" in line {line}" if isinstance(handle, NodeProcess) else ""
+                returned = f"`{text}`" if text else "nothing"
+                self.watch.notice(
+                    f"{handle.name}: the callback '{name}' returns {returned}{at}. It must "
+                    "return `SetParametersResult(successful=...)`, on every path through it."
+                )
 
     def _answer(self, client: Client, future: Future, deadline: float, timeout: float) -> Any:
         if self._done(future, deadline, lambda: self._look_at(client.service_name)):

@@ -17,7 +17,7 @@ from types import TracebackType
 from rclpy.exceptions import NotInitializedException
 
 from course.session.hints import hint, never_called, never_spins, returns_nothing
-from course.session.source import defined, exits, no_result, wrong_return
+from course.session.source import defined, exits, no_result, wrong_guard, wrong_return
 
 IN_A_CELL = (
     "A node of a notebook belongs to its session: write a class, and `ros.start(TheClass)`; or give it the session's "
@@ -91,6 +91,10 @@ def of_program(path: Path, output: str, status: int, *, before_its_node: bool = 
         frames = (Frame(path.name, callback[1], "", source.splitlines()[callback[1] - 1].strip()),)
     if error:
         return FailureReport(path.name, ending, error, frames, _hint(error, source, frames))
+    if status == 0 and (guard := wrong_guard(source)):
+        frames = (Frame(path.name, guard[1], "", source.splitlines()[guard[1] - 1].strip()),)
+        why = f"`{guard[0]}` is never true, so that main() does not run: write `if __name__ == '__main__':`."
+        return FailureReport(path.name, ending, "", frames, why)
     if never_called(source):
         why = "main() is defined and never called: end the file with `if __name__ == '__main__': main()`."
     elif status == 0 and never_spins(source):

@@ -201,3 +201,58 @@ def no_result(source: str) -> tuple[str, int] | None:
         if function.name in names and not isinstance(function.body[-1], (ast.Return, ast.Raise)):
             return function.name, function.lineno
     return None
+
+
+def wrong_result(source: str) -> tuple[str, int, str] | None:
+    """A callback for parameters that does not return a result: its name, a line, what it returns ('' for nothing).
+
+    None when all do, as far as their text tells.
+    """
+    tree = parse(source)
+    names = {name_of(argument(call, 0, "callback")) for call in calls(tree, "add_on_set_parameters_callback")}
+    for function in functions(tree):
+        if function.name not in names:
+            continue
+        for node in ast.walk(function):
+            plain = isinstance(node, ast.Return) and (
+                node.value is None or isinstance(node.value, (ast.Constant, ast.BoolOp, ast.Compare, ast.UnaryOp))
+            )
+            if plain and isinstance(node, ast.Return):
+                return function.name, node.lineno, ast.unparse(node.value) if node.value else ""
+        if _runs_out(function.body):
+            return function.name, function.lineno, ""
+    return None
+
+
+def _runs_out(body: list[ast.stmt]) -> bool:
+    """Return True if the end of these lines may be reached without a `return`."""
+    last = body[-1]
+    if isinstance(last, ast.If):
+        return not last.orelse or _runs_out(last.body) or _runs_out(last.orelse)
+    if isinstance(last, ast.With):
+        return _runs_out(last.body)
+    if isinstance(last, ast.Try):
+        ends = [last.orelse or last.body, *(handler.body for handler in last.handlers)]
+        return _runs_out(last.finalbody or [ast.Pass()]) and any(map(_runs_out, ends))
+    return not isinstance(last, (ast.Return, ast.Raise, ast.While, ast.Match))
+
+
+def never_begins(source: str) -> tuple[str, int] | None:
+    """The `handle_accepted_callback` of a program that begins no goal: its name, and the line of its `def`."""
+    tree = parse(source)
+    given = [argument(call, 9, "handle_accepted_callback") for call in calls(tree, "ActionServer")]
+    begins = any(isinstance(node, ast.Attribute) and node.attr == "execute" and name_of(node.value) != "self"
+                 for node in ast.walk(tree))  # fmt: skip
+    named = {name_of(each) for each in given if each is not None}
+    found = (function for function in functions(tree) if function.name in named and not begins)
+    return next(((function.name, function.lineno) for function in found), None)
+
+
+def wrong_guard(source: str) -> tuple[str, int] | None:
+    """A comparison of `__name__` with something else than `'__main__'`, as it is written, and its line."""
+    for node in ast.walk(parse(source)):
+        if isinstance(node, ast.Compare) and name_of(node.left) == "__name__":
+            value = node.comparators[0]
+            if isinstance(value, ast.Constant) and value.value != "__main__":
+                return ast.unparse(node), node.lineno
+    return None

@@ -17,7 +17,7 @@ from course.foundation.waiting import wait_until
 from course.ros.names import base
 from course.ros.rclpy_internals import is_initialized
 from course.session.calls import Calls
-from course.session.failure_report import Frame
+from course.session.failure_report import Frame, text_at
 from course.session.interface_usage import destructors
 from course.session.live_node import LiveNode, Owner, in_context
 from course.session.node_process import NodeProcess
@@ -26,6 +26,7 @@ from course.session.presence import Presence, difference
 from course.session.publishing import Publishing
 from course.session.requests import argument
 from course.session.session_logs import SessionLogs
+from course.session.source import never_begins
 from course.session.spinner import Spinner
 from course.session.table import Row
 from course.session.watch import Handle, Watch
@@ -202,6 +203,11 @@ class StartedNodes:
         for look in before_start:
             if line := look(path):
                 self._watch.notice(line)
+        if idle := never_begins(text_at(path)):
+            self._watch.notice(
+                f"{path.name}, line {idle[1]}: '{idle[0]}' takes each accepted goal over, and none begins "
+                "before `goal_handle.execute()` is called there."
+            )
         self._replace(path.name)
         before, served = self._presence.names(), self._presence.served()
         process = NodeProcess(path, arguments, self._publishing.publish, introspecting=self.introspecting)

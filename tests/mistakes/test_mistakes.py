@@ -21,6 +21,7 @@ OF_THE_KERNEL = {  # whose hint is made from what the kernel has: an interface t
     "services/before_the_session",
 }
 ELSEWHERE = {  # whose message each run tests without a kernel, by the module that tests it
+    "actions/accepted_goal_never_begins": "tests/session/test_source.py",
     "actions/client_loops": "tests/notebook/test_terminal.py",
     "actions/client_raises": "tests/notebook/test_terminal.py",
     "ai_integration/agent_loops": "tests/notebook/test_judging.py",
@@ -30,8 +31,10 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "calculator/server_deleted": "tests/notebook/test_public_checks.py",
     "calculator/server_edited_and_not_run": "tests/notebook/test_public_checks.py",
     "calculator/srv_refused": "tests/notebook/test_public_checks.py",
+    "parameters/callback_returns_true_in_a_file": "tests/session/test_source.py",
     "services/another_server_in_a_terminal": "tests/session/test_outsiders.py",
     "services/best_effort_service": "tests/session/test_matching.py",
+    "services/another_main": "tests/session/test_source.py",
     "services/callback_loops": "tests/session/test_doing.py",
     "services/domain_changed_in_a_cell": "tests/session/test_matching.py",
     "services/impossible_domain": "tests/session/test_matching.py",

@@ -1,0 +1,104 @@
+"""Causes that the text of a program shows, and how a session tells them."""
+
+from collections.abc import Iterator
+
+import pytest
+from rcl_interfaces.srv import SetParametersAtomically
+from rclpy.parameter import Parameter
+
+from course.session.failure_report import of_program
+from course.session.live import Session
+from course.session.source import never_begins, wrong_guard, wrong_result
+
+NODE = """import rclpy
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.node import Node
+
+
+class Careful(Node):
+    def __init__(self):
+        super().__init__('careful')
+        self.declare_parameter('speed', 1.0)
+        self.add_on_set_parameters_callback(self.check)
+
+    def check(self, params):
+        {body}
+
+
+rclpy.init()
+rclpy.spin(Careful())
+"""
+RESULT = "return SetParametersResult(successful=True)"
+SERVER = """
+class Lift(Node):
+    def __init__(self):
+        self.server = ActionServer(self, Kind, '/lift', self.execute, handle_accepted_callback=self.take)
+
+    def take(self, goal_handle):
+        {body}
+
+    def execute(self, goal_handle):
+        return Kind.Result()
+"""
+
+
+@pytest.fixture
+def session() -> Iterator[Session]:
+    made = Session()
+    yield made
+    made.close()
+
+
+@pytest.mark.parametrize(
+    ("body", "wrong"),
+    [
+        ("return True", ("check", 13, "True")),
+        ("return", ("check", 13, "")),
+        ("return not params", ("check", 13, "not params")),
+        ("pass", ("check", 12, "")),
+        (f"if params: {RESULT}", ("check", 12, "")),
+        ("for each in params: pass", ("check", 12, "")),
+        (RESULT, None),
+        (f"if params: {RESULT}\n        else: {RESULT}", None),
+        (f"try: {RESULT}\n        finally: pass", None),
+        ("return self.answer(params)", None),
+        ("raise ValueError", None),
+        ("while True: pass", None),
+    ],
+)
+def test_what_a_callback_for_parameters_returns(body, wrong):
+    assert wrong_result(NODE.format(body=body)) == wrong
+
+
+@pytest.mark.parametrize(("body", "returned"), [("return True", "`True` in line 13"), ("pass", "nothing in line 12")])
+def test_a_call_tells_what_a_callback_for_parameters_returned(session, tmp_path, body, returned):
+    file = tmp_path / "careful.py"
+    file.write_text(NODE.format(body=body))
+    session.start(file)
+    new = [Parameter("speed", value=2.0).to_parameter_msg()]
+    answer = session.call("/careful/set_parameters_atomically", SetParametersAtomically, parameters=new)
+    assert not answer.result.successful
+    (told,) = session.watch.notices()
+    assert told.startswith(f"careful.py: the callback 'check' returns {returned}. It must return `SetParametersResult(")
+
+
+@pytest.mark.parametrize(
+    ("body", "found"),
+    [
+        ("self.newest = goal_handle", ("take", 6)),
+        ("goal_handle.execute()", None),
+        ("threading.Thread(target=goal_handle.execute).start()", None),
+    ],
+)
+def test_accepted_goals_that_nobody_begins(body, found):
+    assert never_begins(SERVER.format(body=body)) == found
+
+
+@pytest.mark.parametrize("guard", ["'main'", "'__main_'", '"_main_"'])
+def test_a_guard_that_is_never_true(tmp_path, guard):
+    file = tmp_path / "server.py"
+    file.write_text(f"def main():\n    pass\n\n\nif __name__ == {guard}:\n    main()\n")
+    told = str(of_program(file, "", 0, before_its_node=True))
+    assert told.startswith(f"server.py ended with exit status 0.\n  server.py, line 5\n    if __name__ == {guard}:\n")
+    assert told.endswith("so that main() does not run: write `if __name__ == '__main__':`.")
+    assert wrong_guard("if __name__ == '__main__':\n    main()\n") is None
