@@ -64,7 +64,7 @@ Unsafe = Annotated[
 Seed = Annotated[int | None, typer.Option(help="Draw the hidden inputs from this seed instead of a new one.")]
 Jobs = Annotated[
     int | None,
-    typer.Option(min=1, help="How many submissions to grade at a time; default: as the processor has time for."),
+    typer.Option(min=1, help="How many submissions to grade at a time; default: as many as the processors can run."),
 ]
 Scheduler = Annotated[
     str | None, typer.Option(help="Grade on the Dask cluster at tcp://HOST:PORT instead of this machine.")
@@ -83,14 +83,15 @@ Patience = Annotated[
 Rosters = Annotated[
     list[Path] | None,
     typer.Option(
-        help="A CSV file: the column `student` names the folder, all others what they are called; "
-        "repeat the option for several files. It is kept beside the submissions for the commands that follow."
+        help="The class, a CSV file: the column `student` has the name of each one's folder, the others what else they "
+        "are called (login, number, first_name, last_name). Repeat the option for several files. Later commands "
+        "remember it."
     ),
 ]
 WithoutNotebook = Annotated[
     Unanswered,
     typer.Option(
-        help="Questions in words of whoever handed in no notebook: ask for it (they wait for a mark), or count them 0."
+        help="What questions in words count when no notebook was handed in: ask (they wait for a mark), or zero."
     ),
 ]
 
@@ -215,7 +216,7 @@ def regrade_command(
     unsafe: Unsafe = False,
     patience: Patience = 1.0,
 ) -> None:
-    """Grade again what changed tests (with the same seeds) or new hand-ins affect; show whose scores change and why."""
+    """Grade again where hidden tests (with the same seeds) or hand-ins have changed; show whose scores change, and why."""
     _one_of(jobs, scheduler)
     if not output.read_results(out):
         raise UsageError(f"no results in {out}")
@@ -331,10 +332,10 @@ def collect_command(
     into: Annotated[Path, typer.Option(help="Where to lay out STUDENT/ASSIGNMENT/FILES; made if it does not exist.")],
     roster: Rosters = None,
     due: Annotated[
-        str | None, typer.Option(help="Of several, the newest until this time counts, as '2026-11-20 23:59 UTC'.")
+        str | None, typer.Option(help="Of several hand-ins, the newest until then counts: '2026-11-20 23:59 UTC'.")
     ] = None,
     assignment: Annotated[
-        str | None, typer.Option(help="The exercise that is expected; what is of another one is not laid out.")
+        str | None, typer.Option(help="The exercise that is expected; a hand-in of another one is not laid out.")
     ] = None,
 ) -> None:
     """Lay out what students handed in; exit code 1 when something could not be placed, which is named."""
@@ -448,7 +449,7 @@ def release_command(
 def new_command(
     name: Annotated[str, typer.Argument(help="The exercise's name, for example greeter: lower case, as in Python.")],
 ) -> None:
-    """Make a new exercise, a small one that works, to be changed into yours; docs/ADDING.md shows how."""
+    """Make a new exercise: a small one that works, for you to change; docs/ADDING.md shows how."""
     from autograder.authoring.new import new
 
     for path in new(name):

@@ -330,7 +330,7 @@ def capacity_command(
 def main() -> None:
     """Run the command line; a problem that the user can solve is one line and exit code 2, any other one and 3."""
     try:
-        code = app(standalone_mode=False)
+        code = app(prog_name="environment/classroom", standalone_mode=False)
     except UsageProblem as error:
         _fail(error.format_message())
     except UsageError as error:
