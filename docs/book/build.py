@@ -12,6 +12,7 @@ import tempfile
 from pathlib import Path
 
 import nbformat
+import slides
 from diagrams import FENCE, drawn, replaced
 from links import dead
 
@@ -23,6 +24,7 @@ ROOT = Path(__file__).parents[2]
 HERE = Path(__file__).parent
 BUILT = ".buildinfo"  # Sphinx leaves it in what it has built
 PAGES = {"student": "How you work here", "when-it-goes-wrong": "When it goes wrong", "faq": "Questions and answers"}
+SLIDES = "slides.html"  # beside the page of each section
 OWN = "nbval-ignore-output"  # the tag of a cell whose output is the reader's own
 
 
@@ -43,6 +45,8 @@ def main() -> int:
         command = [sys.executable, "-m", "sphinx", "-q", "-c", str(HERE), "-d", f"{folder}/trees", str(source)]
         if status := subprocess.run([*command, str(built)]).returncode:
             return status
+        for notebook in source.glob("*/*.ipynb"):
+            slides.write(notebook, built / notebook.parent.name / SLIDES)
         if lines := list(dead(built)):
             print("\n".join(["environment/site: dead links:", *lines]), file=sys.stderr)
             return 1
@@ -106,6 +110,8 @@ def _start(sections: list[str]) -> nbformat.NotebookNode:
     for cell in notebook.cells:
         if OWN in cell.metadata.get("tags", []):
             cell.outputs = []
+    decks = " · ".join(f'<a href="{name}/{SLIDES}">{name.replace("_", " ")}</a>' for name in sections)
+    notebook.cells.append(nbformat.v4.new_markdown_cell(f"## Slides\n\nEach section as a deck for a lecture: {decks}"))
     parts = {
         "The sections": [f"{name}/{name}" for name in sections],
         "Help": [f"{title} <{page}>" for page, title in PAGES.items()],

@@ -17,6 +17,7 @@ from course.foundation.cells import SOLUTION
 ROOT = Path(__file__).parents[2]
 BOOK = ROOT / "docs/book"
 SECTIONS = {path.stem: path for path in sorted(ROOT.glob("notebooks/[!.]*/*.ipynb"))}
+FLAGS = re.MULTILINE | re.DOTALL
 CAPTIONS = ("How you work here", "When it goes wrong", "Questions and answers")
 
 
@@ -69,15 +70,16 @@ def test_every_section_and_page_is_in_the_contents(site):
 @pytest.mark.parametrize("name", SECTIONS)
 def test_no_page_shows_an_answer(site, name):
     text = shown(site / name / f"{name}.html")
+    deck = shown(site / name / "slides.html")
     stored = cells.read(SECTIONS[name])
     answers = [
         region for cell in stored if cell.mark.get("solution") for region in SOLUTION.findall(cell.source)
     ]  # fmt: skip
     assert answers and "YOUR CODE HERE" in text
     for answer in answers:
-        assert " ".join(answer.split()) not in text
+        assert " ".join(answer.split()) not in text and " ".join(answer.split()) not in deck
     whole = [kept for kept, what in secrets(name, SECTIONS[name]).items() if what.startswith("all of")]
-    assert whole and not [kept for kept in whole if kept in text]
+    assert whole and not [kept for kept in whole if kept in text or kept in deck]
     assert not [word for word in TELLTALES if word.lower() in text.lower()]
 
 
@@ -95,6 +97,47 @@ def test_stored_outputs_are_shown_and_figures_are_there(site, name):
     text = shown(site / name / f"{name}.html")
     said = [cells.text_of(output["text"]) for output in outputs if output["output_type"] == "stream"]
     assert said and sum(" ".join(words.split())[:60] in text for words in said) > 0.7 * len(said)
+
+
+@pytest.mark.parametrize("name", SECTIONS)
+def test_a_deck_has_a_slide_for_each_heading_and_none_of_an_exercise(site, name):
+    deck = (site / name / "slides.html").read_text()
+    titles = {html.unescape(re.sub(r"<[^>]+>", "", each)) for each in re.findall(r"<h[12]>(.*?)</h[12]>", deck)}
+    texts = [re.sub(r"^```.*?^```", "", cell.source, flags=FLAGS) for cell in cells.read(SECTIONS[name])]
+    headings = [
+        title.replace("`", "") for text in texts for title in re.findall(r"^## +(.*)$", text, re.MULTILINE)
+    ]  # fmt: skip
+    left_out = ("Your turn", "Ten minutes first", "Where to go on", "Words")
+    taught = {title for title in headings if not title.startswith(left_out)}
+    assert len(taught) >= 4 and taught <= titles
+    assert not [title for title in titles if title.startswith(left_out)]
+    assert f'href="{name}/slides.html"' in (site / "index.html").read_text()
+
+
+@pytest.mark.parametrize("name", SECTIONS)
+def test_a_deck_folds_what_is_to_be_predicted_and_its_figures_have_alternative_texts(site, name):
+    deck = (site / name / "slides.html").read_text()
+    slides = re.findall(r"<section.*?</section>", deck, re.DOTALL)
+    asking = [slide for slide in slides if "<strong>Predict</strong>" in slide and 'class="code"' in slide]
+    assert asking
+    for slide in asking:
+        open_text = re.sub(r"<details>.*?</details>", "", slide, flags=re.DOTALL)
+        assert 'class="output"' not in open_text and "<img" not in open_text
+    pictures = re.findall(r"<img ([^>]*)>", deck)
+    assert all(re.match(r'alt="[^"]{40,}" src="data:image/png;base64,', each) for each in pictures)
+
+
+def test_arrows_lead_from_slide_to_slide_and_paper_shows_what_is_folded(site, chromium):
+    page = chromium.new_page(viewport={"width": 1280, "height": 720})
+    page.goto((site / "services/slides.html").as_uri())
+    tops = "[...document.querySelectorAll('section')].map(each => Math.round(each.getBoundingClientRect().top))"
+    for key, number in (("ArrowRight", 1), ("PageDown", 2), ("ArrowLeft", 1)):
+        page.keyboard.press(key)
+        page.wait_for_function(f"Math.abs({tops}[{number}]) < 10")
+    assert not page.locator("details[open]").count()
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert page.locator("details[open]").count() == page.locator("details").count() > 5
+    page.close()
 
 
 def test_diagrams_are_drawings(site, chromium):
