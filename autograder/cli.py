@@ -216,7 +216,7 @@ def regrade_command(
     unsafe: Unsafe = False,
     patience: Patience = 1.0,
 ) -> None:
-    """Grade again where hidden tests (with the same seeds) or hand-ins have changed; show whose scores change, and why."""
+    """Grade again where hidden tests (with the same seeds) or hand-ins changed; show whose scores change, and why."""
     _one_of(jobs, scheduler)
     if not output.read_results(out):
         raise UsageError(f"no results in {out}")
