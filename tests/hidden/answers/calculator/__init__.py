@@ -448,13 +448,22 @@ WRONG = {
         server((RESULT.format("+"), RESULT.format("+") + "\n            response.success = response.result > 0.0")),
         {"add"},
     ),
-    "add raises": (server((RESULT.format("+"), "response.result = request.a + request.c")), {"add"}),
-    "add never answers": (server((RESULT.format("+"), "import time\n            time.sleep(1000)")), {"add"}),
+    "add raises": (
+        server((RESULT.format("+"), "response.result = request.a + request.c")),
+        {"add", "survives_bad_requests"},
+    ),
+    "add never answers": (
+        server((RESULT.format("+"), "import time\n            time.sleep(1000)")),
+        {"add", "survives_bad_requests"},
+    ),
     "multiply without sign": (
         server((RESULT.format("*"), "response.result = abs(request.a * request.b)")),
         {"multiply"},
     ),
-    "multiply raises": (server((RESULT.format("*"), "response.result = request.a.mul(request.b)")), {"multiply"}),
+    "multiply raises": (
+        server((RESULT.format("*"), "response.result = request.a.mul(request.b)")),
+        {"multiply", "survives_bad_requests"},
+    ),
     "12 digits": (
         server((LOG_RESPONSE, "        response.result = float(f'{response.result:.12g}')\n" + LOG_RESPONSE)),
         {"precision"},
