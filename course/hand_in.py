@@ -36,6 +36,7 @@ SHOWN = "%Y-%m-%d %H:%M UTC"
 HOUR, DAY = 3600, 86_400  # s
 FORMAT = 1  # of the receipt
 EXCHANGE = "COURSE_EXCHANGE"  # set where a class works on one server: nbgrader's name for the course
+COPIED = re.compile(r"([-_ ]?copy ?\d*|[-_ ]?\(\d+\)|[-_ ](final|new|old|v?\d+))+$", re.IGNORECASE)  # in a file's name
 MOST = 50_000_000  # bytes of a file; whoever collects takes no more
 PACKAGES = ("ros2-course", "ros-jazzy-rclpy", "nbgrader")
 
@@ -200,7 +201,21 @@ def read(folder: Path) -> HandIn:
     if files.keys() == {notebook.name}:
         raise HandInError(f"none of its files is there: run the cells that write {', '.join(wanted)}")
     doubts = {name: why for name, why in differences(folder).items() if name in wanted}
+    if another := _another_name(notebook.stem, folder.absolute().name):
+        doubts = {notebook.name: another, **doubts}
     return HandIn(notebook.stem, known, files, doubts)
+
+
+def _another_name(name: str, folder: str) -> str:
+    """Return a doubt about a notebook that looks like a renamed one, or a copy, of an exercise; '' for none."""
+    inside = re.search(rf"(?<![A-Za-z]){re.escape(folder)}(?![A-Za-z])", name) if folder else None
+    meant = folder if inside else COPIED.sub("", name)
+    if meant in ("", name):
+        return ""
+    return (
+        f"the notebook is called {name}.ipynb, so that this is handed in as the exercise '{name}', which there may not "
+        f"be. If it is {meant}, rename it to {meant}.ipynb."
+    )
 
 
 def write(found: HandIn, folder: Path, name: str, checks: dict[str, str], now: datetime | None = None) -> Path:

@@ -11,6 +11,7 @@ from course.foundation import cells
 from course.notebook.extension import reason
 from course.notebook.file_differences import differences
 from course.notebook.needed_cells import names_of
+from course.session.live import current
 
 
 def check(name: str = "") -> None:
@@ -19,6 +20,9 @@ def check(name: str = "") -> None:
     They are the notebook's locked cells as last saved, and see what you have run so far.  Files that are not what their
     cells say are told first.
     """
+    session = current()
+    if session and (why := session.elsewhere):
+        print(f"note: {why}")
     known = {cell.name: cell.source for path in sorted(Path().glob("*.ipynb")) for cell in cells.read(path)
              if cell.public_check}  # fmt: skip
     checks = {found: source for found, source in known.items() if name in ("", found)}

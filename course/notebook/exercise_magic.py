@@ -18,7 +18,7 @@ from course.interfaces import InterfaceError, build
 from course.interfaces.definition import SECTIONS
 from course.interfaces.kept import keep, packages
 from course.notebook.file_differences import last_written, remember, remember_refused
-from course.session.live import live
+from course.session.live import current, live
 
 
 @magic_arguments()
@@ -34,6 +34,9 @@ def exercise(line: str, cell: str) -> None:
     path = Path(options.file)
     if path.name != options.file or path.suffix not in (".py", *(f".{kind}" for kind in SECTIONS)):
         raise UsageError("%%exercise takes the name of a .py, .srv, .msg or .action file beside the notebook")
+    session = current()
+    if session and (why := session.elsewhere):
+        print(f"note: {why}", file=sys.stderr)
     foreign = _content(path) != last_written(path)
     try:
         if path.suffix == ".py":

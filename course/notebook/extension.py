@@ -25,10 +25,21 @@ def load_ipython_extension(shell: "InteractiveShell") -> None:
     from course.notebook.exercise_magic import exercise
 
     shell.register_magic_function(exercise, magic_kind="cell", magic_name="exercise")  # type: ignore[call-arg]
+    # IPython takes `%%exercise` below another line for a line magic of this name.
+    shell.register_magic_function(_not_first, magic_kind="line", magic_name="%exercise")  # type: ignore[call-arg]
     kept.use(Path())  # a package of this folder can be imported before there is a session
     shell.set_custom_exc((Exception,), _explain)
     shell.events.register("pre_run_cell", _news_before)
     shell.events.register("post_run_cell", _news_after)
+
+
+def _not_first(line: str) -> None:
+    from IPython.core.error import UsageError
+
+    raise UsageError(
+        f"`%%exercise {line}` must be the first line of its cell: move the comment, or whatever stands above it, below "
+        "it. Nothing was written."
+    )
 
 
 def _explain(shell: "InteractiveShell", kind: type, error: Any, trace: Any, tb_offset: int | None = None) -> None:

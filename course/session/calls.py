@@ -32,6 +32,7 @@ class Calls:
     def __init__(self, node: Node, handles: Mapping[str, Handle], watch: Watch, outsiders: Outsiders):
         self.node, self._handles, self.watch, self._outsiders = node, handles, watch, outsiders
         self._clients: dict[tuple[str, type], Client] = {}
+        self._outdated: dict[NodeProcess, str] = {}  # programs that were started before this package was built again
         self._servers: dict[str, int] = {}  # how many served each service when the reader was last told who does
 
     def forget(self, services: Collection[str]) -> None:
@@ -41,6 +42,21 @@ class Calls:
     def forget_types(self, package: str) -> None:
         """Destroy the clients whose type is of `package`."""
         self._destroy([key for key in self._clients if is_of(key[1], package)])
+
+    def package_replaced(self, package: str) -> None:
+        """Note the programs that run with the interfaces of `package` as they were before."""
+        for handle in list(self._handles.values()):
+            if isinstance(handle, NodeProcess) and handle.alive and f"{package}." in handle.source:
+                self._outdated[handle] = package
+
+    def _tell_of_outdated(self, service: str) -> None:
+        """Tell the reader of a server of `service` that was started before an interface was built again."""
+        for handle, package in self._outdated.items():
+            if handle.alive and service in handle.services:
+                self.watch.notice(
+                    f"{handle.name} runs since before {package} was built again, and still has the old definition: "
+                    f"its requests and responses may be misread. Run its cell, or ros.restart('{handle.name}')."
+                )
 
     def _destroy(self, keys: list[tuple[str, type]]) -> None:
         for key in keys:
@@ -53,6 +69,7 @@ class Calls:
 
     def call(self, service: str, srv_type: type[Any], request: object, timeout: float) -> Any:
         """Send `request` and return the response; raises CallTimeout when none has come after `timeout` s."""
+        self._tell_of_outdated(service)
         client = self._client(service, srv_type)
         deadline = time.monotonic() + timeout
         self._ready(client, timeout)

@@ -233,6 +233,16 @@ def _still_none(found: re.Match[str], source: str, code: str) -> str:
     return ""
 
 
+def _no_such_key(found: re.Match[str], source: str, code: str) -> str:
+    key = found[1]
+    if named := re.search(rf"(\w+)\[\s*['\"]{re.escape(key)}['\"]\s*\]", code):
+        return (
+            f"`{named[1]}` has no key '{key}'. Compare its spelling with where the dict is made; `print({named[1]})` "
+            "shows the keys that it has."
+        )
+    return ""
+
+
 def _divisor(found: re.Match[str], source: str) -> str:
     refusal = " and answer with `success=False`" if "create_service" in source else ""
     return f"Look at the divisor before you divide{refusal}."
@@ -397,6 +407,7 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
     ),
 )
 OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
+    (r"^KeyError: '([^']+)'$", _no_such_key),
     (r"Invalid arguments passed to constructor: (\w+)", _no_such_argument),
     (r"(Service|Action) classes can not be instantiated", _no_instance),
     (r"'NoneType' object is not subscriptable|operand type.*'NoneType'|between.*'NoneType'", _still_none),

@@ -259,6 +259,16 @@ class Session:
             os.environ.pop("ROS_DOMAIN_ID", None)
 
     @property
+    def elsewhere(self) -> str:
+        """Return a sentence when the kernel has left the notebook's folder (`os.chdir`), or ''."""
+        if (here := Path.cwd()) == self._folder:
+            return ""
+        return (
+            f"this kernel works in {here} since a call of os.chdir, and its notebook is in {self._folder}: files are "
+            f"written and looked for in the wrong folder. Go back with os.chdir({str(self._folder)!r})."
+        )
+
+    @property
     def introspecting(self) -> bool:
         """Return True if the services of programs that are started publish what passes."""
         return self._nodes.introspecting
@@ -290,6 +300,7 @@ class Session:
     def _drop_types(self, package: str) -> None:
         """Stop the nodes of this kernel that use an interface of `package`, and drop the session's own uses."""
         self._nodes.stop_users(package)
+        self._calls.package_replaced(package)
         self._spinner.stop(destroy=False)  # what an executor waits on is not destroyed before it looks up
         self._calls.forget_types(package)
         for end in list(destructors(self.node, package)):

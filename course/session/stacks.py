@@ -15,7 +15,7 @@ from course.session.failure_report import Frame, where
 from course.session.started import sitecustomize
 
 ASKED = 1.0  # s for a program to say what it is doing
-SPENT = 4.0  # s of the processor's time, after which a program that has done nothing yet is in a loop
+SPENT = 3.0  # s of the processor's time, after which a program that has done nothing yet is in a loop
 IMPORTS = ("import ", "from ")  # a line that may take long, and ends
 
 

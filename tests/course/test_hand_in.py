@@ -229,3 +229,26 @@ def test_dates_that_somebody_has_edited_say_nothing(folder, noted):
     book["metadata"]["course"] = noted
     (folder / "greeter.ipynb").write_text(json.dumps(book))
     assert hand_in.read(folder).lateness(NOW) == ""
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [
+        ("greeter-Copy1", "greeter"),
+        ("greeter (2)", "greeter"),
+        ("greeter_final", "greeter"),
+        ("my_greeter", "greeter"),
+        ("greeter_ada", "greeter"),
+        ("greeter", ""),
+        ("greeters", ""),
+        ("welcome", ""),
+    ],
+)
+def test_a_notebook_with_another_name_is_asked_about(folder, name, meant):
+    place = folder / "greeter"
+    place.mkdir()
+    (folder / "server.py").rename(place / "server.py")
+    (folder / "greeter.ipynb").rename(place / f"{name}.ipynb")
+    doubts = hand_in.read(place).doubts
+    assert list(doubts) == ([f"{name}.ipynb"] if meant else [])
+    assert all(f"rename it to {meant}.ipynb" in why for why in doubts.values())
