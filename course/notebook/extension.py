@@ -26,7 +26,7 @@ def load_ipython_extension(shell: "InteractiveShell") -> None:
 
     shell.register_magic_function(exercise, magic_kind="cell", magic_name="exercise")  # type: ignore[call-arg]
     # IPython takes `%%exercise` below another line for a line magic of this name.
-    shell.register_magic_function(_not_first, magic_kind="line", magic_name="%exercise")  # type: ignore[call-arg]
+    shell.register_magic_function(_not_first, magic_kind="line", magic_name="%exercise")  # type: ignore[call-arg, arg-type]
     kept.use(Path())  # a package of this folder can be imported before there is a session
     shell.set_custom_exc((Exception,), _explain)
     shell.events.register("pre_run_cell", _news_before)
