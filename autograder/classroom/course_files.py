@@ -131,9 +131,13 @@ def hand_out_notebooks(classroom: Classroom) -> list[str]:
     failed = []
     for member in classroom.members:
         try:
-            homes.lay(classroom.home(member), *accounts.ids(classroom, member), things)
+            without_place = homes.lay(classroom.home(member), *accounts.ids(classroom, member), things)
         except ClassroomError as error:
             failed.append(f"The notebooks could not be laid into the home folder of {member.name}: {error}.")
+            continue
+        if without_place:
+            names = ", ".join(without_place)
+            failed.append(f"{member.name} has something else where this belongs, so it was not laid out: {names}.")
     return failed
 
 

@@ -65,12 +65,13 @@ def act(
     return answer[1:]
 
 
-def lay(home: Path, uid: int, gid: int, things: Mapping[str, Mapping[str, bytes]]) -> None:
-    """Lay files into a home folder, as its owner; raises ClassroomError.
+def lay(home: Path, uid: int, gid: int, things: Mapping[str, Mapping[str, bytes]]) -> list[str]:
+    """Lay files into a home folder, as its owner; return those for which there is no place.  Raises ClassroomError.
 
-    Each thing is left out when there is something of its name.  It is a file, by the name '', or a folder of files.
+    Each thing is left out when there is something of its name: it has no place when that, or what leads to it, is of
+    another kind.  It is a file, by the name '', or a folder of files.
     """
-    act(home, uid, gid, lambda opened: _lay(opened, things))
+    return act(home, uid, gid, lambda opened: _lay(opened, things)).decode().splitlines()
 
 
 def make_folder(home: Path, uid: int, gid: int, name: str) -> None:
@@ -192,25 +193,30 @@ def _become(uid: int, gid: int, groups: Sequence[int]) -> None:
 
 
 def _make(home: int, name: str) -> bytes:
-    if not _exists(home, name):
+    if not _kind(home, name):
         os.mkdir(name, 0o700, dir_fd=home)
     return b""
 
 
 def _lay(home: int, things: Mapping[str, Mapping[str, bytes]]) -> bytes:
+    without_place = []
     for thing, files in things.items():
         *above, name = PurePosixPath(thing).parts
         try:
             folder = _below(home, above)
         except OSError:  # what leads there is a link, or no folder
+            without_place.append(thing)
             continue
         try:
-            if not _exists(folder, name):
+            kind = _kind(folder, name)
+            if not kind:
                 for path, content in files.items():
                     _write(folder, PurePosixPath(name, path), content)
+            elif kind != (stat.S_IFREG if "" in files else stat.S_IFDIR):
+                without_place.append(thing)
         finally:
             os.close(folder)
-    return b""
+    return "\n".join(without_place).encode()
 
 
 def _write(folder: int, path: PurePosixPath, content: bytes) -> None:
@@ -237,10 +243,11 @@ def _below(folder: int, names: Sequence[str]) -> int:
     return at
 
 
-def _exists(folder: int, name: str) -> bool:
+def _kind(folder: int, name: str) -> int:
+    """Return what is there under a name, a file, a folder or something else (`stat.S_IFMT`); 0 for nothing."""
     with contextlib.suppress(FileNotFoundError):
-        return bool(os.stat(name, dir_fd=folder, follow_symlinks=False))
-    return False
+        return stat.S_IFMT(os.stat(name, dir_fd=folder, follow_symlinks=False).st_mode)
+    return 0
 
 
 def _tree(folder: int, name: str) -> bytes:

@@ -128,7 +128,7 @@ def test_what_is_there_is_left_and_links_are_not_followed(home, tmp_path):
     (home / "c").write_text("own")
     os.mkfifo(home / "d")
     things = {name: {"": b"new"} for name in ("a", "b/file", "c", "d", "e/f/g")} | {"h": {"i/j": b"new", "k": b"new"}}
-    homes.lay(home, OWNER, OWNER, things)
+    assert homes.lay(home, OWNER, OWNER, things) == ["a", "b/file", "d"]
     assert not list(elsewhere.iterdir()) and not (home / "nowhere").exists()
     assert (home / "c").read_text() == "own"
     for name in ("e/f/g", "h/i/j", "h/k"):
