@@ -224,14 +224,41 @@ def small_exercises():
                 yield pytest.param(stub.source, check.source, solution[1], id=path.stem)
 
 
-@pytest.mark.parametrize(("stub", "check", "solution"), list(small_exercises()))
-def test_a_small_exercise_accepts_its_solution_and_says_what_is_wrong_with_the_stub(tmp_path, stub, check, solution):
-    begin = (
-        "import course\nfrom rclpy.node import Node\nfrom std_srvs.srv import SetBool, Trigger\nros = course.live()\n"
-    )
+# For each page's small exercise: what it imports, and faults of its solution, each with what stands there instead.
+IMPORTS = """
+import math
+import time
 
+import course
+import numpy as np
+from course.recorders import GoalRecorder
+from course_interfaces.action import Fibonacci
+from rcl_interfaces.msg import SetParametersResult
+from rcl_interfaces.srv import SetParametersAtomically
+from rclpy.action import ActionClient, ActionServer, CancelResponse
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import LaserScan
+from std_srvs.srv import SetBool, Trigger
+
+ros = course.live()
+"""
+FAULTS = {
+    "services": {"self.ringing or ": "", "not self.there_is_smoke": "True"},
+    "actions": {
+        "return Fibonacci.Result(sequence=counted)\n            time": "return Fibonacci.Result()\n            time"
+    },
+    "parameters": {"self.get_parameter(name).value": "50.0", ", reason=": ", reason='' and "},
+    "ai_integration": {"angles % (2 * np.pi) - np.pi": "angles - np.pi", "measured & ": ""},
+}
+
+
+@pytest.mark.parametrize(("stub", "check", "solution"), list(small_exercises()))
+def test_a_small_exercise_accepts_its_solution_and_says_what_is_wrong_with_the_stub(
+    tmp_path, request, stub, check, solution
+):
     def run(own: str) -> str:
-        script = f"{begin}\n{own}\n{check}\nros.stop()"
+        script = f"{IMPORTS}\n{own}\n{check}\nros.stop()"
         done = subprocess.run(
             [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, timeout=60, check=True
         )
@@ -239,6 +266,6 @@ def test_a_small_exercise_accepts_its_solution_and_says_what_is_wrong_with_the_s
 
     assert "as asked" in run(solution)
     assert "must be" in run(stub)
-    for fault in ("self.ringing or ", "not self.there_is_smoke"):  # no latch; a reset that is never refused
+    for fault, instead in FAULTS[request.node.callspec.id].items():
         assert fault in solution
-        assert "must be" in run(solution.replace(fault, "" if " or " in fault else "True"))
+        assert "must be" in run(solution.replace(fault, instead))
