@@ -224,12 +224,33 @@ def _own_attribute(found: re.Match[str], source: str) -> str:
 
 
 def _still_none(found: re.Match[str], source: str, code: str) -> str:
+    for name in re.findall(r"(?<![\w.])(\w+)\[", code):
+        if made := re.search(rf"^\s*{name} = (?:\w+\.)*(\w+)\(", source, re.MULTILINE):
+            return f"`{made[1]}` has returned None. It must end with `return` and a value, on every path through it."
     for name in re.findall(r"self\.(\w+)", code):
         if re.search(rf"self\.{name} = None\b", source):
             return (
                 f"`self.{name}` is None until a callback has set it: ask `if self.{name} is None` first, and do "
                 "without it."
             )
+    return ""
+
+
+def _future(found: re.Match[str], source: str) -> str:
+    if "create_service" not in source:
+        return (
+            "What is sent gives a future at once, and not yet the answer: wait with "
+            "`rclpy.spin_until_future_complete(node, future)`, and take `future.result()`."
+        )
+    return (
+        "`call_async` gives a future, not the response: in an `async def` callback write "
+        "`await client.call_async(...)`."
+    )
+
+
+def _by_name(found: re.Match[str], source: str) -> str:
+    if fields := _fields(found[1], "", source):
+        return f"A message takes its fields by name: `{found[1]}({fields[0]}=...)`."
     return ""
 
 
@@ -273,13 +294,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (r"'(\w+)_(Request|Response|Goal|Result|Feedback)' object has no attribute '(\w+)'", _unknown_field),
     (r"'(\w+)' field must be of type '(float|int|str|bool)'", _wrong_type),
     (r"'(\w+)' field must be a sub message of type '(\w+)'", _sub_message),
-    (
-        r"'Future' object has no attribute '(?!add_done_callback)\w+'",
-        _says(
-            "`call_async` gives a future, not the response: in an `async def` callback write "
-            "`await client.call_async(...)`."
-        ),
-    ),
+    (r"'Future' object has no attribute '(?!add_done_callback)\w+'", _future),
     (
         r"'Future' object has no attribute|'NoneType' object has no attribute '(result|sum|success)'",
         _says(
@@ -307,6 +322,35 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (
         r"Context\.init\(\) must only be called once",
         _says("`rclpy.init()` is called twice: a program calls it once, in `main`."),
+    ),
+    (
+        r"missing 1 required positional argument: 'self'",
+        _says("The class itself stands where a node belongs: make one with brackets, as in `node = TheClass()`."),
+    ),
+    (
+        r"call_async\(\) takes 2 positional arguments",
+        _says("`call_async` takes one request, with the values in its fields: `TheType.Request(...)`."),
+    ),
+    (r"(\w+)\.__init__\(\) takes 1 positional argument but", _by_name),
+    (
+        r"'\w+_(?:Request|Response|Goal|Result|Feedback)' object is not subscriptable",
+        _says("The fields of a message are attributes: `request.a`, and not `request['a']`."),
+    ),
+    (
+        r"'dict' object has no attribute '(\w+)'",
+        lambda found, source: f"The values of a dict are read with brackets: `['{found[1]}']`.",
+    ),
+    (
+        r"The '(\w+)' field must be a set or sequence",
+        lambda found, source: f"The field '{found[1]}' takes a list, of one thing, too: `{found[1]}=[...]`.",
+    ),
+    (
+        r"'str' object cannot be interpreted as an integer|cannot use a str to initialize an array",
+        _says("Here belong whole numbers, and this is text: make each one by `int(...)`."),
+    ),
+    (
+        r"module 'rclpy' has no attribute '(create_(?!node)\w+)'",
+        lambda found, source: f"`{found[1]}` is a method of the node: `self.{found[1]}(...)`.",
     ),
     (r"(?:(\w[\w.]*)\(\)) (?:takes \d+|missing \d+ required) positional argument", argument_count),
     (
@@ -384,6 +428,11 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
 NO_TEXT = r"^TypeError:?\s*$"  # what rclpy raises for an argument of the wrong type
 # An error, the reader's line that led to it, and what to say: asked before `KNOWN`.
 IN_A_LINE: tuple[tuple[str, str, str], ...] = (
+    (
+        r"object is not callable",
+        r"\.value\(\)",
+        "`.value` of a parameter is no function: leave out the brackets behind it.",
+    ),
     (
         NO_TEXT,
         r"publish_feedback\(",

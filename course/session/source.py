@@ -167,7 +167,7 @@ def hidden_method(source: str) -> str:
 
 
 def wrong_return(source: str) -> tuple[str, int, str] | None:
-    """A service callback that does not return its response: its name, its line, and what it returns ('' for nothing).
+    """A service callback that does not always return its response: its name, a line, and what it returns ('': nothing).
 
     None when all do, as far as their text tells.
     """
@@ -180,6 +180,9 @@ def wrong_return(source: str) -> tuple[str, int, str] | None:
         if not returned:
             return function.name, function.lineno, ""
         response = function.args.args[-1].arg if function.args.args else ""
+        bare = [node.lineno for node in ast.walk(function) if isinstance(node, ast.Return) and node.value is None]
+        if bare or _runs_out(function.body):
+            return function.name, (bare or [function.lineno])[0], ""
         for value in returned:
             if isinstance(value, (ast.Attribute, ast.Constant, ast.BinOp)) and name_of(value) != response:
                 return function.name, value.lineno, ast.unparse(value)
