@@ -128,7 +128,7 @@ def _lines(frames: tuple[Frame, ...]) -> str:
 
 
 def _folded(path: Path, output: str, status: int) -> str:
-    """What a program has printed, its traceback with its own lines alone: most are the libraries'."""
+    """Return what a program has printed, with the lines of libraries left out of its traceback."""
     before, mark, rest = output.rpartition(MARK)
     report = of_program(path, output, status)
     if not (mark and report.error and report.frames):

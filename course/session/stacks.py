@@ -1,4 +1,4 @@
-"""Where a Python program is, asked from outside: the lines of its own file on which its threads are.
+"""The lines of its own file on which the threads of a Python program are, asked from outside.
 
 The program writes them itself at a signal (`started/sitecustomize.py`), also amid a loop that never ends.
 """
