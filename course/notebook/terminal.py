@@ -21,6 +21,7 @@ STYLE = (
     "white-space: pre-wrap; overflow-wrap: anywhere;"
 )
 PROMPT = "color: #7fc8a9;"
+USUAL = 30.0  # s for a command; whoever gives it more knows that it computes for long
 LOOK = 0.2  # s between two looks whether a program loops
 CHUNK = 65536  # bytes
 GRACE = 10.0  # s for a program to end after Ctrl-C
@@ -51,9 +52,10 @@ class Terminal:
         return f'<pre style="{STYLE}">{chr(10).join(lines)}</pre>'
 
 
-def terminal(*commands: str, timeout: float = 30.0, until: str = "") -> Terminal:
+def terminal(*commands: str, timeout: float = USUAL, until: str = "") -> Terminal:
     """Run the commands at the same time (no shell), each for at most `timeout` s, and return the transcript.
 
+    A Python file that only computes, and prints nothing, is stopped earlier, unless `timeout` is longer than usual.
     With `until`, a command that runs on is ended with Ctrl-C once it has printed a line with that text; the transcript
     leaves out what it prints afterwards.
     """
@@ -98,7 +100,7 @@ def _run_to_its_end(words: list[str], timeout: float) -> tuple[str, int]:
             return (_folded(path, output, status) if path and status else output), status
         if path and len(printed) > told:
             told, spent = len(printed), processes.processor_time(program.pid)
-        elif path:
+        elif path and timeout <= USUAL:
             at = _lines(stacks.loop(program.pid, path, spent))
     ran = time.monotonic() - end + timeout
     if path:

@@ -37,7 +37,7 @@ from course.session.publishing import Publishing
 from course.session.requests import fill
 from course.session.session_logs import SessionLogs
 from course.session.spinner import Spinner
-from course.session.started_nodes import StartedNodes
+from course.session.started_nodes import USUAL, StartedNodes
 from course.session.table import Nodes, Row
 from course.session.watch import Handle, Watch
 
@@ -110,14 +110,15 @@ class Session:
         *args: object,
         parameters: Mapping[str, object] | None = None,
         threads: int = 1,
-        timeout: float = 20.0,
+        timeout: float = USUAL,
         **kwargs: object,
     ) -> Handle:
         """Start a node and return a handle on it; an earlier one of the same name is stopped, be it a class or a file.
 
         A Node subclass is made (with `args` and `kwargs`) and spun in this kernel by an executor with `threads`
         threads.  A file is run in its own process with the command line `args`; this waits until its node is there, at
-        most `timeout` s.  `parameters` overrides declared parameters, as `--ros-args -p name:=value` does.
+        most `timeout` s.  One that only computes is stopped earlier, unless `timeout` is longer than usual.
+        `parameters` overrides declared parameters, as `--ros-args -p name:=value` does.
 
         Raises LiveError when a file's program ends or shows no node in time, and whatever a class's `__init__` raises.
         """

@@ -34,6 +34,7 @@ from course.session.watch import Handle, Watch
 # Asked before a file is started; what they return is told to the reader.  The notebook's part of the course looks here
 # whether the file is what its cell says.
 PATIENCE = 5.0  # s without a node, after which the reader is told where the program is
+USUAL = 20.0  # s that a program has for its first node; whoever gives it more knows that it computes for long
 before_start: list[Callable[[Path], str]] = []
 
 
@@ -220,7 +221,7 @@ class StartedNodes:
 
         def settled() -> object:
             nonlocal loop
-            return not process.alive or found() or (loop := process.loop())
+            return not process.alive or found() or (timeout <= USUAL and (loop := process.loop()))
 
         ready = wait_until(settled, min(timeout, PATIENCE), alert=False)
         at = "" if ready else "".join(f"\n{frame}" for frame in process.doing())

@@ -2,7 +2,7 @@
 
 import pytest
 
-from course.notebook.terminal import terminal
+from course.notebook.terminal import USUAL, terminal
 from course.session import stacks
 
 
@@ -24,6 +24,11 @@ def test_a_program_that_loops_is_not_waited_for_and_tells_its_line(tmp_path):
     assert "begun\n" not in output or output.startswith("begun\n")
     assert output.endswith("client.py was here:\n  client.py, line 4, in ask\n    while True: pass")
     assert "(stopped after 30 s)" not in output
+
+
+def test_a_program_that_is_given_more_time_than_usual_may_compute_for_long(tmp_path):
+    work = "import time\nwhile time.process_time() < 1.5: pass\nprint('done')\n"
+    assert run(tmp_path, work, timeout=USUAL + 1) == ("done\n", 0)
 
 
 def test_a_program_that_waits_tells_its_line_at_the_end_of_its_time(tmp_path):

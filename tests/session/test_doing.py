@@ -107,5 +107,5 @@ def test_a_program_that_only_uses_the_processor_is_not_waited_for(session, tmp_p
     file.write_text(SERVER.format(body="pass", spin=SPIN, call="while True:\n    pass\nmain()"))
     began = time.monotonic()
     with pytest.raises(CallTimeout, match=r"created no node. It was here:\n  server\.py, line 2\d\n"):
-        session.start(file, timeout=60.0)
-    assert time.monotonic() - began < 40.0  # the limit is not waited for
+        session.start(file)
+    assert time.monotonic() - began < started_nodes.USUAL  # the limit is not waited for
