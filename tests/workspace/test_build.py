@@ -157,7 +157,10 @@ def says(workspace: Path, shell: dict[str, str]) -> str:
 
 
 @pytest.mark.timeout(600)
-def test_a_build_says_no_warning_and_symlinks_let_an_edit_count_at_once(tutorial, shell):
+def test_a_build_says_no_warning_and_symlinks_let_an_edit_count_at_once(tutorial, shell, tmp_path):
+    """Beside an interface that a cell has built, too."""
+    built = os.pathsep.join([*filter(None, [shell.get("AMENT_PREFIX_PATH")]), str(tmp_path)])
+    shell = {**shell, "AMENT_PREFIX_PATH": built}
     node = tutorial / "src/my_package/my_package/my_node.py"
     first = colcon(tutorial, shell)
     assert first.returncode == 0 and "1 package finished" in first.stdout and first.stderr == "", first
