@@ -46,6 +46,11 @@ class Presence:
         own = (each for each in publishers if is_of_process(each.endpoint_gid, pid))
         return sorted(full(each.node_name, each.node_namespace) for each in own if each.node_name != UNKNOWN)
 
+    def new_of_nobody(self, before: Iterable[str]) -> list[str]:
+        """Return the nodes that were not there `before`, and that no process can be told to have."""
+        owned = {full(each.node_name, each.node_namespace) for each in self._node.get_publishers_info_by_topic(EVENTS)}
+        return [name for name in difference(self.names(), before) if name not in owned]
+
     def wait_until_gone(self, ended: Iterable[str], others: Iterable[str]) -> None:
         """Wait until the graph has forgotten the nodes `ended`; `others`, perhaps of the same names, are still there.
 

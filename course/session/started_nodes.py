@@ -215,7 +215,7 @@ class StartedNodes:
         self._handles[process.name] = process
 
         def found() -> list[str]:  # what others start or end meanwhile is none of it
-            return self._presence.of_process(process.pid) or difference(self._presence.names(), before)
+            return self._presence.of_process(process.pid) or self._presence.new_of_nobody(before)
 
         loop: tuple[Frame, ...] = ()
 

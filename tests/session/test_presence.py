@@ -59,6 +59,11 @@ def test_a_name_counts_for_each_node_that_has_endpoints(graph, programs, names):
     assert Presence(graph).names() == names
 
 
+def test_what_another_program_starts_meanwhile_is_not_taken_for_ones_own(graph):
+    graph.programs = [("there", QUIET), ("foreign", WHOLE), ("quiet", QUIET), ("ghost", GHOST)]
+    assert Presence(graph).new_of_nobody(["/there"]) == ["/quiet"]
+
+
 def test_nobody_waits_for_a_ghost(graph):
     graph.programs = [("server", GHOST), ("other", WHOLE)]
     began = time.monotonic()
