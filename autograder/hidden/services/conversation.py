@@ -35,6 +35,7 @@ CALLERS = 6  # at once
 SLOW = 0.15  # s that /add_two_ints takes then, so that the calls overlap
 HELD = 4.0  # s that /add_two_ints holds an answer back at most, until the grader has seen what it wanted to see
 TRIES = 4  # calls that are timed at most
+EARLY = 0.2  # s in which a caller is answered who waits for nothing
 SENT = 2.0  # s until a request has arrived, when its answer was not waited for
 
 
@@ -238,6 +239,16 @@ def plain(message: str) -> str:
 def quoted(message: str) -> str:
     """What a program said, for its student."""
     return repr(message if len(message) <= QUOTED else message[:QUOTED] + "...")
+
+
+def shown(response: Any) -> str:
+    """A response of the relay, for its student."""
+    return f"success={response.success} and the message {masked(response.message)}"
+
+
+def masked(message: str) -> str:
+    """A message of the relay, for its student: without its numbers, which were drawn."""
+    return quoted(re.sub(r"\d[\d,._]*", "#", message))
 
 
 class Adder:
@@ -485,6 +496,17 @@ class Relay(Server):
     def one_answered(self, futures: Sequence[Any]) -> bool:
         """Whether one of the futures gets a response, soon; raises Crashed."""
         return self._soon(lambda: any(future.done() for future in futures))
+
+    def expect_no_early_answer(self, futures: Sequence[Any]) -> None:
+        """None of the callers may be answered while the adder holds its answers; raises Wrong, and Crashed."""
+        if self.wait_for(lambda: any(future.done() for future in futures), EARLY):
+            response = next(future.result() for future in futures if future.done())
+            for future in futures:
+                self.clients[RELAY].remove_pending_request(future)
+            raise Wrong(
+                f"{RELAY} must answer with what {ADD} has answered: it gave its caller {shown(response)} while {ADD} "
+                "had not answered yet."
+            )
 
     def all_answered(self, futures: Sequence[Any]) -> bool:
         """Whether all of the futures get a response, soon; raises Crashed."""

@@ -675,6 +675,9 @@ HELPER = """import threading
             self.helper = SingleThreadedExecutor()
         rclpy.spin_until_future_complete(self, future, self.helper)"""
 
+# What is lost by a relay that answers before /add_two_ints has.
+TOO_EARLY = {"relay_answers", "no_caller_waits_for_another", "goes_on_serving", "slow_answer"}
+
 # What is wrong, and the tests that it loses (without "test_").
 WRONG = {
     "the page's camera and doubler, with the task's names": (
@@ -965,7 +968,11 @@ WRONG = {
             ("answer = " + AWAIT, "future = " + AWAIT.removeprefix("await ")),
             ("{answer.sum}", "{future.result()}"),
         ),
-        {"relay_answers"},
+        TOO_EARLY,
+    ),
+    "relay computes the sum, and asks beside that": (
+        relay(("async def", "def"), ("answer = " + AWAIT, AWAIT.removeprefix("await ")), ("{answer.sum}", "{a + b}")),
+        TOO_EARLY,
     ),
     "relay shares one answer": (
         relay(
