@@ -13,7 +13,8 @@ from course.world import Laser, Room, Simulation
 from course.world.geometry import RayCaster
 
 SECONDS = 30.0  # of simulated time
-ALONG = 6.0  # m that must be driven beside a wall; the grader's own follower never drives less than 7
+ALONG = 6.0  # m of new ground that must be driven beside a wall; the grader's own follower never drives less than 7
+SAME, BEFORE = 0.25, 5.0  # ground is not new so near (m) to where the robot was, so long (s) before
 SHARE = (
     0.8  # of the time, since there was a wall beside the robot first; the grader's own follower never has less than 0.9
 )
@@ -37,7 +38,7 @@ class Driven(NamedTuple):
 
     collisions: int
     first: float  # s until there was a wall on the right; infinite when there was none
-    along: float  # m driven with a wall on the right
+    along: float  # m of new ground driven with a wall on the right
     share: float  # of the time since `first` in which there was one
     seconds: float  # of simulated time: less than SECONDS when the node sent no command any more
 
@@ -98,9 +99,16 @@ def look_back(simulation: Simulation) -> Driven:
         return Driven(len(simulation.collisions), math.inf, 0.0, 0.0, simulation.time)
     first = beside.index(True)
     steps = [math.dist(one[1:3], other[1:3]) for one, other in itertools.pairwise(path.tolist())]
-    along = sum(step for step, wall in zip(steps, beside[1:], strict=True) if wall)
+    along = sum(step for step, wall, new in zip(steps, beside[1:], is_new(path)[1:], strict=True) if wall and new)
     share = sum(beside[first:]) / (len(beside) - first)
     return Driven(len(simulation.collisions), float(path[first, 0]), along, share, simulation.time)
+
+
+def is_new(path: np.ndarray) -> list[bool]:
+    """Whether the robot was not there before, for each pose of a path: back and forth is no way along a wall."""
+    times, places = path[:, 0], path[:, 1:3]
+    near = np.linalg.norm(places[:, None] - places[None], axis=2) < SAME
+    return [bool(each) for each in ~(near & (times[None] < times[:, None] - BEFORE)).any(axis=1)]
 
 
 def can_be_driven(room: Room, laser: Laser, seed: int) -> bool:

@@ -515,7 +515,7 @@ def drive(driver: Follower, kind: str, laser: Laser, rng: random.Random) -> Wron
         return Wrong(f"The robot must not touch anything: it hit an obstacle after {seconds} s.", driven)
     if driven.along < ALONG:
         return Wrong(
-            f"In {SECONDS:.0f} s the robot must drive {ALONG:g} m with a wall on its right: it drove "
+            f"In {SECONDS:.0f} s the robot must drive {ALONG:g} m of new ground with a wall on its right: it drove "
             f"{driven.along:.1f} m so.",
             driven,
         )

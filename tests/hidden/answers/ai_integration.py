@@ -858,6 +858,12 @@ WRONG = {
         remembering("if self.asked > 100:", "    return {'linear': 0.0, 'angular': 0.5}"),
         {"hall"},
     ),
+    "after fifty decisions it drives to and fro beside the wall": (
+        remembering(
+            "if self.asked > 50:", "    return {'linear': 0.3 if self.asked % 20 < 10 else -0.3, 'angular': 0.0}"
+        ),
+        {"hall"},
+    ),
     "after fifty decisions it no longer looks to the right": (
         remembering("if self.asked > 50:", "    right = 0.6"),
         {"hall"},
