@@ -154,7 +154,7 @@ def test_clamped(pid: PidNode, rng: random.Random) -> None:
     pid.send(-STILL)
     time.sleep(SHORT)
     if pid.send(STILL).effort > ROUNDING:  # or else another test judges it, also when it has the wrong sign
-        pid.arrange(kd=10.0, output_min=-1.0, output_max=1.0)
+        pid.arrange(kd=9.5, output_min=-1.0, output_max=1.0)
         pid.send(-8.0)
         for error, limit in ((8.0, 1.0), (-8.0, -1.0)):
             time.sleep(SHORT)

@@ -852,7 +852,7 @@ WRONG = {
     "integral never starts again": (node((RESET, "")), {"ki_starts_the_integral_again"}),
     "every parameter starts it again": (
         node((RESET, "            self.integral = 0.0\n")),
-        {"nothing_else_starts_it_again"},
+        {"nothing_else_starts_it_again", "integral"},
     ),
     "no overrides": (node(("rclpy.init(args=args)", "rclpy.init(args=[])")), {"launch_values"}),
     "overrides written over": (
