@@ -1,6 +1,5 @@
 """Rooms that nobody has seen, drawn anew for each grading, and what is asked of a drive through one."""
 
-import itertools
 import math
 import random
 from typing import NamedTuple
@@ -14,7 +13,7 @@ from course.world.geometry import RayCaster
 
 SECONDS = 30.0  # of simulated time
 ALONG = 6.0  # m of new ground that must be driven beside a wall; the grader's own follower never drives less than 7
-SAME, BEFORE = 0.25, 5.0  # ground is not new so near (m) to where the robot was, so long (s) before
+MARK = 0.2  # m: ground is new for each mark that is so far from all marks before
 SHARE = (
     0.8  # of the time, since there was a wall beside the robot first; the grader's own follower never has less than 0.9
 )
@@ -98,17 +97,23 @@ def look_back(simulation: Simulation) -> Driven:
     if True not in beside:
         return Driven(len(simulation.collisions), math.inf, 0.0, 0.0, simulation.time)
     first = beside.index(True)
-    steps = [math.dist(one[1:3], other[1:3]) for one, other in itertools.pairwise(path.tolist())]
-    along = sum(step for step, wall, new in zip(steps, beside[1:], is_new(path)[1:], strict=True) if wall and new)
+    along = sum(new for wall, new in zip(beside, new_ground(path), strict=True) if wall)
     share = sum(beside[first:]) / (len(beside) - first)
     return Driven(len(simulation.collisions), float(path[first, 0]), along, share, simulation.time)
 
 
-def is_new(path: np.ndarray) -> list[bool]:
-    """Whether the robot was not there before, for each pose of a path: back and forth is no way along a wall."""
-    times, places = path[:, 0], path[:, 1:3]
-    near = np.linalg.norm(places[:, None] - places[None], axis=2) < SAME
-    return [bool(each) for each in ~(near & (times[None] < times[:, None] - BEFORE)).any(axis=1)]
+def new_ground(path: np.ndarray) -> list[float]:
+    """How far (m) each pose of a path is from all ground before; 0 for less than MARK.
+
+    So back and forth is no way along a wall.
+    """
+    marks, found = path[:1, 1:3], [0.0]
+    for place in path[1:, 1:3]:
+        nearest = float(np.linalg.norm(marks - place, axis=1).min())
+        found.append(nearest if nearest >= MARK else 0.0)
+        if nearest >= MARK:
+            marks = np.vstack([marks, place])
+    return found
 
 
 def can_be_driven(room: Room, laser: Laser, seed: int) -> bool:
