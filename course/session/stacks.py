@@ -16,7 +16,7 @@ from course.session.started import sitecustomize
 
 ASKED = 1.0  # s for a program to say what it is doing
 SPENT = 3.0  # s of the processor's time, after which a program that has done nothing yet is in a loop
-IMPORTS = ("import ", "from ")  # a line that may take long, and ends
+LOOPS = ("while ", "for ", "pass", "continue")  # a line that calls something may take long, and ends
 
 
 class Stacks:
@@ -57,9 +57,10 @@ class Stacks:
     def loop(self, pid: int, path: Path, since: float = 0.0) -> tuple[Frame, ...]:
         """Return where the process loops, () while nothing speaks for a loop.
 
-        It does when it has used the processor for `SPENT` s since it had used it for `since` s, and imports nothing.
+        It does when it has used the processor for `SPENT` s since it had used it for `since` s, and is in a line of a
+        loop that calls nothing else for long.
         """
         if processes.processor_time(pid) - since < SPENT:
             return ()
         frames = self.doing(pid, path)
-        return () if frames and frames[-1].code.startswith(IMPORTS) else frames
+        return frames if frames and frames[-1].code.strip().startswith(LOOPS) else ()
