@@ -4,6 +4,7 @@ import os
 import secrets
 import shutil
 import signal
+import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -47,6 +48,16 @@ def chromium():
         browser = playwright.chromium.launch(**options)
         yield browser
         browser.close()
+
+
+@pytest.fixture(autouse=True)
+def own_environment():
+    """What a test sets for its process, as the search paths of an interface package that it builds, ends with it."""
+    variables, path = dict(os.environ), list(sys.path)
+    yield
+    os.environ.clear()
+    os.environ.update(variables)
+    sys.path[:] = path
 
 
 @pytest.fixture(scope="session")

@@ -7,10 +7,17 @@ from pathlib import Path
 from autograder.paths import COURSE, PACKAGE
 from course import environment
 
+# What each installation of ROS 2 with Python has, by the ament resource index, and a workspace over it does not.
+OF_ROS = "share/ament_index/resource_index/packages/rclpy"
+
 
 def ros_prefixes() -> list[Path]:
-    """The install prefixes of ROS 2 packages: this environment's, and a sourced installation's."""
-    return [Path(entry) for entry in os.environ["AMENT_PREFIX_PATH"].split(os.pathsep) if Path(entry).is_dir()]
+    """The install prefixes of ROS 2: this environment's, and a sourced installation's.
+
+    Those of a sourced workspace are left out: what somebody built there, a solution perhaps, is nobody else's to see.
+    """
+    prefixes = map(Path, os.environ["AMENT_PREFIX_PATH"].split(os.pathsep))
+    return [prefix for prefix in prefixes if (prefix / OF_ROS).is_file()]
 
 
 def ros_variables(domain: int, own_network: bool) -> dict[str, str]:

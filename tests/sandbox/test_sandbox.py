@@ -69,6 +69,23 @@ print(json.dumps(dict(
 """
 
 
+def test_a_workspace_that_the_instructor_has_sourced_is_not_seen(box, tmp_path, monkeypatch):
+    """It may hold the solution; only what belongs to an installation of ROS 2 itself is shown."""
+    modules = tmp_path / f"lib/python{sys.version_info.major}.{sys.version_info.minor}/site-packages"
+    modules.mkdir(parents=True)
+    (modules / "solution_of_the_instructor.py").touch()
+    monkeypatch.setenv("AMENT_PREFIX_PATH", os.pathsep.join([str(tmp_path), os.environ["AMENT_PREFIX_PATH"]]))
+    program = f"""
+import importlib.util, os
+print(importlib.util.find_spec("solution_of_the_instructor"), os.path.exists({str(tmp_path)!r}))
+print({str(tmp_path)!r} in os.environ["AMENT_PREFIX_PATH"])
+"""
+    with sandbox.Sandbox(box, {SERVER: program.encode()}) as confined:
+        command = [*sandbox.BOXES[box], *confined.command([SERVER], domain=1)]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=30, pass_fds=confined.descriptors)
+    assert done.stdout.split() == ["None", "False", "False"], done.stderr
+
+
 def test_what_a_program_sees(box):
     with sandbox.Sandbox(box, {SERVER: PROBE.encode()}) as confined:
         os.environ["SECRET_OF_THE_GRADER"] = "1"
