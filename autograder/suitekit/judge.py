@@ -20,6 +20,7 @@ from autograder.errors import Fault, TimedOut, Wrong
 from autograder.records import PASSED, Verdict
 from autograder.sandbox.sandbox import MEMORY
 from autograder.suitekit.bench import Bench
+from autograder.suitekit.lifecycle import USED_UP
 
 BENCH = pytest.StashKey[Bench]()
 FULL = MEMORY // 2  # bytes: several times what judging takes, and half of what the launcher allows
@@ -108,7 +109,7 @@ class Judge:
     def pytest_runtest_setup(self) -> None:
         """Start no test when the time is used up."""
         if self.bench.clock.left <= 0:
-            raise TimedOut("Not tested: your programs were so slow in the tests before that the time was used up.")
+            raise TimedOut(USED_UP)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(

@@ -33,6 +33,8 @@ from typing import Protocol, TypeVar
 from autograder.errors import Crashed, Fault, TimedOut, Wrong
 from autograder.suitekit.hints import last_words
 
+USED_UP = "Not tested: your programs were so slow in the tests before that the time was used up."
+LEAST = 1.0  # s that a wait must have had, to be told of
 START = 20.0  # s that a program may take to offer what is wanted, on the first try; half of it on the second
 SETTLED = 6.0  # s, the same once it shows a node
 ANSWER = 10.0  # s that an answer may take
@@ -158,14 +160,16 @@ class Lifecycle(ABC):
             raise known
         if self.state is State.SERVING and wanted in self._offered:
             return
+        waited = 0.0
         for limit in (START, START / 2):
             if self.state is State.DOWN:
                 self.begin()
+            waited = max(waited, self.allow(limit))
             if self._comes_up(wanted, limit):
                 self._offered.add(wanted)
                 self.state = State.SERVING
                 return
-            fault = self._why_not_up(wanted)
+            fault = self._why_not_up(wanted, waited)
             if isinstance(fault, Wrong):
                 break
             self.end()
@@ -209,7 +213,7 @@ class Lifecycle(ABC):
             self.wait_until(decided, self.allow(SETTLED))
         return self.program.alive and not self.missing(wanted)
 
-    def _why_not_up(self, wanted: tuple[str, ...]) -> Fault:
+    def _why_not_up(self, wanted: tuple[str, ...], waited: float) -> Fault:
         promise = " and ".join(self.missing(wanted) or wanted) or "what the task asks for"
         if not self.program.alive:
             self.program.wait(REAPED)
@@ -228,8 +232,10 @@ class Lifecycle(ABC):
                 f"{self.file} runs a node, but it does not offer {promise}. "
                 + (self.other_topics() or "The node has no topics and no services of its own.")
             )
+        if waited < LEAST:
+            return TimedOut(USED_UP)
         return TimedOut(
-            f"{self.file} was started, but within {self.allow(START):.0f} s no node appeared, and {promise} was never "
+            f"{self.file} was started, but within {waited:.0f} s no node appeared, and {promise} was never "
             "offered: does the program wait for something before it creates its node?"
         )
 

@@ -180,6 +180,13 @@ def test_no_node_in_time():
     assert (life.state, life.starts, life.launched[-1].killed) == (State.DOWN, 2, True)
 
 
+def test_time_that_is_used_up_is_no_wait_of_no_seconds(monkeypatch):
+    life = Fake({"node_at": 1e9})
+    monkeypatch.setattr(life, "allow", lambda seconds: 0.05)
+    with pytest.raises(TimedOut, match="^Not tested: your programs were so slow"):
+        life.up()
+
+
 def test_a_slow_offer_is_waited_for():
     life = Fake({"offers": {SUM: SETTLED - 1.0, STATUS: SETTLED - 1.0}})
     life.up()

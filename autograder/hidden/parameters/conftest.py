@@ -48,7 +48,7 @@ def controls(pid: PidNode, by_command_line: tuple[PidNode, dict[str, Any]]) -> N
     """The node is a controller: its effort depends on kp.  What it refuses and accepts counts only then."""
     if did := why_no_controller(pid, by_command_line[0]):
         raise Wrong(
-            "Parameters are judged in a node that uses them: with kp set to 2 and then to 4, the same error must be "
+            "This counts only in a node that controls: with kp set to 2 and then to 4, the same error must be "
             f"answered with an effort, and then with twice that. Here {did}."
         )
 
