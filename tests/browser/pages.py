@@ -46,6 +46,7 @@ def mark(name: str, **more: object) -> dict:
     return {"nbgrader": plain | {"grade_id": name} | more}
 
 
+THEMES = ("Dark", "Light")
 FRAMES = """() => new Promise(done => {
   let frames = 0, worst = 0, last = performance.now();
   const draw = now => {
@@ -196,6 +197,14 @@ def keep_picture(page: Page, name: str) -> None:
     if folder := os.environ.get("COURSE_PICTURES"):
         Path(folder).mkdir(parents=True, exist_ok=True)
         page.screenshot(path=Path(folder) / f"{name}.png", animations="disabled")
+
+
+def expect_no_barriers(page: Page, within: str, name: str) -> None:
+    """Look in both themes at the part of the page that a selector names, and keep a picture of each."""
+    for theme in THEMES:
+        set_theme(page, theme)
+        assert barriers(page, within) == []
+        keep_picture(page, f"{name}-{theme.lower()}")
 
 
 def barriers(page: Page, within: str) -> list[str]:

@@ -1,13 +1,12 @@
 """The highlighter of interface definitions: in a file's editor and in the cell that writes it, in both themes."""
 
 import nbformat
-import pytest
-from playwright.sync_api import Locator, expect
+from playwright.sync_api import Locator, Page, expect
 
 from course.foundation.waiting import wait_until
 from course.interfaces.definition import parse
 from tests.browser.conftest import WAIT
-from tests.browser.pages import cell, choose, keep_picture, open_page, set_theme
+from tests.browser.pages import THEMES, cell, choose, keep_picture, open_page, set_theme
 
 expect.set_options(timeout=WAIT)
 
@@ -71,10 +70,16 @@ def expect_words(editor: Locator, lines: list[list[tuple[str, str]]]) -> None:
     assert wait_until(right, WAIT / 1e3), editor.evaluate(COLOURED, names)
 
 
-@pytest.mark.parametrize("theme", ["Light", "Dark"])
-def test_a_definition_is_coloured_in_its_file_and_in_the_cell_that_writes_it(lab, page, theme):
+def expect_words_in_both_themes(page: Page, editor: Locator, lines: list[list[tuple[str, str]]], name: str) -> None:
+    for theme in THEMES:
+        set_theme(page, theme)
+        expect_words(editor, lines)
+        keep_picture(page, f"language-{name}-{theme.lower()}")
+
+
+def test_a_definition_is_coloured_in_its_file_and_in_the_cell_that_writes_it(lab, page):
     parse(TEXT, "Sensor.srv")  # ROS reads it
-    folder = lab[2] / f"language-{theme.lower()}"
+    folder = lab[2] / "language"
     folder.mkdir(exist_ok=True)
     (folder / "Sensor.srv").write_text(TEXT)
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
@@ -82,10 +87,8 @@ def test_a_definition_is_coloured_in_its_file_and_in_the_cell_that_writes_it(lab
     cells = [nbformat.v4.new_code_cell(source) for source in sources]
     nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=kernel), folder / "cells.ipynb")
     open_page(page, lab, f"{folder.name}/cells.ipynb")
-    set_theme(page, theme)
     magic = [("%%exercise Sensor.srv --package sensors", "operator")]
-    expect_words(cell(page, 0).locator(".cm-content"), [magic, *LINES, []])
-    keep_picture(page, f"language-cell-{theme.lower()}")
+    expect_words_in_both_themes(page, cell(page, 0).locator(".cm-content"), [magic, *LINES, []], "cell")
     python = cell(page, 1).locator(".cm-content")
     expect(python.locator("span").get_by_text("None")).to_be_visible()  # Python's highlighter knows it
     expect(python.locator("span").get_by_text("int32")).to_have_count(0)
@@ -100,5 +103,4 @@ def test_a_definition_is_coloured_in_its_file_and_in_the_cell_that_writes_it(lab
     choose(page, "File", "Open from Path…")
     page.get_by_role("dialog").locator("input").fill(f"{folder.name}/Sensor.srv")
     page.get_by_role("dialog").get_by_role("button", name="Open").click()
-    expect_words(page.locator(".jp-FileEditor .cm-content"), [*LINES, []])
-    keep_picture(page, f"language-file-{theme.lower()}")
+    expect_words_in_both_themes(page, page.locator(".jp-FileEditor .cm-content"), [*LINES, []], "file")

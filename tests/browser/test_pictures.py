@@ -1,6 +1,7 @@
 """The pictures of README.md, made from what they show: JupyterLab at work, and a page of feedback.
 
-`COURSE_PICTURES=docs/pictures environment/test tests/browser/test_pictures.py` makes them anew.
+`COURSE_PICTURES=docs/pictures environment/test -m '' tests/browser/test_pictures.py` makes them.  What they show, other
+tests of this folder hold.
 """
 
 import shutil
@@ -16,6 +17,7 @@ from tests.browser.conftest import ROOT, WAIT
 from tests.browser.pages import cell, keep_picture, open_page, run_from_palette, show_panel
 
 expect.set_options(timeout=WAIT)
+pytestmark = pytest.mark.matrix
 
 
 @pytest.fixture
