@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from autograder.sandbox.variables import OF_ROS
+
 from .conftest import ITSELF, Installation, copy_checkout, copy_environment, install
 
 ROOTS_HOME = Path("/root")
@@ -56,6 +58,9 @@ def test_a_program_sees_of_root_only_the_way_to_the_environment(checkout, around
 def test_a_program_sees_no_checkout_inside_a_folder_that_ros_is_installed_in(checkout, around):
     """A checkout in /usr/src is inside /usr, which every program sees."""
     around.chmod(0o755)  # what every program sees, every user may read
+    of_ros = around / OF_ROS
+    of_ros.parent.mkdir(parents=True)
+    of_ros.touch()
     inside = Installation(checkout.prefix, checkout.variables | {"AMENT_PREFIX_PATH": str(around)})
     seen = inside.sees(folder=around / "course", private=[around], searched=[around])
     assert (seen["below"], seen["imported"], seen["found"]) == ([], [], [ITSELF])
