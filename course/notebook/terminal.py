@@ -1,6 +1,7 @@
 """Commands run side by side, each as in a terminal of its own, and what they printed."""
 
 import contextlib
+import math
 import os
 import re
 import shlex
@@ -8,11 +9,14 @@ import signal
 import subprocess
 import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Collection
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from html import escape
 from pathlib import Path
 
+from course.errors import NodeFailed
 from course.foundation import processes
+from course.foundation.waiting import POLL, lookouts
 from course.session.failure_report import MARK, Frame, of_program
 from course.session.stacks import Stacks
 
@@ -22,16 +26,22 @@ STYLE = (
 )
 PROMPT = "color: #7fc8a9;"
 USUAL = 30.0  # s for a command; whoever gives it more knows that it computes for long
-LOOK = 0.2  # s between two looks whether a program loops
+LOOK = 0.2  # s between two looks whether a program loops, or a node has failed
+IN_VAIN = 3.0  # s that a program may wait and print nothing when a node of the session has failed
+SOON = 0.5  # s in which a node is known to have failed, after a program that has got no answer from it
 CHUNK = 65536  # bytes
 GRACE = 10.0  # s for a program to end after Ctrl-C
 
 
 class Terminal:
-    """The output of commands: `runs` holds each command, its output and its exit status."""
+    """The output of commands: `runs` holds each command, its output and its exit status.
 
-    def __init__(self, runs: list[tuple[str, str, int]]):
+    `failures` tells of the session's nodes that ended or raised an exception meanwhile.
+    """
+
+    def __init__(self, runs: list[tuple[str, str, int]], failures: Collection[str] = ()):
         self.runs = runs
+        self.failures = failures
 
     @property
     def lines(self) -> list[str]:
@@ -41,7 +51,7 @@ class Terminal:
             lines += [f"$ {command}", *output.rstrip("\n").splitlines()]
             if status:
                 lines.append(f"[exit status {status}]")
-        return lines
+        return lines + [line for failure in self.failures for line in failure.splitlines()]
 
     def __repr__(self) -> str:
         return "\n".join(self.lines)
@@ -55,28 +65,67 @@ class Terminal:
 def terminal(*commands: str, timeout: float = USUAL, until: str = "") -> Terminal:
     """Run the commands at the same time (no shell), each for at most `timeout` s, and return the transcript.
 
-    A Python file that only computes, and prints nothing, is stopped earlier, unless `timeout` is longer than usual.
+    A Python file that only computes, and prints nothing, is stopped earlier, unless `timeout` is longer than usual; so
+    is one that waits when a node of the session has failed.
     With `until`, a command that runs on is ended with Ctrl-C once it has printed a line with that text; the transcript
     leaves out what it prints afterwards.
     """
+    failed = threading.Event()
     with ThreadPoolExecutor(len(commands)) as pool:
-        return Terminal([*pool.map(lambda command: _run(command, timeout, until), commands)])
+        begun = [pool.submit(_run, command, timeout, until, failed) for command in commands]
+        failures = _failures_during(begun, failed)
+        return Terminal([each.result() for each in begun], failures)
 
 
-def _run(command: str, timeout: float, until: str) -> tuple[str, str, int]:
+def _failures_during(begun: "Collection[Future[tuple[str, str, int]]]", failed: threading.Event) -> list[str]:
+    """Wait for the commands, and return what was told of the session's nodes; `failed` is set with the first."""
+    failures: list[str] = []
+
+    def look() -> None:
+        failures.extend(_untold())
+        if failures:
+            failed.set()
+
+    while wait(begun, LOOK).not_done:
+        look()
+    if any(each.result()[2] for each in begun):
+        end = time.monotonic() + SOON
+        while not failed.is_set() and time.monotonic() < end:
+            look()
+            failed.wait(POLL)
+    look()
+    return failures
+
+
+def _untold() -> list[str]:
+    """Return what has ended or raised an exception in the session, and nobody was told."""
+    found = []
+    for look in lookouts:
+        more = True
+        while more:
+            try:
+                look()
+                more = False
+            except NodeFailed as failure:
+                found.append(str(failure))
+    return found
+
+
+def _run(command: str, timeout: float, until: str, failed: threading.Event) -> tuple[str, str, int]:
     words = shlex.split(command)
     try:
         if until:
             return command, *_run_until(words, timeout, until)
-        return command, *_run_to_its_end(words, timeout)
+        return command, *_run_to_its_end(words, timeout, failed)
     except FileNotFoundError:
         return command, f"{words[0]}: command not found", 127
 
 
-def _run_to_its_end(words: list[str], timeout: float) -> tuple[str, int]:
+def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -> tuple[str, int]:
     """Return what a command prints, and its exit status.
 
-    A Python program that hangs is stopped with the line where it is, and one that loops is not waited for.
+    A Python program that hangs is stopped with the line where it is, and one that loops, or waits when a node has
+    `failed`, is not waited for.
     """
     path = _program(words)
     stacks = Stacks()
@@ -93,22 +142,26 @@ def _run_to_its_end(words: list[str], timeout: float) -> tuple[str, int]:
     reader.start()
     end = time.monotonic() + timeout
     told, spent, at = 0, 0.0, ""
-    while (left := end - time.monotonic()) > 0 and not at:
+    in_vain = math.inf  # when it has waited long enough
+    while (left := min(end, in_vain) - time.monotonic()) > 0 and not at:
         reader.join(min(left, LOOK))
         if not reader.is_alive():
             output, status = printed.decode(errors="replace"), program.wait()
             return (_folded(path, output, status) if path and status else output), status
         if path and len(printed) > told:
-            told, spent = len(printed), processes.processor_time(program.pid)
+            told, spent, in_vain = len(printed), processes.processor_time(program.pid), math.inf
         elif path and timeout <= USUAL:
             at = _lines(stacks.loop(program.pid, path, spent))
+            if failed.is_set():
+                in_vain = min(in_vain, time.monotonic() + IN_VAIN)
     ran = time.monotonic() - end + timeout
+    why = ", because a node of this notebook has failed" if time.monotonic() >= in_vain else ""
     if path:
         at = at or _lines(stacks.doing(program.pid, path))
     program.kill()
     program.wait()
     where = f". {path.name} was here:{at}" if path and at else ""
-    return f"{printed.decode(errors='replace')}\n(stopped after {ran:.0f} s){where}".lstrip("\n"), 124
+    return f"{printed.decode(errors='replace')}\n(stopped after {ran:.0f} s{why}){where}".lstrip("\n"), 124
 
 
 def _read(program: "subprocess.Popen[bytes]", printed: bytearray) -> None:

@@ -26,9 +26,12 @@ IN_A_CELL = (
 MARK = "Traceback (most recent call last):"
 GOAL_FAILED = "Error raised in execute callback"  # rclpy's ActionServer logs it, and prints the traceback
 STATE_NOT_SET = "Goal state not set, assuming aborted"  # it logs this, too
+NO_DECISION = "Goal request callback did not return a GoalResponse type"  # and this
+REJECTED = "rejected a goal, because its goal callback did not return a GoalResponse"
 NO_STATE = "returned a result and never said how the goal ended, so that it counts as aborted"
 NO_RESULT = "ended an execute callback without returning a result"
 ABOUT_GOALS = {
+    REJECTED: "Return `GoalResponse.ACCEPT` or `GoalResponse.REJECT`, on every path through it.",
     NO_STATE: "Call `goal_handle.succeed()`, `canceled()` or `abort()` before you return the result.",
     NO_RESULT: "End the execute callback with `return TheType.Result(...)`, on every path through it.",
 }
@@ -129,7 +132,7 @@ def of_exception(
 
 
 def of_goal(who: str, ending: str) -> FailureReport:
-    """The report of a goal whose execute callback has returned, and not as it should: `NO_STATE` or `NO_RESULT`."""
+    """The report of a goal whose callback has returned, and not as it should: `REJECTED`, `NO_STATE` or `NO_RESULT`."""
     return FailureReport(who, ending, hint=ABOUT_GOALS[ending])
 
 
@@ -143,8 +146,8 @@ def hint_on(error: Exception) -> str:
 
 
 def failed_goals(path: Path, output: str) -> list[FailureReport]:
-    """The exceptions in execute callbacks that a program's action server has printed, one for each place."""
-    reports = []
+    """Return what a program's action server has printed of its goals: of each exception, one for each place."""
+    reports = [of_goal(path.name, REJECTED)] if NO_DECISION in output else []
     if STATE_NOT_SET in re.sub(f"{GOAL_FAILED}.*?{STATE_NOT_SET}", "", output, flags=re.DOTALL):  # it follows each
         reports.append(of_goal(path.name, NO_STATE))
     for part in output.split(GOAL_FAILED)[1:]:

@@ -9,10 +9,12 @@ import importlib
 import re
 import textwrap
 from collections.abc import Callable
+from pathlib import Path
 
 from course.session.arguments import argument_count, order_of_arguments, wrong_kind
 from course.session.imports import is_there, wrong_import
 from course.session.source import (
+    called_callback,
     calls,
     functions,
     hidden_method,
@@ -23,6 +25,7 @@ from course.session.source import (
     wrong_return,
 )
 
+OWN_FILE = 0.7  # how much alike the names of a module and of a file are that may be meant
 # What Python calls a field's type, as a definition file writes it.
 TYPES = {"boolean": "bool", "double": "float64", "float": "float32", "octet": "byte"}
 
@@ -176,6 +179,9 @@ def _no_constructor(found: re.Match[str], source: str) -> str:
 def _not_callable(found: re.Match[str], source: str) -> str:
     if name := hidden_method(source):
         return f"`self.{name} = ...` takes the place of the method `{name}`: give one of the two another name."
+    if called := called_callback(source):
+        method, line = called
+        return f"Line {line} calls `self.{method}()` at once, and hands over what it returns: write `self.{method}`."
     return "What is called here is not a function. Hand a callback over by its name, without brackets: `self.add`."
 
 
@@ -275,6 +281,8 @@ def _is_module(found: re.Match[str], source: str) -> str:
         return wrong
     if is_there(package):
         return ""
+    if near := difflib.get_close_matches(package, [path.stem for path in Path().glob("*.py")], 1, OWN_FILE):
+        return f"There is {near[0]}.py in this folder, and no {package}.py: did you mean `{near[0]}`?"
     if package.endswith("_interfaces") or package == "my_package":
         return (
             f"{package} is not built here: run the `%%exercise` cell that writes its definition, "

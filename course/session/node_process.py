@@ -18,6 +18,7 @@ from course.ros.names import base
 from course.session.failure_report import (
     GOAL_FAILED,
     MARK,
+    NO_DECISION,
     STATE_NOT_SET,
     FailureReport,
     Frame,
@@ -105,7 +106,7 @@ class NodeProcess:
                     self._loggers.add(node)
             if GOAL_FAILED in line:
                 self._goals, awaited = True, "begin"
-            elif STATE_NOT_SET in line:
+            elif STATE_NOT_SET in line or NO_DECISION in line:
                 self._goals = True
                 self._changed()
             elif awaited == "begin" and line.rstrip().endswith(MARK):
@@ -176,9 +177,8 @@ class NodeProcess:
         """Return its failure reports: an exception in an action's execute callback, and how it came to its end."""
         if self._goals and self._searched_lines != self._read_lines:
             self._searched_lines = self._read_lines
-            known = {(report.error, report.frames) for report in self._failed}
             found = failed_goals(self.path, "".join(self._lines))
-            self._failed += [report for report in found if (report.error, report.frames) not in known]
+            self._failed += [report for report in found if report not in self._failed]
         if not self.died or self.returncode is None:
             return self._failed
         if self._report is None:

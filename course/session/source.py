@@ -13,6 +13,16 @@ WAITS = {
     "wait_for_server": 0,
     "wait_for_service": 0,
 }
+# What takes a callback, and its place among the arguments.
+CALLBACKS = {
+    "ActionServer": (3, "execute_callback"),
+    "add_done_callback": (0, "fn"),
+    "add_on_set_parameters_callback": (0, "callback"),
+    "add_post_set_parameters_callback": (0, "callback"),
+    "create_service": (2, "callback"),
+    "create_subscription": (2, "callback"),
+    "create_timer": (1, "callback"),
+}
 ENDS = ("exit", "_exit", "quit")
 
 
@@ -164,6 +174,17 @@ def hidden_method(source: str) -> str:
         node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
     }
     return next((function.name for function in functions(tree) if function.name in stored), "")
+
+
+def called_callback(source: str) -> tuple[str, int] | None:
+    """Return the method of the program that is called where it belongs as a callback, and the line of the call."""
+    tree, own = parse(source), methods(source)
+    for name, (place, keyword) in CALLBACKS.items():
+        for call in calls(tree, name):
+            given = argument(call, place, keyword)
+            if isinstance(given, ast.Call) and name_of(given.func) in own:
+                return name_of(given.func), given.lineno
+    return None
 
 
 def wrong_return(source: str) -> tuple[str, int, str] | None:

@@ -15,7 +15,9 @@ ALL = list(collection())
 ERROR = re.compile(r"(?:[a-z_]\w*\.)*[A-Z]\w*(?:Error|Exception)\b.*$")
 HINT = "Hint: "
 OF_THE_KERNEL = {  # whose hint is made from what the kernel has: an interface that was built, the session, another file
+    "actions/execute_raises_under_a_client",
     "ai_integration/agent_returns_nothing",
+    "ai_integration/misspelt_own_module",
     "calculator/misspelt_response_field",
     "calculator/type_instead_of_request",
     "calculator/wrong_import",
@@ -23,9 +25,13 @@ OF_THE_KERNEL = {  # whose hint is made from what the kernel has: an interface t
 }
 ELSEWHERE = {  # whose message each run tests without a kernel, by the module that tests it
     "actions/accepted_goal_never_begins": "tests/session/test_source.py",
+    "actions/client_of_a_dead_server": "tests/notebook/test_terminal.py",
     "actions/client_loops": "tests/notebook/test_terminal.py",
     "actions/client_raises": "tests/notebook/test_terminal.py",
+    "actions/execute_raises_under_a_client": "tests/notebook/test_terminal.py",
+    "actions/goal_callback_returns_true": "tests/session/test_failure_report.py",
     "ai_integration/agent_loops": "tests/notebook/test_judging.py",
+    "ai_integration/misspelt_own_module": "tests/session/test_failure_report.py",
     "ai_integration/quality_of_service_in_a_cell": "tests/session/test_matching.py",
     "ai_integration/quality_of_service_in_the_check": "tests/session/test_matching.py",
     "ai_integration/topic_of_another_name": "tests/session/test_matching.py",

@@ -2,6 +2,8 @@
 
 import pytest
 
+from course.errors import NodeFailed
+from course.foundation import waiting
 from course.notebook.terminal import USUAL, terminal
 from course.session import stacks
 
@@ -56,3 +58,56 @@ def test_a_traceback_has_the_lines_of_the_program_alone(tmp_path):
 
 def test_a_program_that_ends_by_itself_is_shown_as_it_is(tmp_path):
     assert run(tmp_path, "import sys\nprint('no answer')\nsys.exit(3)\n") == ("no answer\n", 3)
+
+
+class Session:
+    """A session in which nodes fail when they are told to: each failure is told once."""
+
+    def __init__(self):
+        self.untold = []
+
+    def look(self):
+        if self.untold:
+            raise NodeFailed(self.untold.pop(0))
+
+
+@pytest.fixture
+def session(monkeypatch):
+    session = Session()
+    monkeypatch.setattr(waiting, "lookouts", [session.look])
+    monkeypatch.setattr("course.notebook.terminal.lookouts", waiting.lookouts)
+    return session
+
+
+def test_what_has_failed_in_the_session_meanwhile_is_told_below(tmp_path, session):
+    """As a client is told that its goal was aborted, and no more."""
+    (tmp_path / "client.py").write_text("import sys\nprint('aborted')\nsys.exit(1)\n")
+    session.untold = ["lift_server.py raised: KeyError: 'x'\n  lift_server.py, line 3", "other.py ended"]
+    assert terminal("python3 client.py").lines == [
+        "$ python3 client.py",
+        "aborted",
+        "[exit status 1]",
+        "lift_server.py raised: KeyError: 'x'",
+        "  lift_server.py, line 3",
+        "other.py ended",
+    ]
+    assert terminal("python3 client.py").failures == []
+
+
+def test_a_program_that_waits_when_a_node_has_failed_is_not_waited_for(tmp_path, session, monkeypatch):
+    monkeypatch.setattr("course.notebook.terminal.IN_VAIN", 0.3)
+    (tmp_path / "client.py").write_text("import threading\n\nthreading.Event().wait()\n")
+    session.untold = ["server.py ended"]
+    lines = terminal("python3 client.py").lines
+    assert lines[1].endswith(", because a node of this notebook has failed). client.py was here:")
+    assert lines[2:] == ["  client.py, line 3", "    threading.Event().wait()", "[exit status 124]", "server.py ended"]
+
+
+def test_a_program_that_goes_on_when_a_node_has_failed_is_left_to_it(tmp_path, session, monkeypatch):
+    """One that prints, or was given more time than usual."""
+    monkeypatch.setattr("course.notebook.terminal.IN_VAIN", 0.5)
+    session.untold = ["server.py ended"]
+    prints = "import time\nfor number in range(8):\n    time.sleep(0.15)\n    print(number, flush=True)\n"
+    assert run(tmp_path, prints)[1] == 0
+    session.untold = ["server.py ended"]
+    assert run(tmp_path, "import time\ntime.sleep(1)\n", timeout=USUAL + 1) == ("", 0)

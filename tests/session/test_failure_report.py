@@ -301,6 +301,32 @@ def test_a_goal_without_a_state_and_one_with_an_exception(tmp_path):
     ]
 
 
+def test_a_goal_callback_that_returns_no_response(tmp_path):
+    path = tmp_path / "server.py"
+    path.write_text("")
+    said = "[WARN] [server.action_server]: Goal request callback did not return a GoalResponse type. Rejecting goal.\n"
+    (report,) = failure_report.failed_goals(path, said * 2)
+    assert str(report) == (
+        "server.py rejected a goal, because its goal callback did not return a GoalResponse.\n"
+        "Hint: Return `GoalResponse.ACCEPT` or `GoalResponse.REJECT`, on every path through it."
+    )
+
+
+def test_a_file_of_a_name_alike_is_named(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "wall_agent.py").touch()
+    path = tmp_path / "node.py"
+    path.write_text("import wall_agnet\n")
+    said = (
+        'Traceback (most recent call last):\n  File "/a/node.py", line 1, in <module>\n    import wall_agnet\n'
+        "ModuleNotFoundError: No module named 'wall_agnet'\n"
+    )
+    assert failure_report.of_program(path, said, 1).hint == (
+        "There is wall_agent.py in this folder, and no wall_agnet.py: did you mean `wall_agent`?"
+    )
+    assert failure_report.of_program(path, said.replace("wall_agnet", "another"), 1).hint == ""
+
+
 def test_lines_of_the_course_are_not_shown_as_the_readers_own():
     with pytest.raises(TypeError) as waiting:
         wait_until(None, 1.0)
