@@ -8,6 +8,7 @@ import math
 from pathlib import Path
 from typing import Protocol
 
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, PointStamped, PoseWithCovarianceStamped
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
@@ -32,6 +33,7 @@ class Controlled(Protocol):
 
     simulation: Simulation
     laser: Laser
+    began: Time
 
     def reset(self, room: str | Path | Room | None = None) -> None:
         """Put the robot at the start of `room`."""
@@ -54,7 +56,8 @@ class Controls:
     at its start, without the dropped obstacles.  Topics, which RViz's tools publish: `initialpose`
     (geometry_msgs/PoseWithCovarianceStamped) puts the robot somewhere else, `clicked_point`
     (geometry_msgs/PointStamped) drops an obstacle; what is impossible is refused with a warning.  `walls`
-    (visualization_msgs/Marker, a list of lines, kept for subscribers that come later) tells the walls and obstacles.
+    (visualization_msgs/Marker, a list of lines, kept for subscribers that come later) tells the walls and obstacles,
+    stamped with the time at which the robot was put at its start.
     """
 
     def __init__(self, node: Node, world: Controlled) -> None:
@@ -86,7 +89,7 @@ class Controls:
         """Publish the walls and obstacles as they are now."""
         room = self._world.simulation.room
         marker = Marker(ns=room.name, type=Marker.LINE_LIST, action=Marker.ADD)
-        marker.header.frame_id = "odom"
+        marker.header.stamp, marker.header.frame_id = self._world.began, "odom"
         marker.scale.x, marker.color.a, marker.pose.orientation.w = 0.03, 1.0, 1.0
         marker.points = [Point(x=float(x), y=float(y)) for x, y in room.segments.reshape(-1, 2)]
         self._walls.publish(marker)

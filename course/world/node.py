@@ -61,7 +61,8 @@ class World(Node):
     and `angle_min` (rad) of the laser; read once are `seed` of its noise, `rate` (scans a second) and `fast`.
     The arguments `room` and `laser` win over the parameters.  In real time the world can be controlled while it runs
     (course.world.controls); in fast mode only `cmd_vel` changes what happens, so that a drive repeats itself.
-    `simulation` holds the robot's pose, path and collisions; `received` counts the commands.
+    `simulation` holds the robot's pose, path and collisions since the last reset, which was at `began`; `received`
+    counts the commands.
     Raises WorldError when there is no such room, or the robot touches an obstacle at its start.
     """
 
@@ -118,6 +119,7 @@ class World(Node):
             self._room = room or self._room
             self._seed = self._seed if seed is None else seed
             self.simulation = Simulation(self._room, self._laser, self._robot, self._seed)
+            self.began = self.get_clock().now().to_msg()
             self._command, self._command_age = (0.0, 0.0), 0.0
         if self._controls:
             self._controls.show_walls()

@@ -2,10 +2,13 @@
 
 import itertools
 import math
+import statistics
 
 import pytest
 
 from course.world import ROOMS
+from course.world.geometry import clearance
+from course.world.simulation import Robot
 from tests.lab.client import Client, page_of
 
 DRIVER = """import rclpy
@@ -63,7 +66,7 @@ def knob(known: dict, node: str, name: str) -> dict | None:
 
 def test_a_world_that_the_view_starts_is_a_node_of_the_session_and_is_controlled(kernel, page):
     page.subscribe("robot")
-    assert page.event()["data"] == {"nodes": {"sees": [], "drives": []}, "room": {"name": "", "walls": []}}
+    assert page.event()["data"] == {"nodes": {"sees": [], "drives": []}, "room": {"name": "", "walls": [], "began": 0}}
     assert list(page.ask("robot.rooms")["result"]) == list(ROOMS)
     assert page.ask("robot.start", room="office")["result"] is None
     assert kernel.run("print(ros.nodes())") == "['/world']"
@@ -148,6 +151,100 @@ def test_a_drive_that_is_over_at_once_is_shown_with_its_path(kernel, page):
     kernel.run("ros.stop('world')")
     while data.get("path") != {"anew": True, "places": None}:
         data = page.event()["data"]
+
+
+HIT = """import math
+from geometry_msgs.msg import Twist, Vector3
+from course.world.node import latest
+forward = ros.node.create_publisher(Twist, 'cmd_vel', 10)
+def hit():
+    'Drive the robot of the world that is there into an obstacle, dropped right before it.'
+    world = latest()
+    x, y, heading = world.simulation.pose
+    world.drop(x + 0.36 * math.cos(heading), y + 0.36 * math.sin(heading))
+    ahead = Twist(linear=Vector3(x=0.3))
+    return bool(ros.until(lambda: forward.publish(ahead) or world.simulation.collisions, 20))"""
+# Each way in which a drive can begin: what the view asks for, or a cell.
+BEGINS = {
+    "reset in the view": ("robot.reset", {}),
+    "another room in the view": ("robot.set", {"node": "/world", "values": {"room": "pillars"}}),
+    "another world by the view": ("robot.start", {"room": "hall"}),
+    "reset in a cell": "latest().reset()",
+    "another room in a cell": "latest().reset('pillars')",
+    "another world in a cell": "ros.start(World)",
+    "restarted": "ros.restart('world')",
+    "stopped and started": "ros.stop('world')\nros.start(World)",
+    "in fast mode": "ros.start(World, parameters={'fast': True})",
+}
+
+
+@pytest.mark.parametrize("way", BEGINS)
+def test_a_drive_begins_without_the_collisions_of_the_one_before(kernel, page, way):
+    page.subscribe("robot")
+    kernel.run("ros.start(World)")
+    assert kernel.run(f"{HIT}\nprint(hit())") == "True"
+    known = shown_until(page, lambda known: (known.get("collisions") or {}).get("count") == 1)
+    assert len(known["collisions"]["places"]) == 1
+    if isinstance(begin := BEGINS[way], str):
+        kernel.run(begin)
+    else:
+        assert page.ask(begin[0], **begin[1])["result"] is None
+    known = shown_until(page, lambda known: (known.get("collisions") or {}).get("count") == 0)
+    assert known["collisions"] == {"count": 0, "last": "", "places": []}
+    if way != "in fast mode":
+        assert kernel.run("print(hit())") == "True"
+        shown_until(page, lambda known: (known.get("collisions") or {}).get("count") == 1)
+    kernel.run("ros.node.destroy_publisher(forward)")
+
+
+def test_a_drive_in_fast_mode_shows_its_own_collisions(kernel, page):
+    page.subscribe("robot")
+    kernel.run(
+        "from geometry_msgs.msg import Twist, Vector3\nfrom rclpy.node import Node\n"
+        "from sensor_msgs.msg import LaserScan\n"
+        "class Blind(Node):\n"
+        "    def __init__(self):\n"
+        "        super().__init__('blind')\n"
+        "        self.pub = self.create_publisher(Twist, 'cmd_vel', 10)\n"
+        "        self.create_subscription(LaserScan, 'scan', self.go, 10)\n"
+        "    def go(self, msg):\n"
+        "        self.pub.publish(Twist(linear=Vector3(x=0.5)))\n"
+        "world = ros.start(World, parameters={'fast': True})\nros.start(Blind)"
+    )
+    for _ in range(2):
+        assert kernel.run("print(len(world.node.drive(30.0, answer_within=30.0).collisions))") == "1"
+        shown_until(page, lambda known: (known.get("collisions") or {}).get("count") == 1)
+        kernel.run("world.node.reset()")
+        shown_until(page, lambda known: (known.get("collisions") or {}).get("count") == 0)
+
+
+def test_a_scan_is_drawn_where_it_was_seen_from_while_the_robot_turns(kernel, page):
+    """Its points lie on the walls, whatever the robot does: a wrong heading shows at once."""
+    page.subscribe("robot")
+    kernel.run("ros.start(World)\nros.start('driver.py', parameters={'turn': 9.0})")
+    walls = ROOMS["hall"].segments
+    known = shown_until(page, lambda known: abs(((known.get("robot") or {}).get("moves") or [0, 0])[1]) > 1.0)
+    assert known["robot"]["moves"][1] == pytest.approx(Robot().max_angular)
+    seen = []
+    while len(seen) < 25:
+        scan = page.event()["data"].get("scan")
+        if scan and scan["from"]:
+            x, y, heading = scan["from"]
+            beams = [
+                (heading + scan["first"] + scan["step"] * n, r / 100) for n, r in enumerate(scan["ranges"]) if r > 0
+            ]
+            off = [clearance((x + r * math.cos(a), y + r * math.sin(a)), walls) for a, r in beams]
+            seen.append(statistics.quantiles(off, n=20)[-1])  # 19 of 20 are nearer to a wall
+    assert max(seen) < 0.05, seen
+
+
+def test_a_command_that_is_not_repeated_is_no_command_any_more(kernel, page):
+    page.subscribe("robot")
+    kernel.run("ros.start(World)\nros.start('driver.py')")
+    known = shown_until(page, lambda known: known.get("command"))
+    assert known["command"] == [0.0, 0.5]
+    kernel.run("ros.stop('driver.py')")
+    assert shown_until(page, lambda known: known.get("command", 0) is None)["command"] is None
 
 
 SAYS = """import rclpy

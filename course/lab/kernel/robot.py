@@ -20,6 +20,7 @@ from course.world.simulation import OBSTACLE, Robot, in_the_way
 FOUND = 5.0  # s that the world may take to be found, and to do what it is told
 NEAR = 0.3  # m from where the robot was put, since it may drive on
 STRIDE = 0.05  # m between two places of a path
+UNSAID = {"command": None, "collisions": {"count": 0, "last": "", "places": []}}  # what a page shows at first
 PERIOD = 0.05  # s between two pictures at least
 
 
@@ -51,19 +52,17 @@ class RobotFeed:
             self._listener, self._sent, self._walls, self._path = listener, {}, self, _Path()
         listener.look()
         news: dict[str, Any] = {}
-        for name, topic, tell in (
-            ("scan", "/scan", listener.scan),
-            ("robot", "/odom", listener.robot),
-            ("command", "/cmd_vel", listener.command),
-            ("collisions", "/collision", listener.collisions),
-        ):
+        for name, topic, tell in (("scan", "/scan", listener.scan), ("robot", "/odom", listener.robot)):
             if self._sent.get(name, 0) != listener.count[topic]:
                 self._sent[name] = listener.count[topic]
                 news[name] = tell()
+        for name, value in (("command", listener.command()), ("collisions", listener.collisions())):
+            if value != self._sent.get(name, UNSAID[name]):
+                self._sent[name] = news[name] = value
         walls, name, lines = listener.walls()
         if walls is not self._walls:
             self._walls = walls
-            news["room"] = {"name": name, "walls": lines}
+            news["room"] = {"name": name, "walls": lines, "began": listener.began / 1e6}  # ms
         if (state := listener.state()) != self._sent.get("state", ""):
             self._sent["state"] = news["state"] = state
         if path := self._path.news(listener.fast_world()):

@@ -4,13 +4,16 @@ It listens only to topics on which some node publishes, so that a session withou
 view; the session's own hidden node does not count.
 """
 
+import bisect
 import math
 import re
+import struct
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, cast
 
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
@@ -35,7 +38,10 @@ from course.world.node import World, latest, watchers
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 LOOK = 0.5  # s between two looks who publishes
 SHOWN = 720  # beams of a scan at most: of a finer scanner the page gets every second, third, ...
-HITS = 20  # collisions that are kept
+HITS = 1000  # collisions that are kept
+CROSSES = 20  # that are drawn
+SCANS = 50  # poses of the robot that are kept, to find where a scan was seen from
+AHEAD = 0.5  # s from the last pose to a scan at most, in which the robot moves on as it did
 TOLD = 1000  # characters of a collision's text
 MOST = 100_000  # beams of a scan that are looked at: of a finer scanner every second, third, ...
 LONGEST = 1 << 20  # bytes of the walls, which are read for each picture
@@ -60,9 +66,10 @@ class RobotListener:
         self.live = live
         self.publishers: dict[str, tuple[Source, ...]] = dict.fromkeys(TOPICS, ())
         self.count = dict.fromkeys(TOPICS, 0)
-        self.hits: deque[str] = deque(maxlen=HITS)
+        self._hits: deque[_Hit] = deque(maxlen=HITS)
         self._last: dict[str, bytes] = {}
-        self._at: bytes = b""  # the odometry when the last scan came
+        self._poses: deque[bytes] = deque(maxlen=SCANS)  # the last odometry
+        self._commanded = -math.inf  # when the last command came, s of time.monotonic
         self._subscriptions: dict[str, Subscription] = {}
         self._publishers: dict[str, Publisher] = {}
         self._clients: dict[tuple[str, str], Client] = {}
@@ -83,16 +90,20 @@ class RobotListener:
         with self._lock:
             if time.monotonic() - self._looked < LOOK:
                 return
-            self._looked = time.monotonic()
+            before, self._looked = self._looked, time.monotonic()
             node = self.live.node
             for topic, (kind, qos) in TOPICS.items():
                 found = {
                     (f"{each.node_namespace.rstrip('/')}/{each.node_name}", tuple(each.endpoint_gid))
                     for each in node.get_publishers_info_by_topic(topic)
                 }
+                known = set(self.publishers[topic])
                 self.publishers[topic] = tuple(sorted(each for each in found if not is_hidden(each[0])))
+                if topic == "/collision" and not known & set(self.publishers[topic]):
+                    self._forget_hits(before)
                 if self.publishers[topic] and topic not in self._subscriptions:
-                    self._subscriptions[topic] = node.create_subscription(kind, topic, self._hear(topic), qos, raw=True)
+                    hear = cast(Callable[[bytes], None], self._hear(topic))  # which takes the message's info, too
+                    self._subscriptions[topic] = node.create_subscription(kind, topic, hear, qos, raw=True)
                 elif not self.publishers[topic] and topic in self._subscriptions:
                     node.destroy_subscription(self._subscriptions.pop(topic))
 
@@ -161,14 +172,21 @@ class RobotListener:
             return world
         return None
 
-    def _hear(self, topic: str) -> Callable[[bytes], None]:
-        def hear(message: bytes) -> None:
+    def _forget_hits(self, until: float) -> None:
+        """Forget the collisions that were heard before `until` (s of time.monotonic): another world is there."""
+        self._hits = deque((hit for hit in self._hits if hit.heard >= until), maxlen=HITS)
+
+    def _hear(self, topic: str) -> Callable[[bytes, dict[str, Any]], None]:
+        def hear(message: bytes, info: dict[str, Any]) -> None:
             self._last[topic] = message
             self.count[topic] += 1
-            if topic == "/scan":
-                self._at = self._last.get("/odom", b"")
+            if topic == "/odom":
+                self._poses.append(message)
+            elif topic == "/cmd_vel":
+                self._commanded = time.monotonic()
             elif topic == "/collision":
-                self.hits.append((decoded(message, String) or String()).data[:TOLD])
+                text = (decoded(message, String) or String()).data[:TOLD]
+                self._hits.append(_Hit(info["source_timestamp"], time.monotonic(), text, _place(text)))
 
         return hear
 
@@ -188,7 +206,7 @@ class RobotListener:
             "beams": beams,
             "reach": _finite(scan.range_max, 2),
             "ranges": [_centimetres(value, scan.range_min, scan.range_max) for value in scan.ranges[::step]],
-            "from": _pose(self._at),
+            "from": self._pose_at(_stamp(self._last["/scan"])),
             "sectors": {name: _finite(value, 2) for name, value in from_scan(scan).items()},
         }
 
@@ -199,17 +217,42 @@ class RobotListener:
         twist = odometry.twist.twist
         return {"pose": _pose(self._last["/odom"]), "moves": [_finite(twist.linear.x, 3), _finite(twist.angular.z, 3)]}
 
+    def _pose_at(self, stamp: int) -> list[float | None] | None:
+        """Where the robot was at that time (ns): between two poses, or where it has come to since the last one."""
+        poses = sorted(self._poses.copy(), key=_stamp)
+        number = bisect.bisect_left(poses, stamp, key=_stamp)
+        if number < len(poses) and (number == 0 or _stamp(poses[number]) == stamp):
+            return _pose(poses[number])
+        if not poses or (before := _pose(poses[number - 1])) is None or None in before:
+            return None
+        since = (stamp - _stamp(poses[number - 1])) / 1e9
+        if number < len(poses) and (after := _pose(poses[number])) is not None and None not in after:
+            share = since / ((_stamp(poses[number]) - _stamp(poses[number - 1])) / 1e9)
+            return _between(before, after, share)
+        return _moved_on(before, poses[number - 1], min(since, AHEAD))
+
     def command(self) -> list[float | None] | None:
-        """The last command, [m/s, rad/s]."""
+        """The last command, [m/s, rad/s]; None when none has come for `SILENT` s."""
+        if time.monotonic() - self._commanded > SILENT:
+            return None
         if "/cmd_vel" not in self._last or (command := decoded(self._last["/cmd_vel"], Twist)) is None:
             return None
         return [_finite(command.linear.x, 3), _finite(command.angular.z, 3)]
 
     def collisions(self) -> dict[str, Any]:
-        """Return the number of collisions, the last one's text, and the places [x m, y m] of those that tell it."""
-        found = (PLACE.search(text) for text in self.hits)
-        places = [[float(match[1]), float(match[2])] for match in found if match]
-        return {"count": self.count["/collision"], "last": self.hits[-1] if self.hits else "", "places": places}
+        """Return the collisions since the robot was put at its start: number, last one's text, places [x m, y m]."""
+        if world := self.fast_world():
+            texts = [str(each) for each in list(world.simulation.collisions)]
+            hits = [(text, _place(text)) for text in texts]
+        else:
+            hits = [(hit.text, hit.place) for hit in self._hits.copy() if hit.at >= self.began]
+        places = [place for _, place in hits[-CROSSES:] if place]
+        return {"count": len(hits), "last": hits[-1][0] if hits else "", "places": places}
+
+    @property
+    def began(self) -> int:
+        """When the robot was put at its start (ns of its world's time); 0 where no world tells it."""
+        return _stamp(self._last.get("/walls", b""))
 
     def walls(self) -> tuple[object, str, list[float]]:
         """Something that changes with the walls, the name of the room, and x, y (m) of the ends of each wall in turn.
@@ -229,6 +272,54 @@ class RobotListener:
         walls = zip(marker.points[::2], marker.points[1::2], strict=False)
         ends = [(one.x, one.y, other.x, other.y) for one, other in walls]
         return message, marker.ns, [round(value, 2) for wall in ends if all(map(math.isfinite, wall)) for value in wall]
+
+
+@dataclass(frozen=True)
+class _Hit:
+    """A collision that was heard of."""
+
+    at: int  # ns, on the clock of whoever published it
+    heard: float  # s of time.monotonic
+    text: str
+    place: list[float] | None  # x m, y m
+
+
+def _place(text: str) -> list[float] | None:
+    """Where a collision was, if its text says so: x, y (m)."""
+    found = PLACE.search(text)
+    return [float(found[1]), float(found[2])] if found else None
+
+
+def _stamp(message: bytes) -> int:
+    """The time in the header that a message begins with (ns), as CDR has it; 0 without one.
+
+    Source: Common Data Representation, OMG CORBA 3, 9.3: four bytes that tell the order of the others come first.
+    """
+    if len(message) < 12:
+        return 0
+    seconds, nanoseconds = struct.unpack_from("<iI" if message[1] & 1 else ">iI", message, 4)
+    return int(seconds) * 10**9 + int(nanoseconds)
+
+
+def _between(before: list[Any], after: list[Any], share: float) -> list[float | None]:
+    """A pose on the way from one to another."""
+    (x, y, heading), (to_x, to_y, to_heading) = before, after
+    turn = math.remainder(to_heading - heading, 2.0 * math.pi)
+    return [_finite(x + share * (to_x - x), 3), _finite(y + share * (to_y - y), 3), _finite(heading + share * turn, 4)]
+
+
+def _moved_on(pose: list[Any], odometry: bytes, seconds: float) -> list[float | None]:
+    """Where the robot is so many seconds after a pose, when it moves on as it did."""
+    read = decoded(odometry, Odometry)
+    linear, angular = (read.twist.twist.linear.x, read.twist.twist.angular.z) if read else (0.0, 0.0)
+    x, y, heading = pose
+    middle = heading + 0.5 * seconds * angular
+    way = seconds * linear
+    return [
+        _finite(x + way * math.cos(middle), 3),
+        _finite(y + way * math.sin(middle), 3),
+        _finite(heading + seconds * angular, 4),
+    ]
 
 
 def _pose(odometry: bytes) -> list[float | None] | None:

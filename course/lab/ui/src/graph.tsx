@@ -7,7 +7,7 @@ import * as React from 'react';
 import { Current } from './current';
 import { ExchangeView } from './exchange';
 import { Link } from './link';
-import { instead, SidePanel, useCurrent, useTopic } from './panel';
+import { FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
 
 export const graphIcon = new LabIcon({
   name: 'ros2-course:graph',
@@ -80,6 +80,7 @@ function GraphView({ current, open }: { current: Current; open: Open }): JSX.Ele
       <div className="ros-Panel-message" role="status">
         {failed || message || (graph && nodes.length === 0 ? empty : '')}
       </div>
+      <FirstCell current={current} link={link} />
       {nodes.length > 0 && (
         <>
           {graph!.left_out && (

@@ -8,7 +8,7 @@ import { Current } from './current';
 import { ExchangeView } from './exchange';
 import { Field, FormFields, Given, initial } from './form';
 import { Link } from './link';
-import { instead, SidePanel, useCurrent, useTopic } from './panel';
+import { FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
 
 export const inspectorIcon = new LabIcon({
   name: 'ros2-course:inspector',
@@ -105,6 +105,7 @@ function Inspector({ current, memory }: { current: Current; memory: Memory }): J
       <div className="ros-Panel-message" role="status">
         {failed || message || (offers && found.length === 0 ? NOTHING[kind] : '')}
       </div>
+      <FirstCell current={current} link={link} />
       {message === null && (
         <div className="ros-Form">
           <label>

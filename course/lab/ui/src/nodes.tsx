@@ -7,7 +7,7 @@ import * as React from 'react';
 import { Current } from './current';
 import { Link } from './link';
 import { Log } from './log';
-import { instead, SidePanel, useCurrent, useTopic } from './panel';
+import { FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
 
 export const nodesIcon = new LabIcon({
   name: 'ros2-course:nodes',
@@ -92,6 +92,7 @@ function Nodes({ current, wanted }: { current: Current; wanted: string }): JSX.E
         {failed || message || (nodes && domain === null ? 'The session has ended: run the first cell again.' : '')}
         {!failed && message === null && domain !== null && nodes?.length === 0 ? 'No node runs.' : ''}
       </div>
+      <FirstCell current={current} link={link} />
       <ul className="ros-Nodes" aria-label="Nodes">
         {shown.map((node, number) => (
           <NodeItem

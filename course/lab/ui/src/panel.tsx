@@ -1,6 +1,7 @@
 // What every panel is made of.
 
 import { ReactWidget } from '@jupyterlab/apputils';
+import { NotebookActions } from '@jupyterlab/notebook';
 import { LabIcon } from '@jupyterlab/ui-components';
 import { Message } from '@lumino/messaging';
 import * as React from 'react';
@@ -100,6 +101,22 @@ export function useTopic(
     const following = link?.subscribe(topic, options, take, failed);
     return () => following?.dispose();
   }, [link, topic, JSON.stringify(options)]);
+}
+
+/** A button for what `instead` asks for: it runs the cell that makes the session, or else the first. */
+export function FirstCell({ current, link }: { current: Current; link: Link | null }): JSX.Element | null {
+  const panel = current.panel;
+  if (!panel || link?.state !== 'waiting') {
+    return null;
+  }
+  const run = () => {
+    const cells = panel.content.widgets.filter(cell => cell.model.type === 'code');
+    const first = cells.find(cell => cell.model.sharedModel.source.includes('course.live()')) ?? cells[0];
+    if (first) {
+      void NotebookActions.runCells(panel.content, [first], panel.sessionContext);
+    }
+  };
+  return <button onClick={run}>Run the first cell</button>;
 }
 
 /** What to tell the reader instead of a panel's content; null when the kernel has a live session. */

@@ -6,10 +6,10 @@ import * as React from 'react';
 
 import { Current } from './current';
 import { Link } from './link';
-import { instead, SidePanel, useCurrent, useTopic } from './panel';
+import { FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
 import { Knobs, KnobNode, valueOf } from './robot_knobs';
 import { Stage } from './robot_stage';
-import { doing, RobotState } from './robot_state';
+import { RobotState } from './robot_state';
 
 export const robotIcon = new LabIcon({
   name: 'ros2-course:robot',
@@ -124,6 +124,7 @@ function Robot({ current }: { current: Current }): JSX.Element {
       <div className="ros-Panel-message" role="status">
         {failed || message}
       </div>
+      <FirstCell current={current} link={link} />
       {message !== null && (
         <p className="ros-quiet">The robot, its room and what it sees are drawn here while a notebook simulates them.</p>
       )}
@@ -318,7 +319,7 @@ function Facts({ state, paused }: { state: RobotState; paused: boolean }): JSX.E
         <dt>command</dt>
         <dd>
           {state.command && `${said(state.command[0])} m/s, ${said(state.command[1])} rad/s: `}
-          {doing(state.command)}
+          {state.doing}
         </dd>
       </div>
       {state.moves && (

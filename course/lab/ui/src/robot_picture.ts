@@ -83,7 +83,7 @@ export function draw(
   grid(context, view, colour.line, width / ratio, height / ratio);
   const pose = state.shown(now);
   if (pose && state.scan && !dim) {
-    sectors(context, state, pose, view, colour);
+    sectors(context, state, state.scan.from ?? pose, view, colour);
   }
   polyline(context, state.trail, px, py, colour.trail);
   lines(context, state.room.walls, px, py, colour.ink);

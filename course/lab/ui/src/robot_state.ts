@@ -22,7 +22,7 @@ export class RobotState {
   moves: [number | null, number | null] | null = null;
   nodes: { sees: string[]; drives: string[] } | null = null;
   pose: Pose | null = null;
-  room: { name: string; walls: number[] } = { name: '', walls: [] };
+  room: { name: string; walls: number[]; began: number } = { name: '', walls: [], began: 0 }; // began: ms
   scan: Scan | null = null;
   says = ''; // the state that the driver logs
   scanAt = 0; // ms, on the page's clock
@@ -34,7 +34,7 @@ export class RobotState {
     const now = performance.now();
     this.version++;
     if (data.room) {
-      if (data.room.name !== this.room.name && !this._told) {
+      if ((data.room.name !== this.room.name || data.room.began !== this.room.began) && !this._told) {
         this.trail = [];
       }
       this.room = data.room;
@@ -53,10 +53,18 @@ export class RobotState {
       this.scan = data.scan;
       this.scanAt = now;
     }
-    this.command = data.command ?? this.command;
+    if (data.command !== undefined) {
+      this.command = data.command;
+      this._driven = this._driven || data.command !== null;
+    }
     this.says = data.state ?? this.says;
     this.collisions = data.collisions ?? this.collisions;
     this.nodes = data.nodes ?? this.nodes;
+  }
+
+  /** What the robot does about the last command, in words. */
+  get doing(): string {
+    return this.command === null && this._driven ? 'stopped: no commands come' : doing(this.command);
   }
 
   /** Whether scans come. */
@@ -105,6 +113,7 @@ export class RobotState {
     }
   }
 
+  private _driven = false; // a command has come
   private _told = false; // the path comes from the world
   private _before: Pose | null = null;
   private _gap = 100; // ms between the last two places
@@ -115,8 +124,7 @@ export function wrap(angle: number): number {
   return angle - 2 * Math.PI * Math.round(angle / (2 * Math.PI));
 }
 
-/** What the robot does about a command, in words. */
-export function doing(speeds: [number | null, number | null] | null): string {
+function doing(speeds: [number | null, number | null] | null): string {
   if (!speeds) {
     return 'no command yet';
   }
