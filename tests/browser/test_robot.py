@@ -110,12 +110,14 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     expect(view).to_contain_text("room: pillars")
     expect(view).to_contain_text("a world in fast mode runs as its cell says")
     page.locator(".jp-OutputArea-output pre").get_by_text("pillars").wait_for()
+    expect(view.locator(".ros-Robot-facts")).to_contain_text("stopped: no commands come")
 
     run_cell(page, 2, "import os, signal\nos.kill(os.getpid(), signal.SIGKILL)")
     expect(view).to_contain_text("The kernel has ended, and all of its nodes with it")
     page.get_by_role("dialog").get_by_role("button", name="Ok").click()
     wait_for_kernel(page)
-    run_cell(page, 0, "import course\nros = course.live()")
+    view.get_by_role("button", name="Run the first cell").click()
+    expect(view).to_contain_text("No robot can be seen")
     start_world(view, "office")
 
 

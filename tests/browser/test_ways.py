@@ -5,7 +5,7 @@ from playwright.sync_api import expect
 
 from course.foundation.waiting import wait_until
 from tests.browser.conftest import WAIT
-from tests.browser.pages import choose, open_page, run_from_palette, write_greeter
+from tests.browser.pages import choose, open_page, run_from_palette, wait_for_kernel, write_greeter
 
 expect.set_options(timeout=WAIT)
 
@@ -39,6 +39,40 @@ def test_the_start_page_has_robot_and_terminal_beside_it_and_stays_as_one_leaves
     robot.wait_for()
     expect(tab).to_have_count(0)
     expect(terminal).to_have_count(0)
+
+
+def test_a_notebook_opens_beside_notebooks_and_stays_in_front(lab, page):
+    """Whatever is in front when it is opened; and when the page is loaded again, at the start page's address."""
+    address, token, served = lab
+    kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
+    link = nbformat.v4.new_markdown_cell("[the section](ways/ways.ipynb)")
+    nbformat.write(nbformat.v4.new_notebook(cells=[link], metadata=kernel), served / "index.ipynb")
+    write_greeter(served / "ways")
+    page.goto(f"{address}/lab/tree/index.ipynb?token={token}&reset")
+    terminal = page.locator(".jp-Terminal")
+    terminal.wait_for()
+    start = page.locator(".jp-NotebookPanel")
+    start.wait_for()
+    wait_for_kernel(page)
+    wide = start.bounding_box()["width"]
+    terminal.click()  # its corner is where the next document would open
+    choose(page, "File", "Open from Path…")
+    page.get_by_role("dialog").locator("input").fill("ways/ways.ipynb")
+    page.get_by_role("dialog").get_by_role("button", name="Open").click()
+    section = page.get_by_role("tab", name="ways.ipynb", exact=True)
+    expect(section).to_have_attribute("aria-selected", "true")
+    opened = page.locator(".jp-NotebookPanel:visible")
+    expect(opened).to_have_count(1)
+    assert opened.bounding_box()["width"] >= wide - 1
+    expect(terminal).to_be_visible()
+    saved = served.parent / "home/config/lab/workspaces"
+    current = '"current":"notebook:ways/ways.ipynb"'
+    assert wait_until(lambda: any(current in path.read_text() for path in saved.glob("*")), WAIT / 1e3), [
+        path.read_text() for path in saved.glob("*")
+    ]
+    page.goto(f"{address}/?token={token}")
+    expect(page.get_by_role("tab", name="index.ipynb", exact=True)).to_have_attribute("aria-selected", "false")
+    expect(section).to_have_attribute("aria-selected", "true")
 
 
 def test_palette_and_launcher_lead_to_terminal_and_panels(lab, page):

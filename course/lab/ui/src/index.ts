@@ -14,7 +14,7 @@ import { language } from './language';
 import { Links } from './link';
 import { NodesPanel, nodesIcon } from './nodes';
 import { addRobot, NARROW } from './robot_command';
-import { front, layout, ways } from './ways';
+import { front, layout, main, ways } from './ways';
 
 const handingIn: JupyterFrontEndPlugin<void> = {
   id: 'ros2-course-lab:hand-in',
@@ -86,4 +86,4 @@ const panels: JupyterFrontEndPlugin<void> = {
   }
 };
 
-export default [handingIn, panels, ways, front, layout, language];
+export default [handingIn, panels, ways, front, layout, main, language];

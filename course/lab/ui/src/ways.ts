@@ -7,6 +7,7 @@ import { ILauncher } from '@jupyterlab/launcher';
 import { INotebookTracker, NotebookPanel } from '@jupyterlab/notebook';
 import { IStateDB } from '@jupyterlab/statedb';
 import { terminalIcon } from '@jupyterlab/ui-components';
+import { DockPanel, Widget } from '@lumino/widgets';
 
 import { ROBOT_VIEW } from './robot';
 import { NARROW } from './robot_command';
@@ -73,6 +74,53 @@ export const front: JupyterFrontEndPlugin<void> = {
     follow();
   }
 };
+
+export const main: JupyterFrontEndPlugin<void> = {
+  id: 'ros2-course-lab:main',
+  description: 'Notebooks open beside notebooks; the one that was in front stays there when the page is loaded again.',
+  autoStart: true,
+  requires: [INotebookTracker],
+  activate: (app: JupyterFrontEnd, tracker: INotebookTracker) => {
+    void app.restored.then(() => {
+      keepInFront(app, tracker);
+      tracker.widgetAdded.connect((_, panel) => void panel.revealed.then(() => besideNotebooks(app, tracker, panel)));
+    });
+  }
+};
+
+/** The page was loaded at the address of the start page: bring the notebook to the front again that was there. */
+function keepInFront(app: JupyterFrontEnd, tracker: INotebookTracker): void {
+  const last = tracker.currentWidget;
+  if (!last || last.context.path === START_PAGE || PageConfig.getOption('treePath') !== START_PAGE) {
+    return;
+  }
+  const back = (_: INotebookTracker, panel: NotebookPanel | null) => {
+    if (panel?.context.path === START_PAGE) {
+      tracker.currentChanged.disconnect(back);
+      app.shell.activateById(last.id);
+    }
+  };
+  tracker.currentChanged.connect(back);
+}
+
+/** A notebook that was opened among terminals or the robot goes to the other notebooks, or gets half of the page. */
+function besideNotebooks(app: JupyterFrontEnd, tracker: INotebookTracker, panel: NotebookPanel): void {
+  const beside = tabsWith(panel);
+  if (beside.length === 0 || beside.some(widget => tracker.has(widget))) {
+    return;
+  }
+  const other = tracker.find(each => each !== panel && each.isAttached);
+  app.shell.add(panel, 'main', other ? { mode: 'tab-after', ref: other.id } : { mode: 'split-left' });
+  app.shell.activateById(panel.id);
+}
+
+/** The other widgets that have their tabs where a widget of the main area has its own. */
+function tabsWith(widget: Widget): Widget[] {
+  const dock = widget.parent;
+  const bars = dock instanceof DockPanel ? [...dock.tabBars()] : [];
+  const owners = bars.map(bar => bar.titles.map(title => title.owner)).find(found => found.includes(widget)) ?? [];
+  return owners.filter(owner => owner !== widget);
+}
 
 export const layout: JupyterFrontEndPlugin<void> = {
   id: 'ros2-course-lab:layout',
