@@ -57,7 +57,7 @@ def test_a_student_is_told_step_by_step_how_far_the_exercise_is(lab, page):
 
 def test_hints_come_one_after_the_other_and_are_drawn_as_in_the_notebook(lab, page):
     panel = begin(page, lab, "hints")
-    expect(panel).to_contain_text("Hint 2: after the one before")
+    expect(panel).to_contain_text("Hint 2: open the one before first")
     expect(panel.get_by_text("One callback is enough.")).to_have_count(0)
     panel.get_by_text("Hint 1: where to look").click()
     expect(panel.locator(".ros-hint strong")).to_have_text("server")

@@ -6,7 +6,7 @@ import zipfile
 from playwright.sync_api import expect
 
 from tests.browser.conftest import WAIT
-from tests.browser.pages import FILE, SERVER, choose, open_page, write_cell, write_greeter
+from tests.browser.pages import FILE, SERVER, choose, open_page, show_panel, write_cell, write_greeter
 
 expect.set_options(timeout=WAIT)
 
@@ -21,6 +21,11 @@ def test_a_student_works_hands_in_and_keeps_the_archive(lab, page):
     _, _, served = lab
     write_greeter(served / "greeter", answer="...\n")
     open_page(page, lab, "greeter/greeter.ipynb")
+    show_panel(page, "Graph")
+    page.set_viewport_size({"width": 1280, "height": 800})  # both sidebars are open
+    toolbar = page.locator(".jp-NotebookPanel-toolbar")
+    expect(toolbar.get_by_role("button", name="Hand in", exact=True)).to_be_visible()
+    expect(toolbar.locator(".jp-Notebook-ExecutionIndicator")).to_be_visible()
     write_cell(page, FILE, f"%%exercise greeter.py\n{SERVER}")
     choose(page, "Run", "Run All Cells")
     page.locator(".jp-OutputArea-output pre").get_by_text("as asked").wait_for()

@@ -42,16 +42,16 @@ def test_a_service_is_called_and_a_goal_canceled_while_a_cell_runs_and_the_graph
     panel.get_by_label("a int64").fill("9007199254740993")  # which a number of JavaScript cannot hold
     panel.get_by_label("b int64").fill("1")
     panel.get_by_label("b int64").press("Enter")
-    expect(panel.get_by_role("region", name="What passed")).to_contain_text("sum: 9007199254740994")
+    expect(panel.get_by_role("region", name="Timeline")).to_contain_text("sum: 9007199254740994")
     line = panel.get_by_label("The line", exact=True)
     expect(line).to_contain_text("ros2 service call /add_two_ints example_interfaces/srv/AddTwoInts")
     expect(line).to_contain_text("{a: 9007199254740993, b: 1}")
     expect(panel.get_by_label("The program", exact=True)).to_contain_text("AddTwoInts.Request(a=9007199254740993, b=1)")
-    panel.get_by_label("Do what").select_option("Send a goal")
+    panel.get_by_label("What to do").select_option("Send a goal")
     panel.get_by_label("order int32").fill("1000")
     panel.get_by_role("button", name="Send the goal").click()
     panel.get_by_role("button", name="Cancel the goal").click()
-    flow = panel.get_by_role("region", name="What passed").get_by_role("img")
+    flow = panel.get_by_role("region", name="Timeline").get_by_role("img")
     expect(flow).to_have_attribute("aria-label", re.compile("goal, .*accepted, .*cancel, .*canceled"))
     graph = show_panel(page, "Graph")
     listed = graph.get_by_role("list", name="The graph as a list")
@@ -72,7 +72,7 @@ def test_the_graph_is_walked_and_opened_by_keys_and_by_clicks(lab, page):
     expect(service).to_be_visible()
     boxes = graph.locator(".ros-Graph-box[tabindex]")
     expect(graph.locator('.ros-Graph-box[tabindex="0"]')).to_have_count(1)  # the Tab key comes to one of them
-    graph.get_by_label("Show what every node has, too").focus()
+    graph.get_by_label("Show built-in topics and services").focus()
     page.keyboard.press("Tab")
     expect(graph.locator(".ros-Graph-box:focus")).to_have_count(1)
     assert visited(page) == set(boxes.evaluate_all("all => all.map(box => box.dataset.box)"))
@@ -112,14 +112,14 @@ def visited(page) -> set[str]:
 
 def test_a_message_is_published_at_a_rate_and_stops_with_the_panel(lab, page):
     panel = begin(page, lab, "repeated")
-    panel.get_by_label("Do what").select_option("Publish a message")
+    panel.get_by_label("What to do").select_option("Publish a message")
     panel.get_by_label("Times a second").fill("1000")
     expect(panel.get_by_text("write a number from 0.1 to 100, in times a second")).to_be_visible()
     panel.get_by_label("Times a second").fill("5")
     expect(panel.get_by_label("The line", exact=True)).to_contain_text("ros2 topic pub --rate 5 /cmd_vel")
     expect(panel.get_by_label("The program", exact=True)).to_contain_text("self.create_timer(0.2, self.publish)")
     panel.get_by_role("button", name="Publish", exact=True).click()
-    passed = panel.get_by_role("region", name="What passed")
+    passed = panel.get_by_role("region", name="Timeline")
     expect(passed).to_contain_text(re.compile("Published [0-9]+ times so far, 5 a second, to 1 subscription."))
     passed.get_by_role("button", name="Stop").click()
     expect(passed).to_contain_text("last message")
@@ -127,7 +127,7 @@ def test_a_message_is_published_at_a_rate_and_stops_with_the_panel(lab, page):
     expect(passed.get_by_role("button", name="Stop")).to_be_visible()
     show_panel(page, "Nodes")
     page.wait_for_timeout(2500)  # the time that a panel may be out of sight
-    expect(show_panel(page, "Inspector").get_by_role("region", name="What passed")).to_contain_text("last message")
+    expect(show_panel(page, "Inspector").get_by_role("region", name="Timeline")).to_contain_text("last message")
     (lab[2] / "repeated/end").touch()
 
 
@@ -156,7 +156,7 @@ def test_what_other_programs_and_cells_send_is_drawn(lab, page):
         page.keyboard.press("Shift+Enter")
     which = graph.get_by_label("Which call or goal")
     expect(which).to_contain_text("action /fibonacci")
-    flow = graph.get_by_role("region", name="What passed").get_by_role("img")
+    flow = graph.get_by_role("region", name="Timeline").get_by_role("img")
     expect(flow).to_have_attribute("aria-label", re.compile("accepted, feedback, feedback, succeeded"))
     expect(graph).to_contain_text("Seen from the action's topics for status and feedback.")
     option = which.locator("option", has_text="service /add_two_ints")
@@ -169,7 +169,7 @@ def test_what_other_programs_and_cells_send_is_drawn(lab, page):
 def test_everybody_can_use_it(lab, page):
     panel = begin(page, lab, "inspector")
     panel.get_by_role("button", name="Call").click()
-    expect(panel.get_by_role("region", name="What passed")).to_contain_text("response")
+    expect(panel.get_by_role("region", name="Timeline")).to_contain_text("response")
     expect_no_barriers(page, "#ros2-course-inspector", "inspector")
     page.set_viewport_size({"width": 390, "height": 800})
     assert panel.evaluate("panel => panel.scrollWidth <= panel.clientWidth")

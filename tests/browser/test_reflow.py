@@ -91,7 +91,7 @@ def inspector(page: Page) -> Locator:
     panel = show_panel(page, "Inspector")
     panel.get_by_role("combobox", name="Service", exact=True).select_option(label="/greet")
     panel.get_by_role("button", name="Call").click()
-    expect(panel.get_by_role("region", name="What passed")).to_contain_text("hello")
+    expect(panel.get_by_role("region", name="Timeline")).to_contain_text("hello")
     expect(panel.get_by_label("The program", exact=True)).to_contain_text("import rclpy")
     return panel
 
@@ -100,7 +100,7 @@ def graph(page: Page) -> Locator:
     """The graph, and the flow of the inspector's call."""
     panel = show_panel(page, "Graph")
     expect(panel.get_by_role("list", name="The graph as a list")).to_contain_text("/ai_robot_controller")
-    expect(panel.get_by_role("region", name="What passed")).to_contain_text("response")
+    expect(panel.get_by_role("region", name="Timeline")).to_contain_text("response")
     return panel
 
 

@@ -38,7 +38,7 @@ def begin(page: Page, lab, name: str) -> Locator:
     view = open_view(page, name)
     expect(view).to_contain_text("Run the notebook’s first cell: ros = course.live()")
     run_cell(page, 0, "import course\nros = course.live()")
-    expect(view).to_contain_text("No robot can be seen")
+    expect(view).to_contain_text("No robot yet")
     return view
 
 
@@ -117,7 +117,7 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     page.get_by_role("dialog").get_by_role("button", name="Ok").click()
     wait_for_kernel(page)
     view.get_by_role("button", name="Run the first cell").click()
-    expect(view).to_contain_text("No robot can be seen")
+    expect(view).to_contain_text("No robot yet")
     start_world(view, "office")
 
 

@@ -1,4 +1,4 @@
-// What passed in one call, goal, message or change of a parameter: the chapter's flow diagram, and the same as a list.
+// The timeline of one call, goal, message or change of a parameter: the chapter’s flow diagram, and the same as a list.
 
 import * as React from 'react';
 
@@ -55,9 +55,9 @@ export function ExchangeView({ link, number }: { link: Link; number: string }): 
   };
   const events = exchange?.events ?? [];
   return (
-    <section className="ros-Exchange" aria-label="What passed">
+    <section className="ros-Exchange" aria-label="Timeline">
       <div className="ros-Panel-head">
-        <h3>What passed{exchange ? `: ${exchange.name}` : ''}</h3>
+        <h3>Timeline{exchange ? `: ${exchange.name}` : ''}</h3>
         {exchange?.cancellable && (
           <button onClick={() => void cancel()}>{exchange.kind === 'topic' ? 'Stop' : 'Cancel the goal'}</button>
         )}

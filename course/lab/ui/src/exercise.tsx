@@ -171,7 +171,7 @@ function FileItem({ file, note, panel }: { file: File; note: string; panel: Note
       {file.hints.map((hint, number) =>
         number > opened ? (
           <div key={hint.title} className="ros-quiet">
-            {hint.title.replace(/:.*/, '')}: after the one before
+            {hint.title.replace(/:.*/, '')}: open the one before first
           </div>
         ) : (
           <details key={hint.title} onToggle={() => setOpened(Math.max(opened, number + 1))}>

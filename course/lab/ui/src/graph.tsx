@@ -75,7 +75,7 @@ function GraphView({ current, open }: { current: Current; open: Open }): JSX.Ele
       </header>
       <label className="ros-Graph-everything">
         <input type="checkbox" checked={everything} onChange={event => setEverything(event.target.checked)} />
-        Show what every node has, too
+        Show built-in topics and services
       </label>
       <div className="ros-Panel-message" role="status">
         {failed || message || (graph && nodes.length === 0 ? empty : '')}
@@ -361,8 +361,8 @@ function Flows({ link }: { link: Link }): JSX.Element {
   useTopic(link, 'inspector.exchanges', {}, setAll, () => setAll([]), setFailed);
   const one = all.find(each => each.number === number) ?? all[0];
   return (
-    <section className="ros-Flows" aria-label="One call or goal">
-      <h3>One call or goal</h3>
+    <section className="ros-Flows" aria-label="Calls and goals">
+      <h3>Calls and goals</h3>
       {failed && <p>{failed}</p>}
       {!one && <p className="ros-quiet">Nothing has passed yet: send something with the Inspector, in a cell or from another program.</p>}
       {one && (

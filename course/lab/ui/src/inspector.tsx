@@ -109,7 +109,7 @@ function Inspector({ current, memory }: { current: Current; memory: Memory }): J
       {message === null && (
         <div className="ros-Form">
           <label>
-            Do what
+            What to do
             <select value={kind} onChange={event => setKind(event.target.value as Kind)}>
               {(Object.keys(KINDS) as Kind[]).map(each => (
                 <option key={each} value={each}>

@@ -20,6 +20,7 @@ export abstract class SidePanel extends ReactWidget {
     super();
     this.id = id;
     this.addClass('ros-Panel');
+    this.title.label = label; // a word beside the icon
     this.title.caption = label;
     this.title.icon = icon;
     this.node.setAttribute('role', 'region');

@@ -38,7 +38,6 @@ export const ROBOT_VIEW = 'ros2-course-robot';
 export class RobotPanel extends SidePanel {
   constructor(current: Current) {
     super(current, ROBOT_VIEW, 'Robot', robotIcon);
-    this.title.label = 'Robot';
     this.title.closable = true;
   }
 
@@ -202,8 +201,8 @@ function NoRobot({
   return (
     <>
       <p className="ros-Panel-message">
-        No robot can be seen: no node publishes <code>/scan</code>. Run a cell that starts a world, or start one here: the
-        node <code>/world</code>, in real time{drives.length ? ', for what drives now' : ''}.
+        No robot yet. Run a cell that starts a world, or start one here: the node <code>/world</code>, in real time
+        {drives.length ? ', for what drives now' : ''}.
       </p>
       <div className="ros-Robot-controls">
         <label>
