@@ -15,13 +15,14 @@ from pathlib import Path
 
 from autograder.classroom import homes
 from autograder.classroom.members import Member
-from autograder.classroom.plan import Classroom
+from autograder.classroom.plan import COURSE_ID, Classroom
 from autograder.errors import ClassroomError, UsageError
 from course.foundation import processes, storage
 from course.foundation.waiting import wait_until
 
 ACCOUNTS, PASSWORDS = "accounts.json", "passwords.csv"
 KEPT = "kept_passwords.json"  # hashes, of members whose Unix users `down` has removed
+NUMBERS = (1000, 60000)  # of people's users, as login.defs has them on Debian and Ubuntu
 SHADOW = Path("/etc/shadow")
 ENDED = 20.0  # s until processes that were killed are gone
 
@@ -47,8 +48,11 @@ def make(classroom: Classroom) -> list[Member]:
     staff = classroom.staff
     users = {classroom.user(member): classroom.home(member) for member in new}
     _make_groups(classroom, {staff: classroom.grading} | users)
-    for member in sorted(new, key=lambda member: not classroom.home(member).exists()):  # before others take a number
-        _make_user(classroom, member)
+    former = {member: classroom.home(member).stat().st_uid for member in new if classroom.home(member).exists()}
+    # Who can have their number again gets it first: nobody else of the class is to have it.
+    for member in sorted(new, key=lambda member: not former.get(member) or _is_user(former[member])):
+        _make_user(classroom, member, former.get(member, 0))
+    _hand_on(classroom, former)
     for member in classroom.members:
         home = classroom.home(member)
         user = pwd.getpwnam(classroom.user(member))
@@ -142,15 +146,32 @@ def remove(classroom: Classroom) -> list[str]:
     return removed
 
 
-def _make_user(classroom: Classroom, member: Member) -> None:
+def _hand_on(classroom: Classroom, former: dict[Member, int]) -> None:
+    """Give what members have in the folders that the class shares to the numbers that they have now."""
+    now = {number: ids(classroom, member)[0] for member, number in former.items()}
+    moved = {number: new for number, new in now.items() if number and number != new}
+    for shared in (classroom.grading, classroom.exchange) if moved else ():
+        if shared.exists():
+            homes.hand_on(shared, lambda uid: moved.get(uid, uid))
+
+
+def _unused(classroom: Classroom) -> int:
+    """Return a number for a user that nobody has, and nobody who has left the class had."""
+    inbound = classroom.exchange / COURSE_ID / "inbound"
+    had = {path.lstat().st_uid for folder in (classroom.homes, inbound) if folder.exists() for path in folder.iterdir()}
+    free = (number for number in range(*NUMBERS) if not (number in had or _is_user(number) or _is_group(number)))
+    if not (found := next(free, 0)):
+        raise ClassroomError("all numbers of users are taken on this machine")
+    return found
+
+
+def _make_user(classroom: Classroom, member: Member, former: int) -> None:
+    """Make a member's user, with the `former` number if nobody else has it now."""
+    number = former if former and not _is_user(former) else _unused(classroom)
     name, home = classroom.user(member), classroom.home(member)
     command = ["useradd", "--no-create-home", "--home-dir", str(home), "--gid", name, "--no-log-init"]
     command += ["--shell", "/usr/sbin/nologin", "--comment", f"{member.name} of {classroom.folder}"]
-    with contextlib.suppress(OSError):
-        number = home.stat().st_uid  # a home folder that was kept belongs to its user again
-        if number and not _is_user(number):
-            command += ["--uid", str(number)]
-    _run(*command, name)
+    _run(*command, "--uid", str(number), name)
 
 
 def _make_groups(classroom: Classroom, kept: dict[str, Path]) -> None:

@@ -25,6 +25,7 @@ from course.notebook.stubs import RELEASED
 # Who may do what there: nbgrader asks for these modes.  The first bit of `inbound` keeps students from removing what
 # others have handed in; that nobody can list it keeps them from finding it.
 EXCHANGE = {"outbound": 0o2775, "inbound": 0o3773, "feedback": 0o2771}
+MODULE = ("python", "-P", "-m")  # a module of what is installed, whatever lies in the folder
 ENROLLED = "enrolled.json"  # in `Classroom.state`: whom the gradebook knows
 LONGEST = 300  # s that one command in a box may take
 
@@ -61,7 +62,7 @@ def make_shared(classroom: Classroom) -> None:
     former = classroom.grading.stat().st_gid  # of the instructors' group, before `down` has removed it
     if former != staff:
         for shared in (classroom.grading, classroom.exchange):
-            homes.regroup(shared, former, staff)
+            homes.hand_on(shared, int, lambda gid: staff if gid == former else gid)
     os.chown(classroom.grading, 0, staff)
     classroom.grading.chmod(0o2770)
     course = classroom.exchange / COURSE_ID
@@ -78,6 +79,10 @@ def make_shared(classroom: Classroom) -> None:
         raise ClassroomError(f"{course / name}: {error.strerror}; move it away, and give the command again") from None
     finally:
         os.close(opened)
+    # What who is no instructor any more has released or graded, an instructor has now.
+    owners = [accounts.ids(classroom, member)[0] for member in classroom.instructors]
+    for shared in (classroom.grading, course / "outbound", course / "feedback"):
+        homes.hand_on(shared, lambda uid: uid if uid in (0, *owners) else owners[0])
     for member in classroom.instructors:  # where it is seen; who puts the box together would make it as root
         homes.make_folder(classroom.home(member), *accounts.ids(classroom, member), box.GRADING)
 
@@ -95,14 +100,14 @@ def release(classroom: Classroom, wanted: Iterable[str]) -> list[str]:
     there = released(classroom)
     new = [name for name in wanted if name not in there]
     if new or not (classroom.grading / "nbgrader_config.py").exists():
-        run(classroom, classroom.instructors[0], ["python", "-m", "autograder.classroom.releasing", box.GRADING, *new])
+        run(classroom, classroom.instructors[0], [*MODULE, "autograder.classroom.releasing", box.GRADING, *new])
     return new
 
 
 def set_due(classroom: Classroom, due: Mapping[str, str]) -> None:
     """Enter due dates (ISO 8601, or "" for none) of released exercises in nbgrader's gradebook."""
     text = json.dumps({name: time for name, time in due.items() if time})
-    run(classroom, classroom.instructors[0], ["python", "-m", "autograder.classroom.dating", box.GRADING], text)
+    run(classroom, classroom.instructors[0], [*MODULE, "autograder.classroom.dating", box.GRADING], text)
 
 
 def enrol(classroom: Classroom) -> None:
@@ -111,7 +116,7 @@ def enrol(classroom: Classroom) -> None:
     text = json.dumps(students)
     done = classroom.state / ENROLLED
     if not done.exists() or done.read_text() != text:
-        run(classroom, classroom.instructors[0], ["python", "-m", "autograder.classroom.enrolling", box.GRADING], text)
+        run(classroom, classroom.instructors[0], [*MODULE, "autograder.classroom.enrolling", box.GRADING], text)
         storage.replace(done, text.encode(), storage.PRIVATE)
 
 

@@ -146,31 +146,37 @@ def _walk(folder: int) -> Iterator[tuple[str, list[str], list[str], int]]:
         yield path, below, names, at
 
 
-def regroup(folder: Path, former: int, gid: int) -> None:
-    """Give what a group had, in a folder that several users share, to another group.
+def hand_on(folder: Path, user: Callable[[int], int], group: Callable[[int], int] = int) -> None:
+    """Give what lies in a folder that several users share to other users or groups: `user(uid)` and `group(gid)`.
 
     As in `give`: by descriptors that were looked at, and no file with several names.
     """
     opened = os.open(folder, FOLDER)
     try:
         for _, _, names, at in _walk(opened):
-            if os.fstat(at).st_gid == former:
-                os.fchown(at, -1, gid)
+            _change(at, at, user, group)
             for name in names:
                 with contextlib.suppress(OSError):
-                    _regroup(name, at, former, gid)
+                    _hand_on(name, at, user, group)
     finally:
         os.close(opened)
 
 
-def _regroup(name: str, at: int, former: int, gid: int) -> None:
+def _hand_on(name: str, at: int, user: Callable[[int], int], group: Callable[[int], int]) -> None:
     file = os.open(name, os.O_PATH | os.O_NOFOLLOW | os.O_CLOEXEC, dir_fd=at)
     try:
         known = os.fstat(file)
-        if stat.S_ISREG(known.st_mode) and known.st_gid == former and known.st_nlink == 1:
-            os.chown(f"/proc/self/fd/{file}", -1, gid)
+        if stat.S_ISREG(known.st_mode) and known.st_nlink == 1:
+            _change(file, f"/proc/self/fd/{file}", user, group)
     finally:
         os.close(file)
+
+
+def _change(file: int, path: int | str, user: Callable[[int], int], group: Callable[[int], int]) -> None:
+    known = os.fstat(file)
+    uid, gid = user(known.st_uid), group(known.st_gid)
+    if (uid, gid) != (known.st_uid, known.st_gid):
+        os.chown(path, uid, gid)
 
 
 def _give(name: str, at: int, former: int, uid: int, gid: int) -> None:

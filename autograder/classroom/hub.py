@@ -198,7 +198,7 @@ def alone(classroom: Classroom) -> Iterator[None]:
 def _begin(module: str, *arguments: str, **options: Any) -> subprocess.Popen[bytes]:
     """Start a program of this package that outlives the command."""
     said: dict[str, Any] = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    return subprocess.Popen([sys.executable, "-m", module, *arguments], start_new_session=True, **said | options)
+    return subprocess.Popen([sys.executable, "-P", "-m", module, *arguments], start_new_session=True, **said | options)
 
 
 def _make_room(log: Path) -> int:

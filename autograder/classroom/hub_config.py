@@ -43,7 +43,7 @@ def configure(c: Config, classroom: Classroom) -> None:
     c.JupyterHub.services = [
         {
             "name": "calendar",  # releases exercises at their dates
-            "command": [sys.executable, "-m", "autograder.classroom.calendar", str(classroom.folder)],
+            "command": [sys.executable, "-P", "-m", "autograder.classroom.calendar", str(classroom.folder)],
         }
     ]
 

@@ -21,6 +21,7 @@ MOST_ENTRIES, DEEPEST = 2000, 20  # files and folders that are looked at, and fo
 MOST_TOLD = 20  # files that were left out
 TIMESTAMP, SECRETS = "timestamp.txt", "submission_secret.txt"
 SECRET = re.compile(r"[\w-]{16,200}")
+CONFIGURATION = re.compile(r"(nbgrader|jupyter\w*|ipython\w*)_config\.(py|json)", re.IGNORECASE)
 SLOW = timedelta(minutes=10)  # that a hand-in may take, before its time is doubted
 NO_TIME = datetime(1970, 1, 1)  # as nbgrader has times: UTC, without saying so
 
@@ -85,6 +86,8 @@ class OwnersCollect(ExchangeCollect):
             for name in sorted(names):
                 copy = Path(dest, os.path.relpath(folder, src), name)
                 try:
+                    if CONFIGURATION.fullmatch(name):
+                        raise OSError("a command that is given beside it would run it")
                     space -= _copy(name, descriptor, copy, space if files else 0)
                     files -= 1
                 except OSError as error:

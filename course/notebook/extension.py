@@ -28,6 +28,8 @@ def load_ipython_extension(shell: "InteractiveShell") -> None:
     # IPython takes `%%exercise` below another line for a line magic of this name.
     shell.register_magic_function(_not_first, magic_kind="line", magic_name="%exercise")  # type: ignore[call-arg, arg-type]
     kept.use(Path())  # a package of this folder can be imported before there is a session
+    if sys.flags.safe_path and "" not in sys.path:
+        sys.path.append("")  # the kernel's folder comes last: a file in it takes the place of nothing installed
     shell.set_custom_exc((Exception,), _explain)
     shell.events.register("pre_run_cell", _news_before)
     shell.events.register("post_run_cell", _news_after)

@@ -90,6 +90,14 @@ def test_the_last_hand_in_counts_whatever_lies_between(inbound, collect, monkeyp
     assert collect() == {f"user-{ADA}: a.py": b"day 3", f"user-{EVE}: a.py": b"day 3"}
 
 
+def test_configuration_in_a_hand_in_is_left_out(inbound, collect, caplog):
+    """nbgrader, given in that folder, would run it as the instructor."""
+    folder = hand_in(inbound, EVE, f"eve+calculator+{TIME.format(1)}+x", a="eve's")
+    (folder / "nbgrader_config.py").write_text("raise SystemExit")
+    (folder / "jupyter_nbconvert_config.json").write_text("{}")
+    assert collect() == {f"user-{EVE}: a.py": b"eve's"}
+
+
 def test_hard_links_pipes_and_huge_files_in_a_folder(inbound, collect, tmp_path):
     secret = tmp_path / "secret"
     secret.write_text("root's")

@@ -7,12 +7,14 @@ import os
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from nbgrader.api import Gradebook
 
 from autograder.classroom import accounts, course_files, enrolling, homes
+from autograder.classroom.members import Member
 from autograder.classroom.plan import COURSE_ID, Classroom
 from autograder.errors import ClassroomError
 from tests.classroom.conftest import run_classroom
@@ -219,3 +221,49 @@ def test_an_instructor_enters_students_in_a_gradebook_that_another_one_made(able
     assert (course / "gradebook.db").stat().st_uid == OWNER
     with Gradebook(f"sqlite:///{course / 'gradebook.db'}") as book:
         assert {student.id for student in book.students} == {"ada", "bob"}
+
+
+def test_an_account_made_while_the_class_was_down_moves_nobody_else(quiet):
+    """It has a number of the class now; whose that was gets another one, and keeps what is theirs."""
+    accounts.make(quiet)
+    course_files.make_shared(quiet)
+    course = quiet.exchange / COURSE_ID
+    had = {each.name: accounts.ids(quiet, each)[0] for each in quiet.members}
+    theirs = {name: course / "inbound" / f"{name}+calculator+x" for name in ("ada", "bob")}
+    theirs["teacher"] = course / "outbound/services"
+    for name, folder in theirs.items():
+        folder.mkdir()
+        (folder / "work.py").touch()
+        for path in (folder, folder / "work.py"):
+            os.chown(path, had[name], -1)
+    stranger = f"{quiet.prefix}x"
+    try:
+        accounts.remove(quiet)
+        subprocess.run(["useradd", "-M", "--uid", str(had["ada"]), stranger], check=True)
+        course_files.make_folders(quiet)
+        accounts.make(quiet)
+        course_files.make_shared(quiet)
+        now = {each.name: accounts.ids(quiet, each)[0] for each in quiet.members}
+        assert now["ada"] not in had.values() and now | {"ada": 0} == had | {"ada": 0}
+        for name, folder in theirs.items():
+            assert {path.stat().st_uid for path in (folder, folder / "work.py")} == {now[name]}
+        assert [path for path in quiet.folder.rglob("*") if path.lstat().st_uid == had["ada"]] == []
+    finally:
+        accounts.remove(quiet)
+        subprocess.run(["userdel", stranger], check=False)
+
+
+def test_who_is_no_instructor_any_more_owns_nothing_that_is_released(quiet):
+    accounts.make(quiet)
+    course_files.make_shared(quiet)
+    outbound = quiet.exchange / COURSE_ID / "outbound"
+    teacher = accounts.ids(quiet, quiet.find("teacher"))[0]
+    released = [outbound / "services", outbound / "services/services.ipynb", quiet.grading / "gradebook.db"]
+    released[0].mkdir()
+    for path in released:
+        path.touch()
+        os.chown(path, teacher, -1)
+    later = replace(quiet, members=(Member("ada"), Member("bob", True), Member("teacher")))
+    accounts.make(later)
+    course_files.make_shared(later)
+    assert {path.stat().st_uid for path in released} == {accounts.ids(later, later.find("bob"))[0]}

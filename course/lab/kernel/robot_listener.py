@@ -218,7 +218,7 @@ class RobotListener:
         return {"pose": _pose(self._last["/odom"]), "moves": [_finite(twist.linear.x, 3), _finite(twist.angular.z, 3)]}
 
     def _pose_at(self, stamp: int) -> list[float | None] | None:
-        """Where the robot was at that time (ns): between two poses, or where it has come to since the last one."""
+        """Return the pose at that time (ns): between two known ones, or as far as the robot has come since the last."""
         poses = sorted(self._poses.copy(), key=_stamp)
         number = bisect.bisect_left(poses, stamp, key=_stamp)
         if number < len(poses) and (number == 0 or _stamp(poses[number]) == stamp):
@@ -251,7 +251,7 @@ class RobotListener:
 
     @property
     def began(self) -> int:
-        """When the robot was put at its start (ns of its world's time); 0 where no world tells it."""
+        """Return when the robot was put at its start (ns of its world's time); 0 when no world tells it."""
         return _stamp(self._last.get("/walls", b""))
 
     def walls(self) -> tuple[object, str, list[float]]:
@@ -285,7 +285,7 @@ class _Hit:
 
 
 def _place(text: str) -> list[float] | None:
-    """Where a collision was, if its text says so: x, y (m)."""
+    """Return the place of a collision, x, y (m), or None when its text does not tell it."""
     found = PLACE.search(text)
     return [float(found[1]), float(found[2])] if found else None
 
@@ -309,7 +309,7 @@ def _between(before: list[Any], after: list[Any], share: float) -> list[float | 
 
 
 def _moved_on(pose: list[Any], odometry: bytes, seconds: float) -> list[float | None]:
-    """Where the robot is so many seconds after a pose, when it moves on as it did."""
+    """Return the pose so many seconds after another, of a robot that moves on as it did."""
     read = decoded(odometry, Odometry)
     linear, angular = (read.twist.twist.linear.x, read.twist.twist.angular.z) if read else (0.0, 0.0)
     x, y, heading = pose
