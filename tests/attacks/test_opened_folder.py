@@ -1,4 +1,4 @@
-"""A folder that somebody has handed in is opened: nothing of it runs until a cell, or a command, asks for it by name."""
+"""A folder that somebody has handed in is opened: nothing of it runs before a cell, or a command, asks for it."""
 
 import subprocess
 from pathlib import Path
@@ -14,7 +14,6 @@ NAMES = [
     "comm",
     "course",
     "debugpy",
-    "debugpy_preload",
     "decorator",
     "ipykernel",
     "ipykernel_launcher",

@@ -13,6 +13,7 @@ from contextlib import contextmanager
 import pytest
 from rcl_interfaces.msg import Log
 from rclpy.serialization import serialize_message
+from std_msgs.msg import String
 from visualization_msgs.msg import Marker
 
 from course import environment
