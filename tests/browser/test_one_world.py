@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import nbformat
+import pytest
 from playwright.sync_api import Page
 
 from course.foundation.waiting import wait_until
@@ -43,6 +44,7 @@ def type_into_terminal(page: Page, folder: Path, command: str, name: str) -> str
     return (folder / name).read_text()
 
 
+@pytest.mark.long("runs the whole page of the calculator")
 def test_the_notebook_and_a_terminal_are_one_world(lab, page):
     _, _, folder = lab
     open_page(page, lab, "calculator.ipynb")

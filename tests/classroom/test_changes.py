@@ -233,6 +233,7 @@ def test_a_certificate_that_lasts_is_not_spoken_of(tmp_path):
     assert warning(str(path), datetime.now(UTC)) == ""
 
 
+@pytest.mark.long("the class is started again, with PAM, and three people come in")
 def test_who_leaves_the_class_is_out_and_pam_knows_each_ones_own_password(ended):
     classroom, arguments, _ = ended
     known = hub.shared_passwords(classroom)

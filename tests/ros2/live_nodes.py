@@ -3,6 +3,7 @@
 import sys
 import threading
 import time
+from functools import partial
 
 import rclpy
 from example_interfaces.action import Fibonacci
@@ -17,7 +18,10 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Float64MultiArray, String
 from std_srvs.srv import Trigger
 
+from course.foundation.waiting import wait_until
+
 STEP = 0.05  # s a Fibonacci number takes
+FOUND = 10.0  # s until who sends a goal is known
 
 
 def add(request, response):
@@ -26,8 +30,10 @@ def add(request, response):
     return response
 
 
-def fibonacci(goal):
+def fibonacci(node, goal):
     """Count up to the goal's order, with feedback, until cancelled."""
+    # Who has sent the goal may not be known as a listener yet, and would miss the first feedback.
+    wait_until(lambda: node.count_subscribers("/fibonacci/_action/feedback"), FOUND)
     feedback = Fibonacci.Feedback(sequence=[0, 1])
     for _ in range(1, goal.request.order):
         if goal.is_cancel_requested:
@@ -83,7 +89,7 @@ def main():
         nodes["fibonacci_action_server"],
         Fibonacci,
         "fibonacci",
-        fibonacci,
+        partial(fibonacci, nodes["fibonacci_action_server"]),
         goal_callback=lambda goal: GoalResponse.REJECT if goal.order < 0 else GoalResponse.ACCEPT,
         cancel_callback=lambda goal: CancelResponse.ACCEPT,
     )

@@ -72,7 +72,7 @@ FEWEST = 3  # commands that have a rate
 
 DRIVING = 1.0  # s of real time with scans, until a node certainly drives
 DRIVING_HERTZ = 20.0  # scans a second then
-WATCHED = 1.5  # s of real time without scans: three times as long as a node may drive on
+WATCHED = 3.0  # s of real time without scans: six times as long as a node may drive on
 
 DECISION = 0.2  # s of real time for a command of a drive, until the robot moves on by the one before
 DRIVE = 60.0  # s of real time for a drive

@@ -46,9 +46,8 @@ RATE_SECONDS = 3.0  # of simulated time, in which the rate is measured
 RATE_STEPS = {5: 0.05, 40: 0.025, 0: PERIOD}  # s of simulated time between two ticks while scans come at so many Hz
 DRIVEN = 0.8  # the share of commands that must be the agent's: the first ones may be older
 
-PAUSE = 1.5  # s of simulated time without scans
-PAUSES = 2
-PAUSE_COMMANDS = 8  # that must come in it at least, of 15
+PAUSES = (1.5, 4.0)  # s of simulated time without scans
+PAUSE_COMMANDS = 5  # that must come in each second of it at least, of 10
 FRESH_COMMANDS = (3, 5)  # that must still be the agent's, and may: a scan's age is 0.3 or 0.4 s, and 0.5 or 0.6 s
 EARLIEST_STOP = 0.3  # s of real time: 0.5 s, but for a period of the timer, and a little for a busy machine
 LATEST_STOP = 0.75  # s of real time: 0.5 s, two periods of a timer of 10 Hz, and a little for a busy machine
@@ -403,21 +402,22 @@ def test_stops(follower: Follower, by_the_wall: Follower, rng: random.Random) ->
     scan = seen(rng)
     with on_wrong(follower.renew):  # once more, from a start of its own: it may not drive again
         follower.expect_driving(scan, "With a fresh scan")
-        pauses = PAUSES
-        while pauses:
-            pauses = pauses - 1 if stops(follower, by_the_wall, scan) else 0  # by its own time, one takes long enough
+        for pause in PAUSES:
+            simulated = stops(follower, by_the_wall, scan, pause)
             follower.expect_driving(scan, "When scans come again after a pause")
+            if not simulated:
+                break  # by its own time, one takes long enough
 
 
-def stops(follower: Follower, by_the_wall: Follower, scan: LaserScan) -> bool:
-    """Whether it stops by simulated time, when it has been shown this scan, and nothing for a while.
+def stops(follower: Follower, by_the_wall: Follower, scan: LaserScan, pause: float) -> bool:
+    """Whether it stops by simulated time, when it has been shown this scan, and nothing for `pause` s.
 
     Raises Wrong unless it drives on for half a second by one clock, that or its own.
     """
-    after = follower.simulate(PAUSE, PERIOD, lambda tick: None)
+    after = follower.simulate(pause, PERIOD, lambda tick: None)
     must, may = FRESH_COMMANDS
     if (
-        len(after) >= PAUSE_COMMANDS
+        len(after) >= pause * PAUSE_COMMANDS
         and all(map(is_of_the_agent, after[:must]))
         and all(command == STOP or is_of_the_agent(command) for command in after[must:may])
         and set(after[may:]) == {STOP}
@@ -425,7 +425,7 @@ def stops(follower: Follower, by_the_wall: Follower, scan: LaserScan) -> bool:
         return True
     early, late = by_the_wall.times_to_stop(scan)
     if late > LATEST_STOP:
-        still = "still driving 1.5 s after the last one" if math.isinf(late) else f"driving until {late:.1f} s after it"
+        still = "still driving 3 s after the last one" if math.isinf(late) else f"driving until {late:.1f} s after it"
         raise Wrong(
             f"When no scan has come for 0.5 s, every command until the next scan must be a zero Twist: it was {still}.",
             f"commands {after}; in real time after {late} s",

@@ -9,7 +9,7 @@ Points add up to 20.
 import math
 import random
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from autograder.hidden.parameters.conversation import (
@@ -35,6 +35,8 @@ LENIENT = 3.0  # times that a growth may differ where another test judges it
 JUST = 1e-6  # above another limit
 NARROW = 0.01  # limits that clamp nearly everything
 SHORT = 0.02  # s, a step that no node takes for none
+LATER, BETWEEN = 2.3, 0.1  # s after a refused set for which nothing of it may be seen, and from error to error
+SETTLES, SETTLED = 3, 0.4  # tries until nothing of what was before is seen, for so many s
 HUGE = 1e7  # an error whose effort is outside all limits
 
 Overridden = tuple[PidNode, Mapping[str, Any]]  # a node with the values that it was started with
@@ -351,6 +353,39 @@ def expect_no_less(pid: PidNode, error: float, last: Answer, about: str) -> None
         )
 
 
+def expect_no_late_change(pid: PidNode, fill: Callable[[], Answer], error: float, values: Mapping[str, float]) -> None:
+    """A refused set must not take effect some time later, either."""
+    for _ in range(SETTLES):
+        fill()
+        last, less = watch_effort(pid, error, SETTLED)
+        if less is None:
+            break
+    else:
+        return  # the effort falls by itself: another test judges it
+    if not is_refused(pid, values):
+        return  # judged by the other tests
+    last, less = watch_effort(pid, error, LATER)
+    if less is not None:
+        raise Wrong(
+            f"For {LATER:.0f} s after a refused set of {', '.join(values)} nothing of it may take effect: the same "
+            f"error again was answered with {less.effort:.3g}, and before it with {last.effort:.3g}.",
+            f"{last} then {less}",
+        )
+
+
+def watch_effort(pid: PidNode, error: float, seconds: float) -> tuple[Answer, Answer | None]:
+    """Send the same positive error again and again: the last answer, and one with less effort than before, if any."""
+    last = pid.send(error)
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        time.sleep(BETWEEN)
+        answer = pid.send(error)
+        if not answer.effort >= last.effort - ROUNDING:
+            return last, answer
+        last = answer
+    return last, None
+
+
 def steps(last: Answer, answer: Answer) -> tuple[float, float]:
     """The shortest and the longest time (s) that the node can have measured between two errors."""
     return max(INSTANT, answer.sent - last.came), answer.came - last.sent
@@ -550,6 +585,9 @@ def test_all_or_nothing(pid: PidNode, controls: None, rng: random.Random) -> Non
                 f"After a refused set of {', '.join(values)}, and then an accepted one of kd, nothing of the "
                 "refused one may take effect",
             )
+    if refused:
+        # Less than the sets before: what takes effect late may be one of theirs by now.
+        expect_no_late_change(pid, fill, error, {name: gain / 8 for name, gain in gains.items()} | several[0])
     if not refused:
         raise Wrong("A set of several parameters must be refused when one of its values is bad: all were accepted.")
 

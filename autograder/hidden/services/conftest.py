@@ -13,6 +13,12 @@ def motors(bench: Bench) -> Motors:
 
 
 @pytest.fixture(scope="session")
+def alone(bench: Bench) -> Motors:
+    """The same once more: it is left alone after an emergency stop."""
+    return Motors(bench)
+
+
+@pytest.fixture(scope="session")
 def relay(bench: Bench) -> Relay:
     """The student's relay, running where the grader serves /add_two_ints."""
     return Relay(bench, bench.random("relay"), served=True)

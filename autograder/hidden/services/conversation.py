@@ -28,6 +28,8 @@ WAYS = {
     ENABLED: [[(ENABLE, True)], [(ENABLE, False), (ENABLE, True)]],
     STOPPED: [[(STOP, True)]],
 }
+STARTS = ((ENABLE, True),)  # what disabled motors are left with when they must keep running
+STOPS = ((ENABLE, True), (STOP, True), (STOP, False))  # and when they must stand still
 COMMANDS = ((ENABLE, True), (ENABLE, False), (STOP, True), (STOP, False))
 QUOTED = 100  # characters of a message that its student is shown
 RELAY, ADD = "/relay", "/add_two_ints"
@@ -50,7 +52,7 @@ class Motors(Server):
         self.changes = False  # whether a command has ever changed the state
         self.can_enable = False  # whether the motors were ever said to be enabled after they had been enabled
         self.status_answers = False  # whether asking for the state has got an answer
-        self._left: tuple[int, float] | None = None  # the start that was left enabled, and when (s of time.monotonic)
+        self._left: tuple[int, float] | None = None  # the start that was left alone, and when (s of time.monotonic)
         self._failed: set[tuple[str, bool, bool]] = set()  # the commands without a response, and whether stopped then
         self._pressed = False  # whether the emergency stop was asked for last, and not its end
         self._last = ""  # the message of the last command's response
@@ -181,26 +183,28 @@ class Motors(Server):
         self.bring(ENABLED)
         self.bring(DISABLED)
 
-    def leave_enabled(self) -> None:
-        """Enable the motors, to be looked at again when nobody has asked for anything for a while."""
+    def leave(self, *commands: tuple[str, bool]) -> None:
+        """Give these commands to disabled motors, to look again when nobody has asked for anything for a while."""
         self._left = None
         with suppress(Fault):
             self.learn()
             self.renew()
             if self.can_enable and self.current() == DISABLED:
-                self.command(ENABLE, True)  # the last word: a look at the status might change the state
+                for command in commands:  # the last word: a look at the status might change the state
+                    self.command(*command)
                 self._left = self.starts, time.monotonic()
 
-    def stays_enabled(self, seconds: float) -> bool:
-        """Whether motors that were left enabled still are, so many seconds later; True when they cannot be enabled."""
+    def after_silence(self, seconds: float, *commands: tuple[str, bool]) -> str:
+        """The state so many seconds after `leave`; '' when they cannot be enabled, or have ended meanwhile."""
         if self._left is None or self._left[0] != self.starts:
-            self.leave_enabled()
+            self.leave(*commands)
         if self._left is None:
-            return True
+            return ""
         starts, since = self._left
         self._left = None
         wait_until(lambda: not self.program.alive, self.allow(since + seconds - time.monotonic()))
-        return self.current() == ENABLED or self.starts != starts
+        state = self.current()
+        return state if self.starts == starts else ""
 
     def expect(self, state: str, after: str) -> None:
         """They must be said to be in this state."""

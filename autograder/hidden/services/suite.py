@@ -18,10 +18,12 @@ from autograder.hidden.services.conversation import (
     LESSON,
     RELAY,
     SENT,
+    STARTS,
     STATES,
     STATUS,
     STOP,
     STOPPED,
+    STOPS,
     Motors,
     Relay,
     as_parameters,
@@ -91,38 +93,6 @@ def test_emergency_stop(motors: Motors) -> None:
         if motors.can_enable:
             motors.command(ENABLE, True)
             motors.expect(ENABLED, f"an emergency stop, its end, and then {ENABLE} with data True,")
-
-
-@points(5, cell="motor-service")
-@twice
-def test_stays_still(motors: Motors) -> None:
-    """After an emergency stop the motors stand still until somebody enables them when it has ended."""
-    motors.expect_change()
-    wish = (ENABLE, True)
-    for before, meanwhile in [
-        (ENABLED, []),
-        (ENABLED, [wish, wish]),
-        (DISABLED, [wish, wish]),
-        (ENABLED, [(ENABLE, False), wish]),
-        (ENABLED, [(STOP, True), wish]),
-    ]:
-        if not motors.bring(before):
-            if before == ENABLED:
-                raise Wrong(
-                    f"This is judged with motors that run: but after {ENABLE} with data True {motors.witness} says "
-                    f"{quoted(motors.said())}."
-                )
-            continue  # which costs other points
-        motors.command(STOP, True)
-        happened = [f"motors that were {before} got {STOP} with data True"]
-        expect_still(motors, happened, "must not run")
-        for service, on in meanwhile:
-            motors.attempt(service, on)
-            happened.append(f"{service} with data {on}")
-            expect_still(motors, happened, "must stay stopped")
-        motors.command(STOP, False)
-        happened.append(f"{STOP} with data False")
-        expect_still(motors, happened, "must be disabled when the stop ends, and not start")
 
 
 def expect_still(motors: Motors, happened: list[str], rule: str) -> None:
@@ -408,9 +378,10 @@ def test_goes_on_serving(relay: Relay, rng: random.Random) -> None:
 
 @points(0.5, cell="relay")
 @twice
-def test_slow_answer(relay: Relay, motors: Motors, rng: random.Random) -> None:
+def test_slow_answer(relay: Relay, motors: Motors, alone: Motors, rng: random.Random) -> None:
     """An answer that /add_two_ints takes 5 s for is waited for."""
-    motors.leave_enabled()  # and left alone meanwhile, which the last test looks at
+    motors.leave(*STARTS)  # and left alone meanwhile, which the last tests look at
+    alone.leave(*STOPS)
     usual = relay.relay()
     relay.vary(rng)
     with relay.adder.holding(TAKES):
@@ -529,7 +500,7 @@ def test_relay_asks_each_time(relay: Relay) -> None:
 @twice
 def test_last_command_counts(motors: Motors, rng: random.Random) -> None:
     """The state stays until a command changes it; after many from two clients it is what the last ones made of it."""
-    if not motors.stays_enabled(KEPT):
+    if motors.after_silence(KEPT, *STARTS) not in ("", ENABLED):
         raise Wrong(
             f"The motors were enabled, and nobody asked for anything for {KEPT:.0f} s: they must stay enabled, but "
             f"then {motors.witness} says {quoted(motors.said())}."
@@ -558,3 +529,40 @@ def test_last_command_counts(motors: Motors, rng: random.Random) -> None:
                 f"After {number + 1} commands, some repeated and from two clients, {command[0]} with data {command[1]} "
                 f"made {quoted(state)} of {quoted(before)}; before, it made {quoted(expected)} of it."
             )
+
+
+@points(5, cell="motor-service")
+@twice
+def test_stays_still(motors: Motors, alone: Motors) -> None:
+    """After an emergency stop the motors stand still until somebody enables them when it has ended."""
+    motors.expect_change()
+    wish = (ENABLE, True)
+    for before, meanwhile in [
+        (ENABLED, []),
+        (ENABLED, [wish, wish]),
+        (DISABLED, [wish, wish]),
+        (ENABLED, [(ENABLE, False), wish]),
+        (ENABLED, [(STOP, True), wish]),
+    ]:
+        if not motors.bring(before):
+            if before == ENABLED:
+                raise Wrong(
+                    f"This is judged with motors that run: but after {ENABLE} with data True {motors.witness} says "
+                    f"{quoted(motors.said())}."
+                )
+            continue  # which costs other points
+        motors.command(STOP, True)
+        happened = [f"motors that were {before} got {STOP} with data True"]
+        expect_still(motors, happened, "must not run")
+        for service, on in meanwhile:
+            motors.attempt(service, on)
+            happened.append(f"{service} with data {on}")
+            expect_still(motors, happened, "must stay stopped")
+        motors.command(STOP, False)
+        happened.append(f"{STOP} with data False")
+        expect_still(motors, happened, "must be disabled when the stop ends, and not start")
+    if alone.after_silence(KEPT, *STOPS) == ENABLED:
+        raise Wrong(
+            f"An emergency stop was ended, and nobody asked for anything for {KEPT:.0f} s: the motors must stay "
+            f"disabled, but then {alone.witness} says {quoted(alone.said())}."
+        )

@@ -691,6 +691,15 @@ WRONG = {
         {"stands_before_the_first_scan"},
     ),
     "an old scan is as good as a new one": (node((STALE, "return True")), {"stops"}),
+    "drives on by the old scan when there has been none for 2 s": (
+        node(
+            (
+                STALE,
+                "t = self.get_clock().now() - self.scan_time\n        return not FRESH < t <= Duration(seconds=2.0)",
+            )
+        ),
+        {"stops"},
+    ),
     "stops after a second": (node(("seconds=0.5", "seconds=1.0")), {"stops"}),
     "stops after 0.25 s": (node(("seconds=0.5", "seconds=0.25")), {"stops"}),
     "a scan is old after 0.1 s": (node(("seconds=0.5", "seconds=0.12")), {"rate", "stops"}),

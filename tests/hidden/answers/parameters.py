@@ -1155,6 +1155,32 @@ WRONG = {
         ),
         {"all_or_nothing"},
     ),
+    "what was refused is used half a second later": (
+        node(
+            ("import time\n", "import threading\nimport time\n"),
+            (
+                "        return self.get_parameter(name).value",
+                "        return getattr(self, 'late', {}).get(name, self.get_parameter(name).value)",
+            ),
+            (
+                "  # so NaN is refused too\n",
+                """
+            late = {p.name: p.value for p in params if p.name in ('kp', 'ki', 'kd')}
+            threading.Timer(0.4, self.take, [late]).start()
+""",
+            ),
+            (
+                "    def parameters_changed(self, params):\n",
+                """    def take(self, late):
+        self.late = late
+
+    def parameters_changed(self, params):
+        self.late = {}
+""",
+            ),
+        ),
+        {"all_or_nothing"},
+    ),
     "joint_name is refused by the callback alone": (
         node(
             (", ParameterDescriptor(read_only=True)", ""),
@@ -1301,6 +1327,7 @@ USELESS = {
     "the limits are checked before they are declared",  # the node ends at its start
 }
 ABOUT = {
+    "what was refused is used half a second later",
     "gains read at the start alone",
     "no rule for the limits",
     "the rule raises",

@@ -788,6 +788,28 @@ WRONG = {
         {"repeating_changes_nothing", "stays_still", "success"},
     ),
     "the end of a stop enables again": (motors((STOPS, "        self.stopped = request.data\n")), {"stays_still"}),
+    "the motors start by themselves a second after the stop has ended": (
+        motors(
+            (STOPS, STOPS + "        self.ended = None if request.data else self.get_clock().now()\n"),
+            (
+                "        self.stopped = False\n        self.create_service(",
+                """        self.stopped, self.ended = False, None
+        self.create_timer(0.2, self.start_again)
+        self.create_service(""",
+            ),
+            (
+                "    def enable(self",
+                """    def start_again(self):
+        if self.ended and (self.get_clock().now() - self.ended).nanoseconds > 1e9:
+            self.enabled, self.ended = True, None
+
+    def enable(self""",
+            ),
+            (SWITCH, f"{SWITCH}\n        self.ended = None"),
+            (STATUS, f"{STATUS}\n        self.ended = None"),
+        ),
+        {"stays_still"},
+    ),
     "a refused enable is remembered": (motors((SWITCH, "self.enabled = request.data")), {"stays_still"}),
     "the end of a stop that is not on disables": (
         motors((STOPS, "        self.stopped = request.data\n        self.enabled = False\n")),
@@ -1431,6 +1453,7 @@ ABOUT = {
     "the stop is not latched",
     "the end of a stop enables again",
     "the end of a stop brings the state before it back",
+    "the motors start by themselves a second after the stop has ended",
     "a refused enable is remembered",
     "the stop toggles",
     "disabling ends the stop",
