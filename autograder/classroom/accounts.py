@@ -23,6 +23,7 @@ from course.foundation.waiting import wait_until
 ACCOUNTS, PASSWORDS = "accounts.json", "passwords.csv"
 KEPT = "kept_passwords.json"  # hashes, of members whose Unix users `down` has removed
 NUMBERS = (1000, 60000)  # of people's users, as login.defs has them on Debian and Ubuntu
+RENEWED = "renewed"  # a file for each member whose former logins the hub has not ended yet
 SHADOW = Path("/etc/shadow")
 ENDED = 20.0  # s until processes that were killed are gone
 
@@ -114,6 +115,24 @@ def set_passwords(classroom: Classroom, members: list[Member]) -> Path:
     entries = "".join(f"{classroom.user(member)}:{given[member.name]}\n" for member in members)
     _run("chpasswd", text=entries)
     return path
+
+
+def renew(classroom: Classroom, member: Member) -> Path:
+    """Set a new password as `set_passwords` does; whoever is logged in with the former one is to be logged out."""
+    written = set_passwords(classroom, [member])
+    folder = classroom.state / RENEWED
+    folder.mkdir(storage.PRIVATE_FOLDER, exist_ok=True)
+    (folder / member.name).touch()
+    return written
+
+
+def take_renewal(classroom: Classroom, name: str) -> bool:
+    """Return True, once, when a member has a new password."""
+    try:
+        (classroom.state / RENEWED / name).unlink()
+    except FileNotFoundError:
+        return False
+    return True
 
 
 def ids(classroom: Classroom, member: Member) -> tuple[int, int]:

@@ -11,7 +11,7 @@ from jupyterhub.authenticators.shared import SharedPasswordAuthenticator
 from tornado.web import HTTPError
 from traitlets import Unicode
 
-from autograder.classroom import addresses, attempts
+from autograder.classroom import accounts, addresses, attempts
 from autograder.classroom.plan import Classroom
 
 KNOWN = "classroom-known"  # the cookie of a browser in which somebody has logged in
@@ -48,6 +48,8 @@ class Careful(Authenticator):
             if not await self.check(handler, data):
                 return None
         self._attempts.succeeded(name, place)
+        if user := handler.find_user(name):
+            self._end_logins(user)
         if not browser:
             options = {"httponly": True, "samesite": "Lax", "secure": bool(self.classroom.certificate), "path": "/hub/"}
             value = f"{name}:{secrets.token_hex(16)}"
@@ -57,6 +59,24 @@ class Careful(Authenticator):
     async def check(self, handler: Any, data: dict[str, str]) -> bool:
         """Return True if the password is right."""
         raise NotImplementedError
+
+    def validate_username(self, username: str) -> bool:
+        """Return True for a member: the hub forgets others when it starts, with their cookies and tokens."""
+        return super().validate_username(username) and any(each.name == username for each in self.classroom.members)
+
+    async def refresh_user(self, user: Any, handler: Any = None) -> bool:
+        """Return False when somebody has come in by a password that is not theirs any more."""
+        return not self._end_logins(user)
+
+    def _end_logins(self, user: Any) -> bool:
+        """End all that was logged in as a user before a new password was set; False when there is nothing to end."""
+        if not accounts.take_renewal(self.classroom, user.name):
+            return False
+        user.orm_user.cookie_id = secrets.token_hex(16)
+        for token in list(user.orm_user.api_tokens):
+            user.db.delete(token)
+        user.db.commit()
+        return True
 
 
 class MembersPAM(Careful, PAMAuthenticator):

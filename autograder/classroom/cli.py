@@ -243,7 +243,7 @@ def unlock(
 def password(
     name: Annotated[str, typer.Argument(help="The member's name, as in the roster.")], folder: Folder = DEFAULT
 ) -> None:
-    """Give a member a new password, and print it; all others keep theirs."""
+    """Give a member a new password, written to a file that is named; end their server, and log them out everywhere."""
     _root()
     classroom = Classroom.load(folder.resolve())
     found = [member for member in classroom.members if member.name == name]
@@ -254,8 +254,10 @@ def password(
     if accounts.missing(replace(classroom, members=tuple(found))):
         raise UsageError("the class is down: `up` first")
     with hub.alone(classroom):
-        written = accounts.set_passwords(classroom, found)
+        written = accounts.renew(classroom, found[0])
         attempts.unlock(classroom, name)
+        if running := spawner.servers(classroom).get(name):
+            spawner.forget(classroom, name, running)
     print(f"The new password of {name} is in the last line of {written}.")
 
 

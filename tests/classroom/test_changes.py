@@ -10,6 +10,7 @@ import os
 import pwd
 import re
 import secrets
+import sqlite3
 import subprocess
 import time
 from datetime import UTC, datetime, timedelta
@@ -250,6 +251,32 @@ def test_who_leaves_the_class_is_out_and_pam_knows_each_ones_own_password(ended)
     for name, password in own.items():
         sleeper = "import subprocess; subprocess.Popen(['setsid', '-f', 'sleep', '1000'])"
         assert come_in(classroom, name, password).kernel().run(sleeper).error == ""
+
+
+def test_a_new_password_ends_what_was_logged_in_before(ended):
+    """Somebody else may know the former one."""
+    classroom, _, _ = ended
+    with open(classroom.state / accounts.PASSWORDS, newline="") as file:
+        own = {line["student"]: line["password"] for line in csv.DictReader(file)}
+    before = come_in(classroom, "ada", own["ada"])
+    assert before.call("GET", "api/status").ok and "ada" in spawner.servers(classroom)
+    done = run_classroom("password", "ada", "--folder", str(classroom.folder))
+    assert done.returncode == 0, done.stderr
+    assert "ada" not in spawner.servers(classroom)
+    assert before.session.get(f"{classroom.url}hub/home").url.partition("?")[0].endswith("/hub/login")
+    assert not Visitor(classroom.url, "ada").log_in(own["ada"])
+    with open(classroom.state / accounts.PASSWORDS, newline="") as file:
+        own = {line["student"]: line["password"] for line in csv.DictReader(file)}
+    after = come_in(classroom, "ada", own["ada"])
+    assert after.call("GET", "api/status").ok
+    assert before.session.get(f"{classroom.url}hub/home").url.partition("?")[0].endswith("/hub/login")
+
+
+def test_whoever_left_the_class_is_forgotten_by_the_hub(ended):
+    """Bob has left: who is entered by that name later begins with no cookie and no token of his."""
+    classroom, _, _ = ended
+    with sqlite3.connect(f"file:{classroom.state / 'jupyterhub.sqlite'}?mode=ro", uri=True) as hubs:
+        assert {name for (name,) in hubs.execute("select name from users")} == {"ada", "teacher"}
 
 
 def traces(classroom: Classroom, uids: set[int], networks: set[str]) -> list[str]:
