@@ -128,12 +128,7 @@ def give(home: Path, uid: int, gid: int) -> None:
     opened = os.open(home, FOLDER)
     try:
         former = os.fstat(opened).st_uid
-        for _, _, names, at in _walk(opened):
-            if os.fstat(at).st_uid == former:
-                os.fchown(at, uid, gid)
-            for name in names:
-                with contextlib.suppress(OSError):
-                    _give(name, at, former, uid, gid)
+        _change_below(opened, lambda user, group: (uid, gid) if user == former else (user, group))
     finally:
         os.close(opened)
 
@@ -153,40 +148,35 @@ def hand_on(folder: Path, user: Callable[[int], int], group: Callable[[int], int
     """
     opened = os.open(folder, FOLDER)
     try:
-        for _, _, names, at in _walk(opened):
-            _change(at, at, user, group)
-            for name in names:
-                with contextlib.suppress(OSError):
-                    _hand_on(name, at, user, group)
+        _change_below(opened, lambda uid, gid: (user(uid), group(gid)))
     finally:
         os.close(opened)
 
 
-def _hand_on(name: str, at: int, user: Callable[[int], int], group: Callable[[int], int]) -> None:
+def _change_below(folder: int, owner: Callable[[int, int], tuple[int, int]]) -> None:
+    """Change an open folder, and the folders and files below it: `owner` tells user and group by those before."""
+    for _, _, names, at in _walk(folder):
+        _change(at, at, owner)
+        for name in names:
+            with contextlib.suppress(OSError):
+                _change_file(name, at, owner)
+
+
+def _change_file(name: str, at: int, owner: Callable[[int, int], tuple[int, int]]) -> None:
     file = os.open(name, os.O_PATH | os.O_NOFOLLOW | os.O_CLOEXEC, dir_fd=at)
     try:
         known = os.fstat(file)
         if stat.S_ISREG(known.st_mode) and known.st_nlink == 1:
-            _change(file, f"/proc/self/fd/{file}", user, group)
+            _change(file, f"/proc/self/fd/{file}", owner)
     finally:
         os.close(file)
 
 
-def _change(file: int, path: int | str, user: Callable[[int], int], group: Callable[[int], int]) -> None:
+def _change(file: int, path: int | str, owner: Callable[[int, int], tuple[int, int]]) -> None:
     known = os.fstat(file)
-    uid, gid = user(known.st_uid), group(known.st_gid)
+    uid, gid = owner(known.st_uid, known.st_gid)
     if (uid, gid) != (known.st_uid, known.st_gid):
         os.chown(path, uid, gid)
-
-
-def _give(name: str, at: int, former: int, uid: int, gid: int) -> None:
-    file = os.open(name, os.O_PATH | os.O_NOFOLLOW | os.O_CLOEXEC, dir_fd=at)
-    try:
-        known = os.fstat(file)
-        if stat.S_ISREG(known.st_mode) and known.st_uid == former and known.st_nlink == 1:
-            os.chown(f"/proc/self/fd/{file}", uid, gid)
-    finally:
-        os.close(file)
 
 
 def _become(uid: int, gid: int, groups: Sequence[int]) -> None:

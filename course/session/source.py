@@ -74,7 +74,7 @@ def service_callbacks(tree: ast.AST, service: str = "") -> set[str]:
     for call in calls(tree, "create_service"):
         served = argument(call, 1, "srv_name")
         name = str(served.value).lstrip("/") if isinstance(served, ast.Constant) else ""
-        if callback := name_of(argument(call, 2, "callback")):
+        if callback := name_of(argument(call, *CALLBACKS["create_service"])):
             found[callback] = name
     own = {callback for callback, name in found.items() if name == service.lstrip("/")}
     return own or set(found)
@@ -179,9 +179,9 @@ def hidden_method(source: str) -> str:
 def called_callback(source: str) -> tuple[str, int] | None:
     """Return the method of the program that is called where it belongs as a callback, and the line of the call."""
     tree, own = parse(source), methods(source)
-    for name, (place, keyword) in CALLBACKS.items():
+    for name, where in CALLBACKS.items():
         for call in calls(tree, name):
-            given = argument(call, place, keyword)
+            given = argument(call, *where)
             if isinstance(given, ast.Call) and name_of(given.func) in own:
                 return name_of(given.func), given.lineno
     return None
@@ -220,7 +220,7 @@ def defined(error: str, source: str) -> tuple[str, int] | None:
 def no_result(source: str) -> tuple[str, int] | None:
     """The execute callback of an action whose last line is not a `return`: its name, and the line of its `def`."""
     tree = parse(source)
-    names = {name_of(argument(call, 3, "execute_callback")) for call in calls(tree, "ActionServer")}
+    names = {name_of(argument(call, *CALLBACKS["ActionServer"])) for call in calls(tree, "ActionServer")}
     for function in functions(tree):
         if function.name in names and not isinstance(function.body[-1], (ast.Return, ast.Raise)):
             return function.name, function.lineno
@@ -233,7 +233,10 @@ def wrong_result(source: str) -> tuple[str, int, str] | None:
     None when all do, as far as their text tells.
     """
     tree = parse(source)
-    names = {name_of(argument(call, 0, "callback")) for call in calls(tree, "add_on_set_parameters_callback")}
+    names = {
+        name_of(argument(call, *CALLBACKS["add_on_set_parameters_callback"]))
+        for call in calls(tree, "add_on_set_parameters_callback")
+    }
     for function in functions(tree):
         if function.name not in names:
             continue

@@ -34,6 +34,7 @@ from course.session.live import Session
 from course.session.logs import Entry, decoded
 from course.world.controls import LATCHED
 from course.world.node import World, latest, watchers
+from course.world.simulation import advance
 
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 LOOK = 0.5  # s between two looks who publishes
@@ -305,21 +306,14 @@ def _between(before: list[Any], after: list[Any], share: float) -> list[float | 
     """A pose on the way from one to another."""
     (x, y, heading), (to_x, to_y, to_heading) = before, after
     turn = math.remainder(to_heading - heading, 2.0 * math.pi)
-    return [_finite(x + share * (to_x - x), 3), _finite(y + share * (to_y - y), 3), _finite(heading + share * turn, 4)]
+    return _told(x + share * (to_x - x), y + share * (to_y - y), heading + share * turn)
 
 
-def _moved_on(pose: list[Any], odometry: bytes, seconds: float) -> list[float | None]:
+def _moved_on(pose: Any, odometry: bytes, seconds: float) -> list[float | None]:
     """Return the pose so many seconds after another, of a robot that moves on as it did."""
     read = decoded(odometry, Odometry)
     linear, angular = (read.twist.twist.linear.x, read.twist.twist.angular.z) if read else (0.0, 0.0)
-    x, y, heading = pose
-    middle = heading + 0.5 * seconds * angular
-    way = seconds * linear
-    return [
-        _finite(x + way * math.cos(middle), 3),
-        _finite(y + way * math.sin(middle), 3),
-        _finite(heading + seconds * angular, 4),
-    ]
+    return _told(*advance(pose, linear, angular, seconds))
 
 
 def _pose(odometry: bytes) -> list[float | None] | None:
@@ -328,7 +322,12 @@ def _pose(odometry: bytes) -> list[float | None] | None:
     pose = read.pose.pose
     turn = pose.orientation
     heading = math.atan2(2.0 * (turn.w * turn.z + turn.x * turn.y), 1.0 - 2.0 * (turn.y**2 + turn.z**2))
-    return [_finite(pose.position.x, 3), _finite(pose.position.y, 3), _finite(heading, 4)]
+    return _told(pose.position.x, pose.position.y, heading)
+
+
+def _told(x: float, y: float, heading: float) -> list[float | None]:
+    """A pose as the page is told it: x m, y m, heading rad."""
+    return [_finite(x, 3), _finite(y, 3), _finite(heading, 4)]
 
 
 def _finite(value: float, digits: int) -> float | None:
