@@ -9,6 +9,7 @@ front.  A domain that somebody exports stays.
 import contextlib
 import os
 import shlex
+import signal
 import sys
 from pathlib import Path
 
@@ -48,6 +49,8 @@ def main(words: list[str]) -> int:
         print(f"environment/shell: {error}", file=sys.stderr)
         return 2
     os.environ.update(variables)
+    if not words:  # closing a terminal ends what runs in it, also where `nohup` has started the server
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
     command = words or ["bash", "--rcfile", str(BASHRC), "-i"]
     try:
         os.execvp(command[0], command)

@@ -7,6 +7,7 @@ import signal
 import sys
 from concurrent.futures import ThreadPoolExecutor
 
+import psutil
 import pytest
 from playwright.sync_api import sync_playwright
 
@@ -16,10 +17,12 @@ from autograder.grading import single
 from autograder.records import Submission
 from autograder.sandbox import sandbox
 from autograder.submissions import exercises
+from course.foundation.waiting import wait_until
 
 # A shell that starts the tests in the background has them, and all that they start, ignore Ctrl-C.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
+ENDS = 10  # s for what the tests have told to end
 BROWSERS = ("chromium-headless-shell", "chromium", "google-chrome")  # the first takes an eighth less of the processor
 QUIET = (  # Chromium looks for nothing outside of this machine
     "--no-sandbox",
@@ -48,6 +51,20 @@ def chromium():
         browser = playwright.chromium.launch(**options)
         yield browser
         browser.close()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def nothing_is_left(tmp_path_factory):
+    """No test leaves a process behind that works in a folder of the tests."""
+    base = str(tmp_path_factory.getbasetemp())
+
+    def left() -> list[str]:
+        found = (process.as_dict(["cwd", "cmdline"]) for process in psutil.process_iter())
+        lines = (" ".join((each["cwd"] or "", *(each["cmdline"] or ()))) for each in found)
+        return [line for line in lines if base in line]
+
+    yield
+    assert wait_until(lambda: not left(), ENDS), left()
 
 
 @pytest.fixture(autouse=True)

@@ -9,6 +9,7 @@ import subprocess
 import time
 from pathlib import Path
 
+import psutil
 import pytest
 
 from course import registry
@@ -18,6 +19,7 @@ from tests.kernels import Kernel
 ROOT = Path(__file__).parents[2]
 SHELL = ROOT / "environment" / "shell"
 SOLUTION = ROOT / "solutions" / "calculator"
+WAIT = 30  # s
 STRANGE = "Übung 3, calculator"  # a folder's name with a space, an umlaut and a comma
 
 
@@ -196,6 +198,7 @@ class Terminal:
     def __init__(self, folder: Path, environment: dict[str, str], *words: str):
         self.pid, self.descriptor = os.forkpty()
         if not self.pid:
+            signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as below a server that `nohup` has started
             os.chdir(folder)
             os.execve(SHELL, [str(SHELL), *words], environment | {"TERM": "xterm", "HOME": str(folder)})
         self.text = ""
@@ -356,6 +359,15 @@ def test_an_empty_graph_says_where_another_terminal_has_nodes(environment, open_
     terminal.type("python3 talker.py\n")
     terminal.read_until(r"[\r\n]up\r\n")
     assert "95 (a terminal)" in shell(environment, tmp_path, "ros2", "node", "list").stderr
+
+
+def test_what_runs_in_a_terminal_ends_when_it_is_closed(environment, tmp_path):
+    (tmp_path / "talker.py").write_text(f"import os; print(os.getpid()); {TALKER}")
+    terminal = Terminal(tmp_path, environment)
+    terminal.type("python3 talker.py\n")
+    talker = psutil.Process(int(re.search(r"(\d+)\r\nup", terminal.read_until(r"[\r\n]up\r\n"))[1]))
+    terminal.close()
+    talker.wait(WAIT)
 
 
 def test_a_program_of_the_tutorials_that_is_not_here_says_what_stands_in_for_it(open_terminal, tmp_path):

@@ -179,7 +179,6 @@ def test_integral(pid: PidNode, rng: random.Random) -> None:
             )
     narrow = {"output_min": -NARROW, "output_max": NARROW}
     for held in (error, -error):  # at either limit
-        pid.arrange()  # another ki: the integral starts again
         last = begin_integral(pid, held, ki=ki)
         last, fault = send_after(pid, 0.05, held, ki, last)
         if fault or not pid.parameters.set_together(narrow).successful:
@@ -315,7 +314,8 @@ def told(ends: Sequence[float]) -> str:
 
 
 def begin_integral(pid: PidNode, error: float, **gains: float) -> Answer:
-    """The first answer to an error, whose time step starts at a message just before it."""
+    """The first answer to an error, whose time step starts at a message just before it, and the integral at zero."""
+    pid.arrange()  # a ki that is as before would leave the integral as it is
     pid.arrange(**gains)
     pid.send(error * ALMOST_NOTHING)
     return pid.send(error)
