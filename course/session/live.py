@@ -164,6 +164,18 @@ class Session:
         self._check_open()
         return self._nodes.restart(name)
 
+    def server(self, service: str) -> tuple[str, bool]:
+        """Return who serves `service`, and whether `restart_server` can start it again; ('', False) for nobody."""
+        return self._nodes.server(service)
+
+    def restart_server(self, service: str) -> Handle:
+        """Start the server of `service` again, in this session; a Python file that runs elsewhere is ended for it.
+
+        Raises LiveError when it does not end, or cannot be started here.
+        """
+        self._check_open()
+        return self._nodes.restart_server(service)
+
     def follow_logs(self, wanted: Callable[[Entry], bool] | None = None) -> LogFollower:
         """Return a follower of what `logs` shows, as it grows; only the entries that are `wanted`."""
         return self._logs.follow(wanted)

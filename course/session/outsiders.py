@@ -43,6 +43,16 @@ class Outsider:
         return f"{self.node if base(self.node) != UNKNOWN else 'a node'}, {self.where}"
 
     @property
+    def program(self) -> tuple[Path, tuple[str, ...]] | None:
+        """Return the Python file that it runs (`python FILE.py ARGUMENTS`), and its arguments; None for another."""
+        with contextlib.suppress(OSError):
+            python, *words = _words(self.pid)
+            if Path(python).name.startswith("python") and words and words[0].endswith(".py"):
+                file = Path(f"/proc/{self.pid}/cwd").readlink() / words[0]
+                return (file, tuple(words[1:])) if file.is_file() else None
+        return None
+
+    @property
     def ending(self) -> str:
         """Return how to end it."""
         return f"Ctrl-C in its terminal, or `!kill {self.pid}`" if self.pid else "Ctrl-C where it was started"
@@ -142,10 +152,15 @@ def _session(pid: int) -> int:
     return 0
 
 
+def _words(pid: int) -> list[str]:
+    """Return the command line of a process; raises OSError when it has gone."""
+    return Path(f"/proc/{pid}/cmdline").read_text(errors="replace").rstrip("\0").split("\0")
+
+
 def _command(pid: int) -> str:
     """Return the command line of a process, its program and its file without their folders."""
     try:
-        words = Path(f"/proc/{pid}/cmdline").read_text(errors="replace").rstrip("\0").split("\0")
+        words = _words(pid)
     except OSError:
         return ""
     named = " ".join([*(Path(word).name for word in words[:2]), *words[2:]])

@@ -1,6 +1,9 @@
 """The nodes that a session has started: how each is started, replaced, ended and started again, and their table."""
 
+import contextlib
 import itertools
+import os
+import signal
 import sys
 import threading
 import time
@@ -13,6 +16,7 @@ from rclpy.exceptions import NotInitializedException
 from rclpy.node import Node
 
 from course.errors import CallTimeout, LiveError, NodeFailed
+from course.foundation import processes
 from course.foundation.waiting import wait_until
 from course.ros.names import base
 from course.ros.rclpy_internals import is_initialized
@@ -31,10 +35,11 @@ from course.session.spinner import Spinner
 from course.session.table import Row
 from course.session.watch import Handle, Watch
 
-# Asked before a file is started; what they return is told to the reader.  The notebook's part of the course looks here
-# whether the file is what its cell says.
 PATIENCE = 5.0  # s without a node, after which the reader is told where the program is
 USUAL = 20.0  # s that a program has for its first node; whoever gives it more knows that it computes for long
+ENDING = 5.0  # s that a program of elsewhere has to end after Ctrl-C
+# Asked before a file is started; what they return is told to the reader.  The notebook's part of the course looks here
+# whether the file is what its cell says.
 before_start: list[Callable[[Path], str]] = []
 
 
@@ -121,6 +126,26 @@ class StartedNodes:
         """Return who serves the service or action `name`, or publishes on the topic, and how to end each."""
         outside = [(str(each), each.ending) for each in self._outsiders.serving(name)]
         return outside + [(f"{key} of this notebook", f"ros.stop('{key}')") for key in self._outsiders.own(name)]
+
+    def server(self, name: str) -> tuple[str, bool]:
+        """Return who serves the service `name`, and whether `restart_server` can start it again; '' for nobody."""
+        if own := self._outsiders.own(name):
+            return own[0], True
+        return next(((str(each), each.program is not None) for each in self._outsiders.serving(name)), ("", False))
+
+    def restart_server(self, name: str) -> Handle:
+        """Start the server of the service `name` again, in this session; a program of elsewhere is ended for it.
+
+        Raises LiveError when it does not end, or is not a Python file that can be started here.
+        """
+        if own := self._outsiders.own(name):
+            return self.restart(own[0])
+        for each in self._outsiders.serving(name):
+            if program := each.program:
+                if not _ends(each.pid):
+                    raise LiveError(f"{each} still runs {ENDING:g} s after Ctrl-C. To end it: `!kill {each.pid}`")
+                return self.start_file(program[0], program[1], {}, USUAL)
+        raise LiveError(f"no server of {name} runs that can be started in this notebook")
 
     def rows(self) -> list[Row]:
         """Return a row for each started node, and for each node that somebody else has started."""
@@ -268,3 +293,11 @@ def _arguments(parameters: Mapping[str, object]) -> list[str]:
     """The command line that overrides declared parameters."""
     overrides = [["-p", f"{name}:={argument(value)}"] for name, value in parameters.items()]
     return ["--ros-args", *itertools.chain.from_iterable(overrides)] if overrides else []
+
+
+def _ends(pid: int) -> bool:
+    """Send a process Ctrl-C; returns True once it has ended, and False when it still runs after ENDING."""
+    born = processes.birth(pid)
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(pid, signal.SIGINT)
+    return wait_until(lambda: not processes.alive(pid, born), ENDING)

@@ -168,7 +168,7 @@ def test_a_kernel_killed_under_the_inspector_and_under_the_graph_is_told_and_the
             show_panel(page, "Graph")
         expect(panel.get_by_role("region", name="Timeline")).to_contain_text("Waiting for action server")
         os.kill(process(page), signal.SIGKILL)
-        expect(panel).to_contain_text("The kernel has ended, and all of its nodes with it")
+        expect(panel).to_contain_text("The kernel was restarted, and its nodes have ended")
         expect(panel.get_by_role("region", name="Timeline")).to_have_count(0)
         expect(panel.get_by_role("list", name="The graph as a list")).to_have_count(0)
         page.get_by_role("dialog").get_by_role("button", name="Ok").click()

@@ -97,7 +97,7 @@ def test_ten_thousand_lines_a_second_leave_the_page_responsive_and_are_counted(l
 def test_a_kernel_that_is_killed_is_told_and_the_next_one_is_found(lab, page):
     panel = begin(page, lab, "killed")
     run_cell(page, CHECKS, "import os, signal\nos.kill(os.getpid(), signal.SIGKILL)")
-    expect(panel).to_contain_text("The kernel has ended, and all of its nodes with it")
+    expect(panel).to_contain_text("The kernel was restarted, and its nodes have ended")
     expect(panel.get_by_role("button", name="/greeter")).to_have_count(0)
     page.get_by_role("dialog").get_by_role("button", name="Ok").click()
     wait_for_kernel(page)

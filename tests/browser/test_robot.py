@@ -19,6 +19,16 @@ world = ros.start(World, parameters={'room': 'pillars', 'fast': True})
 ros.start(AIRobotController, parameters={'use_sim_time': True})
 print(world.node.drive(600.0, wall_limit=5.0).room)"""
 
+COMMANDS = """from geometry_msgs.msg import Twist
+ros.stop()
+ros.start(World, parameters={'room': 'hall'})
+commands = ros.node.create_publisher(Twist, 'cmd_vel', 10)
+slow = Twist()
+slow.linear.x = 0.2
+while True:
+    commands.publish(slow)
+    ros.until(lambda: False, 0.1)"""
+
 
 def open_view(page: Page, name: str) -> Locator:
     """Open the robot view by the launcher, and look at the notebook again."""
@@ -112,9 +122,13 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     page.locator(".jp-OutputArea-output pre").get_by_text("pillars").wait_for()
     expect(view.locator(".ros-Robot-facts")).to_contain_text("stopped: no commands come")
 
-    run_cell(page, 2, "import os, signal\nos.kill(os.getpid(), signal.SIGKILL)")
-    expect(view).to_contain_text("The kernel has ended, and all of its nodes with it")
-    page.get_by_role("dialog").get_by_role("button", name="Ok").click()
+    run_cell(page, 2, COMMANDS)
+    expect(view.locator(".ros-Robot-facts")).to_contain_text("0.20 m/s")
+    page.get_by_role("button", name="Interrupt the kernel").click()
+    expect(view.locator(".ros-Robot-facts")).to_contain_text("stopped: no commands come")
+    page.get_by_role("button", name="Restart the kernel", exact=True).click()
+    page.get_by_role("dialog").get_by_role("button", name="Confirm Kernel Restart").click()
+    expect(view).to_contain_text("The kernel was restarted, and its nodes have ended")
     wait_for_kernel(page)
     view.get_by_role("button", name="Run the first cell").click()
     expect(view).to_contain_text("No robot yet")

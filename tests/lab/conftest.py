@@ -4,14 +4,15 @@ from collections.abc import Iterator
 
 import pytest
 
+from course.lab.kernel.start import SERVED
 from tests.kernels import Kernel
 from tests.lab.client import Client, page_of
 
 
 @pytest.fixture(scope="module")
 def kernel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Kernel]:
-    """A kernel with a live session, in a folder of its own."""
-    kernel = Kernel(tmp_path_factory.mktemp("live"))
+    """A kernel with a live session, in a folder of its own, as JupyterLab starts it."""
+    kernel = Kernel(tmp_path_factory.mktemp("live"), {SERVED: "live.ipynb"})
     kernel.run("import course\nros = course.live()")
     yield kernel
     kernel.stop()

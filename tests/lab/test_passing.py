@@ -1,4 +1,4 @@
-"""What cells, nodes and other programs send is drawn from what passed; nothing of that is left when nobody looks."""
+"""What cells, nodes and other programs send is recorded from the session's start on, in JupyterLab alone."""
 
 from types import SimpleNamespace
 
@@ -6,6 +6,7 @@ import pytest
 
 from course.lab.kernel.exchange import Exchange
 from course.lab.kernel.passing import Passing
+from course.lab.kernel.start import SERVED
 from tests.kernels import Kernel
 from tests.lab.client import Client, page_of
 from tests.lab.test_inspector import SERVERS
@@ -58,12 +59,8 @@ COMMAND = "!ros2 service call /{name} example_interfaces/srv/AddTwoInts '{{a: 20
 def kernel(kernel):
     (kernel.folder / "servers.py").write_text(SERVERS)
     (kernel.folder / "caller.py").write_text(CALLER)
-    page = page_of(kernel)
-    page.subscribe("inspector.exchanges")
-    page.event()  # from now on somebody looks
     kernel.run("ros.start('servers.py')")
-    yield kernel
-    page.close()
+    return kernel
 
 
 @pytest.fixture
@@ -242,20 +239,103 @@ def test_a_program_sees_nothing_of_it(kernel):
     kernel.run("ros.stop('look.py')")
 
 
-def test_nobody_looks_and_nothing_is_left(tmp_path):
-    kernel = Kernel(tmp_path)
+def test_calls_before_any_page_are_recorded(tmp_path):
+    """Also that of a program which calls as soon as the server is there."""
+    kernel = Kernel(tmp_path, {SERVED: "early.ipynb"})
+    (tmp_path / "servers.py").write_text(SERVERS)
+    kernel.run("import course\nros = course.live()\nros.start('servers.py')")
+    kernel.run(COMMAND.format(name="add_two_ints"))
+    assert [text for *_, text in events(kernel, name="/add_two_ints", ros2=True)["events"]] == [
+        "a: 20\nb: 22",
+        "sum: 42",
+    ]
+    kernel.run("ros.close()\nros = course.live()\nros.start('servers.py')")
+    kernel.run(COMMAND.format(name="add_two_ints").replace("22", "23"))
+    assert [text for *_, text in events(kernel, name="/add_two_ints", ros2=True)["events"]][-1] == "sum: 43"
+    kernel.stop()
+
+
+ADDER = """import rclpy
+from example_interfaces.srv import AddTwoInts
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.service_introspection import ServiceIntrospectionState
+
+class Adder(Node):
+    def __init__(self):
+        super().__init__('apart')
+        self.service = self.create_service(AddTwoInts, 'add_apart', self.add)
+
+    def add(self, request, response):
+        response.sum = request.a + request.b
+        return response
+
+rclpy.init()
+node = Adder()
+"""
+OWN_INTROSPECTION = (
+    "node.service.configure_introspection(node.get_clock(), QoSProfile(depth=10), ServiceIntrospectionState.CONTENTS)\n"
+)
+
+
+def start_apart(kernel: Kernel, command: str) -> None:
+    """Start a program in the kernel's ROS domain that its session knows nothing of."""
+    kernel.run(f"import subprocess, sys\napart = subprocess.Popen([sys.executable, {command}])")
+    assert kernel.run("print(ros.until(lambda: ros.node.count_services('/add_apart'), 30))") == "True"
+
+
+def until_told(page: Client, service: str) -> dict | None:
+    """What is told next of a service whose calls are not recorded."""
+    return next((each for each in page.event()["data"] if each["service"] == service), None)
+
+
+def test_a_server_of_another_program_is_told_and_can_be_started_in_the_notebook(kernel, page):
+    (kernel.folder / "adder.py").write_text(f"{ADDER}rclpy.spin(node)")
+    start_apart(kernel, "'adder.py'")
+    unseen = page_of(kernel)
+    unseen.subscribe("inspector.unseen")
+    while not (told := until_told(unseen, "/add_apart")):
+        pass
+    assert told["restart"] and "/apart, process " in told["server"] and "adder.py" in told["server"]
+    assert unseen.ask("inspector.restart_server", service="/add_apart")["result"] is None
+    while until_told(unseen, "/add_apart"):
+        pass
+    unseen.close()
+    assert kernel.run("print(apart.poll() is not None)") == "True"
+    kernel.run(COMMAND.format(name="add_apart"))
+    assert events(kernel, name="/add_apart", ros2=True, state="over")["events"][-1][2] == "sum: 42"
+    kernel.run("ros.stop('adder.py')")
+
+
+def test_a_server_that_is_no_file_is_told_and_left_alone(kernel, page):
+    start_apart(kernel, f"'-c', {ADDER + 'rclpy.spin(node)'!r}")
+    page.subscribe("inspector.unseen")
+    while (event := page.event()["data"]) == [] or "by" in event[0]:
+        pass
+    assert event == [{"service": "/add_apart", "server": event[0]["server"], "restart": False}]
+    refused = page.ask("inspector.restart_server", service="/add_apart")["error"]
+    assert refused == "no server of /add_apart runs that can be started in this notebook"
+    kernel.run("apart.kill(); apart.wait()")
+
+
+def test_a_program_with_an_introspection_of_its_own_is_heard(kernel, page):
+    """It keeps no events for who comes later, as in rclpy's example."""
+    (kernel.folder / "own.py").write_text(f"{ADDER}{OWN_INTROSPECTION}rclpy.spin(node)")
+    start_apart(kernel, "'own.py'")
+    introspected(kernel, "/add_apart")
+    kernel.run(COMMAND.format(name="add_apart"))
+    assert events(kernel, name="/add_apart", ros2=True, state="over")["events"][-1][2] == "sum: 42"
+    kernel.run("apart.kill(); apart.wait()")
+
+
+def test_a_notebook_that_is_executed_records_nothing(tmp_path):
+    kernel = Kernel(tmp_path, {SERVED: ""})
     (tmp_path / "servers.py").write_text(SERVERS)
     kernel.run("import course\nros = course.live()")
-    page = page_of(kernel)
-    page.subscribe("inspector.exchanges")
-    page.event()
-    replaced = "from rclpy.client import Client\nprint(hasattr(Client.call_async, '__wrapped__'))"
-    assert kernel.run(replaced) == "True"
-    page.close()
-    kernel.run("ros.until(lambda: not ros.introspecting, 30)")
-    assert kernel.run(replaced) == "False"
     kernel.run("ros.start('servers.py')")
     kernel.run(f"{IN_THE_KERNEL}\nros.call('/add_here', AddTwoInts, a=1)\nros.call('/add_two_ints', AddTwoInts, a=1)")
+    replaced = "from rclpy.client import Client\nprint(hasattr(Client.call_async, '__wrapped__'))"
+    assert kernel.run(replaced) == "False"
     assert kernel.run("print(ros.node.count_publishers('/add_two_ints/_service_event'))") == "0"
     assert kernel.run("print(ros.node.count_publishers('/add_here/_service_event'))") == "0"
     assert kernel.run("print([each.topic_name for each in ros.node.subscriptions])") == "['/rosout']"

@@ -1,7 +1,6 @@
 """Exchanges, the record of what passes in one call, goal, message or change of a parameter: each event with its time.
 
-A reader sends them with the inspector.  What cells, nodes and other programs send is kept, too, while a page shows the
-list of exchanges: see `passing.py`.
+A reader sends them with the inspector.  What cells, nodes and other programs send is recorded, too: see `passing.py`.
 """
 
 import itertools

@@ -36,12 +36,19 @@ def add(panels: Panels) -> None:
         "inspector.look": look,
         "inspector.send": send,
         "inspector.cancel": lambda number: exchange.find(number).cancel(),
+        "inspector.restart_server": restart_server,
     }
     panels.topics |= {
         "inspector": Topic(lambda: Changes(offers), 0.5),
         "inspector.exchange": Topic(exchange.Followed, 0.1),
         "inspector.exchanges": Topic(passing.Summaries, 0.25),
+        "inspector.unseen": Topic(lambda: Changes(passing.unseen), 1.0),
     }
+
+
+def restart_server(service: str) -> None:
+    """Start the server of `service` again, in the session; raises LiveError when that cannot be done."""
+    session().restart_server(service)
 
 
 def offers() -> dict[str, list[list[str]]]:

@@ -1,10 +1,13 @@
-"""Requests of cells, nodes and other programs to services and actions, kept as exchanges while a page shows the list.
+"""Requests of cells, nodes and other programs to services and actions, recorded as exchanges.
+
+In JupyterLab they are recorded from the start of the session on (`record`), so that a panel that is opened later shows
+them, too.
 
 What this kernel sends is seen where it is sent: the clients of rclpy tell (`course.ros.rclpy_internals.watch_clients`).
 What other programs send is seen where it arrives.  Services that publish what they are asked and answer are heard
-(rclpy's service introspection, on SERVICE/_service_event): those of nodes that the session starts while a page looks,
-see `course/session/started`.  Of an action, feedback and status are topics, which anybody may hear; its goals and
-results travel in services, which nobody else hears.
+(rclpy's service introspection, on SERVICE/_service_event): those of nodes that the session starts, see
+`course/session/started`.  Of an action, feedback and status are topics, which anybody may hear; its goals and results
+travel in services, which nobody else hears.
 """
 
 import threading
@@ -17,6 +20,7 @@ from typing import Any
 from action_msgs.msg import GoalStatus, GoalStatusArray
 from rclpy.action import ActionClient
 from rclpy.client import Client
+from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.subscription import Subscription
@@ -25,11 +29,12 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 from service_msgs.msg import ServiceEventInfo
 
 from course.lab.kernel.exchange import LARGEST, Exchange, keep, summaries
+from course.lab.kernel.nodes import of_interest
 from course.lab.kernel.panels import Changes
 from course.recorders import STATUS
 from course.ros import messages
 from course.ros.names import type_name
-from course.ros.rclpy_internals import action_name, action_type, replace_in_rclpy, watch_clients
+from course.ros.rclpy_internals import RCLError, action_name, action_type, replace_in_rclpy, unwatched, watch_clients
 from course.session.live import Session, current
 from course.session.logs import decoded
 from course.session.presence import EVENTS
@@ -39,9 +44,11 @@ REQUEST = bytes([ServiceEventInfo.REQUEST_RECEIVED])
 HEAD = 64  # bytes of a message that is too long to be kept
 WAITING = 400  # messages that are kept between two looks
 OPEN = 100  # calls and goals without an end that are remembered
+SEEN = 1000  # calls that are remembered: a topic that is heard anew tells of its last ones again
+PERIOD = 0.5  # s between two looks while no page asks for one
 SERVICE, STATUSES, FEEDBACK = "/_service_event", "/_action/status", "/_action/feedback"
 QOS = {
-    SERVICE: QoSProfile(depth=100),
+    SERVICE: QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL),  # see `_fitting`
     STATUSES: QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL),
     FEEDBACK: QoSProfile(depth=100),
 }
@@ -74,6 +81,8 @@ class Passing:
         self._begun: set[str] = set()  # status topics of which a message was read
         self._callers: dict[bytes, str] = {}
         self._calls: dict[tuple[bytes, int], Exchange] = {}  # of other programs
+        self._seen: dict[tuple[bytes, int], None] = {}  # all of these, also when they are over
+        self._unseen: set[str] = set()  # services whose calls no topic told of at the look before
         self._goals: dict[bytes, _Goal] = {}
         self._lock = threading.Lock()
         self._noting = threading.Lock()  # of goals, which are sent in other threads
@@ -125,7 +134,29 @@ class Passing:
         for topic, (kind, end) in wanted.items():
             if topic not in self._subscriptions and (loaded := _loaded(kind, end)):
                 hear = self._hear(topic.removesuffix(end), end, loaded)
-                self._subscriptions[topic] = node.create_subscription(loaded, topic, hear, QOS[end], raw=True)
+                qos = _fitting(node.get_publishers_info_by_topic(topic), QOS[end])
+                self._subscriptions[topic] = node.create_subscription(loaded, topic, hear, qos, raw=True)
+
+    def unseen(self) -> list[dict[str, Any]]:
+        """Return the services whose calls by other programs are not recorded: {"service", "server", "restart"}.
+
+        `restart` says whether `Session.restart_server` would change that.  A server that has just been started has a
+        moment to begin.
+        """
+        with self._lock:
+            if not self.live.ok:
+                return []
+            node = self.live.node
+            silent = {
+                name
+                for name, types in node.get_service_names_and_types()
+                if of_interest(name, types[0])
+                and node.count_services(name)
+                and not node.count_publishers(f"{name}{SERVICE}")
+            }
+            told, self._unseen = sorted(silent & self._unseen), silent
+        found = ((name, *self.live.server(name)) for name in told)
+        return [{"service": name, "server": server, "restart": can} for name, server, can in found if server]
 
     def _hear(self, name: str, end: str, kind: type) -> Callable[[bytes], None]:
         def hear(message: bytes) -> None:
@@ -172,7 +203,8 @@ class Passing:
         key = client, info.sequence_number
         if client[:12] in self._own:
             return  # this kernel's: its client tells more
-        if info.event_type == ServiceEventInfo.REQUEST_RECEIVED and event.request:
+        if info.event_type == ServiceEventInfo.REQUEST_RECEIVED and event.request and key not in self._seen:
+            _remember(self._seen, key, None, SEEN)
             service_type = type_name(kind).removesuffix("_Event")
             exchange = keep(Exchange("service", name, service_type, self._caller(name, client), OF_A_SERVICE))
             exchange.add("request", event.request[0], at)
@@ -316,9 +348,9 @@ class _Handle:
         self._handle.cancel_goal_async()
 
 
-def _remember(known: dict[Any, Any], key: object, value: object) -> None:
+def _remember(known: dict[Any, Any], key: object, value: object, most: int = OPEN) -> None:
     known[key] = value
-    while len(known) > OPEN:
+    while len(known) > most:
         del known[next(iter(known))]
 
 
@@ -346,6 +378,14 @@ def _said(names: list[str]) -> str:
     return "the ros2 command" if names[0].startswith("/_ros2cli") else names[0]
 
 
+def _fitting(publishers: Iterable[TopicEndpointInfo], qos: QoSProfile) -> QoSProfile:
+    """Return a profile that all publishers of a topic offer: a program's own introspection may keep nothing."""
+    wanted = DurabilityPolicy.TRANSIENT_LOCAL
+    if all(each.qos_profile.durability == wanted for each in publishers):
+        return qos
+    return QoSProfile(depth=qos.depth)
+
+
 def _loaded(kind: str, end: str) -> type | None:
     """The class of a topic's messages; None when this kernel cannot import it."""
     package, _, name = kind.split("/")
@@ -359,46 +399,59 @@ def _loaded(kind: str, end: str) -> type | None:
     return GoalStatusArray
 
 
-_followed: set["Summaries"] = set()
 _passing: list[Passing] = []
+_threads: list[threading.Thread] = []
 _sharing = threading.Lock()
 
 
+def record() -> None:
+    """Record what passes in the kernel's session, and in its later ones, from now until the kernel ends."""
+    with _sharing:
+        if not _threads:
+            _threads.append(threading.Thread(target=_go_on, name="lab's recording", daemon=True))
+            _threads[0].start()
+    _look()
+
+
+def _go_on() -> None:
+    ended = threading.Event()  # of what never ends: the process ends this thread
+    with unwatched():
+        while not ended.wait(PERIOD):
+            try:
+                _look()
+            except (RCLError, InvalidHandle, RuntimeError):
+                if (live := current()) and live.ok:  # else the session has ended meanwhile
+                    raise
+
+
+def _look() -> Passing | None:
+    """Watch the current session; returns None without one."""
+    with _sharing:
+        live = current()
+        if _passing and _passing[0].live is not live:
+            _passing.pop().close()
+        if live is None:
+            return None
+        if not _passing:
+            _passing.append(Passing(live))
+        _passing[0].look()
+        return _passing[0]
+
+
 class Summaries(Changes):
-    """A feed of the list of exchanges; while a page follows it, what others send is kept, too."""
+    """A feed of the list of exchanges, which are recorded from now on in any case."""
 
     def __init__(self) -> None:
         super().__init__(summaries)
-        with _sharing:
-            _followed.add(self)
-        _look()
+        record()
 
     def read(self) -> Any:
         """The list, when it has changed."""
         _look()
         return super().read()
 
-    def close(self) -> None:
-        """The page has left."""
-        with _sharing:
-            _followed.discard(self)
-            if not _followed:
-                _leave()
 
-
-def _look() -> None:
-    """Watch the current session."""
-    with _sharing:
-        live = current()
-        if _passing and _passing[0].live is not live:
-            _leave()
-        if live is None or not _followed:
-            return
-        if not _passing:
-            _passing.append(Passing(live))
-        _passing[0].look()
-
-
-def _leave() -> None:
-    while _passing:
-        _passing.pop().close()
+def unseen() -> list[dict[str, Any]]:
+    """The services of the session whose calls by other programs are not recorded, see `Passing.unseen`."""
+    passing = _look()
+    return passing.unseen() if passing else []

@@ -1,6 +1,7 @@
-"""The start of a kernel's answers to pages, at its first `course.live()`."""
+"""The start of a kernel's answers to pages, and of its recording, at its first `course.live()`."""
 
 import contextlib
+import os
 from pathlib import Path
 
 from ipykernel.connect import get_connection_file
@@ -9,11 +10,20 @@ from course.lab.kernel.bridge import Bridge
 from course.lab.kernel.panels import Panels
 from course.lab.protocol import socket_path
 
+SERVED = "JPY_SESSION_NAME"  # set by a Jupyter server for the kernel of a notebook, and not where one is executed
+
 _bridge: list[Bridge] = []
 
 
 def start() -> None:
-    """Listen for pages, once; in a process that is not a kernel, or may not listen, the panels just stay empty."""
+    """Listen for pages, once; in a process that is not a kernel, or may not listen, the panels just stay empty.
+
+    For a notebook in JupyterLab, what passes is recorded from now on.
+    """
+    if os.environ.get(SERVED):
+        from course.lab.kernel import passing
+
+        passing.record()
     if _bridge:
         return
     with contextlib.suppress(OSError, RuntimeError, ValueError):

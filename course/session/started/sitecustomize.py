@@ -5,8 +5,9 @@ Python loads this module by its name, from PYTHONPATH, before the program begins
 Where it is: at the signal SIGUSR2, Python itself writes what each thread is doing (`faulthandler`) into a file that the
 session has given it, also amid a loop that never ends.
 
-What passes: while somebody looks at it, every service that the program makes is introspected, as rclpy offers it:
-requests and responses are published on the hidden topic SERVICE/_service_event.
+What passes: where it is recorded, every service that the program makes is introspected, as rclpy offers it: requests
+and responses are published on the hidden topic SERVICE/_service_event, and the last of them are kept there for who
+subscribes later.
 
 It is switched on where a service is made, by the thread that makes it, and never later: nothing of rclpy promises that
 it may be switched by another thread while an executor works.
@@ -26,7 +27,7 @@ WANTED = "COURSE_INTROSPECTION"
 STACKS = "COURSE_STACKS"  # the number of the open file for what the threads do
 ASK = signal.SIGUSR2
 HERE = os.path.dirname(os.path.abspath(__file__))
-DEPTH = 100  # events that may wait to be sent
+DEPTH = 100  # events that are kept
 # Every node has services of these packages; one of them is not of rclpy's making, and cannot be introspected.
 OF_EVERY_NODE = ("rcl_interfaces", "type_description_interfaces")
 
@@ -46,12 +47,13 @@ def introspected(original: "Callable[..., Any]") -> "Callable[..., Any]":
         # A service that cannot be seen is no reason to disturb its node.
         with contextlib.suppress(Exception):
             from rclpy.clock import Clock
-            from rclpy.qos import QoSProfile
+            from rclpy.qos import DurabilityPolicy, QoSProfile
             from rclpy.service_introspection import ServiceIntrospectionState
 
             if service.srv_type.__module__.partition(".")[0] not in OF_EVERY_NODE:
                 clocks[:] = clocks or [Clock()]
-                service.configure_introspection(clocks[0], QoSProfile(depth=DEPTH), ServiceIntrospectionState.CONTENTS)
+                kept = QoSProfile(depth=DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+                service.configure_introspection(clocks[0], kept, ServiceIntrospectionState.CONTENTS)
         return service
 
     return create_service

@@ -364,7 +364,7 @@ function Flows({ link }: { link: Link }): JSX.Element {
     <section className="ros-Flows" aria-label="Calls and goals">
       <h3>Calls and goals</h3>
       {failed && <p>{failed}</p>}
-      {!one && <p className="ros-quiet">Nothing has passed yet: send something with the Inspector, in a cell or from another program.</p>}
+      {!one && <p className="ros-quiet">No calls and no goals yet. Send one with the Inspector, in a cell or in a terminal.</p>}
       {one && (
         <>
           <select
@@ -381,10 +381,54 @@ function Flows({ link }: { link: Link }): JSX.Element {
           <ExchangeView key={one.number} link={link} number={one.number} />
         </>
       )}
-      <p className="ros-quiet">
-        Of a call that another program makes, this shows what the server tells: it does so when its node was started, or
-        restarted, by this notebook while this panel was open.
-      </p>
+      <Unseen link={link} />
     </section>
+  );
+}
+
+interface Silent {
+  service: string;
+  server: string;
+  restart: boolean; // whether it can be started again in this notebook
+}
+
+const FEW = 3; // services that are named
+
+/** Services whose calls by other programs are not recorded, and the way to change that. */
+function Unseen({ link }: { link: Link }): JSX.Element {
+  const [all, setAll] = React.useState<Silent[]>([]);
+  const [doing, setDoing] = React.useState('');
+  const [failed, setFailed] = React.useState('');
+  useTopic(link, 'inspector.unseen', {}, setAll, () => setAll([]), setFailed);
+  const restart = async (service: string) => {
+    setDoing(service);
+    setFailed('');
+    try {
+      await link.request('inspector.restart_server', { service });
+    } catch (error) {
+      setFailed((error as Error).message);
+    }
+    setDoing('');
+  };
+  return (
+    <>
+      {all.slice(0, FEW).map(each => (
+        <p className="ros-quiet ros-Flows-unseen" key={each.service}>
+          Calls of <code>{each.service}</code> by other programs are not recorded, because this notebook has not started
+          its server (<span className="ros-name">{each.server}</span>).{' '}
+          {each.restart && (
+            <button
+              disabled={doing !== ''}
+              aria-label={`Restart the server of ${each.service} in this notebook`}
+              onClick={() => void restart(each.service)}
+            >
+              {doing === each.service ? 'Restarting' : 'Restart it in this notebook'}
+            </button>
+          )}
+        </p>
+      ))}
+      {all.length > FEW && <p className="ros-quiet">The same holds for {all.length - FEW} more services.</p>}
+      <div role="status">{failed && <pre className="ros-story">{failed}</pre>}</div>
+    </>
   );
 }

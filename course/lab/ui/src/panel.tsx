@@ -137,7 +137,8 @@ export function instead(current: Current, link: Link | null): string | null {
       return 'Connecting …';
     default:
       return link.wasUp
-        ? 'The kernel has ended, and all of its nodes with it. Run the notebook’s first cell to begin again.'
+        ? `The kernel ${current.panel.sessionContext.session?.kernel?.status === 'dead' ? 'has ended' : 'was restarted'}, ` +
+            'and its nodes have ended. Run the notebook’s first cell to begin again.'
         : 'There is no live session yet. Run the notebook’s first cell: ros = course.live()';
   }
 }
