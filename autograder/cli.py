@@ -445,6 +445,36 @@ def release_command(
         print(f"{students}: what students need, without the answers")
 
 
+@app.command()
+def extend(
+    students: Annotated[
+        list[str] | None, typer.Argument(help="Who gets more time, by the names of their folders; default: nobody.")
+    ] = None,
+    course: Annotated[Path, typer.Option(help="nbgrader's course folder.")] = Path("."),
+    assignment: Annotated[str | None, typer.Option(help="For this exercise; default: for all.")] = None,
+    days: Annotated[float | None, typer.Option(min=0, help="How many days more.")] = None,
+    until: Annotated[str | None, typer.Option(help="Or until when, as '2026-11-27 23:59 UTC'.")] = None,
+    take_back: Annotated[bool, typer.Option("--take-back", help="Or nothing more: take back what was given.")] = False,
+) -> None:
+    """Give students more time, and show who has how much; the next export or return works out penalties anew."""
+    from autograder.collecting.collect import parse_due
+    from autograder.gradebook import extensions
+
+    if students and (days is not None) + bool(until) + take_back != 1:
+        raise UsageError("say how much: --days, --until or --take-back, one of them")
+    if not students and (days is not None or until or take_back):
+        raise UsageError("say who: the names of students come first")
+    extension = parse_due(until) if until else days
+    given = extensions.change(course, students or [], assignment, None if take_back else extension)
+    if not given:
+        print("Nobody has an extension.")
+    for student, of_one in given.items():
+        for name, more in of_one.items():
+            what = "every exercise" if name == extensions.ALL else name
+            when = f"until {more}" if isinstance(more, str) else f"{more:g} {'day' if more == 1 else 'days'} more"
+            print(printable(one_line(f"{student}: {what}: {when}")))
+
+
 @app.command("new")
 def new_command(
     name: Annotated[str, typer.Argument(help="The exercise's name, for example greeter: lower case, as in Python.")],
@@ -455,6 +485,27 @@ def new_command(
     for path in new(name):
         print(os.path.relpath(path))
     print(f"Try it: autograder check {os.path.relpath(repository() / 'solutions' / name)} --assignment {name}")
+
+
+@app.command("try")
+def try_command(
+    folder: Annotated[Path, typer.Argument(help="The folder with right/NAME/FILES and wrong/NAME/FILES.")],
+    assignment: Annotated[str, typer.Option(help="The exercise, for example calculator.")],
+    jobs: Jobs = None,
+    unsafe: Unsafe = False,
+    seed: Seed = None,
+    patience: Patience = 1.0,
+) -> None:
+    """Grade your own right and wrong answers to an exercise: which hidden test notices which mistake, and which none.
+
+    The exit code is 1 when a right answer loses points, a wrong one keeps all, or no wrong one loses a hidden test.
+    """
+    from autograder.authoring import trying
+
+    with batch.workers(jobs, None, patience, unsafe) as pool:
+        trial = trying.run(folder, assignment, pool, seed)
+    print(printable(trial.describe()))
+    raise typer.Exit(0 if trial.right else 1)
 
 
 def main() -> None:

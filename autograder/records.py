@@ -58,7 +58,7 @@ class Job:
     hidden: dict[str, bytes]  # the suite: content by path below the folder that holds the exercise's folder
     files: dict[str, bytes]  # handed in; content by name
     seed: int  # what the hidden inputs are drawn from
-    box: str  # how programs are confined: a key of `sandbox.sandbox.BOXES`
+    confinement: str  # how programs are confined: a key of `sandbox.sandbox.CONFINEMENTS`
     interfaces: str  # install prefix of the exercise's own interface package, or ""
     limit: float  # s after which the judging has failed
     core: int  # of the processor, for the programs, where this machine gives no control group

@@ -59,7 +59,7 @@ def nothing_is_left(tmp_path_factory):
     base = str(tmp_path_factory.getbasetemp())
 
     def left() -> list[str]:
-        found = (process.as_dict(["cwd", "cmdline"]) for process in psutil.process_iter())
+        found = (process.info for process in psutil.process_iter(["cwd", "cmdline"]))  # leaves out who ends meanwhile
         lines = (" ".join((each["cwd"] or "", *(each["cmdline"] or ()))) for each in found)
         return [line for line in lines if base in line]
 
@@ -78,7 +78,7 @@ def own_environment():
 
 
 @pytest.fixture(scope="session")
-def box() -> str:
+def confinement() -> str:
     """How this machine confines programs."""
     try:
         return sandbox.choose()
@@ -94,22 +94,22 @@ def gradings():
 
 
 @pytest.fixture(scope="session")
-def grade(box, gradings):
+def grade(confinement, gradings):
     """A function that begins to grade files, and returns the future report."""
 
     def begin(files, exercise="calculator", **options):
-        return gradings.submit(single.grade, Submission("student", exercise, files), box, **options)
+        return gradings.submit(single.grade, Submission("student", exercise, files), confinement, **options)
 
     return begin
 
 
 @pytest.fixture(scope="session")
-def judge(box, gradings):
+def judge(confinement, gradings):
     """A function that begins to judge files by some hidden tests alone, and returns the future judgement."""
 
     def begin(files, exercise, *tests, seed=None, patience=1.0):
         seed = secrets.randbits(32) if seed is None else seed
-        return gradings.submit(single.judge, exercises.load(exercise).part(*tests), files, box, seed, patience)
+        return gradings.submit(single.judge, exercises.load(exercise).part(*tests), files, confinement, seed, patience)
 
     return begin
 

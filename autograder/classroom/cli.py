@@ -11,8 +11,18 @@ from typing import Annotated, NoReturn, cast
 
 import typer
 
-from autograder.classroom import accounts, assignments, attempts, certificate, course_files, hub, members, spawner
-from autograder.classroom.plan import GIB, LOCAL, Classroom, Limits
+from autograder.classroom import (
+    accounts,
+    assignments,
+    attempts,
+    backup,
+    certificate,
+    course_files,
+    hub,
+    members,
+    servers,
+)
+from autograder.classroom.plan import GIB, LOCAL, SETTINGS, Classroom, Limits
 from autograder.errors import AutograderError, UsageError
 from autograder.gradebook.release import names as exercises
 
@@ -38,8 +48,12 @@ DryRun = Annotated[bool, typer.Option("--dry-run", help="Say what would be done,
 @app.command()
 def up(
     roster_file: Annotated[
-        Path, typer.Option("--roster", help="A CSV file with the columns `student` and, for instructors, `role`.")
-    ],
+        Path | None,
+        typer.Option(
+            "--roster",
+            help="A CSV file with the columns `student` and, for instructors, `role`; default: who was in it before.",
+        ),
+    ] = None,
     instructor: Annotated[
         list[str] | None, typer.Option(help="The name of an instructor; repeat the option for several.")
     ] = None,
@@ -86,7 +100,7 @@ def up(
         certificate.check_covers(certificate_file, host)
     classroom = Classroom(
         folder.resolve(),
-        tuple(members.read(roster_file, instructor or [])),
+        _members(folder.resolve(), roster_file, instructor or []),
         ip,
         port,
         *certificate.paths(certificate_file, key),
@@ -110,17 +124,29 @@ def up(
         _up(classroom)
 
 
+def _members(folder: Path, roster_file: Path | None, instructors: list[str]) -> tuple[members.Member, ...]:
+    """The members: those of the roster, or without one those of before."""
+    if roster_file:
+        return tuple(members.read(roster_file, instructors))
+    if not (folder / "state" / SETTINGS).exists():
+        raise UsageError(f"there is no class in {folder} yet: give --roster")
+    before = Classroom.load(folder).members
+    if unknown := sorted({*instructors} - {member.name for member in before if member.instructor}):
+        raise UsageError(f"{unknown[0]} was no instructor before: give --roster, too")
+    return before
+
+
 def _up(classroom: Classroom) -> None:
     course_files.make_folders(classroom)
     with contextlib.suppress(UsageError):  # there is none yet
         roles = {member.name: member.instructor for member in classroom.members}
         before = Classroom.load(classroom.folder)
         gone = {member.name for member in before.members if roles.get(member.name) is not member.instructor}
-        left = spawner.servers(classroom)
+        left = servers.started(classroom)
         # A server was told its address, and the hub's, when it was started.
         moved = before.host != classroom.host or (bool(classroom.host) and before.url != classroom.url)
         for name in sorted(left if moved else left.keys() & gone):
-            spawner.forget(classroom, name, left[name])
+            servers.forget(classroom, name, left[name])
             why = "who is not in the class any more, or has another role" if name in gone else "whose address changes"
             print(f"Ended the server of {name}, {why}.")
     classroom.save()
@@ -161,7 +187,7 @@ def status(folder: Folder = DEFAULT) -> None:
     _root()
     classroom = Classroom.load(folder.resolve())
     up_ = hub.running(classroom) is not None
-    alive = sorted(name for name, server in spawner.servers(classroom).items() if server.alive)
+    alive = sorted(name for name, server in servers.started(classroom).items() if server.alive)
     print(f"The hub {f'is at {classroom.url}' if up_ else 'does not run; `environment/classroom up` starts it'}.")
     print(_addresses(classroom))
     _warn_of_certificate(classroom)
@@ -256,8 +282,8 @@ def password(
     with hub.alone(classroom):
         written = accounts.renew(classroom, found[0])
         attempts.unlock(classroom, name)
-        if running := spawner.servers(classroom).get(name):
-            spawner.forget(classroom, name, running)
+        if running := servers.started(classroom).get(name):
+            servers.forget(classroom, name, running)
     print(f"The new password of {name} is in the last line of {written}.")
 
 
@@ -273,13 +299,13 @@ def down(
     _root()
     classroom = Classroom.load(folder.resolve())
     if dry_run:
-        print(f"Would end the hub and {len(spawner.servers(classroom))} servers, and remove their Unix users.")
+        print(f"Would end the hub and {len(servers.started(classroom))} servers, and remove their Unix users.")
         print(f"Would {'remove' if delete_homes else 'keep'} {classroom.folder}.")
         return
     with hub.alone(classroom):
         hub.stop(classroom)
-        for name, server in spawner.servers(classroom).items():
-            spawner.forget(classroom, name, server)
+        for name, server in servers.started(classroom).items():
+            servers.forget(classroom, name, server)
         removed = accounts.remove(classroom)
         shutil.rmtree(classroom.run, ignore_errors=True)
         with contextlib.suppress(OSError):  # another class is there
@@ -291,6 +317,31 @@ def down(
     print(f"The class is ended; removed: {_listed(removed)}.")
     if not delete_homes:
         print(f"Homes, exchange and grades are in {classroom.folder}.")
+
+
+@app.command("backup")
+def backup_command(
+    file: Annotated[Path, typer.Argument(help="The file to write, for example class.tar.gz.")], folder: Folder = DEFAULT
+) -> None:
+    """Write the class, which is down, to one file: homes, exchange, grades, settings and passwords."""
+    _root()
+    classroom = Classroom.load(folder.resolve())
+    with hub.alone(classroom):
+        size = backup.write(classroom, file.absolute())
+    print(f"{file}: {len(classroom.members)} members, {size / MIB:,.1f} MiB. Whoever can read it can read all of it.")
+
+
+@app.command("restore")
+def restore_command(
+    file: Annotated[Path, typer.Argument(help="What `backup` has written.")], folder: Folder = DEFAULT
+) -> None:
+    """Lay out the class of a file, on this machine or another: then `up` starts it, with all work and passwords."""
+    _root()
+    if not file.exists():
+        raise UsageError(f"there is no file {file}")
+    classroom = backup.read(file.absolute(), folder.resolve())
+    print(f"{classroom.folder}: {len(classroom.members)} members, with their work, grades and passwords.")
+    print(f"Start it: environment/classroom up --folder {classroom.folder}, and what else you gave before.")
 
 
 @app.command("capacity")

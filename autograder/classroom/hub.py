@@ -16,7 +16,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import IO, Any, cast
 
-from autograder.classroom import log_keeper, spawner
+from autograder.classroom import log_keeper, servers
 from autograder.classroom.plan import Classroom
 from autograder.errors import ClassroomError, UsageError
 from autograder.paths import repository
@@ -105,10 +105,10 @@ def taken_port(classroom: Classroom, before: Classroom | None) -> int:
     return 0
 
 
-def running(classroom: Classroom) -> spawner.Running | None:
+def running(classroom: Classroom) -> servers.Running | None:
     """The hub, if it runs."""
     with contextlib.suppress(OSError, ValueError, TypeError, KeyError):
-        process = spawner.Running.from_fields(json.loads((classroom.state / RECORD).read_text()))
+        process = servers.Running.from_fields(json.loads((classroom.state / RECORD).read_text()))
         return process if process.alive else None
     return None
 
@@ -144,12 +144,12 @@ def start(classroom: Classroom) -> None:
             stdout=log,
             stderr=subprocess.STDOUT,
             env={
-                spawner.VARIABLE: str(classroom.folder),
+                servers.VARIABLE: str(classroom.folder),
                 "PATH": os.environ.get("PATH", os.defpath),
                 "LANG": "C.UTF-8",
             },
         )
-    made = spawner.Running(process.pid, processes.birth(process.pid))
+    made = servers.Running(process.pid, processes.birth(process.pid))
     storage.replace(classroom.state / RECORD, json.dumps(asdict(made)).encode(), storage.PRIVATE)
     if not wait_until(lambda: _ready(path, begin), UP, unless=lambda: process.poll() is not None, alert=False):
         stop(classroom)

@@ -9,11 +9,11 @@ from traitlets.config import Config
 
 from autograder.classroom import addresses, authenticators, box, hub, serve
 from autograder.classroom.plan import Classroom, as_url
-from autograder.classroom.spawner import VARIABLE, BoxSpawner
+from autograder.classroom.servers import VARIABLE
+from autograder.classroom.spawner import BoxSpawner
 from course.environment import prepare
 
 START, ANSWER = 60, 120  # s until a server's process is started, and until it answers
-REFRESH = 1  # s between two looks whether somebody has a new password
 LOOK = 5  # s between two looks at each server
 
 
@@ -54,7 +54,6 @@ def configure(c: Config, classroom: Classroom) -> None:
     c.Authenticator.admin_users = instructors
     c.Authenticator.allow_existing_users = False  # who has left the class stays outside
     c.Authenticator.delete_invalid_users = True  # and finds no old cookie or token good when they come back
-    c.Authenticator.auth_refresh_age = REFRESH
     c.Authenticator.post_auth_hook = lambda _, handler, known: known | {"admin": known["name"] in instructors}
     authenticators.Careful.classroom = classroom
     if classroom.passwords == "pam":

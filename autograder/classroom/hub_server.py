@@ -21,7 +21,7 @@ from tornado.routing import Router
 from tornado.web import Application
 
 from autograder.classroom.plan import Classroom
-from autograder.classroom.spawner import VARIABLE
+from autograder.classroom.servers import VARIABLE
 
 MOST = 64  # connections of one user at a time; a server needs a few
 API = "/hub/api"

@@ -145,9 +145,14 @@ class Classroom:
             raise UsageError(f"there is no classroom in {folder}; `environment/classroom up` makes one") from None
         except (OSError, ValueError) as error:
             raise UsageError(f"{folder / 'state' / SETTINGS} cannot be read: {error}") from None
-        members = tuple(Member(**member) for member in fields.pop("members"))
-        limits = Limits(**fields.pop("limits"))
-        return cls(**fields | {"folder": Path(fields["folder"]), "members": members, "limits": limits})
+        try:
+            members = tuple(Member(**member) for member in fields.pop("members"))
+            limits = Limits(**fields.pop("limits"))
+            return cls(**fields | {"folder": Path(fields["folder"]), "members": members, "limits": limits})
+        except (TypeError, KeyError) as error:
+            raise UsageError(
+                f"{folder / 'state' / SETTINGS} is damaged, or was written by a newer version: {error}"
+            ) from None
 
     def limits_of(self, member: Member) -> Limits:
         """Return what a member's server may take."""

@@ -8,9 +8,6 @@ import asyncio
 import os
 import socket
 
-from jupyter_server.serverapp import ServerApp
-from jupyterhub.singleuser.extension import JupyterHubSingleUser
-from tornado.ioloop import PeriodicCallback
 from tornado.iostream import IOStream
 
 SOCKET = "CLASSROOM_SOCKET"  # the environment variable with its descriptor
@@ -66,21 +63,6 @@ def _close_fd(stream: IOStream) -> None:
     loop.add_reader(connection, drop)
 
 
-class Server(ServerApp):
-    """A Jupyter server that listens where it was told."""
-
-    def _bind_http_server(self) -> None:
-        listening = socket.socket(fileno=int(os.environ.pop(SOCKET)))
-        listening.setblocking(False)
-        listening.set_inheritable(False)
-        self.http_server.add_socket(listening)
-
-    def init_shutdown_no_activity(self) -> None:
-        """End when nobody has been here for long; jupyter_server's own looks once a minute, however short that is."""
-        if self.shutdown_no_activity_timeout > 0:
-            PeriodicCallback(self.shutdown_no_activity, 1000 * every(self.shutdown_no_activity_timeout)).start()
-
-
 def read_configuration_only_from(folder: str) -> None:
     """Read nbgrader's configuration there, and in no home folder, as `Spawner.disable_user_config` has Jupyter's read.
 
@@ -92,9 +74,32 @@ def read_configuration_only_from(folder: str) -> None:
     NbGrader.config_file_paths = property(lambda _: [folder])
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Serve one member; what only the box needs is imported here, and not by the commands that start it."""
+    from jupyter_server.serverapp import ServerApp
+    from jupyterhub.singleuser.extension import JupyterHubSingleUser
+    from tornado.ioloop import PeriodicCallback
+
+    class Server(ServerApp):
+        """A Jupyter server that listens where it was told."""
+
+        def _bind_http_server(self) -> None:
+            listening = socket.socket(fileno=int(os.environ.pop(SOCKET)))
+            listening.setblocking(False)
+            listening.set_inheritable(False)
+            self.http_server.add_socket(listening)
+
+        def init_shutdown_no_activity(self) -> None:
+            """End when nobody has been here for long; jupyter_server looks once a minute, however short that is."""
+            if self.shutdown_no_activity_timeout > 0:
+                PeriodicCallback(self.shutdown_no_activity, 1000 * every(self.shutdown_no_activity_timeout)).start()
+
     if folder := os.environ.pop(ALONE, ""):
         read_configuration_only_from(folder)
     close_gently()
     JupyterHubSingleUser.serverapp_class = Server  # not in a subclass: an extension is found by its class's package
     JupyterHubSingleUser.launch_instance()
+
+
+if __name__ == "__main__":
+    main()

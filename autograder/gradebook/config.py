@@ -6,15 +6,6 @@ from traitlets.config import Config
 from autograder.gradebook.late import LatePolicy
 from autograder.gradebook.plugins import FeedbackPage, GradeInSandbox, HandedInNotebook, NameCells
 
-# What `autograder release` writes into a new course folder.  It names the module, not its file: the course's
-# repository may move.
-COURSE_FILE = """\
-from autograder.gradebook.config import apply
-
-c = get_config()
-apply(c)
-"""
-
 
 def apply(c: Config) -> None:
     """Make nbgrader grade with this package in the course that `c` configures; what is set afterwards wins."""

@@ -4,10 +4,11 @@
     c.LatePolicy.grace_days = 1                        # the first day of each assignment costs nothing
     c.LatePolicy.extensions = {"ada": 3, "bob": {"calculator": "2026-05-08 23:59 UTC"}}
 
-With none of these set there is no penalty.  nbgrader takes the due date from the gradebook (Formgrader sets it) and the
-time of handing in from `timestamp.txt` in the submission's folder, and calls the plug-in in its step
-AssignLatePenalties (nbgrader, user guide, "Configuring late submission plugin").  `autograder grade` runs the same
-step, so both ways give the same penalty.  nbgrader does not run it again after marking by hand; the exporters do.
+`autograder extend` gives extensions, too (`extensions`).  With none of these set there is no penalty.  nbgrader takes
+the due date from the gradebook (Formgrader sets it) and the time of handing in from `timestamp.txt` in the submission's
+folder, and calls the plug-in in its step AssignLatePenalties (nbgrader, user guide, "Configuring late submission
+plugin").  `autograder grade` runs the same step, so both ways give the same penalty.  nbgrader does not run it again
+after marking by hand; the exporters do.
 """
 
 import logging
@@ -25,6 +26,7 @@ from traitlets import Bunch, Dict, Enum, Float, Integer, TraitError, validate
 from traitlets.config import Config, PyFileConfigLoader
 
 from autograder.errors import UnknownTime, UsageError
+from autograder.gradebook import extensions
 from autograder.submissions import provenance, reading
 
 DAY = 86_400  # s
@@ -105,10 +107,16 @@ class LatePolicy(LateSubmissionPlugin):
     def days(self, late: SubmittedAssignment) -> int:
         """The days by which a submission is late, after extension and grace."""
         given = self.extensions.get(late.student.id, 0)
-        extension = given.get(late.name, 0) if isinstance(given, dict) else given
-        due = _put_off(late.duedate, extension)  # nbgrader's own extension, from the gradebook, is in duedate
+        configured = given.get(late.name, 0) if isinstance(given, dict) else given
+        commanded = extensions.of(extensions.read(self._course()), late.student.id, late.name)
+        # nbgrader's own extension, from the gradebook, is in duedate
+        due = max(_put_off(late.duedate, extension) for extension in (configured, *commanded))
         seconds = max(0.0, (late.timestamp - due).total_seconds() - self.grace_days * DAY)
         return math.ceil(seconds / DAY) if self.count == "started" else int(seconds // DAY)
+
+    def _course(self) -> Path:
+        """The course folder: nbgrader's commands run in it, unless it is configured."""
+        return Path(self.config.CourseDirectory.get("root", "."))
 
 
 def _put_off(due: datetime, extension: float | str | datetime) -> datetime:
@@ -145,10 +153,14 @@ def course_config(submitted: Path) -> Config | None:
     try:
         config = PyFileConfigLoader("nbgrader_config.py", path=str(folder)).load_config()
         LatePolicy(config=config)  # a mistake is told before anything is graded
+        extensions.read(folder)
     except TraitError as error:
         raise UsageError(f"{folder / 'nbgrader_config.py'}: {error}") from None
+    except UsageError:
+        raise
     except Exception as error:  # it is a program, and may raise anything
         raise UsageError(f"{folder / 'nbgrader_config.py'} cannot be loaded: {error!r}") from error
+    config.CourseDirectory.root = str(folder)
     return config
 
 

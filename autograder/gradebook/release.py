@@ -11,14 +11,12 @@ import shutil
 from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from nbgrader.apps import NbGraderAPI
 from traitlets.config import PyFileConfigLoader
 from traitlets.log import get_logger
 
 from autograder.errors import Leak, UsageError
-from autograder.gradebook import database
-from autograder.gradebook.config import COURSE_FILE
 from autograder.gradebook.leaks import leaks, secrets
 from autograder.paths import repository
 from autograder.submissions import exercises
@@ -26,11 +24,23 @@ from course.foundation import storage
 from course.hand_in import DUE, NOTED, UNTIL
 from course.notebook.stubs import RELEASED
 
+if TYPE_CHECKING:
+    from nbgrader.apps import NbGraderAPI
+
 log = logging.getLogger(__name__)
 
 START_PAGE = "index.ipynb"
 DEVELOPERS = ["check", "classroom", "lab-build", "lock", "proxy", "site", "test"]  # of environment/: not for students
 PROJECT = ("[build-system]", "[project", "[tool.setuptools")  # of pyproject.toml: what students install
+
+# What a new course folder begins with.  It names the module, not its file: the course's
+# repository may move.
+COURSE_FILE = """\
+from autograder.gradebook.config import apply
+
+c = get_config()
+apply(c)
+"""
 
 
 def names(notebooks: Path | None = None) -> list[str]:
@@ -126,8 +136,12 @@ def start_page() -> str:
     return str(nbformat.writes(notebook)) + "\n"
 
 
-def api(course: Path) -> NbGraderAPI:
+def api(course: Path) -> "NbGraderAPI":
     """nbgrader with a course's configuration, as its Formgrader page uses it.  Its methods return what they log."""
+    from nbgrader.apps import NbGraderAPI
+
+    from autograder.gradebook import database
+
     database.read_version_in_process()
     nbgraders_log = get_logger()
     if isinstance(nbgraders_log, logging.Logger):
@@ -137,7 +151,7 @@ def api(course: Path) -> NbGraderAPI:
     return NbGraderAPI(config=config)
 
 
-def _release(nbgrader: NbGraderAPI, course: Path, name: str, notebook: Path) -> Path:
+def _release(nbgrader: "NbGraderAPI", course: Path, name: str, notebook: Path) -> Path:
     source, released = course / "source" / name, course / "release" / name
     if difference := exercises.difference(name, notebook) if name in exercises.names() else "":
         raise UsageError(f"{name} is not released: {difference}")

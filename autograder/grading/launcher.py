@@ -1,4 +1,4 @@
-"""The worker process: `python -m autograder.grading.launcher BOX`, in network and process namespaces of its own.
+"""The worker process: `python -m autograder.grading.launcher CONFINEMENT`, in namespaces of its own.
 
 Reads jobs from stdin and has each done by a process that is confined as the students' programs are (`judge_process`):
 that one runs the hidden suite and speaks ROS 2 with the programs.  This one, which may do more, starts the programs,
@@ -49,26 +49,26 @@ def main() -> None:
 class Launcher:
     """The process that judges, with the networks for its programs."""
 
-    def __init__(self, box: str):
-        self.box = box
+    def __init__(self, confinement: str):
+        self.confinement = confinement
         self._control, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        with Sandbox(box, {}) as sandbox:
+        with Sandbox(confinement, {}) as sandbox:
             self._judging = subprocess.Popen(
                 sandbox.judge_command(["-m", JUDGE, str(theirs.fileno())]),
                 pass_fds=(*sandbox.descriptors, theirs.fileno()),
                 stdin=subprocess.DEVNULL,
             )
         theirs.close()
-        self._forkserver = Forkserver() if box == "root" else None
+        self._forkserver = Forkserver() if confinement == "root" else None
         numbers = range(1, DOMAINS + 1)
-        self._networks = None if box == UNSAFE else dict(zip(numbers, networks.make(DOMAINS), strict=True))
+        self._networks = None if confinement == UNSAFE else dict(zip(numbers, networks.make(DOMAINS), strict=True))
 
     def run(self, job: Job) -> Ended | None:
         """Have one job done; None when stdin has ended meanwhile."""
         own = Path(job.interfaces) if job.interfaces else None
         channel, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        sandbox = Sandbox(self.box, job.files, own, job.core, self._forkserver)
-        with users.borrowed(self.box) as user, sandbox, channel:
+        sandbox = Sandbox(self.confinement, job.files, own, job.core, self._forkserver)
+        with users.borrowed(self.confinement) as user, sandbox, channel:
             server = LaunchServer(channel, sandbox, self._networks)
             with theirs:
                 self._hand_over(job, user, theirs)

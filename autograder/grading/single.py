@@ -64,9 +64,13 @@ class Judgement:
 
 
 def grade(
-    submission: Submission, box: str, seed: int | None = None, patience: float = 1.0, exercise: Exercise | None = None
+    submission: Submission,
+    confinement: str,
+    seed: int | None = None,
+    patience: float = 1.0,
+    exercise: Exercise | None = None,
 ) -> Report:
-    """Grade a submission of `exercise` (by default this installation's) in `box` (see `sandbox.sandbox.choose`).
+    """Grade a submission of `exercise` (by default this installation's) in `confinement`, see `sandbox.sandbox.choose`.
 
     The hidden inputs are drawn from `seed`, or from a new one; `patience` stretches every wait.  When the grader itself
     fails, it tries again; the last failure is reported as such, and never becomes a score.  Raises ValueError when
@@ -82,8 +86,8 @@ def grade(
         verdicts = {test.id: Verdict(test.id, NOT_RUN, why) for test in exercise.tests}
         judgement = Judgement(INVALID_SUBMISSION, verdicts)
     else:
-        judgement = _judge_calmly(submission, exercise, box, seed, patience)
-    flags = [*judgement.flags, *([UNSAFE] if box == UNSAFE else [])]
+        judgement = _judge_calmly(submission, exercise, confinement, seed, patience)
+    flags = [*judgement.flags, *([UNSAFE] if confinement == UNSAFE else [])]
     return _report(submission, exercise, seed, judgement, flags, time.monotonic() - start)
 
 
@@ -92,9 +96,11 @@ def given_up(submission: Submission, exercise: Exercise, seed: int, flag: str) -
     return _report(submission, exercise, seed, Judgement(INFRASTRUCTURE_ERROR), [flag], 0.0)
 
 
-def _judge_calmly(submission: Submission, exercise: Exercise, box: str, seed: int, patience: float) -> Judgement:
+def _judge_calmly(
+    submission: Submission, exercise: Exercise, confinement: str, seed: int, patience: float
+) -> Judgement:
     """Judge the submission, and again what lost points on a starved machine; the best counts, of the same questions."""
-    judgement = _try(submission, exercise, box, seed, patience)
+    judgement = _try(submission, exercise, confinement, seed, patience)
     for number in range(2, TRIES + 1):
         if not judgement.in_doubt:
             return judgement
@@ -105,18 +111,18 @@ def _judge_calmly(submission: Submission, exercise: Exercise, box: str, seed: in
             *(submission.student, submission.assignment, lost, judgement.busy, CALM_TIMEOUT, number, TRIES),
         )
         machine_load.wait_for_calm(CALM_TIMEOUT)
-        again = _try(submission, exercise, box, seed, patience)
+        again = _try(submission, exercise, confinement, seed, patience)
         if again.status == GRADED and (again.passed >= judgement.passed or not again.in_doubt):
             judgement = again
     return replace(judgement, flags=[*judgement.flags, BUSY_MACHINE]) if judgement.in_doubt else judgement
 
 
-def _try(submission: Submission, exercise: Exercise, box: str, seed: int, patience: float) -> Judgement:
+def _try(submission: Submission, exercise: Exercise, confinement: str, seed: int, patience: float) -> Judgement:
     """Judge the submission, again when the grader fails, TRIES times in all."""
     faults: list[InfrastructureError] = []
     for attempt in range(1, TRIES + 1):
         try:
-            return judge(exercise, submission.files, box, seed, patience)
+            return judge(exercise, submission.files, confinement, seed, patience)
         except InfrastructureError as error:
             faults.append(error)
             fault = str(error)
@@ -146,7 +152,7 @@ def _judgement_without_judge(exercise: Exercise, deaths: list[JudgeDied]) -> Jud
     return Judgement(GRADED, verdicts, fault=str(furthest), flags=[KILLED_JUDGE])
 
 
-def judge(exercise: Exercise, files: dict[str, bytes], box: str, seed: int, patience: float) -> Judgement:
+def judge(exercise: Exercise, files: dict[str, bytes], confinement: str, seed: int, patience: float) -> Judgement:
     """Run the hidden suite once, or the tests of it that a part of the exercise has (see `Exercise.part`).
 
     Raises InfrastructureError unless each of these tests has exactly one verdict, and no other test has any.
@@ -157,8 +163,8 @@ def judge(exercise: Exercise, files: dict[str, bytes], box: str, seed: int, pati
     limit = exercise.time_limit * max(1.0, patience) + GRACE
     expected = [test.id for test in exercise.tests]
     chosen = [] if exercise.whole else expected
-    with processor_core.taken() as number, worker(box) as process:
-        job = Job(exercise.name, contents(exercise), files, seed, box, prefix, limit, number, patience, chosen)
+    with processor_core.taken() as number, worker(confinement) as process:
+        job = Job(exercise.name, contents(exercise), files, seed, confinement, prefix, limit, number, patience, chosen)
         answer = process.run(job)
     if answer.finished.fault:
         raise InfrastructureError(answer.finished.fault)

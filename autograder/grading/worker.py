@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from autograder.errors import InfrastructureError, JudgeDied
 from autograder.records import UNSAFE, Ended, Finished, Job, Message, Verdict, from_line, to_line
 from autograder.sandbox.cleaning import CONTROL
-from autograder.sandbox.sandbox import BOXES
+from autograder.sandbox.sandbox import CONFINEMENTS
 from autograder.sandbox.usage import children
 from autograder.sandbox.variables import ros_variables
 from course.environment import prepare
@@ -40,16 +40,16 @@ class Answer:
 class Worker:
     """A process that grades one submission at a time, see `worker`."""
 
-    def __init__(self, box: str):
+    def __init__(self, confinement: str):
         prepare()
-        self._box = box
+        self._confinement = confinement
         environment = {
             name: value for name, value in os.environ.items() if not name.startswith(("PYTEST_", "ROS_DOMAIN"))
         }
-        environment.update(ros_variables(0, own_network=box != UNSAFE), PYTEST_DISABLE_PLUGIN_AUTOLOAD="1")
+        environment.update(ros_variables(0, own_network=confinement != UNSAFE), PYTEST_DISABLE_PLUGIN_AUTOLOAD="1")
         self._log = tempfile.TemporaryFile()  # noqa: SIM115  # closed with the worker
         process = subprocess.Popen(
-            [*BOXES[box], sys.executable, "-P", "-m", WORKER, box],
+            [*CONFINEMENTS[confinement], sys.executable, "-P", "-m", WORKER, confinement],
             env=environment,
             cwd="/",
             stdin=subprocess.PIPE,
@@ -99,7 +99,7 @@ class Worker:
         which in a container may wait for nobody: a zombie for good.
         """
         inside: list[int] = []
-        if self._box != UNSAFE:
+        if self._confinement != UNSAFE:
             with contextlib.suppress(OSError):
                 inside = children(self._process.pid)
         for pid in inside:
@@ -134,17 +134,17 @@ def _read(said: str) -> tuple[list[Verdict], Finished | None]:
     return verdicts, finished
 
 
-_idle: dict[str, list[Worker]] = {}  # by box
+_idle: dict[str, list[Worker]] = {}  # by confinement
 
 
 @contextlib.contextmanager
-def worker(box: str) -> Iterator[Worker]:
-    """A worker whose programs run in `box`; it is kept for the next submission unless the block raises."""
-    idle = _idle.setdefault(box, [])
+def worker(confinement: str) -> Iterator[Worker]:
+    """A worker whose programs run in `confinement`; it is kept for the next submission unless the block raises."""
+    idle = _idle.setdefault(confinement, [])
     try:
         chosen = idle.pop()
     except IndexError:
-        chosen = Worker(box)
+        chosen = Worker(confinement)
     try:
         yield chosen
     except BaseException:

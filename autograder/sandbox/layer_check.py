@@ -13,7 +13,7 @@ from autograder.errors import SandboxError, SandboxUnavailable
 from autograder.sandbox import cgroup, networks, seccomp, users, view
 from autograder.sandbox.forkserver import Forkserver
 from autograder.sandbox.program import Program
-from autograder.sandbox.sandbox import BOXES, LIMITS, Sandbox, choose
+from autograder.sandbox.sandbox import CONFINEMENTS, LIMITS, Sandbox, choose
 from autograder.sandbox.variables import ros_prefixes
 
 PROBE = """
@@ -95,7 +95,7 @@ class Layer:
 
 def examine() -> list[Layer]:
     """Try each layer; raises SandboxUnavailable when programs cannot be confined at all."""
-    box = choose()
+    confinement = choose()
     known = {
         "PLACES": ["/", "/usr", "/etc", "/dev", "/proc", "/opt", sys.prefix, *map(str, ros_prefixes())],
         "LIMITS": list(LIMITS),
@@ -105,8 +105,8 @@ def examine() -> list[Layer]:
         "GRADER": GRADER,
     }
     probe = "".join(f"{name} = {value!r}\n" for name, value in known.items()) + PROBE
-    with Sandbox(box, {"probe.py": probe.encode()}) as confined:
-        command = [*BOXES[box], *confined.command(["probe.py"], domain=0)]
+    with Sandbox(confinement, {"probe.py": probe.encode()}) as confined:
+        command = [*CONFINEMENTS[confinement], *confined.command(["probe.py"], domain=0)]
         done = subprocess.run(
             command,
             capture_output=True,
@@ -117,8 +117,8 @@ def examine() -> list[Layer]:
         )
     if done.returncode:
         raise SandboxUnavailable(f"the probe ended with status {done.returncode}: {done.stderr.strip()[-300:]}")
-    forked = [_forked(probe)] if box == "root" else []
-    return [*_layers(json.loads(done.stdout), box), *forked, _judge(box), _group()]
+    forked = [_forked(probe)] if confinement == "root" else []
+    return [*_layers(json.loads(done.stdout), confinement), *forked, _judge(confinement), _group()]
 
 
 def refused(layers: list[Layer]) -> bool:
@@ -152,14 +152,14 @@ def _forked(probe: str) -> Layer:
     return Layer(name, not broken, seen or "as confined as those that are started")
 
 
-def _judge(box: str) -> Layer:
+def _judge(confinement: str) -> Layer:
     """The process that speaks with the programs, tried as it is started for a grading."""
     name = "confined judge"
     root = paths.checkout()
     private = [paths.HIDDEN, *([root / "tests", root / "solutions"] if root else [])]
     probe = f"PRIVATE = {list(map(str, private))!r}\n{JUDGE}"
-    with users.borrowed(box) as user, Sandbox(box, {}) as sandbox:
-        command = [*BOXES[box], *sandbox.judge_command(["-c", probe, *([str(user)] if user else [])])]
+    with users.borrowed(confinement) as user, Sandbox(confinement, {}) as sandbox:
+        command = [*CONFINEMENTS[confinement], *sandbox.judge_command(["-c", probe, *([str(user)] if user else [])])]
         done = subprocess.run(command, capture_output=True, text=True, pass_fds=sandbox.descriptors, timeout=TRIED_FOR)
     if done.returncode:
         return Layer(name, False, (done.stderr.strip().splitlines() or [f"exit status {done.returncode}"])[-1])
@@ -194,7 +194,7 @@ def _calls() -> dict[str, int]:
     return {name: number for name in TRIED if (number := seccomp.DENIED[name][column]) is not None}
 
 
-def _layers(seen: dict[str, Any], box: str) -> Iterator[Layer]:
+def _layers(seen: dict[str, Any], confinement: str) -> Iterator[Layer]:
     """Yield what the probe has printed, layer by layer."""
 
     def apart(name: str) -> bool:
@@ -208,7 +208,7 @@ def _layers(seen: dict[str, Any], box: str) -> Iterator[Layer]:
     yield Layer("process namespace", apart("pid") and seen["processes"] <= 3, f"sees {seen['processes']} processes")
     yield Layer("IPC namespace", apart("ipc"), "shared memory of its own" if apart("ipc") else "the host's")
     yield Layer("host name namespace", apart("uts"), f"host name {seen['host']}")
-    if box == "root":
+    if confinement == "root":
         yield Layer("user of its own", seen["uid"] in users.SPARE, f"host user {seen['uid']}, no user namespace")
     else:
         yield Layer("user namespace", apart("user") and seen["uid"] == users.INSIDE, f"user {seen['uid']} inside")

@@ -34,7 +34,7 @@ from course.interfaces.builder import cache_folder
 # How programs are confined, and what the worker is started with: a network of its own, and a process namespace whose
 # first process it is, so that nothing outlives it.  bubblewrap's --die-with-parent alone can come too late.
 ALONE = ["--net", "--pid", "--fork", "--kill-child", "--mount-proc", "--"]
-BOXES = {
+CONFINEMENTS = {
     "root": ["unshare", *ALONE],
     "user": ["unshare", "--user", "--map-root-user", *ALONE],
     "unsafe": [],  # no sandbox at all: asked for with --unsafe, and flagged in every result
@@ -57,18 +57,18 @@ STACK = 2 << 20  # bytes that each of its threads reserves
 
 
 def choose(unsafe: bool = False) -> str:
-    """The box that works for this user on this machine; raises SandboxUnavailable when none does.
+    """The confinement that works for this user on this machine; raises SandboxUnavailable when none does.
 
-    With `unsafe`, the box is "unsafe": programs run as they are.
+    With `unsafe`, the confinement is "unsafe": programs run as they are.
     """
     if unsafe:
         return "unsafe"
     for tool, package in (("bwrap", "bubblewrap"), ("unshare", "util-linux"), ("mount", "mount"), ("ip", "iproute2")):
         if not shutil.which(tool):
             raise SandboxUnavailable(f"{tool} is not installed (package {package}), so programs cannot be confined")
-    box = "root" if os.geteuid() == 0 and users.available() else "user"
-    with Sandbox(box, {}) as sandbox:
-        command = [*BOXES[box], *sandbox.command(["-S", "-c", ""], domain=0)]
+    confinement = "root" if os.geteuid() == 0 and users.available() else "user"
+    with Sandbox(confinement, {}) as sandbox:
+        command = [*CONFINEMENTS[confinement], *sandbox.command(["-S", "-c", ""], domain=0)]
         try:
             tried = subprocess.run(command, capture_output=True, text=True, pass_fds=sandbox.descriptors, timeout=30)
         except subprocess.TimeoutExpired:
@@ -78,7 +78,7 @@ def choose(unsafe: bool = False) -> str:
         raise SandboxUnavailable(
             f"programs cannot be confined here ({why}); this user must be allowed to make namespaces"
         )
-    return box
+    return confinement
 
 
 class Started(NamedTuple):
@@ -94,7 +94,7 @@ class Sandbox:
 
     def __init__(
         self,
-        box: str,
+        confinement: str,
         files: Mapping[str, bytes],
         interfaces: Path | None = None,
         core: int | None = None,
@@ -103,10 +103,10 @@ class Sandbox:
         """`files` are laid into each program's home folder; `interfaces` is an install prefix to import from.
 
         All programs run on the `core` of the processor, if one is given and they cannot have a control group.  With a
-        `forkserver`, which needs the box "root", it forks those that it can.
+        `forkserver`, which needs the confinement "root", it forks those that it can.
         """
         environment.prepare()
-        self.box = box
+        self.confinement = confinement
         self.files = dict(files)
         self.interfaces = interfaces
         self.core = core
@@ -116,7 +116,7 @@ class Sandbox:
         self._group: cgroup.Group | None = None
         self._grouped = False  # whether there was a try to make the group
         self._users: dict[int, int] = {}  # the programs' users, with their locks
-        self._folder = tempfile.TemporaryDirectory(prefix="autograder-") if box == "unsafe" else None
+        self._folder = tempfile.TemporaryDirectory(prefix="autograder-") if confinement == "unsafe" else None
 
     @property
     def descriptors(self) -> list[int]:
@@ -210,7 +210,7 @@ class Sandbox:
                 Path(self._folder.name, name).write_bytes(content)
             limits.remove(f"--nproc={LIMITS['nproc']}")  # it would count all that this user runs
             return ["setpriv", "--pdeathsig=KILL", "--", *limits, *python]
-        if self.box == "root":
+        if self.confinement == "root":
             uid = self._take_user()
             # Capabilities only for the step to the spare user, which drops them for good.
             more = [word for name in ("SETUID", "SETGID", "SETPCAP") for word in ("--cap-add", f"CAP_{name}")]

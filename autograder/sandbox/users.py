@@ -35,9 +35,9 @@ def available() -> bool:
 
 
 @contextlib.contextmanager
-def borrowed(box: str) -> Iterator[int | None]:
-    """A user id that no other program has meanwhile, in the box "root"; None in the others, which have none to give."""
-    if box != "root":
+def borrowed(confinement: str) -> Iterator[int | None]:
+    """A user id that no other program has meanwhile, in the confinement "root"; None in the others."""
+    if confinement != "root":
         yield None
         return
     uid, lock = take()

@@ -12,6 +12,7 @@ from course.ros.packages import COURSE, find_executables, installed_paths, own_f
 from course.ros2 import completion, grammar
 
 PREFIX = "[ros2run]:"
+AGAIN = 2  # s after which a program that was told to end, and is still there, is told again
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -44,7 +45,7 @@ def main(args: Namespace) -> int | str:
         child = subprocess.Popen([*prefix, *command, *args.argv], env=child_environment(args.package_name))
     except OSError as error:
         return f"{error.strerror}: '{error.filename}'"
-    signal.signal(signal.SIGTERM, lambda number, frame: child.terminate())
+    _pass_on_termination(child)
     while child.returncode is None:
         with contextlib.suppress(KeyboardInterrupt):  # the child receives it too: wait on until it ends
             child.wait()
@@ -53,6 +54,21 @@ def main(args: Namespace) -> int | str:
     elif child.returncode > 0:
         print(PREFIX, f"Process exited with failure {child.returncode}")
     return child.returncode
+
+
+def _pass_on_termination(child: subprocess.Popen[bytes]) -> None:
+    """Tell the child to end when this program is told, and again while it is there.
+
+    One program in a hundred that waits in `rclpy.spin` misses the first SIGTERM: rclpy 7.1.6 wakes the executor before
+    it shuts the context down (`signal_handler.cpp`), and an executor that looks in between waits on.
+    """
+
+    def end(number: int, frame: object) -> None:
+        child.terminate()
+        signal.alarm(AGAIN)
+
+    signal.signal(signal.SIGTERM, end)
+    signal.signal(signal.SIGALRM, end)
 
 
 def child_environment(name: str) -> dict[str, str]:

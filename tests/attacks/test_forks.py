@@ -18,7 +18,7 @@ from autograder.errors import SandboxError, SandboxUnavailable
 from autograder.sandbox import cgroup, forkserver, networks, seccomp, usage, users
 from autograder.sandbox.forkserver import Forkserver
 from autograder.sandbox.program import Program
-from autograder.sandbox.sandbox import BOXES, LIMITS, Sandbox
+from autograder.sandbox.sandbox import CONFINEMENTS, LIMITS, Sandbox
 from course.foundation.waiting import wait_until
 
 from .programs import SIBLINGS, ZOMBIES
@@ -78,8 +78,8 @@ print('done', flush=True)
 
 
 @pytest.fixture(scope="module", autouse=True)
-def forks(box):
-    if box != "root" or not seccomp.available():
+def forks(confinement):
+    if confinement != "root" or not seccomp.available():
         pytest.skip("only root's programs are forked, and each variant is tried with and without the filter")
 
 
@@ -178,7 +178,7 @@ def test_what_has_another_parent_counts_for_an_ordinary_user_too(processes, memo
     """Whose programs are no users of their own: their process namespace is measured."""
     text = ORPHANS.format(processes=processes, memory=memory)
     done = subprocess.run(
-        [*BOXES["user"], sys.executable, "-c", ORDINARY, text], capture_output=True, text=True, timeout=2 * ENDED
+        [*CONFINEMENTS["user"], sys.executable, "-c", ORDINARY, text], capture_output=True, text=True, timeout=2 * ENDED
     )
     assert why in done.stdout, done.stdout + done.stderr
 

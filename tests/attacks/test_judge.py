@@ -92,11 +92,11 @@ class Channel:
 
 
 @pytest.fixture
-def sandbox(box) -> Iterator[Sandbox]:
+def sandbox(confinement) -> Iterator[Sandbox]:
     """In which the launcher starts programs, in this process's place."""
-    if box != "root":
+    if confinement != "root":
         pytest.skip("only root can make networks without a user namespace")
-    with Sandbox(box, {PROGRAM: b"print(1)"}) as sandbox:
+    with Sandbox(confinement, {PROGRAM: b"print(1)"}) as sandbox:
         yield sandbox
 
 

@@ -58,7 +58,7 @@ def test_filter(machine):
         assert run(rules, read | seccomp.X32, abi) == seccomp._error(38)
 
 
-def test_doctor(box):
+def test_doctor(confinement):
     layers = {layer.name: layer for layer in layer_check.examine()}
     assert [layer for layer in layers.values() if not layer.holds and layer.required] == []
     assert layers["system call filter"].holds == seccomp.available()
@@ -71,7 +71,7 @@ def test_doctor_refuses(tmp_path):
     assert done.returncode == 1 and "bwrap is not installed" in done.stdout
 
 
-def test_doctor_sees_what_does_not_hold(box, monkeypatch):
+def test_doctor_sees_what_does_not_hold(confinement, monkeypatch):
     monkeypatch.setattr(seccomp, "available", lambda: False)
     layers = {layer.name: layer for layer in layer_check.examine()}
     assert not layers["system call filter"].holds
@@ -79,16 +79,19 @@ def test_doctor_sees_what_does_not_hold(box, monkeypatch):
 
 
 @pytest.mark.parametrize("shown", ["/var", str(PACKAGE), str(PACKAGE / "hidden")])
-def test_doctor_sees_a_file_too_many(box, monkeypatch, shown):
+def test_doctor_sees_a_file_too_many(confinement, monkeypatch, shown):
     options = view.options
     more = ["--perms", "0755", "--dir", str(Path(shown).parent), "--ro-bind", shown, shown, "--remount-ro", "/"]
     monkeypatch.setattr(view, "options", lambda *given: [*options(*given)[:-2], *more])
     refused = [layer for layer in layer_check.examine() if not layer.holds and layer.required]
-    assert [layer.name for layer in refused] == ["grader out of sight", *(["forked programs"] if box == "root" else [])]
+    assert [layer.name for layer in refused] == [
+        "grader out of sight",
+        *(["forked programs"] if confinement == "root" else []),
+    ]
     assert all(shown in layer.seen for layer in refused)
 
 
-def test_doctor_refuses_when_nothing_is_confined(box, monkeypatch):
+def test_doctor_refuses_when_nothing_is_confined(confinement, monkeypatch):
     whole = ["--bind", "/", "/", "--proc", "/proc", "--dev", "/dev", "--tmpfs", view.HOME]
     monkeypatch.setattr(view, "options", lambda *_: whole)
     with pytest.raises(SandboxUnavailable):  # the probe is not even there

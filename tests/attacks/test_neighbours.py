@@ -32,7 +32,7 @@ def busy(exercise: str) -> dict[str, bytes]:
 
 @pytest.mark.matrix
 @pytest.mark.parametrize("exercise", sorted(path.name for path in SOLUTIONS.iterdir() if path.is_dir()))
-def test_a_busy_neighbour_costs_nothing(box, exercise, tmp_path):
+def test_a_busy_neighbour_costs_nothing(confinement, exercise, tmp_path):
     group = cgroup.make()
     if group is None:
         pytest.skip("this machine gives no control groups")

@@ -82,7 +82,7 @@ def notebook(*cells: str) -> str:
 
 
 @pytest.mark.long("grades a class")
-def test_a_class_of_names_and_notebooks(box, tmp_path):
+def test_a_class_of_names_and_notebooks(confinement, tmp_path):
     submitted, out = tmp_path / "in", tmp_path / "out"
     lay(submitted / "<b>x" / "calculator", handed_in(WRONG) | BESIDE | {"calculator.ipynb": notebook(CELL)})
     for name in NAMES:
@@ -136,7 +136,7 @@ def test_a_class_of_names_and_notebooks(box, tmp_path):
     assert subprocess.run([AUTOGRADER, "show", str(out), "--student", "nobody"], capture_output=True).returncode == 2
 
     # The same seed gives the same hidden inputs, and so the same details.
-    again = single.grade(Submission("other", "calculator", handed_in(WRONG)), box, seed=7)
+    again = single.grade(Submission("other", "calculator", handed_in(WRONG)), confinement, seed=7)
     assert again.details == details["details"]
     assert again.score == 9
 

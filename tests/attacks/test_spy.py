@@ -33,11 +33,11 @@ def way_to(path: Path) -> list[str]:
     return [word for folder in [*reversed(path.parents)][1:] for word in ("--perms", "0755", "--dir", str(folder))]
 
 
-def look_around(box: str, prefix: Path, leak: str = "", needed: list[str] | None = None) -> str:
+def look_around(confinement: str, prefix: Path, leak: str = "", needed: list[str] | None = None) -> str:
     """Return what the spy says in a sandbox where Python is at `prefix` and the file `leak` can be seen."""
     names = {"checkout": prefix.parent, "prefix": prefix}
     with sandbox.Sandbox(
-        box, {"spy.py": SPY.replace(repr(str(REPOSITORY)), repr(str(prefix.parent))).encode()}
+        confinement, {"spy.py": SPY.replace(repr(str(REPOSITORY)), repr(str(prefix.parent))).encode()}
     ) as made:
         command = made.command(["spy.py"], domain=0)
         if prefix != PREFIX:
@@ -51,20 +51,20 @@ def look_around(box: str, prefix: Path, leak: str = "", needed: list[str] | None
             path = Path(leak.format(**names))
             more += [*way_to(path), "--perms", "0444", "--ro-bind-data", made._memory(b"secret = 1"), str(path)]
         end = next(at for at, words in enumerate(itertools.pairwise(command)) if words == ("--remount-ro", "/"))
-        command = [*sandbox.BOXES[box], *command[:end], *more, *command[end:]]
+        command = [*sandbox.CONFINEMENTS[confinement], *command[:end], *more, *command[end:]]
         done = subprocess.run(command, pass_fds=made.descriptors, capture_output=True, text=True, timeout=60)
     assert "SPY" in done.stdout, done.stderr
     return done.stdout.strip()
 
 
 @pytest.mark.parametrize("prefix", PLACES, ids=str)
-def test_it_holds_python_and_the_way_to_it_for_no_leak(box, prefix):
-    assert look_around(box, prefix) == "SPY held"
+def test_it_holds_python_and_the_way_to_it_for_no_leak(confinement, prefix):
+    assert look_around(confinement, prefix) == "SPY held"
 
 
 @pytest.mark.parametrize("prefix", PLACES, ids=str)
 @pytest.mark.parametrize("leak", LEAKS)
-def test_it_finds(box, leak, prefix):
+def test_it_finds(confinement, leak, prefix):
     path, question, needed = LEAKS[leak]
-    said = look_around(box, prefix, path, needed)
+    said = look_around(confinement, prefix, path, needed)
     assert f"{question}=" in said, said

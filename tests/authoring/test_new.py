@@ -72,10 +72,23 @@ def files(folder: Path) -> set[str]:
     return {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
 
 
-def test_the_reference_earns_all_points(made, autograder, box):
+def test_the_reference_earns_all_points(made, autograder, confinement):
     done = autograder("check", f"solutions/{NAME}", "--assignment", NAME, "--json")
     report = json.loads(done.stdout)
     assert (report["status"], report["score"], report["max_score"]) == ("graded", authoring.POINTS, authoring.POINTS)
+
+
+def test_answers_of_ones_own_can_be_tried(made, autograder, confinement, tmp_path):
+    """One that keeps all points, one that does nothing, and the tests that the second does not lose."""
+    program = (made / f"solutions/{NAME}/{NAME}.py").read_text()
+    for name, content in {"right/same": program, "wrong/nothing": "print('hello')\n"}.items():
+        (tmp_path / name).mkdir(parents=True)
+        (tmp_path / name / f"{NAME}.py").write_text(content)
+    done = autograder("try", str(tmp_path), "--assignment", NAME)
+    assert (done.returncode, done.stderr) == (0, ""), done.stdout
+    assert f"right/same: {authoring.POINTS} of {authoring.POINTS}\n" in done.stdout
+    assert f"wrong/nothing: 0 of {authoring.POINTS}\n" in done.stdout
+    assert done.stdout.endswith("Each hidden test is lost by a wrong answer.\n")
 
 
 def test_it_can_be_released(made, autograder, tmp_path):
@@ -85,7 +98,7 @@ def test_it_can_be_released(made, autograder, tmp_path):
     assert "YOUR CODE HERE" in released and "Hello" not in released
 
 
-def test_its_own_tests_pass(made, run, box):
+def test_its_own_tests_pass(made, run, confinement):
     """Its notebook by nbval, its right and wrong answers, and what is held of every notebook and suite."""
     done = run(
         "-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "matrix or not matrix", "-k", NAME, f"notebooks/{NAME}",

@@ -27,7 +27,7 @@ import psutil
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
-from autograder.classroom import hub, spawner  # noqa: E402  # after the path
+from autograder.classroom import hub, servers  # noqa: E402  # after the path
 from autograder.classroom.plan import Classroom  # noqa: E402
 from autograder.sandbox.usage import processes, proportional, total  # noqa: E402
 from tests.classroom.visitor import Visitor  # noqa: E402
@@ -74,7 +74,7 @@ def work(room: Classroom, name: str, password: str, pause: float) -> Worked:
         if ran.error:
             print(f"{name}, {step}: {ran.text[-300:]}", file=sys.stderr)
         seconds[step] = ran.seconds
-    tree = processes(spawner.servers(room)[name].pid)
+    tree = processes(servers.started(room)[name].pid)
     return Worked(seconds, visitor, total(tree, proportional), sum(_processor(pid) for pid in tree))
 
 

@@ -35,7 +35,7 @@ def type_answer(page, text):
     write_cell(page, FILE, f"%%exercise greeter.py\n{text}")
 
 
-def test_a_student_is_told_step_by_step_how_far_the_exercise_is(lab, page):
+def test_a_student_is_told_step_by_step_how_far_the_exercise_is_and_everybody_can_read_it(lab, page):
     panel = begin(page, lab, "steps")
     checks = panel.get_by_role("list", name="Checks and questions")
     expect(panel).to_contain_text("not written yet: run its cell")
@@ -53,16 +53,18 @@ def test_a_student_is_told_step_by_step_how_far_the_exercise_is(lab, page):
     panel.get_by_role("button", name="Run all checks").click()
     expect(checks).to_contain_text("✓greets: passed")
     expect(panel).to_contain_text("1 of 2 parts done. Up to 2 of 5 points can be given for them")
-
-
-def test_hints_come_one_after_the_other_and_are_drawn_as_in_the_notebook(lab, page):
-    panel = begin(page, lab, "hints")
+    # Hints come one after the other, and are drawn as in the notebook.
     expect(panel).to_contain_text("Hint 2: open the one before first")
     expect(panel.get_by_text("One callback is enough.")).to_have_count(0)
     panel.get_by_text("Hint 1: where to look").click()
     expect(panel.locator(".ros-hint strong")).to_have_text("server")
     panel.get_by_text("Hint 2: the idea").click()
     expect(panel.get_by_text("One callback is enough.")).to_be_visible()
+    type_answer(page, STUB)
+    expect(panel).to_contain_text("edited since it was run")
+    expect_no_barriers(page, "#ros2-course-exercise", "exercise")
+    page.set_viewport_size({"width": 390, "height": 800})
+    assert panel.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
 
 
 def test_a_reset_brings_the_stub_back_and_keeps_what_was_written(lab, page):
@@ -84,17 +86,3 @@ def test_a_reset_brings_the_stub_back_and_keeps_what_was_written(lab, page):
     panel.get_by_role("button", name="Reset greeter.py").click()
     page.get_by_role("dialog").get_by_role("button", name="Reset").click()
     expect(page.get_by_role("dialog")).to_contain_text("there is no copy of greeter.ipynb as it was handed out")
-
-
-def test_everybody_can_use_it(lab, page):
-    panel = begin(page, lab, "exercise")
-    type_answer(page, SERVER)
-    choose(page, "Run", "Run All Cells")
-    expect(panel).to_contain_text("1 of 2 parts done")
-    type_answer(page, STUB)
-    expect(panel).to_contain_text("edited since it was run")
-    panel.get_by_text("Hint 1: where to look").click()
-    expect(panel.locator(".ros-hint strong")).to_be_visible()
-    expect_no_barriers(page, "#ros2-course-exercise", "exercise")
-    page.set_viewport_size({"width": 390, "height": 800})
-    assert panel.evaluate("panel => panel.scrollWidth <= panel.clientWidth")

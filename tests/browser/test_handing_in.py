@@ -74,7 +74,7 @@ def test_instructors_keep_their_tabs(tmp_path):
 
 
 @pytest.mark.long("the whole loop of one student, with a grading")
-def test_from_the_work_to_the_feedback_in_the_notebook(student, box, page, tmp_path):
+def test_from_the_work_to_the_feedback_in_the_notebook(student, confinement, page, tmp_path):
     address, token, work, _ = student
     services = work / "services"
     for old in services.glob("ada-services-*.zip"):

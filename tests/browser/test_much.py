@@ -5,6 +5,7 @@ import re
 import signal
 
 import nbformat
+import pytest
 from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import WAIT
@@ -22,6 +23,7 @@ from tests.browser.pages import (
 from tests.lab.test_inspector import SERVERS
 
 expect.set_options(timeout=WAIT)
+pytestmark = pytest.mark.matrix  # loads, and what the tests of each panel show of it alone
 
 SMOOTH = 2000  # ms between two pictures at most, on a busy machine
 MANY = """import rclpy

@@ -1,5 +1,6 @@
 """The panel of nodes in JupyterLab: what runs and what has died, restart and stop, the log, the kernel killed."""
 
+import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import WAIT
@@ -46,7 +47,7 @@ def begin(page, lab, name, **answer):
     return panel
 
 
-def test_a_node_is_looked_at_stopped_started_and_its_log_is_searched(lab, page):
+def test_a_node_is_looked_at_stopped_and_started_its_log_is_searched_and_everybody_can_do_so(lab, page):
     panel = begin(page, lab, "looked")
     node = panel.get_by_role("button", name="/greeter running")
     node.click()
@@ -58,12 +59,19 @@ def test_a_node_is_looked_at_stopped_started_and_its_log_is_searched(lab, page):
     expect(log).not_to_contain_text("greeted")
     panel.get_by_label("Search the log").fill("GREETED")
     expect(log).to_contain_text("greeted")
+    expect_no_barriers(page, "#ros2-course-nodes", "nodes")
     panel.get_by_label("Log of which level").select_option("WARN and above")
     expect(log).not_to_contain_text("greeted")
     panel.get_by_role("button", name="Stop greeter.py").click()
     expect(panel.get_by_role("button", name="/greeter stopped")).to_be_visible()
     panel.get_by_role("button", name="Start greeter.py").press("Enter")  # as without a mouse
     expect(node).to_be_visible()
+    page.set_viewport_size({"width": 390, "height": 800})
+    page.wait_for_function(
+        "() => { const box = document.querySelector('#ros2-course-nodes').getBoundingClientRect();"
+        " return box.width >= 200 && box.right <= 390; }"
+    )
+    assert panel.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
 
 
 def test_while_a_cell_runs_the_panel_tells_which_node_has_died_and_how(lab, page):
@@ -81,6 +89,7 @@ def test_while_a_cell_runs_the_panel_tells_which_node_has_died_and_how(lab, page
     (lab[2] / "died/end").touch()
 
 
+@pytest.mark.matrix
 def test_ten_thousand_lines_a_second_leave_the_page_responsive_and_are_counted(lab, page):
     panel = begin(page, lab, "flooded")
     (lab[2] / "flooded/flood.py").write_text(FLOOD)
@@ -120,17 +129,3 @@ def test_the_panel_shows_the_notebook_that_one_looks_at(lab, page):
     page.get_by_role("tab", name="first.ipynb").click()
     expect(panel.get_by_role("button", name="/greeter running")).to_be_visible()
     expect(panel.get_by_role("button", name="/second_greeter running")).to_have_count(0)
-
-
-def test_everybody_can_use_it(lab, page):
-    panel = begin(page, lab, "everybody")
-    panel.get_by_role("button", name="/greeter running").click()
-    expect(panel).to_contain_text("word = 'hello'")
-    expect(panel.get_by_role("log")).to_contain_text("greeted")
-    expect_no_barriers(page, "#ros2-course-nodes", "nodes")
-    page.set_viewport_size({"width": 390, "height": 800})
-    page.wait_for_function(
-        "() => { const box = document.querySelector('#ros2-course-nodes').getBoundingClientRect();"
-        " return box.width >= 200 && box.right <= 390; }"
-    )
-    assert panel.evaluate("panel => panel.scrollWidth <= panel.clientWidth")

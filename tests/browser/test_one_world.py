@@ -74,6 +74,7 @@ def type_until(page: Page, folder: Path, command: str, wanted: str) -> str:
     return said
 
 
+@pytest.mark.matrix  # tests/course/test_shell.py has it without a browser
 def test_after_a_restart_the_interface_can_be_imported(lab, page):
     open_page(page, lab, "calculator.ipynb")
     run_all(page)
@@ -120,7 +121,10 @@ def test_a_terminal_follows_the_notebook_in_front(lab, page):
 
     open_page(page, lab, "one/one.ipynb")
     run()
-    run_from_palette(page, "ROS course", "ROS terminal")
+    with page.expect_request(
+        lambda request: "/api/workspaces/" in request.url and "terminal:" in (request.post_data or "")
+    ):
+        run_from_palette(page, "ROS course", "ROS terminal")  # which a page that is loaded later finds there
     page.locator(".jp-Terminal .xterm-screen").wait_for()
     first = (served / "one/domain").read_text()
     assert domain("terminal") == first

@@ -3,6 +3,7 @@
 import re
 
 import nbformat
+import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from tests.browser.conftest import WAIT
@@ -65,8 +66,10 @@ def frames(canvas: Locator) -> int:
     return int(canvas.get_attribute("data-frames") or 0)
 
 
+@pytest.mark.long("all that can be done in the view, one after the other")
 def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_runs(lab, page):
     view = begin(page, lab, "driven")
+    expect_no_barriers(page, ".ros-Panel", "no-robot")
     canvas = start_world(view, "hall")
     run_cell(page, 1, DRIVER)
     expect(view).to_contain_text("driven by /ai_robot_controller")
@@ -132,12 +135,6 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     wait_for_kernel(page)
     view.get_by_role("button", name="Run the first cell").click()
     expect(view).to_contain_text("No robot yet")
-    start_world(view, "office")
-
-
-def test_everybody_can_use_it(lab, page):
-    view = begin(page, lab, "robot")
-    expect_no_barriers(page, ".ros-Panel", "no-robot")
     start_world(view, "office")
     run_cell(page, 1, DRIVER)
     expect(view.get_by_label("obstacle_threshold")).to_be_visible()

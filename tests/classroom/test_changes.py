@@ -20,7 +20,7 @@ import pytest
 import requests
 import websocket
 
-from autograder.classroom import accounts, course_files, hub, spawner
+from autograder.classroom import accounts, course_files, hub, servers
 from autograder.classroom.certificate import check_covers, warning
 from autograder.classroom.plan import RUN, Classroom
 from autograder.errors import UsageError
@@ -107,7 +107,7 @@ def test_idle_kernels_end_with_their_nodes_and_then_the_idle_server(ended):
     uid, _ = accounts.ids(classroom, ada)
     password = hub.shared_passwords(classroom)["students"]
     visitor = come_in(classroom, "ada", password)
-    server = spawner.servers(classroom)["ada"]
+    server = servers.started(classroom)["ada"]
     live, started = start_node(visitor, uid)  # its page is open, and nothing more is asked of it
     assert wait_until(lambda: not any(Path(f"/proc/{pid}/exe").exists() for pid in started), WAIT)
     assert server.alive and programs(uid), "they ended with the server alone"
@@ -242,7 +242,7 @@ def test_who_leaves_the_class_is_out_and_pam_knows_each_ones_own_password(ended)
     (classroom.folder.parent / "roster.csv").write_text(ROSTER.replace("bob,student\n", ""))
     again = run_classroom("up", *arguments, "--passwords", "pam")
     assert again.returncode == 0, again.stderr
-    assert "Ended the server of bob" in again.stdout and not spawner.servers(classroom)
+    assert "Ended the server of bob" in again.stdout and not servers.started(classroom)
     with open(classroom.state / accounts.PASSWORDS, newline="") as file:
         own = {line["student"]: line["password"] for line in csv.DictReader(file)}
     assert own.keys() == {"ada", "teacher"}
@@ -259,10 +259,10 @@ def test_a_new_password_ends_what_was_logged_in_before(ended):
     with open(classroom.state / accounts.PASSWORDS, newline="") as file:
         own = {line["student"]: line["password"] for line in csv.DictReader(file)}
     before = come_in(classroom, "ada", own["ada"])
-    assert before.call("GET", "api/status").ok and "ada" in spawner.servers(classroom)
+    assert before.call("GET", "api/status").ok and "ada" in servers.started(classroom)
     done = run_classroom("password", "ada", "--folder", str(classroom.folder))
     assert done.returncode == 0, done.stderr
-    assert "ada" not in spawner.servers(classroom)
+    assert "ada" not in servers.started(classroom)
     assert before.session.get(f"{classroom.url}hub/home").url.partition("?")[0].endswith("/hub/login")
     assert not Visitor(classroom.url, "ada").log_in(own["ada"])
     with open(classroom.state / accounts.PASSWORDS, newline="") as file:
@@ -305,7 +305,7 @@ def test_down_leaves_nothing(ended):
     uids = {accounts.ids(classroom, member)[0] for member in classroom.members}
     networks = {
         os.readlink(f"/proc/{child}/ns/net")
-        for server in spawner.servers(classroom).values()
+        for server in servers.started(classroom).values()
         for child in children(server.pid)
     }
     assert len(networks) == 2 and os.readlink("/proc/self/ns/net") not in networks

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from nbgrader.api import Gradebook
 
-from autograder.classroom import accounts, hub, spawner
+from autograder.classroom import accounts, hub, servers
 from autograder.paths import repository
 from course.foundation.waiting import wait_until
 from tests.classroom.conftest import DATED, run_classroom
@@ -42,6 +42,7 @@ def test_a_notebook_runs_as_on_a_laptop(ada, kernel):
     assert live.run("%%exercise Half.srv\nfloat64 a\n---\nfloat64 half").error == "", "a .srv is built in the box"
 
 
+@pytest.mark.matrix  # the same loop by clicks is in test_pages.py
 @pytest.mark.long("nbgrader's commands, one after the other")
 def test_an_assignment_is_handed_in_graded_and_returned_by_the_exchange(ada, bob, teacher, kernel, classroom):
     for file in SOLUTION.iterdir():
@@ -122,14 +123,14 @@ def test_an_exercise_is_released_at_its_date(classroom):
 def test_when_the_hub_is_killed_work_goes_on_and_up_finds_it_again(up, classroom, bob, come_in, kernel):
     live = kernel(bob)
     live.run("kept = 17")
-    before = spawner.servers(classroom)
+    before = servers.started(classroom)
     os.kill(hub.running(classroom).pid, signal.SIGKILL)
     os.kill(int(hub.proxy_pid(classroom).read_text()), signal.SIGKILL)
     status = run_classroom("status", "--folder", str(classroom.folder))
     assert status.returncode == 1 and "does not run" in status.stdout
     again = run_classroom(*up)
     assert again.returncode == 0, again.stderr
-    assert spawner.servers(classroom) == before, "servers were started anew"
+    assert servers.started(classroom) == before, "servers were started anew"
     later = come_in("bob")
     found = later.call("GET", "api/kernels").json()
     assert live.number in {each["id"] for each in found}
@@ -145,7 +146,7 @@ def test_a_server_is_limited(classroom, ada, kernel):
     said = live.run("import resource; print(resource.getrlimit(resource.RLIMIT_NPROC))").text
     assert said.strip() == f"({limits.tasks}, {limits.tasks})"
     assert live.run(f"bytearray({limits.memory})").error == "MemoryError", "which tells the student, in the cell"
-    groups = spawner.servers(classroom)["ada"].groups
+    groups = servers.started(classroom)["ada"].groups
     written = {path.read_text().strip() for group in groups for path in Path(group).glob("memory.*") if readable(path)}
     assert not groups or str(limits.memory) in written
 

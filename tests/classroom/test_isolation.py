@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from autograder import paths
-from autograder.classroom import hub, spawner
+from autograder.classroom import hub, servers
 from autograder.classroom.plan import COURSE_ID
 
 NODE = """
@@ -157,4 +157,4 @@ def test_the_passwords_and_the_hubs_database_are_for_root(classroom):
         assert path.stat().st_mode & 0o077 == 0
     assert classroom.state.stat().st_mode & 0o077 == 0
     assert json.loads((classroom.state / hub.SHARED).read_text()).keys() == {"students", "instructors"}
-    assert all(server.alive for server in spawner.servers(classroom).values())
+    assert all(server.alive for server in servers.started(classroom).values())

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from autograder.classroom import accounts, box, spawner
+from autograder.classroom import accounts, box, servers
 from autograder.sandbox.memory_files import MemoryFiles
 from course.foundation import processes
 from course.foundation.waiting import wait_until
@@ -185,7 +185,7 @@ def test_memory_that_nothing_counts_is_refused(hostile):
 
 
 def test_no_signal_and_no_write_reaches_a_neighbours_server(hostile, neighbour, classroom):
-    running = spawner.servers(classroom)
+    running = servers.started(classroom)
     assert hostile(KILL.format(pids=[each.pid for each in running.values()])) == "[]"
     assert all(each.alive for name, each in running.items() if name != "ada")
 
@@ -195,7 +195,7 @@ def test_a_flood_of_the_servers_log_ends_at_its_limit(ada, kernel, classroom):
     flood = live.run(FLOOD)
     assert flood.text == f"{512 << 16}\n"
     log = classroom.state / "servers" / "ada.log"
-    assert log.stat().st_size <= 2 * spawner.LOG + 200, "the one before may have said as much"
+    assert log.stat().st_size <= 2 * servers.LOG + 200, "the one before may have said as much"
     assert wait_until(lambda: b"is not kept" in log.read_bytes()[-200:], SECONDS, alert=False)
     assert live.run("print(6 * 7)").text == "42\n" and ada.call("GET", "api/kernels").ok
 
@@ -205,7 +205,7 @@ def sleeper(able):
     """A process of nobody else's user, which its parent waits for at the end alone."""
     uid = next(number for number in range(61000, 65000) if not _taken(number))
     with subprocess.Popen(["sleep", "600"], user=uid, group=uid) as process:
-        yield uid, spawner.Running(process.pid, processes.birth(process.pid))
+        yield uid, servers.Running(process.pid, processes.birth(process.pid))
         process.kill()
 
 
@@ -218,7 +218,7 @@ def _taken(number: int) -> bool:
 def test_a_zombie_is_no_running_server(sleeper):
     _, running = sleeper
     assert running.alive
-    assert not spawner.Running(running.pid, running.born - 1).alive, "a later process of the same number"
+    assert not servers.Running(running.pid, running.born - 1).alive, "a later process of the same number"
     os.kill(running.pid, signal.SIGKILL)
     assert wait_until(lambda: not running.alive, SECONDS, alert=False)
     assert "Z (zombie)" in Path(f"/proc/{running.pid}/status").read_text()

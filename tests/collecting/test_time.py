@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from autograder.collecting.collect import collect, describe, parse_due
 from autograder.gradebook.book import Scores
-from autograder.gradebook.config import COURSE_FILE
+from autograder.gradebook.release import COURSE_FILE
 from autograder.records import TIME_UNKNOWN
 from autograder.submissions import provenance
 from autograder.submissions.provenance import KNOWN, ON_TIME, UNKNOWN

@@ -3,6 +3,8 @@
 import json
 import logging
 import shutil
+import subprocess
+import sys
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -11,7 +13,7 @@ from nbgrader.api import Gradebook
 from traitlets import TraitError
 from traitlets.config import Config
 
-from autograder.gradebook import late, plugins, release
+from autograder.gradebook import extensions, late, plugins, release
 from autograder.gradebook.book import Scores
 from autograder.records import GRADED, PASSED, Report, Result
 from autograder.results.output import UsageError
@@ -287,3 +289,65 @@ def test_grade_on_the_command_line(course, monkeypatch, capsys):
 def test_a_time_is_read_in_utc(text, tmp_path):
     (tmp_path / "timestamp.txt").write_text(text)
     assert reading.handed_in_at(tmp_path) == datetime(2026, 5, 8, 12, 30)
+
+
+def extend(course: Path, *words: str) -> subprocess.CompletedProcess:
+    command = [Path(sys.executable).with_name("autograder"), "extend", *words, "--course", course]
+    return subprocess.run(command, capture_output=True, text=True)
+
+
+def test_more_time_given_by_the_command_counts_for_both_commands_and_can_be_taken_back(course):
+    url = f"sqlite:///{course / 'gradebook.db'}"
+    assert extend(course).stdout == "Nobody has an extension.\n"
+    given = extend(course, "weeks", "two_days", "--days", "1.5")
+    assert (given.returncode, given.stderr) == (0, "")
+    assert given.stdout == "two_days: every exercise: 1.5 days more\nweeks: every exercise: 1.5 days more\n"
+    given = extend(course, "weeks", "put_off", "--assignment", "calculator", "--until", "2026-06-11 01:00+02:00")
+    assert given.stdout.splitlines() == [
+        "put_off: calculator: until 2026-06-10 23:00 UTC",
+        "two_days: every exercise: 1.5 days more",
+        "weeks: every exercise: 1.5 days more",
+        "weeks: calculator: until 2026-06-10 23:00 UTC",
+    ]
+    assert release.api(course).autograde("calculator", "*")["success"]
+    wanted = {"two_days": 0, "put_off": 0, "weeks": 2}
+    assert wanted.items() <= penalties(url).items()
+    with Scores(url, course / "submitted") as scores:
+        for student in wanted:
+            scores.write(report(student))
+    assert wanted.items() <= penalties(url).items()
+    taken = extend(course, "weeks", "put_off", "--take-back")
+    assert taken.stdout == "two_days: every exercise: 1.5 days more\n"
+    with Scores(url, course / "submitted") as scores:
+        for student in wanted:
+            scores.write(report(student))
+    assert {"two_days": 0, "put_off": 2, "weeks": 10}.items() <= penalties(url).items()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["ada"], "say how much: --days, --until or --take-back, one of them"),
+        (["ada", "--days", "1", "--take-back"], "say how much: --days, --until or --take-back, one of them"),
+        (["--days", "1"], "say who: the names of students come first"),
+        (["ada", "--until", "tomorrow"], "'tomorrow' is not a time: write it as '2026-11-20 23:59 UTC'"),
+        (["ada", "--days", "1", "--assignment", "calculus"], "there is no exercise 'calculus'; there are: actions, "),
+    ],
+)
+def test_an_extension_that_cannot_be_given_is_refused_and_changes_nothing(course, words, said):
+    done = extend(course, *words)
+    assert done.returncode == 2 and said in done.stderr and done.stderr.count("\n") == 1
+    assert not (course / extensions.FILE).exists()
+
+
+def test_a_folder_without_a_course_has_no_extensions(tmp_path):
+    done = extend(tmp_path, "ada", "--days", "1")
+    assert (done.returncode, list(tmp_path.iterdir())) == (2, [])
+    assert done.stderr.endswith("is not a course folder: `autograder release --course` makes one\n")
+
+
+def test_extensions_that_cannot_be_read_are_told_before_anything_is_graded(course):
+    (course / extensions.FILE).write_text('{"ada": 3}')
+    with pytest.raises(UsageError, match="extensions.json cannot be read: .* Mend it, or remove it"):
+        Scores(f"sqlite:///{course / 'gradebook.db'}", course / "submitted")
+    assert "extensions.json cannot be read" in extend(course, "bob", "--days", "1").stderr

@@ -113,7 +113,7 @@ def hand_in(course: Path, student: str, files: dict[str, bytes], text: str | Non
 
 
 @pytest.fixture(scope="module")
-def graded(course, blank, box) -> tuple[Path, dict, dict]:
+def graded(course, blank, confinement) -> tuple[Path, dict, dict]:
     """A class graded by nbgrader, with its answer, and at the same time by `autograder grade`, with its results."""
     hand_in(course, "hostile", REFERENCE | {"page.html": b"<script>"}, json.dumps(hostile(blank)))
     hand_in(course, "no_json", WRONG, "{" * 10_000)

@@ -175,7 +175,7 @@ def broken(request, judge):
     }
 
 
-def test_a_class_with_bad_submissions(box, tmp_path):
+def test_a_class_with_bad_submissions(confinement, tmp_path):
     """As a command: the good submission after the bad ones is graded as ever, and no process is left."""
     silent = REFERENCE | {SERVER: REFERENCE[SERVER].replace(b"        return response", b"        while True: pass")}
     write(tmp_path / "in" / "a_empty" / "calculator", {})

@@ -75,7 +75,7 @@ NIGHTLY = pytest.mark.matrix
 @pytest.mark.parametrize(
     "moment", [pytest.param("at once", marks=NIGHTLY), "first result", pytest.param("third result", marks=NIGHTLY)]
 )
-def test_sigkill_of_the_coordinator_loses_nothing(box, submitted, tmp_path, moment):
+def test_sigkill_of_the_coordinator_loses_nothing(confinement, submitted, tmp_path, moment):
     """--resume grades what is left, once, and completes pages and gradebook; no worker outlives the coordinator."""
     out = tmp_path / "out"
     process = begin(submitted, out, "--jobs", "2")
@@ -97,7 +97,7 @@ def test_sigkill_of_the_coordinator_loses_nothing(box, submitted, tmp_path, mome
         assert {s.student_id: s.score for s in book.assignment_submissions("services")} == ALL
 
 
-def test_submissions_that_were_moved_can_be_resumed(box, submitted, tmp_path):
+def test_submissions_that_were_moved_can_be_resumed(confinement, submitted, tmp_path):
     """The folder where they were graded before is not needed any more."""
     for student in STUDENTS[:-1]:
         shutil.rmtree(submitted / student)
@@ -107,7 +107,7 @@ def test_submissions_that_were_moved_can_be_resumed(box, submitted, tmp_path):
     assert scores(tmp_path / "out") == {"dan": 0}
 
 
-def test_a_second_coordinator_on_the_same_folder_refuses(box, submitted, tmp_path):
+def test_a_second_coordinator_on_the_same_folder_refuses(confinement, submitted, tmp_path):
     first = begin(submitted, tmp_path / "out")
     assert wait_until((tmp_path / "out" / "results.jsonl").exists, SLOW)
     code, _, errors = end(begin(submitted, tmp_path / "out", "--resume"))
@@ -116,7 +116,7 @@ def test_a_second_coordinator_on_the_same_folder_refuses(box, submitted, tmp_pat
     assert scores(tmp_path / "out") == ALL
 
 
-def test_ctrl_c_stops_with_what_is_done_kept(box, submitted, tmp_path):
+def test_ctrl_c_stops_with_what_is_done_kept(confinement, submitted, tmp_path):
     process = begin(submitted, tmp_path / "out", "--jobs", "1", start_new_session=True)
     assert wait_until(lambda: results(tmp_path / "out"), 2 * SLOW)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does
@@ -126,7 +126,7 @@ def test_ctrl_c_stops_with_what_is_done_kept(box, submitted, tmp_path):
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="a file system of its own size needs root")
-def test_a_full_disk_stops_it_with_what_is_done_kept(box, submitted, tmp_path):
+def test_a_full_disk_stops_it_with_what_is_done_kept(confinement, submitted, tmp_path):
     """And it goes on when there is room again."""
     out = tmp_path / "out"
     out.mkdir()
@@ -272,7 +272,7 @@ def grading_worker(name: str, workers: list[subprocess.Popen]) -> subprocess.Pop
     return found[0]
 
 
-def test_a_worker_that_dies_loses_nothing(box, submitted, dask_cluster, tmp_path):
+def test_a_worker_that_dies_loses_nothing(confinement, submitted, dask_cluster, tmp_path):
     """A scheduler and three workers, one of which is killed while it grades."""
     workers = [dask_cluster.worker() for _ in range(3)]
     process = begin(submitted, tmp_path / "out", "--scheduler", dask_cluster.address)
@@ -281,7 +281,7 @@ def test_a_worker_that_dies_loses_nothing(box, submitted, dask_cluster, tmp_path
     assert scores(tmp_path / "out") == ALL
 
 
-def test_a_submission_that_kills_two_workers_is_given_up(box, submitted, dask_cluster, tmp_path):
+def test_a_submission_that_kills_two_workers_is_given_up(confinement, submitted, dask_cluster, tmp_path):
     """The rest of the class is graded."""
     shutil.copytree(SOLUTIONS / "parameters", submitted / "bob" / "parameters")
     workers = [dask_cluster.worker() for _ in range(3)]
@@ -306,7 +306,7 @@ def test_a_submission_that_kills_two_workers_is_given_up(box, submitted, dask_cl
 
 
 @pytest.mark.long("waits as long as for a cluster that may come back")
-def test_a_cluster_that_is_lost_is_told(box, submitted, dask_cluster, tmp_path):
+def test_a_cluster_that_is_lost_is_told(confinement, submitted, dask_cluster, tmp_path):
     """And --resume goes on elsewhere."""
     dask_cluster.worker()
     process = begin(submitted, tmp_path / "out", "--scheduler", dask_cluster.address)

@@ -47,10 +47,12 @@ def confined(process: psutil.Process) -> bool:
 
 
 @pytest.fixture
-def grading(box):
+def grading(confinement):
     """A grading that has begun; its report is in the list when it has ended."""
     report = []
-    thread = threading.Thread(target=lambda: report.append(single.grade(Submission("s", "services", REFERENCE), box)))
+    thread = threading.Thread(
+        target=lambda: report.append(single.grade(Submission("s", "services", REFERENCE), confinement))
+    )
     thread.start()
     yield report, thread
     thread.join()
@@ -61,11 +63,11 @@ def zombies() -> set[int]:
     return {child.pid for child in psutil.Process().children(recursive=True) if child.status() == psutil.STATUS_ZOMBIE}
 
 
-def test_a_worker_buries_what_programs_leave(box):
+def test_a_worker_buries_what_programs_leave(confinement):
     """Each program ends with its wrapper, and what is left of that falls to the worker: a thousand in a large class."""
     before = zombies()  # which other tests have left, where this is the first process of a container
     for _ in range(2):
-        assert single.grade(Submission("s", "services", REFERENCE), box).score == 20
+        assert single.grade(Submission("s", "services", REFERENCE), confinement).score == 20
     assert zombies() <= before
 
 
@@ -75,20 +77,20 @@ from autograder.grading.worker import Worker
 from course.foundation.waiting import wait_until
 
 assert ctypes.CDLL(None).prctl(36, 1, 0, 0, 0) == 0  # PR_SET_CHILD_SUBREAPER: orphans below come to this process
-worker = Worker({box!r})
+worker = Worker({confinement!r})
 assert wait_until(psutil.Process(worker._process.pid).children, 20)
 worker.close()
 print(psutil.Process().children(recursive=True))
 """
 
 
-def test_a_worker_that_is_ended_leaves_nothing_to_the_first_process_of_a_container(box):
-    code = AS_FIRST.format(box=box)
+def test_a_worker_that_is_ended_leaves_nothing_to_the_first_process_of_a_container(confinement):
+    code = AS_FIRST.format(confinement=confinement)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert (done.stdout, done.stderr) == ("[]\n", "")
 
 
-def test_it_is_confined_in_all_its_threads(box, grading):
+def test_it_is_confined_in_all_its_threads(confinement, grading):
     report, thread = grading
     assert wait_until(lambda: any(map(confined, judges())), 30)
     judge = judges()[0].pid
@@ -100,7 +102,7 @@ def test_it_is_confined_in_all_its_threads(box, grading):
     for status in seen:
         assert not any(status[name].strip("0") for name in ("CapInh", "CapPrm", "CapEff", "CapAmb"))
         assert (status["NoNewPrivs"], status["Seccomp"]) == ("1", "2" if seccomp.available() else "0")
-        if box == "root":
+        if confinement == "root":
             assert not status["CapBnd"].strip("0")
             assert {int(number) for number in status["Uid"].split()} <= set(users.SPARE)
     limits = Path(f"/proc/{judge}/limits").read_text()
@@ -159,13 +161,13 @@ def test_only_tests_of_the_exercise_can_be_chosen(names):
 
 
 @pytest.mark.parametrize("whole", [True, False])
-def test_verdicts_on_other_tests_than_the_expected_are_no_judgement(box, whole):
+def test_verdicts_on_other_tests_than_the_expected_are_no_judgement(confinement, whole):
     """More tests than expected when all are run, and fewer when the suite lacks a chosen one."""
     exercise = exercises.load("services")
     missing = replace(exercise.tests[0], id="test_of_nothing")
     expected = exercise.tests[:1] if whole else (*exercise.tests[:1], missing)
     with pytest.raises(InfrastructureError, match="not on"):
-        single.judge(replace(exercise, tests=expected, whole=whole), REFERENCE, box, 1, 1.0)
+        single.judge(replace(exercise, tests=expected, whole=whole), REFERENCE, confinement, 1, 1.0)
 
 
 def test_a_grade_is_always_by_the_whole_suite(monkeypatch):
@@ -177,7 +179,7 @@ def test_a_grade_is_always_by_the_whole_suite(monkeypatch):
             jobs.append(job)
             raise InfrastructureError("not run")
 
-    monkeypatch.setattr(single, "worker", lambda box: contextlib.nullcontext(Process()))
+    monkeypatch.setattr(single, "worker", lambda confinement: contextlib.nullcontext(Process()))
     files = REFERENCE | {"chosen": b"test_status", "suite.py": b"", "job.json": b'{"chosen": ["test_status"]}'}
     single.grade(Submission("s", "services", files), "root")
     assert [job.chosen for job in jobs] == [[]] * single.TRIES

@@ -32,7 +32,7 @@ def test_a_line_says_which_record_it_is(message):
         b'{"record": "Ended", "status": 0, "score": 20}\n',
         b'{"record": "Job", "files": {"a": 5}}\n',
         (
-            b'{"record": "Job", "exercise": "services", "hidden": {}, "files": {}, "seed": 7, "box": "root", '
+            b'{"record": "Job", "exercise": "services", "hidden": {}, "files": {}, "seed": 7, "confinement": "root", '
             b'"interfaces": "", "limit": 60.0, "core": 1, "chosen": [5]}\n'
         ),
         b'{"record": "Verdict", "id": "test_a", "outcome": "passed", "message": ["not", "a", "text"]}\n',

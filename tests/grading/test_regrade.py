@@ -39,7 +39,7 @@ def changed() -> None:
 
 
 @pytest.fixture(scope="module")
-def pool(box) -> Pool:
+def pool(confinement) -> Pool:
     return ThisMachine(2, 1.0, False)
 
 

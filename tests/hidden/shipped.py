@@ -282,11 +282,11 @@ def main() -> int:
     options = parser.parse_args()
     if unknown := set(options.exercise) - {*exercises.names()}:
         parser.error(f"no exercise {', '.join(sorted(unknown))}; there are {', '.join(exercises.names())}")
-    box, failed = sandbox.choose(), 0
+    confinement, failed = sandbox.choose(), 0
     with ThreadPoolExecutor(options.jobs) as pool, tempfile.TemporaryDirectory() as folder:
 
         def grade(files: dict[str, bytes], exercise: str, **how: float) -> "Future[Report]":
-            return pool.submit(single.grade, Submission("student", exercise, files), box, seed=1, **how)
+            return pool.submit(single.grade, Submission("student", exercise, files), confinement, seed=1, **how)
 
         student = student_files(Path(folder))
         programs = candidates(student)

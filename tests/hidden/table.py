@@ -33,20 +33,22 @@ def main() -> int:
     options = parser.parse_args()
     if unknown := set(options.exercise) - {*answers.names()}:
         parser.error(f"no answers to {', '.join(sorted(unknown))}; there are those to {', '.join(answers.names())}")
-    box = sandbox.choose()
+    confinement = sandbox.choose()
     with ThreadPoolExecutor(options.jobs) as pool:
         how = again if options.right else show
-        differences = [how(name, pool, box, options) for name in options.exercise or answers.names()]
+        differences = [how(name, pool, confinement, options) for name in options.exercise or answers.names()]
     return 1 if any(differences) else 0
 
 
-def again(name: str, pool: ThreadPoolExecutor, box: str, options) -> int:
+def again(name: str, pool: ThreadPoolExecutor, confinement: str, options) -> int:
     """Grade each right answer many times; returns how many gradings lost a point, and prints these."""
     start, right = time.monotonic(), answers.load(name).RIGHT
     gradings = [
         (
             style,
-            pool.submit(single.grade, Submission("student", name, files), box, patience=answers.patience(name, style)),
+            pool.submit(
+                single.grade, Submission("student", name, files), confinement, patience=answers.patience(name, style)
+            ),
         )
         for _ in range(options.right)
         for style, files in right.items()
@@ -69,7 +71,7 @@ def again(name: str, pool: ThreadPoolExecutor, box: str, options) -> int:
     return bad
 
 
-def show(name: str, pool: ThreadPoolExecutor, box: str, options) -> int:
+def show(name: str, pool: ThreadPoolExecutor, confinement: str, options) -> int:
     """Print the table of one exercise; returns how many answers are not judged as they should be."""
     module, exercise = answers.load(name), exercises.load(name)
     expected = {style: (files, set()) for style, files in module.RIGHT.items()} | module.WRONG
@@ -82,7 +84,7 @@ def show(name: str, pool: ThreadPoolExecutor, box: str, options) -> int:
         style: pool.submit(
             single.grade,
             Submission("student", name, files),
-            box,
+            confinement,
             patience=answers.patience(name, style),
             seed=answers.seed(name, style),
         )

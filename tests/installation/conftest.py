@@ -53,7 +53,7 @@ import subprocess, sys
 from autograder.sandbox import sandbox
 
 with sandbox.Sandbox(chosen := sandbox.choose(), {'probe.py': sys.stdin.buffer.read()}) as confined:
-    command = [*sandbox.BOXES[chosen], *confined.command(['probe.py'], domain=0)]
+    command = [*sandbox.CONFINEMENTS[chosen], *confined.command(['probe.py'], domain=0)]
     raise SystemExit(subprocess.run(command, pass_fds=confined.descriptors, timeout=60).returncode)
 """
 

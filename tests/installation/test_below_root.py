@@ -18,7 +18,7 @@ pytestmark = pytest.mark.skipif(
 
 
 @pytest.fixture(scope="module")
-def around(box):
+def around(confinement):
     """A folder below /root with a secret, and with a checkout in it that has been set up."""
     folder = Path(tempfile.mkdtemp(prefix="ros2-course-test-", dir=ROOTS_HOME))
     try:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from autograder.gradebook import late, plugins, release
-from autograder.gradebook.config import COURSE_FILE
+from autograder.gradebook.release import COURSE_FILE
 
 
 @pytest.fixture

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from autograder.gradebook.config import COURSE_FILE
+from autograder.gradebook.release import COURSE_FILE
 
 from .conftest import ITSELF, ROOT, Installation, copy_environment, install
 
 
 @pytest.fixture(scope="module")
-def installed(box, wheel, tmp_path_factory):
+def installed(confinement, wheel, tmp_path_factory):
     """An environment with the wheel in it."""
     folder = tmp_path_factory.mktemp("installed")
     copy_environment(folder / "venv")

@@ -11,7 +11,7 @@ from nbgrader.api import Gradebook
 from autograder.collecting.collect import collect, parse_due
 from autograder.errors import UsageError
 from autograder.gradebook.book import Scores
-from autograder.gradebook.config import COURSE_FILE
+from autograder.gradebook.release import COURSE_FILE
 from autograder.records import FAILED, GRADED, INFRASTRUCTURE_ERROR, INVALID_SUBMISSION, NOT_RUN, PASSED, Report, Result
 from autograder.results.output import Basis, Output
 from autograder.returning.giving_back import describe, give_back

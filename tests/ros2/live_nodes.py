@@ -11,7 +11,7 @@ from example_interfaces.srv import AddTwoInts
 from geometry_msgs.msg import Twist
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
-from rclpy.executors import MultiThreadedExecutor
+from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_services_default
 from rclpy.service_introspection import ServiceIntrospectionState
 from rclpy.signals import SignalHandlerOptions
@@ -109,11 +109,14 @@ def main():
         Twist, "cmd_vel", lambda twist: heard.publish(String(data=f"{twist.linear.x} {twist.angular.z}")), reliable
     )
 
-    executor = MultiThreadedExecutor(num_threads=4)
+    others = MultiThreadedExecutor(num_threads=4)
+    # Each message wakes its executor, which then looks at all of its nodes.
+    executors = {"talker": SingleThreadedExecutor(), "listener": SingleThreadedExecutor()}
     for name, node in nodes.items():
         if name != "silent":
-            executor.add_node(node)
-    threading.Thread(target=executor.spin, daemon=True).start()
+            executors.get(name, others).add_node(node)
+    for executor in (others, *executors.values()):
+        threading.Thread(target=executor.spin, daemon=True).start()
     print("ready", flush=True)
     sys.stdin.read()
 

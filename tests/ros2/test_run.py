@@ -160,6 +160,26 @@ def test_ctrl_c_is_the_node_s_to_handle(alone, folder):
     assert child.returncode == 256 - signal.SIGTERM
 
 
+DEAF_AT_FIRST = """
+import signal
+
+signal.signal(signal.SIGTERM, lambda *_: signal.signal(signal.SIGTERM, signal.SIG_DFL))
+print("up", flush=True)
+while True:
+    signal.pause()
+"""
+
+
+def test_a_program_that_misses_the_first_signal_to_end_is_told_again(alone, tmp_path):
+    """As one node in a hundred does that has no timer: rclpy wakes its executor before there is a reason to end."""
+    (tmp_path / "my_package").mkdir()
+    (tmp_path / "my_package" / "deaf.py").write_text(DEAF_AT_FIRST)
+    child = alone.start("run", "my_package", "deaf", cwd=tmp_path)
+    assert child.stdout.readline() == "up\n"
+    child.terminate()
+    assert child.communicate(timeout=20)[0] == "[ros2run]: Terminated\n"
+
+
 def test_the_books_package_is_the_course_until_the_reader_has_one(alone, tmp_path):
     (tmp_path / "hello.py").write_text("print('hello')\n")
     assert alone.output("run", "my_package", "hello", cwd=tmp_path) == "hello\n"

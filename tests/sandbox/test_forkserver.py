@@ -56,15 +56,15 @@ print(json.dumps(world, default=str))
 
 
 @pytest.fixture(scope="module")
-def forkserver(box):
+def forkserver(confinement):
     server = Forkserver()
     yield server
     server.close()
 
 
 @pytest.fixture(scope="module")
-def forks(box):
-    if box != "root":
+def forks(confinement):
+    if confinement != "root":
         pytest.skip("only root's programs are forked")
 
 
@@ -182,7 +182,7 @@ print(bytes(found[0].endpoint_gid[:12]).hex())
     assert len({*prefixes}) == 4
 
 
-def test_its_memory_holds_no_secret(box, monkeypatch):
+def test_its_memory_holds_no_secret(confinement, monkeypatch):
     """Neither a variable of whoever starts the forkserver, nor what another program was given or has printed."""
     secrets = ["said only to", " the grader", "printed by another", " program", "an argument of", " another"]
     monkeypatch.setenv("SECRET_OF_THE_GRADER", "".join(secrets[:2]))
@@ -223,7 +223,7 @@ print(sys._getframe().f_back, frames, of_forkserver, 'an argument of' + ' anothe
     assert program.output == "None [] [] False\n"
 
 
-def test_no_descriptor_is_inherited_whatever_its_number(box):
+def test_no_descriptor_is_inherited_whatever_its_number(confinement):
     """A process may have open what is beyond a limit that was set later: pipes and control groups of other programs."""
     with contextlib.ExitStack() as held:
         for _ in range(2 * LIMITS["nofile"]):
@@ -315,7 +315,7 @@ time.sleep(1000)
     assert "MemoryError" in run(forkserver, f"x = b'x' * {LIMITS['data'] + 1}").output
 
 
-def test_without_its_forkserver_no_program_begins(box):
+def test_without_its_forkserver_no_program_begins(confinement):
     server = Forkserver()
     assert run(server, "print(1)").output == "1\n"
     psutil.Process(server.pid).kill()

@@ -14,7 +14,7 @@ import pytest
 
 from autograder.paths import PACKAGE
 from autograder.sandbox import processor_core, sandbox, seccomp, view
-from autograder.sandbox.sandbox import BOXES
+from autograder.sandbox.sandbox import CONFINEMENTS
 from autograder.sandbox.variables import ros_prefixes
 from course.foundation.waiting import wait_until
 from tests.hidden.answers import SOLUTIONS
@@ -69,7 +69,7 @@ print(json.dumps(dict(
 """
 
 
-def test_a_workspace_that_the_instructor_has_sourced_is_not_seen(box, tmp_path, monkeypatch):
+def test_a_workspace_that_the_instructor_has_sourced_is_not_seen(confinement, tmp_path, monkeypatch):
     """It may hold the solution; only what belongs to an installation of ROS 2 itself is shown."""
     modules = tmp_path / f"lib/python{sys.version_info.major}.{sys.version_info.minor}/site-packages"
     modules.mkdir(parents=True)
@@ -80,16 +80,16 @@ import importlib.util, os
 print(importlib.util.find_spec("solution_of_the_instructor"), os.path.exists({str(tmp_path)!r}))
 print({str(tmp_path)!r} in os.environ["AMENT_PREFIX_PATH"])
 """
-    with sandbox.Sandbox(box, {SERVER: program.encode()}) as confined:
-        command = [*sandbox.BOXES[box], *confined.command([SERVER], domain=1)]
+    with sandbox.Sandbox(confinement, {SERVER: program.encode()}) as confined:
+        command = [*sandbox.CONFINEMENTS[confinement], *confined.command([SERVER], domain=1)]
         done = subprocess.run(command, capture_output=True, text=True, timeout=30, pass_fds=confined.descriptors)
     assert done.stdout.split() == ["None", "False", "False"], done.stderr
 
 
-def test_what_a_program_sees(box):
-    with sandbox.Sandbox(box, {SERVER: PROBE.encode()}) as confined:
+def test_what_a_program_sees(confinement):
+    with sandbox.Sandbox(confinement, {SERVER: PROBE.encode()}) as confined:
         os.environ["SECRET_OF_THE_GRADER"] = "1"
-        command = [*sandbox.BOXES[box], *confined.command([SERVER], domain=1)]
+        command = [*sandbox.CONFINEMENTS[confinement], *confined.command([SERVER], domain=1)]
         done = subprocess.run(command, capture_output=True, text=True, timeout=30, pass_fds=confined.descriptors)
     seen = json.loads(done.stdout)
     assert seen["uid"] not in (0, os.getuid())
@@ -135,10 +135,10 @@ print(json.dumps(dict(
 """
 
 
-def test_what_the_kernel_keeps_for_a_program_is_bounded(box):
+def test_what_the_kernel_keeps_for_a_program_is_bounded(confinement):
     """Empty files and waiting sockets are memory that counts for no process."""
-    with sandbox.Sandbox(box, {SERVER: GREEDY.encode()}) as confined:
-        command = [*sandbox.BOXES[box], *confined.command([SERVER], domain=1)]
+    with sandbox.Sandbox(confinement, {SERVER: GREEDY.encode()}) as confined:
+        command = [*sandbox.CONFINEMENTS[confinement], *confined.command([SERVER], domain=1)]
         done = subprocess.run(command, capture_output=True, text=True, timeout=60, pass_fds=confined.descriptors)
     seen = json.loads(done.stdout)
     files, why = zip(*seen["files"].values(), strict=True)
@@ -149,14 +149,16 @@ def test_what_the_kernel_keeps_for_a_program_is_bounded(box):
 
 
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="this machine has one core")
-def test_without_control_groups_each_grading_has_a_core(box, tmp_path, monkeypatch):
+def test_without_control_groups_each_grading_has_a_core(confinement, tmp_path, monkeypatch):
     """As many gradings as there are cores have one each, and the next shares one; programs stay on theirs."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))  # other gradings of this user have cores, too
     with contextlib.ExitStack() as held:
         given = [held.enter_context(processor_core.taken()) for _ in range(len(os.sched_getaffinity(0)) + 1)]
     assert {*given[:-1]} == os.sched_getaffinity(0) and given[-1] == given[0]
-    with sandbox.Sandbox(box, {SERVER: GREEDY.encode()}) as confined:
-        command = processor_core.command(given[1], [*sandbox.BOXES[box], *confined.command([SERVER], domain=1)])
+    with sandbox.Sandbox(confinement, {SERVER: GREEDY.encode()}) as confined:
+        command = processor_core.command(
+            given[1], [*sandbox.CONFINEMENTS[confinement], *confined.command([SERVER], domain=1)]
+        )
         done = subprocess.run(command, capture_output=True, text=True, timeout=60, pass_fds=confined.descriptors)
     assert json.loads(done.stdout)["cores"] == 1
 
@@ -230,9 +232,9 @@ def test_as_an_ordinary_user(tmp_path):
         shutil.rmtree(home)
 
 
-def test_nothing_outlives_a_worker(box):
+def test_nothing_outlives_a_worker(confinement):
     """Not even what has lost its parents: the worker is the first process of a namespace."""
     marker = f"{time.monotonic_ns() / 1e6:.6f}"  # s, and nobody else's
     orphan = f"import os; os.fork() or (os.setsid(), os.fork() or os.execlp('sleep', 'sleep', '{marker}'))"
-    subprocess.run([*BOXES[box], sys.executable, "-c", orphan], check=True)
+    subprocess.run([*CONFINEMENTS[confinement], sys.executable, "-c", orphan], check=True)
     assert wait_until(lambda: not any(marker in process.info["cmdline"] for process in processes()), 5)

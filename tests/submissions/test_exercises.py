@@ -98,14 +98,14 @@ def test_a_mistake_in_an_exercise_is_told_in_a_line(tmp_path, file, text, messag
     assert "\n" not in str(told.value)
 
 
-def test_a_mistake_in_a_test_is_no_score_and_is_told_the_instructor_alone(box, tmp_path, caplog):
+def test_a_mistake_in_a_test_is_no_score_and_is_told_the_instructor_alone(confinement, tmp_path, caplog):
     shutil.copytree(HIDDEN, tmp_path / "hidden")
     suite = tmp_path / "hidden" / "services" / "suite.py"
     name = exercises.load("services").tests[0].id
     suite.write_text(suite.read_text() + f"\n\n{name}.__globals__['twice_two'] = undefined_name\n")
     files = {path.name: path.read_bytes() for path in (ROOT / "solutions" / "services").iterdir() if path.is_file()}
     exercise = exercises.load("services", tmp_path / "hidden")
-    report = single.grade(Submission("ada", "services", files), box, exercise=exercise)
+    report = single.grade(Submission("ada", "services", files), confinement, exercise=exercise)
     assert (report.status, report.score) == (INFRASTRUCTURE_ERROR, None)
     assert "undefined_name" not in str(report.public()) and "undefined_name" in describe(report, report.details)
     assert [record.getMessage().count("\n") for record in caplog.records] == [0] * single.TRIES

@@ -21,11 +21,15 @@ INF, NAN = math.inf, math.nan
 
 @dataclass(frozen=True)
 class Scanner:
-    """A laser scanner: how many beams it has, the angle of the first, and from each beam to the next (degrees)."""
+    """A laser scanner: how many beams it has, the angle of the first, and from each beam to the next (degrees).
+
+    `beyond` is how many steps beyond its last beam its `angle_max` is: with many drivers, 1.
+    """
 
     beams: int = 360
     first: float = 0.0
     step: float = 1.0
+    beyond: int = 0
 
     def angle(self, beam: int) -> float:
         """Where a beam points (degrees, -180 to 180; 0 is ahead, positive is left)."""
@@ -99,7 +103,7 @@ class Scanner:
         scan = LaserScan(
             angle_min=math.radians(self.first),
             angle_increment=math.radians(self.step),
-            angle_max=math.radians(self.first + self.step * max(0, len(ranges) - 1)),
+            angle_max=math.radians(self.first + self.step * (max(0, len(ranges) - 1) + self.beyond)),
             range_min=least,
             range_max=most,
             ranges=ranges,

@@ -230,6 +230,9 @@ def test_any_number_of_beams(follower: Follower, eye: Eye, rng: random.Random) -
         expect_sight(follower, eye, scanner, rng, "a turn of fewer or more than 360 beams")
     if follower.reads(BESIDE, eye, "beside"):  # or else another test judges it
         expect_sight(follower, eye, two_beams(eye), rng, "two beams, one ahead and one on the right")
+        sign = math.copysign(1.0, eye.scanner.step)
+        eight = Scanner(8, sign * -180.0, sign * 45.0, beyond=1)
+        expect_sight(follower, eye, eight, rng, "eight beams, and an angle_max one step beyond the last of them")
 
 
 @points(1, cell="wall-follower")

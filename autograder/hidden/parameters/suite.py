@@ -266,8 +266,8 @@ def send_after(pid: PidNode, pause: float, error: float, ki: float, last: Answer
 @twice
 def test_derivative(pid: PidNode, rng: random.Random) -> None:
     """The derivative part is kd × the change of the error per second."""
-    kd, errors = rng.randrange(1, 5) / 2, [rng.uniform(-0.5, -0.2), rng.uniform(0.2, 0.5), rng.uniform(-0.2, 0)]
-    pid.arrange(kd=kd)
+    kd, errors = rng.randrange(1, 4) / 2, [rng.uniform(-0.25, -0.1), rng.uniform(0.1, 0.25), rng.uniform(-0.1, 0)]
+    pid.arrange(kd=kd)  # efforts of less than 10: limits that do not move cost nothing here
     last, before = pid.send(errors[0]), errors[0]
     for error, pause in zip([*errors[1:], errors[-1]], (0.15, 0.06, 0.1), strict=True):
         time.sleep(pause)
@@ -313,23 +313,25 @@ def told(ends: Sequence[float]) -> str:
     return f"{low:.3g} to {high:.3g}"
 
 
-def begin_integral(pid: PidNode, error: float, **gains: float) -> Answer:
+def begin_integral(pid: PidNode, error: float, ki: float, **gains: float) -> Answer:
     """The first answer to an error, whose time step starts at a message just before it, and the integral at zero."""
-    pid.arrange()  # a ki that is as before would leave the integral as it is
-    pid.arrange(**gains)
+    if not pid.gains_by_launch:  # else it is started anew
+        for value in (0.0, ki):  # by way of 0: a ki that is as before would leave the integral as it is
+            pid.parameters.set({"ki": value})
+    pid.arrange(ki=ki, **gains)
     pid.send(error * ALMOST_NOTHING)
     return pid.send(error)
 
 
-def fill_integral(pid: PidNode, error: float, **gains: float) -> Answer:
+def fill_integral(pid: PidNode, error: float, ki: float, **gains: float) -> Answer:
     """The last of several answers to a positive error, while the integral grows; raises Wrong when it does not."""
-    first = begin_integral(pid, error, **gains)
+    first = begin_integral(pid, error, ki, **gains)
     last = send_often(pid, error)
     if not last.effort > first.effort:
         raise Wrong(
             "With ki above 0 and the same positive error again and again, the effort must grow: without an integral "
             "part it cannot be tested when that starts again.",
-            f"ki {gains['ki']}: {first} then {last}",
+            f"ki {ki}: {first} then {last}",
         )
     return last
 

@@ -372,6 +372,10 @@ RIGHT = {
             "        front, right = (float(str(distances[key])) for key in ('front', 'right'))\n",
         )
     ),
+    "asks the agent once for each scan": node(
+        ("self.distances = nearest(msg)", "self.action = self.agent.decide_action(nearest(msg))"),
+        ("            action = self.agent.decide_action(self.distances)\n", "            action = self.action\n"),
+    ),
     "short agent; functions, loops, age by the wall clock": files(SHORT_AGENT, FUNCTIONS),
     "dataclass and NumPy; a thread that keeps its own time": files(NUMPY_AGENT, OWN_TIME),
     "watchdog, threads, async, own context, slow start, scans by best effort": files(SHORT_AGENT, WATCHDOG),
@@ -628,6 +632,27 @@ WRONG = {
     "every scanner turns counter-clockwise": (
         node(("scan.angle_increment *", "abs(scan.angle_increment) *")),
         {"clockwise"},
+    ),
+    "angles from angle_min to angle_max": (
+        node(
+            (
+                "angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))",
+                "angles = np.linspace(scan.angle_min, scan.angle_max, len(ranges))",
+            )
+        ),
+        {"any_number_of_beams"},
+    ),
+    "the beams counted by angle_max": (
+        node(
+            (
+                "np.arange(len(ranges))",
+                (
+                    "np.arange(\n            round((scan.angle_max - scan.angle_min) / scan.angle_increment) + 1 "
+                    "if scan.angle_increment else 0\n        )"
+                ),
+            )
+        ),
+        {"any_number_of_beams"},
     ),
     "a clockwise scanner is read from its end": (
         node(

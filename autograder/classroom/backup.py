@@ -1,0 +1,93 @@
+"""A class in one file: everybody's work, what was handed in and graded, the settings, and the passwords.
+
+The class must be down meanwhile: tar walks the homes as root, and nobody may change them under its feet.
+"""
+
+import json
+import os
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from autograder.classroom import accounts, homes, hub, servers
+from autograder.classroom.plan import SETTINGS, Classroom
+from autograder.errors import ClassroomError, UsageError
+from course.foundation import storage
+
+TAR = ["tar", "--gzip", "--file=-", "--numeric-owner", "--warning=no-file-ignored"]  # sockets are nothing to keep
+
+
+def write(classroom: Classroom, file: Path) -> int:
+    """Write the class to `file`, which must not be there; return its bytes.
+
+    Raises UsageError while the class is up, and ClassroomError when it cannot be written; then there is no file.
+    """
+    without_user = accounts.missing(classroom)
+    if hub.running(classroom) or servers.started(classroom) or len(without_user) < len(classroom.members):
+        raise UsageError("the class is up: `down` first; everybody keeps their password")
+    if file.exists():
+        raise UsageError(f"{file} exists; name another file")
+    draft = file.with_name(f".{file.name}.part")
+    try:
+        descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_NOFOLLOW, storage.PRIVATE)
+        with open(descriptor, "wb") as written:
+            # Processes that ran are nothing to a machine on which others have their numbers.
+            command = [*TAR, "--create", "--sparse", "--one-file-system", "--exclude=./state/*.pid", "."]
+            _run(command, classroom.folder, stdout=written)
+            written.flush()
+            os.fsync(descriptor)
+        draft.replace(file)
+    except OSError as error:
+        raise ClassroomError(f"cannot write {file}: {error.strerror}") from None
+    finally:
+        draft.unlink(missing_ok=True)
+    return file.stat().st_size
+
+
+def read(file: Path, folder: Path) -> Classroom:
+    """Lay a class out in `folder`, which must not be there; it is down, and closed to all but root.
+
+    Raises UsageError when `file` holds no class, ClassroomError when that cannot be laid out; no folder is made then.
+    """
+    if folder.exists():
+        raise UsageError(f"{folder} exists; name another folder with --folder, or move it away")
+    draft = folder.with_name(f".{folder.name}.part")
+    shutil.rmtree(draft, ignore_errors=True)
+    try:
+        draft.mkdir(storage.PRIVATE_FOLDER, parents=True)
+        with open(file, "rb") as kept:
+            try:
+                _run([*TAR, "--extract", "--same-owner", "--preserve-permissions"], draft, stdin=kept)
+            except ClassroomError as error:
+                raise ClassroomError(f"{file} cannot be unpacked: {error}") from None
+        draft.chmod(storage.PRIVATE_FOLDER)
+        if not (draft / "state" / SETTINGS).exists():
+            raise UsageError(f"{file} is no backup of a class")
+        classroom = replace(Classroom.load(draft), folder=folder)
+        _take_from_who_left(draft, {member.name for member in classroom.members})
+        settings = json.loads((draft / "state" / SETTINGS).read_text()) | {"folder": str(folder)}
+        storage.replace(draft / "state" / SETTINGS, json.dumps(settings, indent=1).encode(), storage.PRIVATE)
+        draft.rename(folder)
+    except OSError as error:
+        raise ClassroomError(f"cannot restore {file} to {folder}: {error.strerror}") from None
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)
+    return classroom
+
+
+def _take_from_who_left(folder: Path, members: set[str]) -> None:
+    """Give root the homes of who is in the class no more: somebody else may have their number on this machine."""
+    for home in (folder / "homes").iterdir():
+        if home.name not in members:
+            homes.give(home, 0, 0)
+
+
+def _run(command: list[str], folder: Path, **streams: Any) -> None:
+    """Run tar in a folder; raises ClassroomError with the first thing that it says."""
+    environment = os.environ | {"LC_ALL": "C"}
+    done = subprocess.run(command, cwd=folder, env=environment, stderr=subprocess.PIPE, text=True, **streams)
+    if done.returncode:
+        said = [line for line in done.stderr.splitlines() if line.strip()]
+        raise ClassroomError(said[0] if said else f"tar ended with exit status {done.returncode}")

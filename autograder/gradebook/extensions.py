@@ -1,0 +1,72 @@
+"""Extensions that `autograder extend` has given: who has more time, for one exercise or for all.
+
+They are in `extensions.json` of nbgrader's course folder: for each student, and there for each exercise or for "*",
+which is all of them, a number of days or a time as in `LatePolicy.extensions`.  The later due date of both counts.
+"""
+
+import json
+import stat
+from collections.abc import Iterable
+from datetime import datetime
+from pathlib import Path
+
+from autograder.errors import UsageError
+from autograder.submissions import exercises
+from course.foundation import storage
+
+FILE = "extensions.json"
+ALL = "*"  # exercises
+
+Given = dict[str, dict[str, float | str]]  # by student and exercise
+
+
+def read(course: Path) -> Given:
+    """Return the extensions of a course folder; raises UsageError when the file is not what `change` writes."""
+    try:
+        given = json.loads((course / FILE).read_text(encoding="utf-8"))
+        return {
+            str(student): {str(name): day if isinstance(day, str) else float(day) for name, day in of_one.items()}
+            for student, of_one in given.items()
+        }
+    except FileNotFoundError:
+        return {}
+    except (ValueError, TypeError, AttributeError) as error:
+        raise UsageError(f"{course / FILE} cannot be read: {error}. Mend it, or remove it and extend again") from None
+
+
+def change(course: Path, students: Iterable[str], exercise: str | None, extension: float | datetime | None) -> Given:
+    """Give `students` so many days more, or time until then, or take back (None) what they have; return all there are.
+
+    Taking back for all exercises takes back those for each, too.  Raises UsageError when `course` is no course folder,
+    or there is no such exercise.
+    """
+    if not (course / "nbgrader_config.py").exists():
+        raise UsageError(f"{course} is not a course folder: `autograder release --course` makes one")
+    if exercise and exercise not in {*exercises.names(), *released(course)}:
+        known = ", ".join(sorted({*exercises.names(), *released(course)}))
+        raise UsageError(f"there is no exercise '{exercise}'; there are: {known}")
+    given = read(course)
+    for student in students:
+        of_one = given.setdefault(student, {})
+        if extension is None and not exercise:
+            of_one.clear()
+        elif extension is None:
+            of_one.pop(str(exercise), None)
+        else:
+            of_one[exercise or ALL] = f"{extension:%Y-%m-%d %H:%M %Z}" if isinstance(extension, datetime) else extension
+    kept = {student: of_one for student, of_one in sorted(given.items()) if of_one}
+    shared = course.stat().st_mode & stat.S_IWGRP  # with the other instructors of a class
+    content = json.dumps(kept, indent=1, ensure_ascii=False) + "\n"
+    storage.replace(course / FILE, content.encode(), 0o660 if shared else storage.PRIVATE)
+    return kept
+
+
+def released(course: Path) -> list[str]:
+    """The assignments of a course folder, also those that are not of this course."""
+    return [path.name for path in (course / "source").glob("*") if path.is_dir()]
+
+
+def of(given: Given, student: str, exercise: str) -> list[float | str]:
+    """The extensions that count for a student's hand-in."""
+    of_one = given.get(student, {})
+    return [of_one[name] for name in (ALL, exercise) if name in of_one]

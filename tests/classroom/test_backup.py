@@ -1,0 +1,163 @@
+"""A class is written to a file and laid out again, also where others have its numbers; nothing half done is left."""
+
+import csv
+import json
+import os
+import pwd
+import secrets
+import shutil
+import stat
+import subprocess
+import tarfile
+
+import pytest
+
+from autograder.classroom import accounts, backup
+from autograder.classroom.plan import SETTINGS, Classroom
+from autograder.errors import ClassroomError, UsageError
+from tests.classroom.conftest import ROSTER, run_classroom
+from tests.classroom.visitor import Visitor
+from tests.ports import free_port
+
+
+@pytest.fixture
+def somebody():
+    """Make a Unix user with a number, as another machine may have one."""
+    made = []
+
+    def make(number: int) -> None:
+        made.append(f"q{secrets.token_hex(3)}")
+        subprocess.run(["useradd", "--uid", str(number), "--no-create-home", made[-1]], check=True)
+
+    yield make
+    for name in made:
+        subprocess.run(["userdel", name], check=True)
+
+
+@pytest.mark.long("two classes are started")
+def test_a_class_moves_with_everybodys_work_and_password(able, tmp_path, somebody):
+    """To a machine that has given ada's number to somebody else, with the hand-ins and without a roster."""
+    for around in tmp_path.parents:
+        if around.stat().st_mode & 0o005 != 0o005 and around.is_relative_to("/tmp"):
+            around.chmod(around.stat().st_mode | 0o011)
+    tmp_path.chmod(0o711)
+    (tmp_path / "roster.csv").write_text(ROSTER + "zoe,student\n")
+    old, new, kept = tmp_path / "old", tmp_path / "new", tmp_path / "class.tar.gz"
+    settings = ["--port", str(free_port()), "--prefix", f"b{secrets.token_hex(2)}-"]
+    try:
+        done = run_classroom("up", "--folder", str(old), "--roster", str(tmp_path / "roster.csv"), *settings)
+        assert done.returncode == 0, done.stderr
+        there = Classroom.load(old)
+        uid, gid = accounts.ids(there, there.find("ada"))
+        work = old / "homes" / "ada" / "work.py"
+        work.write_text("mine")
+        os.chown(work, uid, gid)
+        refused = run_classroom("backup", str(kept), "--folder", str(old))
+        assert (refused.returncode, kept.exists()) == (2, False)
+        assert "the class is up: `down` first" in refused.stderr
+        (tmp_path / "roster.csv").write_text(ROSTER)
+        assert (
+            run_classroom("up", "--folder", str(old), "--roster", str(tmp_path / "roster.csv"), *settings).returncode
+            == 0
+        )
+        assert run_classroom("down", "--folder", str(old)).returncode == 0
+        written = run_classroom("backup", str(kept), "--folder", str(old))
+        assert written.returncode == 0 and "3 members" in written.stdout, written.stderr
+        assert stat.S_IMODE(kept.stat().st_mode) == 0o600
+        shutil.rmtree(old)
+        somebody(uid)
+
+        done = run_classroom("restore", str(kept), "--folder", str(new))
+        assert done.returncode == 0 and f"up --folder {new}" in done.stdout, done.stderr
+        assert (new / "homes" / "zoe").stat().st_uid == 0, "somebody here may have the number of who has left"
+        done = run_classroom("up", "--folder", str(new), *settings)
+        assert done.returncode == 0 and "Kept the passwords that 3 members had" in done.stdout, done.stderr
+        moved = Classroom.load(new)
+        mine = moved.home(moved.find("ada")) / "work.py"
+        assert mine.read_text() == "mine" and mine.stat().st_uid == accounts.ids(moved, moved.find("ada"))[0] != uid
+        with open(moved.state / accounts.PASSWORDS, newline="") as file:
+            passwords = {line["student"]: line["password"] for line in csv.DictReader(file)}
+        assert Visitor(moved.url, "ada").log_in(passwords["ada"])
+    finally:
+        for folder in (old, new):
+            if folder.exists():
+                run_classroom("down", "--folder", str(folder), "--delete-homes")
+    assert not [user for user in pwd.getpwall() if user.pw_name.startswith(settings[-1])]
+
+
+def test_what_students_have_made_of_their_homes_comes_back_as_it_was(quiet, tmp_path):
+    home = quiet.homes / "ada"
+    home.mkdir(parents=True)
+    (home / "link").symlink_to("/etc/shadow")
+    (home / "-rf\n*").write_text("odd")
+    os.mkfifo(home / "pipe")
+    with open(home / "sparse", "wb") as file:
+        file.truncate(1 << 33)
+    os.chown(home, 4321, 4321)
+    (quiet.state / "proxy.pid").write_text("1")
+    size = backup.write(quiet, tmp_path / "class.tar.gz")
+    assert size == (tmp_path / "class.tar.gz").stat().st_size < 1 << 20
+    back = backup.read(tmp_path / "class.tar.gz", tmp_path / "back")
+    assert back == Classroom.load(tmp_path / "back") and back.members == quiet.members
+    again = back.homes / "ada"
+    assert sorted(path.name for path in again.iterdir()) == sorted(path.name for path in home.iterdir())
+    assert os.readlink(again / "link") == "/etc/shadow" and (again / "-rf\n*").read_text() == "odd"
+    assert (again / "sparse").stat().st_blocks < 100 and again.stat().st_uid == 4321
+    assert stat.S_IMODE(back.folder.stat().st_mode) == 0o700, "nobody is in the class yet"
+    assert not (back.state / "proxy.pid").exists(), "a process of the other machine"
+
+
+def test_nothing_that_is_there_is_overwritten(quiet, tmp_path):
+    kept = tmp_path / "class.tar.gz"
+    backup.write(quiet, kept)
+    with pytest.raises(UsageError, match="class.tar.gz exists; name another file"):
+        backup.write(quiet, kept)
+    with pytest.raises(UsageError, match="class exists; name another folder"):
+        backup.read(kept, quiet.folder)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [(b"no archive", "class.tar.gz cannot be unpacked: .*not in gzip format"), (None, "is no backup of a class")],
+)
+def test_a_file_that_is_no_backup_leaves_nothing(quiet, tmp_path, content, said):
+    kept = tmp_path / "class.tar.gz"
+    if content is None:
+        with tarfile.open(kept, "w:gz") as archive:
+            archive.add(__file__, "essay.txt")
+    else:
+        kept.write_bytes(content)
+    before = sorted(tmp_path.iterdir())
+    with pytest.raises((UsageError, ClassroomError), match=said):
+        backup.read(kept, tmp_path / "back")
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_full_disk_leaves_no_half_of_a_backup(quiet, tmp_path):
+    small = tmp_path / "small"
+    small.mkdir()
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=20k", "tmpfs", small], capture_output=True).returncode:
+        pytest.skip("this root may not mount")
+    try:
+        (quiet.homes / "ada").mkdir(parents=True)
+        (quiet.homes / "ada" / "work").write_bytes(os.urandom(1 << 17))
+        with pytest.raises(ClassroomError, match="No space left on device"):
+            backup.write(quiet, small / "class.tar.gz")
+        assert list(small.iterdir()) == []
+    finally:
+        subprocess.run(["umount", "-l", small], check=True)
+
+
+def test_the_settings_of_an_older_version_are_taken_up_and_those_of_a_newer_one_are_told(quiet):
+    path = quiet.state / SETTINGS
+    fields = json.loads(path.read_text())
+    path.write_text(json.dumps({key: value for key, value in fields.items() if key not in ("host", "staff_port")}))
+    assert Classroom.load(quiet.folder).members == quiet.members
+    path.write_text(json.dumps(fields | {"dormitory": 1}))
+    with pytest.raises(UsageError, match="is damaged, or was written by a newer version: .*dormitory"):
+        Classroom.load(quiet.folder)
+
+
+def test_without_a_class_up_asks_for_a_roster(able, tmp_path):
+    done = run_classroom("up", "--folder", str(tmp_path / "class"))
+    assert done.returncode == 2 and "there is no class in" in done.stderr and "give --roster" in done.stderr
