@@ -3,10 +3,12 @@
 import json
 import zipfile
 
+import nbformat
+import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import WAIT
-from tests.browser.pages import FILE, SERVER, choose, open_page, show_panel, write_cell, write_greeter
+from tests.browser.pages import FILE, SERVER, choose, mark, open_page, show_panel, write_cell, write_greeter
 
 expect.set_options(timeout=WAIT)
 
@@ -47,6 +49,24 @@ def test_a_student_works_hands_in_and_keeps_the_archive(lab, page):
     assert receipt["checks"] == {"greets": "passed"}
     assert content["greeter.py"].decode() == SERVER
     assert SERVER.splitlines()[5] in content["greeter.ipynb"].decode()  # the notebook was saved first
+
+
+@pytest.mark.parametrize("graded", [True, False])
+def test_a_notebook_without_an_exercise_has_no_button(lab, page, graded):
+    """nor has one without cells of nbgrader's nbgrader's own, "Validate"."""
+    _, _, served = lab
+    name = f"graded-{graded}"
+    (served / name).mkdir()
+    check = nbformat.v4.new_code_cell("1 + 1", metadata=mark("adds", grade=True, locked=True, points=1))
+    cells = [nbformat.v4.new_code_cell("2 + 2"), *([check] if graded else [])]
+    kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
+    nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=kernel), served / name / f"{name}.ipynb")
+    open_page(page, lab, f"{name}/{name}.ipynb")
+    toolbar = page.locator(".jp-NotebookPanel-toolbar")
+    expect(toolbar.locator(".jp-Notebook-ExecutionIndicator")).to_be_visible()
+    expect(toolbar.locator(".validate-button")).to_have_count(1)
+    expect(toolbar.locator(".validate-button")).to_be_visible(visible=graded)
+    expect(toolbar.get_by_role("button", name="Hand in", exact=True)).to_be_hidden()
 
 
 def test_a_doubt_is_asked_and_no_is_an_answer(lab, page):

@@ -36,9 +36,13 @@ export const handInIcon = new LabIcon({
 
 /** Whether a notebook has a cell that writes a file to hand in. */
 export function hasExercise(panel: NotebookPanel): boolean {
+  return hasCell(panel, cell => fileOf(cell) !== '');
+}
+
+function hasCell(panel: NotebookPanel, wanted: (cell: ICellModel) => boolean): boolean {
   const cells = panel.context.model?.cells;
   for (let number = 0; cells && number < cells.length; number++) {
-    if (fileOf(cells.get(number))) {
+    if (wanted(cells.get(number))) {
       return true;
     }
   }
@@ -51,7 +55,7 @@ export function fileOf(cell: ICellModel): string {
   return cell.getMetadata('nbgrader')?.solution && magic === '%%exercise' && name ? name : '';
 }
 
-/** The button, which is there only for notebooks with an exercise. */
+/** The button, only for notebooks with an exercise; nbgrader's "Validate" is only for those with cells of nbgrader's. */
 export function handInButton(panel: NotebookPanel, contents: Contents.IManager): Widget {
   const button = new ToolbarButton({
     className: 'ros-HandIn',
@@ -60,7 +64,13 @@ export function handInButton(panel: NotebookPanel, contents: Contents.IManager):
     tooltip: 'Save the notebook, run the public checks, and write the archive to hand in',
     onClick: () => void handIn(panel, contents)
   });
-  const look = () => button.setHidden(!hasExercise(panel));
+  const look = () => {
+    button.setHidden(!hasExercise(panel));
+    panel.toggleClass(
+      'ros-mod-graded',
+      hasCell(panel, cell => Boolean(cell.getMetadata('nbgrader')))
+    );
+  };
   button.hide();
   void panel.context.ready.then(() => {
     if (!panel.isDisposed) {
