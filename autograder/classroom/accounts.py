@@ -175,9 +175,10 @@ def _hand_on(classroom: Classroom, former: dict[Member, int]) -> None:
 
 
 def _unused(classroom: Classroom) -> int:
-    """Return a number for a user that nobody has, and nobody who has left the class had."""
+    """Return a number that no user and no group has, and nobody who has left the class had."""
     inbound = classroom.exchange / COURSE_ID / "inbound"
-    had = {path.lstat().st_uid for folder in (classroom.homes, inbound) if folder.exists() for path in folder.iterdir()}
+    left = [path.lstat() for folder in (classroom.homes, inbound) if folder.exists() for path in folder.iterdir()]
+    had = {number for each in left for number in (each.st_uid, each.st_gid)}
     free = (number for number in range(*NUMBERS) if not (number in had or _is_user(number) or _is_group(number)))
     if not (found := next(free, 0)):
         raise ClassroomError("all numbers of users are taken on this machine")
@@ -194,7 +195,7 @@ def _make_user(classroom: Classroom, member: Member, former: int) -> None:
 
 
 def _make_groups(classroom: Classroom, kept: dict[str, Path]) -> None:
-    """Make groups; each has the number again that a folder of its still has, unless somebody else has that now."""
+    """Make groups; each has the number again that a folder of its still has, unless another group has that now."""
     known = _known(classroom)
     for name in kept:
         if _group(name) and name not in known:
@@ -204,10 +205,10 @@ def _make_groups(classroom: Classroom, kept: dict[str, Path]) -> None:
     for again in (True, False):  # first those, so that no other group is given their numbers
         for name, folder in kept.items():
             number = folder.stat().st_gid if folder.exists() else 0
-            free = bool(number) and not _is_group(number) and not _is_user(number)
+            free = bool(number) and not _is_group(number)
             if not _group(name) and free is again:
                 _note(classroom, name)
-                _run("groupadd", *(["--gid", str(number)] if free else []), name)
+                _run("groupadd", "--gid", str(number if free else _unused(classroom)), name)
 
 
 def _end(uids: set[int]) -> bool:

@@ -328,6 +328,11 @@ def test_a_group_that_gets_the_number_of_the_instructors_gets_nothing_of_theirs(
     former = classroom.grading.stat().st_gid
     members = {each.name: classroom.home(each).stat() for each in classroom.members}
     stranger = f"{classroom.prefix}strangers"
+    accounts.remove(classroom)
+    of_a_group = members["bob"].st_gid  # which a user has, too: these are two things
+    taken = Path("/etc/passwd").read_text().splitlines()
+    if str(of_a_group) not in [line.split(":")[2] for line in taken]:
+        subprocess.run(["useradd", "-M", "-N", "--uid", str(of_a_group), stranger], check=True)
     try:
         for number_is_taken in (False, True):
             if number_is_taken:
@@ -345,6 +350,7 @@ def test_a_group_that_gets_the_number_of_the_instructors_gets_nothing_of_theirs(
             accounts.remove(classroom)
     finally:
         accounts.remove(classroom)
+        subprocess.run(["userdel", stranger], check=False)
         subprocess.run(["groupdel", stranger], check=False)
 
 

@@ -1,0 +1,207 @@
+"""Mutation testing: of a program with one slip each, which does a test find?
+
+A test that passes says little before one knows what it would not let pass (DeMillo, Lipton and Sayward, "Hints on test
+data selection", Computer 11(4), 1978).
+"""
+
+import ast
+import copy
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from course.errors import ExerciseError
+from course.session.domains import claim_domain
+
+# An operator, and what somebody in a hurry writes in its place.
+SLIPS: dict[type[ast.AST], type[ast.AST]] = {
+    ast.Add: ast.Sub,
+    ast.Sub: ast.Add,
+    ast.Mult: ast.Add,
+    ast.Div: ast.Mult,
+    ast.Lt: ast.LtE,
+    ast.LtE: ast.Lt,
+    ast.Gt: ast.GtE,
+    ast.GtE: ast.Gt,
+    ast.Eq: ast.NotEq,
+    ast.NotEq: ast.Eq,
+    ast.And: ast.Or,
+    ast.Or: ast.And,
+}
+SIGNS = {
+    ast.Add: "+",
+    ast.Sub: "-",
+    ast.Mult: "*",
+    ast.Div: "/",
+    ast.Lt: "<",
+    ast.LtE: "<=",
+    ast.Gt: ">",
+    ast.GtE: ">=",
+    ast.Eq: "==",
+    ast.NotEq: "!=",
+    ast.And: "and",
+    ast.Or: "or",
+}
+AT_ONCE = 2  # mutants that are tried side by side
+PYTEST = ("-m", "pytest", "-q", "-x", "--tb=line", "-rfE", "--color=no", "-p", "no:cacheprovider")
+FAILED = re.compile(r"^(?:FAILED|ERROR) [^ :]+(?:::(\w+))?", re.MULTILINE)
+HANGS = "does not end"
+TESTS = "test_it.py"
+
+
+class Mutant(NamedTuple):
+    """A program with one slip."""
+
+    line: int
+    slip: str  # for example "> becomes >="
+    source: str
+
+
+class Trial(NamedTuple):
+    """The mutants, each with the test that has found it, or with ''."""
+
+    found: list[tuple[Mutant, str]]
+
+    @property
+    def survivors(self) -> list[Mutant]:
+        """The mutants that no test has found."""
+        return [mutant for mutant, test in self.found if not test]
+
+    def __repr__(self) -> str:
+        lines = [
+            f"line {mutant.line}: {mutant.slip:21} {f'found by {test}' if test else 'survives'}"
+            for mutant, test in self.found
+        ]
+        return "\n".join([*lines, f"{len(self.found) - len(self.survivors)} of {len(self.found)} mutants found"])
+
+
+def try_tests(file: str | Path, tests: str, timeout: float = 20.0) -> Trial:
+    """Run `tests`, the text of a pytest file, against each mutant of the Python file.
+
+    The tests import the file by its name.  Each run has a folder and a ROS domain of its own, and at most `timeout` s.
+    Raises ExerciseError when the tests fail for the file as it is, or when it is no Python.
+    """
+    path = Path(file)
+    try:
+        source = path.read_text(encoding="utf-8")
+        mutants = list(mutants_of(source))
+    except FileNotFoundError:
+        raise ExerciseError(f"{path.name} is not there: run the cell that writes it first") from None
+    except SyntaxError as error:
+        raise ExerciseError(f"{path.name}, line {error.lineno}: {error.msg}") from None
+    if not re.search(r"^\s*(async )?def test_", tests, re.MULTILINE):
+        raise ExerciseError("there are no tests: each is a function whose name begins with test_")
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        first = pool.submit(_failing, path.name, source, tests, timeout).result()
+        if first:
+            raise ExerciseError(f"{first} fails for {path.name} as it is: tests that are right come first")
+        found = pool.map(lambda each: _failing(path.name, each.source, tests, timeout), mutants)
+        return Trial(list(zip(mutants, found, strict=True)))
+
+
+def mutants_of(source: str) -> Iterator[Mutant]:
+    """Each program that differs from `source` by one operator, truth value, sign or number, in the order of the lines.
+
+    Raises SyntaxError for what is no Python.
+    """
+    tree = ast.parse(source)
+    tree.body = [each for each in tree.body if not _is_guard(each)]
+    changes = sorted((place, number) for number, place in enumerate(_places(tree)))
+    for (line, _), number in changes:
+        other = copy.deepcopy(tree)
+        slip = _change(list(ast.walk(other)), number)
+        yield Mutant(line, slip, ast.unparse(ast.fix_missing_locations(other)) + "\n")
+
+
+def _is_guard(statement: ast.stmt) -> bool:
+    """Return True for `if __name__ == '__main__':`, which a program that is imported does not run."""
+    return isinstance(statement, ast.If) and "__name__" in ast.unparse(statement.test)
+
+
+def _places(tree: ast.AST) -> Iterator[tuple[int, int]]:
+    """The line and column of each possible slip, in the order of `ast.walk`."""
+    for node in ast.walk(tree):
+        for _ in range(_slips(node)):
+            yield node.lineno, node.col_offset  # type: ignore[attr-defined]
+
+
+def _slips(node: ast.AST) -> int:
+    """Return the number of slips that a node has room for."""
+    if isinstance(node, ast.BinOp | ast.BoolOp):
+        return int(type(node.op) in SLIPS)
+    if isinstance(node, ast.Compare):
+        return sum(type(each) in SLIPS for each in node.ops)
+    if isinstance(node, ast.UnaryOp):
+        return int(isinstance(node.op, ast.USub))
+    return int(isinstance(node, ast.Constant) and isinstance(node.value, bool | float))
+
+
+def _change(nodes: list[ast.AST], number: int) -> str:
+    """Make the slip of this number, and return what it is."""
+    for node in nodes:
+        if number < _slips(node):
+            return _slip(node, number)
+        number -= _slips(node)
+    raise IndexError(number)
+
+
+def _slip(node: ast.AST, number: int) -> str:
+    """Make one of a node's slips, and return what it is."""
+    said = ast.unparse(node)
+    match node:
+        case ast.Constant(value=bool() as value):
+            node.value = not value
+        case ast.Constant(value=value):
+            node.value = float(not value)
+        case ast.UnaryOp():
+            node.op = ast.UAdd()
+            return f"{said} becomes {ast.unparse(node.operand)}"
+        case ast.Compare(ops=ops):
+            at = [index for index, each in enumerate(ops) if type(each) in SLIPS][number]
+            ops[at], words = _other(ops[at])
+            return words
+        case ast.BinOp(op=op) | ast.BoolOp(op=op):
+            node.op, words = _other(op)
+            return words
+    return f"{said} becomes {ast.unparse(node)}"
+
+
+def _other(operator: ast.AST) -> tuple[Any, str]:
+    """The operator that takes another's place, and what is said of it."""
+    other = SLIPS[type(operator)]
+    return other(), f"{SIGNS[type(operator)]} becomes {SIGNS[other]}"
+
+
+def _failing(name: str, source: str, tests: str, timeout: float) -> str:
+    """The first test that fails for a program, or HANGS; '' when all pass."""
+    claim, domain = claim_domain()
+    with tempfile.TemporaryDirectory() as folder, claim:
+        (Path(folder) / name).write_text(source, encoding="utf-8")
+        (Path(folder) / TESTS).write_text(tests, encoding="utf-8")
+        environment = os.environ | {
+            "ROS_DOMAIN_ID": str(domain),
+            "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
+            "PYTHONDONTWRITEBYTECODE": "1",
+        }
+        try:
+            done = subprocess.run(
+                [sys.executable, *PYTEST, TESTS],
+                cwd=folder,
+                env=environment,
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                text=True,
+                timeout=timeout,
+            )
+        except subprocess.TimeoutExpired:
+            return HANGS
+    if done.returncode == 0:
+        return ""
+    failed = FAILED.search(done.stdout)
+    return (failed and failed[1]) or "the import"

@@ -1,0 +1,98 @@
+"""Mutants: one slip each, all of them, and the test that finds each."""
+
+import pytest
+
+from course.errors import ExerciseError
+from course.notebook.mutants import HANGS, mutants_of, try_tests
+
+PROGRAM = '''"""A program."""
+LIMIT = -0.5
+
+
+def near(distance, walls):
+    while walls and not distance < LIMIT + 1.0:
+        return True
+    return distance * 2 == 4 or distance / 2 != 1 - walls
+
+
+if __name__ == "__main__":
+    print(near(1.0, 2) == True)
+'''
+
+
+def test_each_slip_is_made_once_by_itself():
+    mutants = list(mutants_of(PROGRAM))
+    assert [(mutant.line, mutant.slip) for mutant in mutants] == [
+        (2, "-0.5 becomes 0.5"),
+        (2, "0.5 becomes 0.0"),
+        (6, "and becomes or"),
+        (6, "< becomes <="),
+        (6, "+ becomes -"),
+        (6, "1.0 becomes 0.0"),
+        (7, "True becomes False"),
+        (8, "or becomes and"),
+        (8, "== becomes !="),
+        (8, "* becomes +"),
+        (8, "!= becomes =="),
+        (8, "/ becomes *"),
+        (8, "- becomes +"),
+    ]
+    assert len({mutant.source for mutant in mutants}) == len(mutants)
+    assert not any("print" in mutant.source for mutant in mutants), "what a program that is imported does not run"
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "near.py"
+    path.write_text("def near(distance):\n    return distance < 0.5\n")
+    return path
+
+
+def test_the_test_that_finds_a_mutant_is_named_and_what_survives_is_said(file):
+    tests = "from near import near\n\n\ndef test_far(): assert not near(2.0)\ndef test_near(): assert near(0.4)\n"
+    assert repr(try_tests(file, tests)).splitlines() == [
+        "line 2: < becomes <=          survives",
+        "line 2: 0.5 becomes 0.0       found by test_near",
+        "1 of 2 mutants found",
+    ]
+    assert [mutant.slip for mutant in try_tests(file, tests).survivors] == ["< becomes <="]
+
+
+def test_a_mutant_that_does_not_end_is_found(tmp_path):
+    (tmp_path / "count.py").write_text("def count(n):\n    while not n == 0:\n        n = n - 1\n    return n\n")
+    trial = try_tests(
+        tmp_path / "count.py", "from count import count\ndef test_it(): assert count(3) == 0\n", timeout=3
+    )
+    assert [test for _, test in trial.found] == ["test_it", HANGS]
+
+
+@pytest.mark.parametrize(
+    ("text", "tests", "said"),
+    [
+        (None, "def test_it(): pass", "near.py is not there: run the cell that writes it first"),
+        ("def near(:\n", "def test_it(): pass", "near.py, line 1: invalid syntax"),
+        (
+            "near = 1\n",
+            "from near import near\ndef test_it(): assert near == 2\n",
+            "test_it fails for near.py as it is: tests that are right come first",
+        ),
+        (
+            "near = 1\n",
+            "import nowhere\ndef test_it(): pass\n",
+            "the import fails for near.py as it is: tests that are right come first",
+        ),
+        (
+            "near = 1\n",
+            "from near import near\n",
+            "there are no tests: each is a function whose name begins with test_",
+        ),
+    ],
+)
+def test_what_cannot_be_tried_is_a_sentence(file, text, tests, said):
+    if text is None:
+        file.unlink()
+    else:
+        file.write_text(text)
+    with pytest.raises(ExerciseError) as error:
+        try_tests(file, tests)
+    assert str(error.value) == said
