@@ -30,7 +30,9 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 START_PAGE = "index.ipynb"
-DEVELOPERS = ["check", "classroom", "lab-build", "lock", "proxy", "site", "test"]  # of environment/: not for students
+DEVCONTAINER = "devcontainer.json"
+# Of environment/, what is not for students, or has another place there.
+DEVELOPERS = ["check", "classroom", "lab-build", "lock", "proxy", "site", "test", DEVCONTAINER]
 PROJECT = ("[build-system]", "[project", "[tool.setuptools")  # of pyproject.toml: what students install
 
 # What a new course folder begins with.  It names the module, not its file: the course's
@@ -112,6 +114,8 @@ def hand_out(folder: Path, released: Iterable[Path]) -> None:
     (folder / "notebooks" / START_PAGE).write_text(start_page(), encoding="utf-8")
     for name in ("LICENSE", ".dockerignore"):
         shutil.copy(root / name, folder)
+    (folder / ".devcontainer").mkdir(exist_ok=True)  # where Codespaces and editors look for it
+    shutil.copy(root / "environment" / DEVCONTAINER, folder / ".devcontainer")
     (folder / "pyproject.toml").write_text(_students_project(root / "pyproject.toml"), encoding="utf-8")
     for path, page in pages().items():
         (folder / path).parent.mkdir(exist_ok=True)

@@ -7,10 +7,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import nbformat
 import pytest
 
 from autograder.authoring import new as authoring
 from autograder.errors import UsageError
+from course.notebook.progress import progress
 
 ROOT = Path(__file__).parents[2]
 NAME = "wave_hello"
@@ -96,6 +98,39 @@ def test_it_can_be_released(made, autograder, tmp_path):
     assert done.returncode == 0, done.stderr
     released = (tmp_path / "release" / NAME / f"{NAME}.ipynb").read_text()
     assert "YOUR CODE HERE" in released and "Hello" not in released
+
+
+@pytest.fixture
+def german(made, tmp_path):
+    """The folder of a page in German: its text is translated, its cells of code are not."""
+    notebook = nbformat.read(made / f"notebooks/{NAME}/{NAME}.ipynb", 4)
+    text = (Path(__file__).parent / "greeter.de.txt").read_text(encoding="utf-8")
+    translated = dict(part.split("\n", 1) for part in text.split("=== markdown ")[1:])
+    for cell in notebook.cells:
+        if cell.cell_type == "markdown":
+            cell.source = translated.pop(cell.id).strip().format(title="Wave hello", name=NAME)
+    assert not translated
+    (tmp_path / "de" / NAME).mkdir(parents=True)
+    nbformat.write(notebook, tmp_path / "de" / NAME / f"{NAME}.ipynb")
+    return tmp_path / "de"
+
+
+def test_a_page_in_another_language_is_released_worked_on_and_graded(made, autograder, german, confinement, tmp_path):
+    """No part of the course looks for English words on a page: cells are known by their marks, hints by a number."""
+    done = autograder("release", NAME, "--course", str(tmp_path / "course"), "--notebooks", str(german))
+    assert done.returncode == 0, done.stderr
+    page = nbformat.read(tmp_path / "course/release" / NAME / f"{NAME}.ipynb", 4)
+    assert page.cells[0].source.startswith("# Wave hello: ein Dienst")
+    (stub,) = (cell for cell in page.cells if "YOUR CODE HERE" in cell.source)
+    work = tmp_path / "ada" / NAME
+    work.mkdir(parents=True)
+    solution = (made / f"solutions/{NAME}/{NAME}.py").read_text()
+    (work / f"{NAME}.py").write_text(solution)
+    stub.source = f"{stub.source.splitlines()[0]}\n{solution}"
+    nbformat.write(page, work / f"{NAME}.ipynb")
+    report = json.loads(autograder("check", str(work), "--assignment", NAME, "--json").stdout)
+    assert (report["status"], report["score"]) == ("graded", authoring.POINTS)
+    assert [(part.name, part.state) for part in progress(tmp_path / "ada")] == [(NAME, "not run")]
 
 
 def test_its_own_tests_pass(made, run, confinement):

@@ -57,6 +57,7 @@ FRAMES = """() => new Promise(done => {
   requestAnimationFrame(draw);
 })"""
 FILE, CHECKS = 2, 3  # the numbers of these cells in the greeter's notebook
+# The second is called as in another language: a page is not to depend on English words.
 HINTS = """Greet whoever asks.
 
 <details><summary>Hint 1: where to look</summary>
@@ -65,7 +66,7 @@ Part 1 has a **server**.
 
 </details>
 
-<details><summary>Hint 2: the idea</summary>
+<details><summary>Tipp 2: die Idee</summary>
 
 One callback is enough.
 

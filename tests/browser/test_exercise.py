@@ -54,11 +54,11 @@ def test_a_student_is_told_step_by_step_how_far_the_exercise_is_and_everybody_ca
     expect(checks).to_contain_text("✓greets: passed")
     expect(panel).to_contain_text("1 of 2 parts done. Up to 2 of 5 points can be given for them")
     # Hints come one after the other, and are drawn as in the notebook.
-    expect(panel).to_contain_text("Hint 2: open the one before first")
+    expect(panel).to_contain_text("Tipp 2: open the one before first")
     expect(panel.get_by_text("One callback is enough.")).to_have_count(0)
     panel.get_by_text("Hint 1: where to look").click()
     expect(panel.locator(".ros-hint strong")).to_have_text("server")
-    panel.get_by_text("Hint 2: the idea").click()
+    panel.get_by_text("Tipp 2: die Idee").click()
     expect(panel.get_by_text("One callback is enough.")).to_be_visible()
     type_answer(page, STUB)
     expect(panel).to_contain_text("edited since it was run")

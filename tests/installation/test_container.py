@@ -1,7 +1,16 @@
-"""The container's recipe: what it installs is kept when a notebook changes, and the students' work when it ends."""
+"""The container's recipe: what it installs is kept when a notebook changes, and the students' work when it ends.
 
+Each of its steps, and each command of `.devcontainer`, is run in a bare Debian.
+"""
+
+import json
+import os
 import re
+import shutil
+import subprocess
 from pathlib import Path
+
+import pytest
 
 ROOT = Path(__file__).parents[2]
 RECIPE = (ROOT / "environment/Dockerfile").read_text()
@@ -22,3 +31,25 @@ def test_the_work_outlives_the_container_as_the_readme_says():
     (run,) = re.findall(r"^docker run .*", readme, re.MULTILINE)
     assert f"-v ros2-course:{folder}/notebooks " in run and " --init " in run and " -p 127.0.0.1:8888:8888 " in run
     assert run in RECIPE and re.findall(r"^docker build .*", readme, re.MULTILINE)[0] in RECIPE
+
+
+def test_a_codespace_runs_commands_that_are_there_and_shows_the_port():
+    described = json.loads((ROOT / "environment/devcontainer.json").read_text())
+    for key in ("onCreateCommand", "postAttachCommand"):
+        assert os.access(ROOT / described[key].split()[0], os.X_OK)
+    assert described["forwardPorts"] == [8888] and "bookworm" in described["image"]
+
+
+@pytest.mark.matrix
+@pytest.mark.long("installs the course in a bare Debian")
+@pytest.mark.timeout(1800)
+@pytest.mark.skipif(
+    os.getuid() != 0 or shutil.which("debootstrap") is None, reason="making a bare Debian needs root and debootstrap"
+)
+@pytest.mark.parametrize("who", ["container", "codespace"])
+def test_each_step_works_in_a_bare_debian(who, tmp_path_factory):
+    folder = tmp_path_factory.getbasetemp() / "bare"
+    done = subprocess.run([ROOT / "tests/installation/bare", folder, "bookworm", who], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    last = {"container": "CMD", "codespace": "postAttachCommand"}[who]
+    assert re.search(rf"bookworm {who}: {last} +exit status 0", done.stdout)

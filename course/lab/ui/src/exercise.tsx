@@ -35,7 +35,8 @@ interface File {
   hints: Hint[];
 }
 
-const HINT = /<details>\s*<summary>\s*(Hint[^<]*)<\/summary>([\s\S]*?)<\/details>/g;
+// What unfolds and is called by a word and a number: "Hint 1: where to look", in whatever language.
+const HINT = /<details>\s*<summary>\s*([^\s<]+ \d+(?::[^<]*)?)\s*<\/summary>([\s\S]*?)<\/details>/g;
 const SETTLE = 400; // ms after a change of the notebook
 
 export class ExercisePanel extends SidePanel {
