@@ -7,6 +7,7 @@ The gradings of a user on a machine, of all batches, are counted together.
 
 import contextlib
 import os
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -19,6 +20,8 @@ WORKERS = 3  # for each core
 SPARE = 0.7  # of a core that must be idle, the start of a grading takes more than the rest of it
 WINDOW = 0.4  # s over which that is measured
 
+_first = threading.Lock()  # held by the grading of this process that is the next to begin
+
 
 def cores() -> int:
     """Return how many cores this process may use."""
@@ -27,13 +30,17 @@ def cores() -> int:
 
 @contextlib.contextmanager
 def turn() -> Iterator[None]:
-    """Wait until a grading may begin; it lasts as long as the block."""
+    """Wait until a grading may begin; it lasts as long as the block.
+
+    Only one grading of a process waits for the machine: the others wait for that one.  So a single submission, beside
+    a class that another command grades, has its turn soon.
+    """
     folder = runtime_folder()
-    while True:
-        with contextlib.ExitStack() as held:
-            if _take_core(folder, held) or _find_spare(folder):
-                yield
-                return
+    with contextlib.ExitStack() as held:
+        with _first:
+            while not (_take_core(folder, held) or _find_spare(folder)):
+                pass
+        yield
 
 
 def _take_core(folder: Path, held: contextlib.ExitStack) -> bool:
