@@ -604,6 +604,7 @@ ALIKE = {
     "answers seven times and ends": "answers once and ends",
     "right for 5 ms": "right to the first 30 requests",
     "right from the tenth request on": "right to the first 30 requests",
+    "right when it sees a grader in the graph": "writes verdicts, answers only a grader",
     "numbers that are none": "shows every number there is",
     "a client that answers itself": "the client's file serves in the server's place",
     "arrays without end; YAML, templates and formats": "script in its messages; 60,000 fields",

@@ -4,7 +4,6 @@ import json
 import zipfile
 
 import nbformat
-import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import WAIT
@@ -82,21 +81,27 @@ def test_what_cannot_be_handed_in_is_told_in_a_sentence(lab, page):
     expect(dialog).not_to_contain_text("Traceback")
 
 
-@pytest.mark.parametrize("graded", [True, False])
-def test_a_notebook_without_an_exercise_has_no_button(lab, page, graded):
+def test_a_notebook_without_an_exercise_has_no_button(lab, page):
     """Nor has one without cells of nbgrader's "Validate", which nbgrader would show everywhere."""
     _, _, served = lab
-    path = write_greeter(served / f"plain-{graded}")
-    notebook = nbformat.read(path, 4)
-    for each in notebook.cells:
-        each.source = each.source.replace("%%exercise greeter.py", "# no exercise")
-        if not graded:
-            each.metadata = {}
-    nbformat.write(notebook, path)
-    open_page(page, lab, f"plain-{graded}/plain-{graded}.ipynb")
-    toolbar = page.locator(".jp-NotebookPanel-toolbar")
+    for name in ("graded", "plain"):
+        path = write_greeter(served / name)
+        notebook = nbformat.read(path, 4)
+        for each in notebook.cells:
+            each.source = each.source.replace("%%exercise greeter.py", "# no exercise")
+            if name == "plain":
+                each.metadata = {}
+        nbformat.write(notebook, path)
+    open_page(page, lab, "graded/graded.ipynb")
+    toolbar = page.locator(".jp-NotebookPanel:not(.lm-mod-hidden) .jp-NotebookPanel-toolbar")
     expect(toolbar.get_by_text("Validate")).to_have_count(1)
-    expect(toolbar.get_by_text("Validate")).to_be_visible(visible=graded)
+    expect(toolbar.get_by_text("Validate")).to_be_visible()
+    choose(page, "File", "Open from Path…")
+    page.get_by_role("dialog").locator("input").fill("plain/plain.ipynb")
+    page.get_by_role("dialog").get_by_role("button", name="Open").click()
+    page.get_by_role("tab", name="plain.ipynb").wait_for()
+    expect(toolbar.get_by_text("Validate")).to_have_count(1)
+    expect(toolbar.get_by_text("Validate")).to_be_hidden()
     expect(page.get_by_role("button", name="Hand in", exact=True)).to_have_count(0)
 
 

@@ -73,10 +73,8 @@ def test_instructors_keep_their_tabs(tmp_path):
         assert "jpserver_extensions" not in (config / "jupyter_server_config.json").read_text()
 
 
-@pytest.mark.long("the whole loop of one student, with a grading")
-def test_from_the_work_to_the_feedback_in_the_notebook(student, confinement, page, tmp_path):
-    address, token, work, _ = student
-    services = work / "services"
+def hand_in_and_return(services: Path, folder: Path) -> str:
+    """Hand in what lies in `services`, grade it, mark it by hand and return it; what `course feedback` says of it."""
     for old in services.glob("ada-services-*.zip"):
         old.unlink()
     for name in ("motor_service.py", "relay.py"):
@@ -84,23 +82,34 @@ def test_from_the_work_to_the_feedback_in_the_notebook(student, confinement, pag
         (services / name).write_text(text.replace(*FAULT))
     run("course", "hand-in", "--yes", "--no-check", "--name", "ada", cwd=services)
     (handed_in,) = services.glob("ada-services-*.zip")
-    with zipfile.ZipFile(tmp_path / "moodle.zip", "w") as download:
+    with zipfile.ZipFile(folder / "moodle.zip", "w") as download:
         download.write(handed_in, f"Ada Lovelace_55_assignsubmission_file_/{handed_in.name}")
 
-    run("autograder", "collect", "moodle.zip", "--into", "submitted", cwd=tmp_path)
-    run("autograder", "grade", "submitted", "--output", "out", "--seed", "1", cwd=tmp_path)
-    with Gradebook(f"sqlite:///{tmp_path / 'out' / 'gradebook.db'}") as book:
+    run("autograder", "collect", "moodle.zip", "--into", "submitted", cwd=folder)
+    run("autograder", "grade", "submitted", "--output", "out", "--seed", "1", cwd=folder)
+    with Gradebook(f"sqlite:///{folder / 'out' / 'gradebook.db'}") as book:
         book.find_grade("relay", "services", "services", "Ada_Lovelace").manual_score = 4.5
         book.db.commit()
-    assert "1 page returned; 0 not." in run("autograder", "return", "out", cwd=tmp_path)
-    with zipfile.ZipFile(tmp_path / "out" / "returned" / "services-moodle.zip") as upload:
+    assert "1 page returned; 0 not." in run("autograder", "return", "out", cwd=folder)
+    with zipfile.ZipFile(folder / "out" / "returned" / "services-moodle.zip") as upload:
         (name,) = upload.namelist()
-        upload.extract(name, tmp_path)
+        upload.extract(name, folder)
+    return run("course", "feedback", folder / name, cwd=services)
 
-    said = run("course", "feedback", tmp_path / name, cwd=services)
+
+def test_from_the_work_to_the_feedback_in_the_terminal(confinement, tmp_path):
+    (tmp_path / "work/services").mkdir(parents=True)
+    shutil.copy(ROOT / "notebooks/services/services.ipynb", tmp_path / "work/services")
+    said = hand_in_and_return(tmp_path / "work/services", tmp_path)
     assert "relay: 4.5 of 10 points" in said and "What to mend:" in said
-    points = said.partition(": ")[2].partition(" points")[0]
 
+
+@pytest.mark.matrix  # a class's students have the same, in tests/classroom/test_pages.py
+@pytest.mark.long("the whole loop of one student, with a grading")
+def test_from_the_work_to_the_feedback_in_the_notebook(student, confinement, page, tmp_path):
+    address, token, work, _ = student
+    services = work / "services"
+    points = hand_in_and_return(services, tmp_path).partition(": ")[2].partition(" points")[0]
     notebook = nbformat.read(ROOT / "notebooks/services/services.ipynb", 4)
     number = 1 + next(n for n, each in enumerate(notebook.cells) if each.source.startswith("%%exercise relay.py"))
     notebook.cells.insert(number, nbformat.v4.new_code_cell())

@@ -44,6 +44,7 @@ def type_into_terminal(page: Page, folder: Path, command: str, name: str) -> str
     return (folder / name).read_text()
 
 
+@pytest.mark.matrix  # the page runs under nbval, and test_a_terminal_follows_the_notebook_in_front meets a terminal
 @pytest.mark.long("runs the whole page of the calculator")
 def test_the_notebook_and_a_terminal_are_one_world(lab, page):
     _, _, folder = lab

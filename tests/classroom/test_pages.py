@@ -80,29 +80,21 @@ def tools(page: Page) -> set[str]:
     return found & TOOLS
 
 
-def test_a_student_has_assignments_and_no_formgrader(page):
-    student = page("ada")
-    assert tools(student) == {"Assignment List"}
-    choose(student, "Nbgrader", "Assignment List")
-    student.locator(".list_item").filter(has_text="calculator").first.wait_for()
-    assert student.get_by_text("official Jupyter news").count() == 0, "it asks about what the box has no way to"
-
-
-def test_an_instructor_has_formgrader(page):
-    assert tools(page("teacher")) == TOOLS
-
-
 @pytest.mark.long("the whole loop, by clicks of three people")
 @pytest.mark.timeout(1500)
 def test_from_the_work_to_the_returned_feedback(page, classroom, come_in, kernel):
+    """A student has assignments and no Formgrader, an instructor has all of nbgrader's tools."""
     begin_anew(classroom, "carol")
     student = page("carol")
+    assert tools(student) == {"Assignment List"}
+    assert student.get_by_text("official Jupyter news").count() == 0, "it asks about what the box has no way to"
     open_calculator(student)
     work(student)
     assert hand_in(student).startswith("carol-calculator-")
     hand_in_at_once(come_in("dan"), kernel)
 
     instructor = page("teacher")
+    assert tools(instructor) == TOOLS
     grade(instructor, ["carol", "dan"])
     mark(instructor, "Lovelace, Carol", 3.5)
     return_feedback(instructor)

@@ -177,10 +177,10 @@ def broken(request, judge):
 
 def test_a_class_with_bad_submissions(confinement, tmp_path):
     """As a command: the good submission after the bad ones is graded as ever, and no process is left."""
-    silent = REFERENCE | {SERVER: REFERENCE[SERVER].replace(b"        return response", b"        while True: pass")}
+    waits = REFERENCE[SERVER].replace(b"        return response", b"        import time; time.sleep(1000)")
     write(tmp_path / "in" / "a_empty" / "calculator", {})
-    write(tmp_path / "in" / "b_<i>forks" / "calculator", REFERENCE | {SERVER: SERVERS["forks"][0].encode()})
-    write(tmp_path / "in" / "c_silent" / "calculator", silent)
+    write(tmp_path / "in" / "b_<i>raises" / "calculator", REFERENCE | {SERVER: SERVERS["raises"][0].encode()})
+    write(tmp_path / "in" / "c_silent" / "calculator", REFERENCE | {SERVER: waits})
     write(tmp_path / "in" / "d_good" / "calculator", REFERENCE)
     write(tmp_path / "in" / "d_good" / "unknown", {})
     (tmp_path / "in" / "e_link").mkdir()
@@ -192,7 +192,7 @@ def test_a_class_with_bad_submissions(confinement, tmp_path):
     lines = {line["student"]: line for line in map(json.loads, (out / "results.jsonl").read_text().splitlines())}
     assert {name: (line["status"], line["score"]) for name, line in lines.items()} == {
         "a_empty": (INVALID_SUBMISSION, 0),
-        "b_<i>forks": (GRADED, 8),
+        "b_<i>raises": (GRADED, 8),
         "c_silent": (GRADED, 8),
         "d_good": (GRADED, 20),
         "e_link": (INVALID_SUBMISSION, 0),
@@ -200,8 +200,8 @@ def test_a_class_with_bad_submissions(confinement, tmp_path):
     assert {test["outcome"] for test in lines["a_empty"]["tests"]} == {NOT_RUN}
     assert any("no answer within" in test["message"] for test in lines["c_silent"]["tests"])
     assert programs_left() == []
-    page = (out / "feedback" / "b_<i>forks" / "calculator.html").read_text()
-    assert "b_&lt;i&gt;forks" in page and "<i>" not in page and "8 of 20 points" in page
+    page = (out / "feedback" / "b_<i>raises" / "calculator.html").read_text()
+    assert "b_&lt;i&gt;raises" in page and "<i>" not in page and "8 of 20 points" in page
 
     from nbgrader.api import Gradebook
 

@@ -42,7 +42,8 @@ def likeliest(request, programs, grade):
     return begun
 
 
-SLOW = {"actions", "calculator"}  # which keep the grader waiting in vain; they belong to the matrix
+# They keep the grader waiting in vain, or drive for long: they belong to the matrix.
+SLOW = {"actions", "ai_integration", "calculator"}
 CASES = [pytest.param(name, marks=pytest.mark.matrix if name in SLOW else ()) for name in exercises.names()]
 
 

@@ -1185,18 +1185,6 @@ WRONG = {
         relay(("if not self.client.service_is_ready()", "if not self.client.wait_for_service(timeout_sec=8.0)")),
         {"without_add_two_ints"},
     ),
-    "relay remembers that there was no server": (
-        relay(
-            (
-                "        if not self.client.service_is_ready():\n",
-                (
-                    "        self.gone = getattr(self, 'gone', not self.client.wait_for_service(timeout_sec=2.0))\n"
-                    "        if self.gone:\n"
-                ),
-            )
-        ),
-        {"goes_on_afterwards"},
-    ),
     "relay remembers that there was a server": (
         relay(
             (
@@ -1204,6 +1192,18 @@ WRONG = {
                 (
                     "        self.there = getattr(self, 'there', False) or self.client.service_is_ready()\n"
                     "        if not self.there:\n"
+                ),
+            )
+        ),
+        {"goes_on_afterwards"},
+    ),
+    "relay remembers that there was no server": (
+        relay(
+            (
+                "        if not self.client.service_is_ready():\n",
+                (
+                    "        self.gone = getattr(self, 'gone', not self.client.wait_for_service(timeout_sec=2.0))\n"
+                    "        if self.gone:\n"
                 ),
             )
         ),
