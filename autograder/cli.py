@@ -6,7 +6,8 @@ import json
 import logging
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn, cast
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn, cast
 import typer
 
 from autograder import platforms
+from autograder.authoring.kinds import Kind
 from autograder.errors import InfrastructureError, SandboxUnavailable, UsageError
 from autograder.grading import batch, regrade, single
 from autograder.paths import repository
@@ -337,13 +339,21 @@ def collect_command(
     assignment: Annotated[
         str | None, typer.Option(help="The exercise that is expected; a hand-in of another one is not laid out.")
     ] = None,
+    until: Annotated[
+        str | None,
+        typer.Option(
+            help="A hand-in of after that is listed, and not laid out; default: that of `release --until`, if INTO is "
+            "in the course folder, whose extensions count."
+        ),
+    ] = None,
 ) -> None:
     """Lay out what students handed in; exit code 1 when something could not be placed, which is named."""
     from autograder.collecting.collect import collect, parse_due
     from autograder.collecting.collect import describe as describe_collection
 
     known = of_class(into, roster)
-    collection = collect(sources, into, known, parse_due(due) if due else None, assignment)
+    end = _end(into, parse_due(until) if until else None)
+    collection = collect(sources, into, known, parse_due(due) if due else None, assignment, end)
     print(printable(describe_collection(collection)))
     raise typer.Exit(1 if collection.unplaced else 0)
 
@@ -468,21 +478,20 @@ def extend(
     given = extensions.change(course, students or [], assignment, None if take_back else extension)
     if not given:
         print("Nobody has an extension.")
-    for student, of_one in given.items():
-        for name, more in of_one.items():
-            what = "every exercise" if name == extensions.ALL else name
-            when = f"until {more}" if isinstance(more, str) else f"{more:g} {'day' if more == 1 else 'days'} more"
-            print(printable(one_line(f"{student}: {what}: {when}")))
+    for student, name, more in extensions.listed(given):
+        what = "every exercise" if name == extensions.ALL else name
+        print(printable(one_line(f"{student}: {what}: {more}")))
 
 
 @app.command("new")
 def new_command(
     name: Annotated[str, typer.Argument(help="The exercise's name, for example greeter: lower case, as in Python.")],
+    like: Annotated[Kind, typer.Option(help="What it is about.")] = Kind.SERVICE,
 ) -> None:
     """Make a new exercise: a small one that works, for you to change; docs/ADDING.md shows how."""
     from autograder.authoring.new import new
 
-    for path in new(name):
+    for path in new(name, like):
         print(os.path.relpath(path))
     print(f"Try it: autograder check {os.path.relpath(repository() / 'solutions' / name)} --assignment {name}")
 
@@ -585,6 +594,25 @@ def _gradebook(
 
     with Entering(url, submitted, out, roster, unanswered_is_zero) as entering:
         yield entering
+
+
+def _end(into: Path, until: datetime | None) -> Callable[[str, str], datetime | None]:
+    """Return what tells when an exercise is over for a student: `until`, or what the course folder around `into` says.
+
+    An extension in that folder moves both.
+    """
+    if not (into.resolve().parent / "nbgrader_config.py").exists():
+        return lambda student, exercise: until
+    from autograder.gradebook import ends, late
+
+    known = ends.read(into.resolve().parent)
+    policy = late.LatePolicy(config=late.course_config(into))
+
+    def end(student: str, exercise: str) -> datetime | None:
+        over = until or known.get(exercise)
+        return policy.moved(over.replace(tzinfo=None), student, exercise).replace(tzinfo=UTC) if over else None
+
+    return end
 
 
 def _roster_of(out: Path, given: list[Path] | None) -> Roster | None:

@@ -35,6 +35,8 @@ NOTED, DUE, UNTIL = "course", "due", "until"  # in a released notebook's metadat
 SHOWN = "%Y-%m-%d %H:%M UTC"
 HOUR, DAY = 3600, 86_400  # s
 FORMAT = 1  # of the receipt
+DATES = "COURSE_DATES"  # set where a class works on one server: a file with one's own dates, by exercise
+MOST_DATES = 1_000_000  # bytes of it
 EXCHANGE = "COURSE_EXCHANGE"  # set where a class works on one server: nbgrader's name for the course
 COPIED = re.compile(r"([-_ ]?copy ?\d*|[-_ ]?\(\d+\)|[-_ ](final|new|old|v?\d+))+$", re.IGNORECASE)  # in a file's name
 MOST = 50_000_000  # bytes of a file; whoever collects takes no more
@@ -52,19 +54,24 @@ class HandIn:
 
     @property
     def dates(self) -> dict[str, datetime]:
-        """Return when it is due and when it ends, as the release has noted in the notebook: DUE, UNTIL, or nothing."""
-        try:
-            said = json.loads(self.files[f"{self.assignment}.ipynb"])["metadata"][NOTED]
-            found = {key: datetime.fromisoformat(said[key]) for key in (DUE, UNTIL) if said.get(key)}
-            return {key: time.astimezone(UTC) for key, time in found.items()}
-        except (KeyError, TypeError, ValueError, AttributeError, RecursionError, OverflowError):  # students may edit it
-            return {}
+        """Return when it is due and when it ends: DUE, UNTIL, or nothing.
+
+        A class on one server knows it, with one's own extension; otherwise the release has noted it in the notebook.
+        """
+        return _times(self._noted) | _times(self._told)
+
+    def _noted(self) -> Any:
+        return json.loads(self.files[f"{self.assignment}.ipynb"])["metadata"][NOTED]
+
+    def _told(self) -> Any:
+        return json.loads(read_regular(Path(os.environ[DATES]), MOST_DATES))[self.assignment]
 
     def lateness(self, now: datetime) -> str:
         """Return whether a hand-in of now is in time, in a sentence; '' when there is no date."""
         dates = self.dates
         if UNTIL in dates and now > dates[UNTIL]:
-            return f"This is too late: it ended on {dates[UNTIL]:{SHOWN}}. Ask your instructor whether it counts."
+            told = "It is not collected any more" if known() else "Ask your instructor whether it counts"
+            return f"This is too late: it ended on {dates[UNTIL]:{SHOWN}}. {told}."
         if DUE not in dates:
             return ""
         if now <= dates[DUE]:
@@ -89,6 +96,16 @@ class HandedIn:
         """Return how many checks have passed, or why they could not be run; '' when they were not requested."""
         passed = sum(outcome == cells.PASSED for outcome in self.checks.values())
         return f"{passed} of {len(self.checks)} public checks passed." if self.checks else self.unchecked
+
+
+def _times(read: Callable[[], Any]) -> dict[str, datetime]:
+    """Return the dates that are read somewhere; nothing where there are none, or somebody has edited them."""
+    try:
+        said = read()
+        found = {key: datetime.fromisoformat(said[key]) for key in (DUE, UNTIL) if said.get(key)}
+        return {key: time.astimezone(UTC) for key, time in found.items()}
+    except (OSError, KeyError, TypeError, ValueError, AttributeError, RecursionError, OverflowError):
+        return {}
 
 
 def kept() -> str:

@@ -1,8 +1,8 @@
 """`autograder new`: the folders and files of a new exercise, complete and ready to grade.
 
-They hold a small exercise, a service that greets, which the author then replaces part by part; docs/ADDING.md walks
-through it.  The templates beside this file make them.  The notebook is run before it is stored, as every notebook of
-the course is.
+They hold a small exercise, such as a service that greets, which the author then replaces part by part; docs/ADDING.md
+walks through it.  The templates beside this file make them, a folder for each kind.  The notebook is run before it is
+stored, as every notebook of the course is.
 """
 
 import importlib.util
@@ -14,31 +14,33 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from autograder.authoring.kinds import Kind
 from autograder.errors import UsageError
 from autograder.paths import PACKAGE, repository
 from course.foundation.cells import content
 
-POINTS = 5  # of the hidden tests in the template of suite.py
+TEMPLATES = Path(__file__).with_name("templates")
+WORTH = re.compile(r"^@points\((\d+)", re.MULTILINE)  # in a suite
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 CELL = re.compile(r"^=== (?P<kind>\w+) (?P<id>[\w-]+)(?: (?P<points>\d+))?\n", re.MULTILINE)
 CELL_TIMEOUT = 120  # s
 
 
-def new(name: str) -> list[Path]:
-    """Write the notebook, solution, hidden suite and answers of a new exercise; return the files.
+def new(name: str, like: Kind = Kind.SERVICE) -> list[Path]:
+    """Write the notebook, solution, hidden suite and answers of a new exercise of a kind; return the files.
 
     Raises UsageError, before anything is written, when the name is invalid or taken.
     """
     places = _places(name)
-    notebook = _notebook(_render("notebook.txt.jinja", name))
+    notebook = _notebook(_render("notebook.txt.jinja", name, like))
     _run(notebook)
     written = {
         places["notebook"] / f"{name}.ipynb": _text(notebook),
         places["solution"] / f"{name}.py": _solution(notebook),
     }
     for file in ("exercise.toml", "conversation.py", "conftest.py", "suite.py"):
-        written[places["hidden"] / file] = _render(f"{file}.jinja", name)
-    written[places["answers"]] = _render("answers.py.jinja", name)
+        written[places["hidden"] / file] = _render(f"{file}.jinja", name, like)
+    written[places["answers"]] = _render("answers.py.jinja", name, like)
     for path, text in written.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
@@ -69,16 +71,22 @@ def _places(name: str) -> dict[str, Path]:
     return places
 
 
-def _render(template: str, name: str) -> str:
+def _render(template: str, name: str, like: Kind) -> str:
+    """A template of the kind, or else the one that all kinds share, with the exercise's name in it."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
-        loader=FileSystemLoader(Path(__file__).with_name("templates")),
-        undefined=StrictUndefined,
-        keep_trailing_newline=True,
+        loader=FileSystemLoader([TEMPLATES / like, TEMPLATES]), undefined=StrictUndefined, keep_trailing_newline=True
     )
-    title = name.replace("_", " ").strip().capitalize()
-    return environment.get_template(template).render(name=name, title=title, points=POINTS)
+    words = name.replace("_", " ").split()
+    worth = WORTH.findall((TEMPLATES / like / "suite.py.jinja").read_text(encoding="utf-8"))
+    return environment.get_template(template).render(
+        name=name,
+        title=" ".join(words).capitalize(),
+        camel="".join(word.capitalize() for word in words),
+        points=sum(map(int, worth)),
+        threads=0,
+    )
 
 
 def _notebook(text: str) -> Any:

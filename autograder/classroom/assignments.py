@@ -38,7 +38,10 @@ class Row:
     name: str
     state: str  # DRAFT, DATED, OPEN, DUE or OVER
     dates: Dates
-    handed_in: int  # students
+    # How many students have done so, or been returned their page by the exchange:
+    handed_in: int
+    graded: int
+    returned: int
 
 
 def read(classroom: Classroom) -> dict[str, Dates]:
@@ -85,12 +88,19 @@ def to_release(classroom: Classroom, now: datetime) -> list[str]:
 
 def table(classroom: Classroom, now: datetime) -> list[Row]:
     """The state of each exercise."""
-    there, dates, counts = course_files.released(classroom), read(classroom), _handed_in(classroom)
+    there, dates, handed_in = course_files.released(classroom), read(classroom), _handed_in(classroom)
+    graded, returned = course_files.judged(classroom)
     rows = []
     for name in sorted({*exercises(), *there}):
         own = dates.get(name, Dates())
-        rows.append(Row(name, _state(own, name in there, now), own, len(counts.get(name, ()))))
+        counts = (len(found.get(name, ())) for found in (handed_in, graded, returned))
+        rows.append(Row(name, _state(own, name in there, now), own, *counts))
     return rows
+
+
+def said(time: str) -> str:
+    """A date as people read it; "" where there is none."""
+    return f"{datetime.fromisoformat(time):{SHOWN}}" if time else ""
 
 
 def shown(row: Row) -> str:
@@ -98,9 +108,10 @@ def shown(row: Row) -> str:
     dates = {"released on": row.dates.release, "due": row.dates.due, "until": row.dates.until}
     if row.state != DATED:
         del dates["released on"]
-    said = [f"{what} {datetime.fromisoformat(time):{SHOWN}}" for what, time in dates.items() if time]
-    said += [f"{row.handed_in} handed in"] * (row.state not in (DRAFT, DATED))
-    return f"  {row.name:<20} {row.state:<18} {', '.join(said)}".rstrip()
+    parts = [f"{what} {said(time)}" for what, time in dates.items() if time]
+    if row.state not in (DRAFT, DATED):
+        parts += [f"{row.handed_in} handed in, {row.graded} graded, {row.returned} returned"]
+    return f"  {row.name:<20} {row.state:<18} {', '.join(parts)}".rstrip()
 
 
 def _state(dates: Dates, there: bool, now: datetime) -> str:

@@ -78,6 +78,7 @@ def variables(member: Member) -> dict[str, str]:
     """The environment variables of a member's processes."""
     return {
         "COURSE_EXCHANGE": COURSE_ID,
+        "COURSE_DATES": f"{EXCHANGE}/{COURSE_ID}/dates/{member.name}.json",
         "HOME": home(member),
         "JUPYTER_CONFIG_PATH": CONFIGURATION,
         "LANG": "C.UTF-8",

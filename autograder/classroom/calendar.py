@@ -1,4 +1,4 @@
-"""Releases exercises at their dates; a service of the hub, which starts and ends it."""
+"""Releases exercises at their dates, and tells extensions; a service of the hub, which starts and ends it."""
 
 import os
 import sys
@@ -6,7 +6,7 @@ import threading
 from datetime import UTC, datetime
 from pathlib import Path
 
-from autograder.classroom import assignments, course_files, hub
+from autograder.classroom import assignments, course_files, hub, telling
 from autograder.classroom.plan import Classroom
 from autograder.errors import AutograderError
 
@@ -14,16 +14,19 @@ LOOK = 10.0  # s between two looks at the dates
 
 
 def release_what_is_due(folder: Path) -> list[str]:
-    """Release the exercises whose time has come; return their names.  Raises AutograderError and OSError."""
+    """Release the exercises whose time has come, and tell students their dates; return the exercises' names.
+
+    Raises AutograderError and OSError.
+    """
     classroom = Classroom.load(folder)
-    if not assignments.to_release(classroom, datetime.now(UTC)):
+    if not assignments.to_release(classroom, datetime.now(UTC)) and not telling.stale(classroom):
         return []
     with hub.alone(classroom):
         names = assignments.to_release(classroom, datetime.now(UTC))
         course_files.release(classroom, names)
-        course_files.set_due(classroom, {name: assignments.read(classroom)[name].due for name in names})
-        for line in course_files.hand_out_notebooks(classroom):
+        for line in course_files.hand_out_notebooks(classroom) if names else ():
             print(line, flush=True)
+        telling.tell(classroom)
     return names
 
 
@@ -38,7 +41,7 @@ def main(folder: Path) -> None:
         except (AutograderError, OSError) as error:
             if str(error) != said:
                 said = str(error)
-                print(f"An exercise could not be released at its date: {said}", file=sys.stderr, flush=True)
+                print(f"No exercise is released at its date, and no date told: {said}", file=sys.stderr, flush=True)
         threading.Event().wait(LOOK)
 
 

@@ -21,9 +21,10 @@ from autograder.classroom import (
     hub,
     members,
     servers,
+    telling,
 )
 from autograder.classroom.plan import GIB, LOCAL, SETTINGS, Classroom, Limits
-from autograder.errors import AutograderError, UsageError
+from autograder.errors import AutograderError, ClassroomError, UsageError
 from autograder.gradebook.release import names as exercises
 
 DEFAULT = Path("/srv/ros2-classroom")
@@ -158,6 +159,10 @@ def _up(classroom: Classroom) -> None:
     course_files.make_shared(classroom)
     course_files.release(classroom, [])
     course_files.enrol(classroom)
+    try:
+        telling.tell(classroom)
+    except ClassroomError as error:  # a mistake in nbgrader's course folder keeps nobody from working
+        print(f"Students are not told their dates: {error}")
     for line in course_files.hand_out_notebooks(classroom):
         print(line)
     hub.stop(classroom)
@@ -216,7 +221,7 @@ def release(
         str | None, typer.Option(help="Release it then, as '2026-11-02 08:00 UTC'; default: at once.")
     ] = None,
     due: Annotated[str | None, typer.Option(help="Until then a hand-in is on time.")] = None,
-    until: Annotated[str | None, typer.Option(help="After that the table calls the exercise over.")] = None,
+    until: Annotated[str | None, typer.Option(help="After that a hand-in is not collected any more.")] = None,
     folder: Folder = DEFAULT,
 ) -> None:
     """Release exercises to the students, now or at a date; or change the dates of those that are released."""
@@ -238,11 +243,10 @@ def release(
         if at and (open_now := sorted(there & {*wanted})):
             raise UsageError(f"{open_now[0]} is released already: --at comes too late")
         new = [name for name in wanted if name not in there]
-        dates = assignments.change(classroom, wanted, dict.fromkeys(new, times[0] or now), *times[1:])
+        assignments.change(classroom, wanted, dict.fromkeys(new, times[0] or now), *times[1:])
         for name in course_files.release(classroom, [name for name in new if (times[0] or now) <= now]):
             print(f"Released {name}.")
-        there = course_files.released(classroom)
-        course_files.set_due(classroom, {name: dates[name].due for name in wanted if name in there})
+        telling.tell(classroom, wanted)
         for line in course_files.hand_out_notebooks(classroom):
             print(line)
     for row in assignments.table(classroom, now):

@@ -5,13 +5,15 @@ Whatever nbgrader does, it does in the box of an instructor, whose files these a
 
 import contextlib
 import errno
+import hashlib
 import json
 import math
 import os
 import subprocess
 import sys
 from collections.abc import Iterable, Mapping
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
+from typing import Any
 
 from autograder.classroom import accounts, box, homes
 from autograder.classroom.members import Member
@@ -104,10 +106,64 @@ def release(classroom: Classroom, wanted: Iterable[str]) -> list[str]:
     return new
 
 
-def set_due(classroom: Classroom, due: Mapping[str, str]) -> None:
-    """Enter due dates (ISO 8601, or "" for none) of released exercises in nbgrader's gradebook."""
-    text = json.dumps({name: time for name, time in due.items() if time})
-    run(classroom, classroom.instructors[0], [*MODULE, "autograder.classroom.dating", box.GRADING], text)
+def judged(classroom: Classroom) -> tuple[dict[str, set[str]], dict[str, set[str]]]:
+    """Return whose hand-ins are graded, and who was returned a page by the exchange: students, by exercise.
+
+    An instructor's files tell it, so they are read as one.  Raises ClassroomError.
+    """
+    uid, gid = accounts.ids(classroom, classroom.instructors[0])
+    pages = os.open(classroom.exchange / COURSE_ID / "feedback", homes.FOLDER)
+    try:
+        answer = homes.act(
+            classroom.grading, uid, gid, lambda opened: _judged(opened, pages), [accounts.staff_id(classroom)]
+        )
+    finally:
+        os.close(pages)
+    students = {member.name for member in classroom.students}
+    graded, returned = ({name: students & {*those} for name, those in found.items()} for found in json.loads(answer))
+    return graded, returned
+
+
+def _judged(grading: int, pages: int) -> bytes:
+    """For `act`: students by exercise, of what nbgrader has laid into its course folder and into the exchange."""
+    os.fchdir(grading)
+    graded: dict[str, list[str]] = {}
+    for path in Path("autograded").glob("*/*/"):
+        graded.setdefault(path.name, []).append(path.parent.name)
+    returned: dict[str, list[str]] = {}
+    for path in Path("feedback").glob("*/*/"):
+        keys = [page_key(path, html.stem) for html in path.glob("*.html")]
+        if any(os.access(f"{key}.html", os.F_OK, dir_fd=pages) for key in keys):
+            returned.setdefault(path.name, []).append(path.parent.name)
+    return json.dumps([graded, returned]).encode()
+
+
+def page_key(feedback: Path, notebook: str) -> str:
+    """Return what nbgrader calls the page of a notebook in the exchange, see `nbgrader.utils.notebook_hash`."""
+    with contextlib.suppress(OSError):
+        secret = (feedback / "submission_secret.txt").read_bytes()
+        return hashlib.md5(secret + notebook.encode(), usedforsecurity=False).hexdigest()
+    return ""
+
+
+def enter_dates(classroom: Classroom, asked: Mapping[str, object]) -> dict[str, Any]:
+    """Enter dates in nbgrader's course folder, as `dating` is asked to; return what it prints.  Raises ClassroomError.
+
+    With them come the dates of those students who have an extension.
+    """
+    command = [*MODULE, "autograder.classroom.dating", box.GRADING]
+    return dict(json.loads(run(classroom, classroom.instructors[0], command, json.dumps(asked))))
+
+
+def read_grading(classroom: Classroom, name: str) -> bytes:
+    """Return a small file of nbgrader's course folder, read as an instructor; b"" when there is none.
+
+    Raises ClassroomError when it cannot be read.
+    """
+    uid, gid = accounts.ids(classroom, classroom.instructors[0])
+    return homes.act(
+        classroom.grading, uid, gid, lambda opened: homes.small_file(opened, name), [accounts.staff_id(classroom)]
+    )
 
 
 def enrol(classroom: Classroom) -> None:
@@ -164,7 +220,7 @@ def remove(classroom: Classroom) -> None:
 
 
 def run(classroom: Classroom, member: Member, argv: list[str], text: str = "") -> str:
-    """Run one of the environment's programs in a member's box, with `text` to read; what it printed.
+    """Run one of the environment's programs in a member's box, with `text` to read; what it printed, without errors.
 
     Raises ClassroomError.
     """
@@ -187,7 +243,7 @@ def run(classroom: Classroom, member: Member, argv: list[str], text: str = "") -
     if done.returncode:
         said = [line for line in (done.stdout + done.stderr).splitlines() if line.strip()]
         raise ClassroomError(f"{' '.join(argv)}: {said[-1] if said else f'exit status {done.returncode}'}")
-    return done.stdout + done.stderr
+    return done.stdout
 
 
 def _outbound(classroom: Classroom) -> dict[str, bytes]:

@@ -1,22 +1,60 @@
-"""Run in an instructor's box: enters due dates, read as JSON, in the gradebook of nbgrader's course folder."""
+"""Run in an instructor's box: enters dates, read as JSON, in nbgrader's course folder, and prints students' own.
+
+Due dates go into the gradebook and ends into `ends.json`.  Printed is, as JSON, what is due and over when for those who
+have an extension.
+"""
 
 import json
 import sys
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 from nbgrader.api import Gradebook
 
-from autograder.gradebook import database
+from autograder.errors import UsageError
+from autograder.gradebook import database, ends
+from autograder.gradebook.late import LatePolicy, course_config
+from course.hand_in import DUE, UNTIL
+
+Dates = dict[str, dict[str, str]]  # by exercise: DUE and UNTIL, in ISO 8601
 
 
-def main(course: Path, due: dict[str, str]) -> None:
-    """Enter each exercise's due date, in UTC as nbgrader has it."""
-    database.read_version_in_process()
-    with Gradebook(f"sqlite:///{course.resolve() / 'gradebook.db'}") as book:
-        for name, time in due.items():
-            at = datetime.fromisoformat(time).astimezone(UTC).replace(tzinfo=None)
-            book.update_or_create_assignment(name, duedate=at)
+def enter(course: Path, dates: Dates) -> None:
+    """Enter each exercise's dates, in UTC as nbgrader has them."""
+    due = {name: each[DUE] for name, each in dates.items() if each.get(DUE)}
+    if due:
+        database.read_version_in_process()
+        with Gradebook(f"sqlite:///{course.resolve() / 'gradebook.db'}") as book:
+            for name, time in due.items():
+                book.update_or_create_assignment(name, duedate=_utc(time))
+    ends.change(course, {name: datetime.fromisoformat(each[UNTIL]) for name, each in dates.items() if each.get(UNTIL)})
+
+
+def own(course: Path, dates: Dates, students: list[str]) -> dict[str, Dates]:
+    """Return the dates that are another student's than everybody's, by student."""
+    policy = LatePolicy(config=course_config(course / "submitted"))
+    found: dict[str, Dates] = {}
+    for student in students:
+        for name, each in dates.items():
+            for which, time in each.items():
+                moved = policy.moved(_utc(time), student, name)
+                if moved != _utc(time):
+                    found.setdefault(student, {}).setdefault(name, {})[which] = moved.replace(tzinfo=UTC).isoformat()
+    return found
+
+
+def main(course: Path, asked: dict[str, Any]) -> None:
+    """Enter the dates that are asked for, and print those of `students`; a mistake in the configuration is a line."""
+    try:
+        enter(course, asked["enter"])
+        print(json.dumps(own(course, asked["dates"], asked["students"])))
+    except UsageError as error:
+        sys.exit(str(error))
+
+
+def _utc(time: str) -> datetime:
+    return datetime.fromisoformat(time).astimezone(UTC).replace(tzinfo=None)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ one of root's, and acts on nothing below it; the child goes down from there, and
 
 import contextlib
 import ctypes
+import errno
 import json
 import os
 import select
@@ -22,6 +23,7 @@ from autograder.errors import ClassroomError
 
 LONGEST = 60.0  # s that one child may take
 MOST_FILES, MOST_BYTES = 2000, 200 << 20  # that are read of one folder
+MOST_SMALL = 1 << 20  # bytes of a file of settings
 DEEPEST = 100  # folders in each other whose owner is changed
 COUNTED = 100.0  # s in which the files of all homes are counted
 FOLDER = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC
@@ -86,6 +88,22 @@ def read(folder: Path, name: str, uid: int, gid: int, groups: Sequence[int]) -> 
     """
     answer = act(folder, uid, gid, lambda opened: _tree(opened, name), groups)
     return {path: b64decode(content) for path, content in json.loads(answer).items()}
+
+
+def small_file(folder: int, name: str) -> bytes:
+    """Return a regular file in an open folder, b"" when there is none; raises OSError for a large one, and for others.
+
+    For `act`.
+    """
+    try:
+        opened = os.open(name, FILE, dir_fd=folder)
+    except FileNotFoundError:
+        return b""
+    with open(opened, "rb") as file:
+        content = file.read(MOST_SMALL + 1) if stat.S_ISREG(os.fstat(opened).st_mode) else None
+    if content is None or len(content) > MOST_SMALL:
+        raise OSError(errno.EFBIG, f"{name} is not a file, or too large")
+    return content
 
 
 def sizes(homes: Mapping[str, tuple[Path, int, int]]) -> dict[str, int | None]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from traitlets.config import Config
 
-from autograder.classroom import addresses, authenticators, box, hub, serve
+from autograder.classroom import addresses, authenticators, box, class_page, hub, serve
 from autograder.classroom.plan import Classroom, as_url
 from autograder.classroom.servers import VARIABLE
 from autograder.classroom.spawner import BoxSpawner
@@ -41,6 +41,8 @@ def configure(c: Config, classroom: Classroom) -> None:
     c.Spawner.start_timeout, c.Spawner.http_timeout = START, ANSWER
     c.Spawner.poll_interval = LOOK
 
+    c.JupyterHub.template_paths = [str(Path(__file__).with_name("templates"))]
+    c.JupyterHub.default_url = class_page.start_page
     c.JupyterHub.services = [
         {
             "name": "calendar",  # releases exercises at their dates

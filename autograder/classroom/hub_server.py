@@ -20,6 +20,7 @@ from tornado.netutil import add_accept_handler, bind_unix_socket
 from tornado.routing import Router
 from tornado.web import Application
 
+from autograder.classroom.class_page import PAGE, ClassPage
 from autograder.classroom.plan import Classroom
 from autograder.classroom.servers import VARIABLE
 
@@ -66,7 +67,13 @@ def owner(connection: socket.socket) -> int:
 
 
 class ClassHub(JupyterHub):
-    """JupyterHub, which listens at the members' socket as well."""
+    """JupyterHub, which listens at the members' socket as well, and has a page for the instructors."""
+
+    def init_handlers(self) -> None:
+        """Add the page."""
+        super().init_handlers()
+        page = (f"/{PAGE}", ClassPage, {"classroom": Classroom.load(Path(os.environ[VARIABLE]))})
+        self.handlers[:0] = self.add_url_prefix(self.hub_prefix, [page])
 
     async def start(self) -> None:
         """Listen, and start."""

@@ -1,17 +1,20 @@
-"""Reading submissions from zip archives: ordinary files of sane names, number and size, into bytes."""
+"""Reading submissions from archives, .zip and .tar.gz: ordinary files of sane names, number and size, into bytes."""
 
 import io
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from pathlib import Path, PurePosixPath
-from typing import BinaryIO
+from functools import partial
+from pathlib import Path, PurePath, PurePosixPath
+from typing import Any, BinaryIO
 
 from course.errors import BadArchive
+from course.foundation.tarball import Entry, Tarball
 from course.foundation.untrusted import Allowance, Archive, shortened
 
+ARCHIVE, TARBALLS = ".zip", (".tar.gz", ".tgz")
 MAX_STUDENT = 50_000_000  # bytes of all that one student handed in, unpacked; an exercise has up to 1,000,000
 MAX_CLASS = 2_000_000_000  # bytes of all that a bulk download holds, unpacked
 MAX_FILES = 1_000  # of one student's archive
@@ -35,21 +38,21 @@ class Packed:
 
     path: PurePosixPath
     changed: datetime
-    _archive: Archive
-    _info: zipfile.ZipInfo
+    _unpack: Callable[[Allowance], bytes]
 
     def unpack(self, allowance: Allowance) -> ArchivedFile:
         """Read it; raises BadArchive."""
-        return ArchivedFile(self.path, self._archive.read(self._info, allowance), self.changed)
+        return ArchivedFile(self.path, self._unpack(allowance), self.changed)
 
 
-def contents(file: BinaryIO, most: int = MAX_CLASS_FILES) -> Iterator[Packed | str]:
+def contents(file: BinaryIO, most: int = MAX_CLASS_FILES, tarball: Allowance | None = None) -> Iterator[Packed | str]:
     """The files of an open archive, without what file managers leave; for one of no sane name, what is wrong with it.
 
-    Raises BadArchive for what is not an archive and for one of more than `most` files.
+    A .tar.gz cannot be listed without being unpacked, within the allowance `tarball`; without one it is a .zip.  Raises
+    BadArchive for what is not an archive and for one of more than `most` files.
     """
-    archive = Archive(file)
-    infos = [info for info in archive.files if not is_junk(info.filename)]
+    archive = Tarball(file, tarball, most) if tarball else Archive(file)
+    infos: list[Any] = [info for info in archive.files if not is_junk(info.filename)]
     if len(infos) > most:
         raise BadArchive(f"more than {most:,} files")
     seen = set()
@@ -63,20 +66,35 @@ def contents(file: BinaryIO, most: int = MAX_CLASS_FILES) -> Iterator[Packed | s
             yield f"{shortened(str(path))} is there twice"
         else:
             seen.add(path)
-            yield Packed(path, _changed(info), archive, info)
+            yield Packed(path, _changed(info), partial(archive.read, info))
 
 
-def members(file: BinaryIO, allowance: Allowance) -> list[ArchivedFile]:
-    """Unpack one student's archive; raises BadArchive when anything in it is not as it should be."""
-    found = list(contents(file, MAX_FILES))
+def members(file: BinaryIO, name: str, allowance: Allowance) -> list[ArchivedFile]:
+    """Unpack one student's archive of that name; raises BadArchive when anything in it is not as it should be."""
+    found = list(contents(file, MAX_FILES, allowance if is_tarball(name) else None))
     if wrong := [each for each in found if isinstance(each, str)]:
         raise BadArchive(wrong[0])
     return [each.unpack(allowance) for each in found if isinstance(each, Packed)]
 
 
-def members_of(content: bytes, allowance: Allowance) -> list[ArchivedFile]:
+def members_of(content: bytes, name: str, allowance: Allowance) -> list[ArchivedFile]:
     """Unpack an archive that lay in another; they share the allowance.  Raises BadArchive."""
-    return members(io.BytesIO(content), allowance)
+    return members(io.BytesIO(content), name, allowance)
+
+
+def is_archive(name: str) -> bool:
+    """Return True for the name of an archive that is opened here."""
+    return name.lower().endswith((ARCHIVE, *TARBALLS))
+
+
+def is_tarball(name: str) -> bool:
+    """Return True for the name of a .tar.gz."""
+    return name.lower().endswith(TARBALLS)
+
+
+def stem(path: PurePath) -> str:
+    """An archive's name without what says its kind."""
+    return next((path.name[: -len(end)] for end in TARBALLS if path.name.lower().endswith(end)), path.stem)
 
 
 @contextmanager
@@ -96,7 +114,7 @@ def flat(inside: list[ArchivedFile]) -> list[ArchivedFile]:
     return inside
 
 
-def _changed(info: zipfile.ZipInfo) -> datetime:
+def _changed(info: zipfile.ZipInfo | Entry) -> datetime:
     try:
         return datetime(*info.date_time, tzinfo=UTC)
     except ValueError:

@@ -11,6 +11,7 @@ from pathlib import Path, PurePath, PurePosixPath
 from typing import Any, TypeVar
 
 from autograder.collecting.archives import (
+    ARCHIVE,
     DEEPEST,
     MAX_CLASS,
     MAX_CLASS_FILES,
@@ -19,10 +20,13 @@ from autograder.collecting.archives import (
     Packed,
     contents,
     flat,
+    is_archive,
     is_junk,
+    is_tarball,
     members,
     members_of,
     opened,
+    stem,
 )
 from autograder.errors import RefusedFile, UnknownTime, UsageError
 from autograder.platforms import Origin, origin
@@ -34,8 +38,7 @@ from course.hand_in import RECEIPT
 File = TypeVar("File", ArchivedFile, Packed)
 WRAPPED = 3  # archives around each other
 MOST_OTHER = 20  # files of a folder that are named, one by one, as no hand-ins
-ARCHIVE = ".zip"
-OTHER_ARCHIVES = {".gz", ".tgz", ".tar", ".bz2", ".xz", ".zst", ".rar", ".7z"}
+OTHER_ARCHIVES = {".gz", ".tar", ".bz2", ".xz", ".zst", ".rar", ".7z"}
 
 
 @dataclass(frozen=True)
@@ -105,8 +108,8 @@ def _below(
             continue
         if path.is_symlink():
             unplaced.append(f"{shortened(where)}: a link, which is not followed")
-        elif path.is_file() and _is_archive(path):
-            yield from _archive(path, where, unplaced, (path.stem, *([folder.name] if folder != source else [])))
+        elif path.is_file() and is_archive(path.name):
+            yield from _archive(path, where, unplaced, (stem(path), *([folder.name] if folder != source else [])))
         elif _named_by_platform(path):
             continue
         elif path.is_dir() and len(path.relative_to(source).parts) > DEEPEST:
@@ -127,7 +130,7 @@ def _why_not(path: PurePath) -> str:
 
 def is_other_archive(name: str) -> bool:
     """Return True for the name of an archive that is not opened here."""
-    return PurePath(name).suffix.lower() in OTHER_ARCHIVES
+    return PurePath(name).suffix.lower() in OTHER_ARCHIVES and not is_tarball(name)
 
 
 @contextlib.contextmanager
@@ -139,7 +142,7 @@ def unpacked(path: Path, assignment: str) -> Iterator[Path]:
     try:
         allowance = Allowance(MAX_STUDENT)
         with opened(path) as file:
-            inside = _unwrapped(members(file, allowance), allowance)
+            inside = _unwrapped(members(file, path.name, allowance), allowance)
     except BadArchive as error:
         raise UsageError(f"{path}: {error.args[0]}") from None
     wanted = exercises.load(assignment).taken
@@ -197,7 +200,7 @@ def _downloaded(source: Path, unplaced: list[str]) -> Iterator[Bundle]:
     """A bulk download that a browser has unpacked: files, or folders of students, with a platform's names."""
     found = []
     for path in sorted(source.iterdir()):
-        if path.is_symlink() or not _named_by_platform(path) or (path.is_file() and _is_archive(path)):
+        if path.is_symlink() or not _named_by_platform(path) or (path.is_file() and is_archive(path.name)):
             continue
         for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
             if file.is_symlink():
@@ -209,10 +212,6 @@ def _downloaded(source: Path, unplaced: list[str]) -> Iterator[Bundle]:
 
 def _named_by_platform(path: Path) -> bool:
     return bool(origin(PurePosixPath(path.name, "file") if path.is_dir() else PurePosixPath(path.name)))
-
-
-def _is_archive(path: PurePath) -> bool:
-    return path.suffix.lower() == ARCHIVE
 
 
 def _archive(path: Path, where: str, unplaced: list[str], likely: tuple[str, ...] = ()) -> Iterator[Bundle]:
@@ -227,18 +226,18 @@ def _archive(path: Path, where: str, unplaced: list[str], likely: tuple[str, ...
         return
     try:
         with opened(path) as file:
-            if not whose:
+            if not whose and not is_tarball(path.name):  # platforms pack a class as .zip
                 found = list(contents(file))
                 packed = [each for each in found if isinstance(each, Packed)]
                 if any(origin(each.path) for each in packed) or len(_archives_in(packed)) > 1:
                     unplaced += [f"{where}: {each}" for each in found if isinstance(each, str)]
                     yield from _of_platform(where, packed, unplaced)
                     return
-            inside = _unwrapped(members(file, allowance), allowance)
+            inside = _unwrapped(members(file, path.name, allowance), allowance)
     except BadArchive as error:
         unplaced.append(f"{where}: {error.args[0]}")
     else:
-        yield Bundle(where, where, inside, whose, _changed(path), likely=likely or (path.stem,))
+        yield Bundle(where, where, inside, whose, _changed(path), likely=likely or (stem(path),))
 
 
 def _of_platform(download: str, inside: Iterable[Packed | Loose], unplaced: list[str]) -> Iterator[Bundle]:
@@ -254,11 +253,11 @@ def _of_platform(download: str, inside: Iterable[Packed | Loose], unplaced: list
         if number >= MAX_CLASS_FILES:
             unplaced.append(f"{download}: only the first {MAX_CLASS_FILES:,} files were looked at")
             break
-        if _is_archive(file.path):
+        if is_archive(file.path.name):
             own = each_student[whose.names if whose else number]
             try:
-                unpacked = members_of(file.unpack(own).content, own)
-                likely = (file.path.stem, *file.path.parts[:-1][::-1])
+                unpacked = members_of(file.unpack(own).content, file.path.name, own)
+                likely = (stem(file.path), *file.path.parts[:-1][::-1])
                 yield Bundle(where, download, _unwrapped(unpacked, own), whose, file.changed, likely=likely)
             except BadArchive as error:
                 unplaced.append(f"{where}: {error.args[0]}")
@@ -284,12 +283,12 @@ def _unwrapped(inside: list[ArchivedFile], allowance: Allowance, depth: int = WR
     if len(inner) == 1 and all(member.path.suffix.lower() not in (".py", ".ipynb") for member in inside):
         if not depth:
             raise BadArchive(f"more than {WRAPPED} archives in each other")
-        return _unwrapped(members_of(inner[0].content, allowance), allowance, depth - 1)
+        return _unwrapped(members_of(inner[0].content, inner[0].path.name, allowance), allowance, depth - 1)
     return flat(inside)
 
 
 def _archives_in(inside: list[File]) -> list[File]:
-    return [member for member in inside if _is_archive(member.path)]
+    return [member for member in inside if is_archive(member.path.name)]
 
 
 def _uploaded(download: str, uploaded: list[tuple[ArchivedFile, Origin]]) -> Bundle:

@@ -10,7 +10,7 @@ import re
 import shutil
 import tempfile
 from collections import Counter, defaultdict
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -44,6 +44,7 @@ def collect(
     roster: Roster | None = None,
     due: datetime | None = None,
     assignment: str | None = None,
+    end: Callable[[str, str], datetime | None] = lambda student, exercise: None,
 ) -> Collection:
     """Lay out what is found in `sources`: archives, folders of them, and bulk downloads of Canvas and Moodle.
 
@@ -51,7 +52,8 @@ def collect(
     hand-ins the newest until `due` counts, or the newest of all when none was on time.  Raises UsageError for a source
     that is not there.
 
-    With `assignment`, a hand-in of another exercise is not laid out.  Whatever lies below a source is laid out, kept,
+    With `assignment`, a hand-in of another exercise is not laid out; neither is one whose known time is after the `end`
+    of the exercise for its student.  Whatever lies below a source is laid out, kept,
     or has a line in the result.
     """
     expected = exercises.load(assignment).name if assignment else None
@@ -64,7 +66,11 @@ def collect(
             except Unplaced as error:
                 unplaced.append(f"{bundle.source}: {error.args[0]}")
             else:
-                found[handed_in.student, handed_in.assignment].append(handed_in)
+                over = end(handed_in.student, handed_in.assignment)
+                if over and handed_in.came.time == KNOWN and handed_in.at > over:
+                    unplaced.append(f"{bundle.source}: it is of {handed_in.when}, and the end was at {over:{TIME}}")
+                else:
+                    found[handed_in.student, handed_in.assignment].append(handed_in)
     into.mkdir(parents=True, exist_ok=True)
     unplaced += _take_out_namesakes(found, into, roster) if roster else []
     result = Collection([], [], unplaced)

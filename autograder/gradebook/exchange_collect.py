@@ -14,6 +14,8 @@ from typing import Any
 
 from nbgrader.exchange.default.collect import ExchangeCollect
 
+from autograder.gradebook import ends
+from autograder.gradebook.late import LatePolicy
 from course.foundation import storage
 
 MOST_FILES, MOST_BYTES = 200, 100 << 20  # of one submission
@@ -23,15 +25,20 @@ TIMESTAMP, SECRETS = "timestamp.txt", "submission_secret.txt"
 SECRET = re.compile(r"[\w-]{16,200}")
 CONFIGURATION = re.compile(r"(nbgrader|jupyter\w*|ipython\w*)_config\.(py|json)", re.IGNORECASE)
 SLOW = timedelta(minutes=10)  # that a hand-in may take, before its time is doubted
+MINUTES = "%Y-%m-%d %H:%M"
 NO_TIME = datetime(1970, 1, 1)  # as nbgrader has times: UTC, without saying so
 
 
 class OwnersCollect(ExchangeCollect):
     """A submission is that of the user who owns its folder, whatever the folder's name says; links are left out.
 
+    What came after the end of the exercise, and after its student's extension, is not collected.
+
     nbgrader's own takes any folder called as a student for this student's submission, and copies what a link leads to,
     for example a solution that only the instructor may read.
     """
+
+    _end: datetime | None = None  # of the exercise, for whoever has no extension
 
     def _path_to_record(self, path: str) -> dict[str, Any]:
         try:
@@ -53,18 +60,53 @@ class OwnersCollect(ExchangeCollect):
     def init_src(self) -> None:
         """Find what was handed in: folders, and nothing else that somebody has put there."""
         self.check_owner = False  # which would follow a link, and stops the whole class where there is nothing behind
+        self._end = ends.read(Path(self.coursedir.root)).get(self.coursedir.assignment_id)
+        self._policy = LatePolicy(config=self.config)
         super().init_src()
         records: list[dict[str, Any]] = self.src_records  # type: ignore[has-type]
         newest: dict[str, dict[str, Any]] = {}
         for record in sorted(records, key=self._in_time):  # nbgrader has several of one student when others lie between
-            path = os.path.join(self.inbound_path, record["filename"])
-            if not is_folder(path):
-                self.log.warning("%s was left out: it is not a folder", shown(path))
-            elif not os.access(path, os.R_OK | os.X_OK, effective_ids=True):
-                self.log.warning("%s was left out: its owner has closed it, and must open or remove it", shown(path))
-            else:
+            if not self._why_not(record):
                 newest[record["username"]] = record
         self.src_records = list(newest.values())
+
+    def _sort_by_timestamp(self, records: list[dict[str, Any]]) -> list[dict[str, Any]]:
+        """Sort the hand-ins of somebody, the newest first, without what does not count: nbgrader takes the first."""
+        counted = []
+        for record in super()._sort_by_timestamp(records):
+            if why := self._why_not(record):
+                self.log.warning("%s was left out: %s", shown(self._path(record)), why)
+            else:
+                counted.append(record)
+        return counted or records[:1]  # which `init_src` leaves out
+
+    def _path(self, record: dict[str, Any]) -> str:
+        return os.path.join(self.inbound_path, record["filename"])
+
+    def _why_not(self, record: dict[str, Any]) -> str:
+        """Return why a hand-in is not collected; '' when it is."""
+        path = self._path(record)
+        if not is_folder(path):
+            return "it is not a folder"
+        if not os.access(path, os.R_OK | os.X_OK, effective_ids=True):
+            return "its owner has closed it, and must open or remove it"
+        return self._too_late(record, path)
+
+    def _over(self, student: str) -> datetime | None:
+        """Return when the exercise is over for a student, with their extension; None when it has no end."""
+        if not self._end:
+            return None
+        return self._policy.moved(self._end.replace(tzinfo=None), student, self.coursedir.assignment_id)
+
+    def _too_late(self, record: dict[str, Any], path: str) -> str:
+        """Return why a hand-in is not collected, when it came after the end; '' when it did not."""
+        over = self._over(record["username"])
+        claimed = record["timestamp"] if record["timestamp"] != NO_TIME else _changed(path)
+        if not over or claimed <= over:
+            return ""
+        return (
+            f"the exercise was over at {over:{MINUTES}} UTC, and {record['username']} came at {claimed:{MINUTES}} UTC"
+        )
 
     def _in_time(self, record: dict[str, Any]) -> tuple[bool, Any]:
         """Return what sorts hand-ins, with those after the due date first where they do not count."""
@@ -101,16 +143,23 @@ class OwnersCollect(ExchangeCollect):
 
     def _complete(self, src: str, copy: Path) -> None:
         """Make the two files good that nbgrader stops at, for the whole class, when a student has left them out."""
-        claimed = self._path_to_record(src)["timestamp"]
+        record = self._path_to_record(src)
+        claimed, over = record["timestamp"], self._over(record["username"])
         if (_text(copy / TIMESTAMP) or "").partition(".")[0] != f"{claimed:%Y-%m-%d %H:%M:%S}":
             storage.replace(copy / TIMESTAMP, f"{claimed:%Y-%m-%d %H:%M:%S.%f} UTC".encode())
         if not SECRET.fullmatch(_text(copy / SECRETS) or ""):
             storage.replace(copy / SECRETS, secrets.token_hex(64).encode())
-        changed = datetime.fromtimestamp(os.lstat(src).st_ctime, UTC).replace(tzinfo=None)
+        changed = _changed(src)
         if changed - claimed > SLOW:
+            after = ", after the end" if over and changed > over else ""
             self.log.warning(
-                "%s says %s, and was last changed at %s", shown(src), claimed, changed.replace(microsecond=0)
+                "%s says %s, and was last changed at %s%s", shown(src), claimed, changed.replace(microsecond=0), after
             )
+
+
+def _changed(path: str) -> datetime:
+    """Return when a folder, or what lies directly in it, was last changed: its owner cannot set that back; in UTC."""
+    return datetime.fromtimestamp(os.lstat(path).st_ctime, UTC).replace(tzinfo=None)
 
 
 def shown(path: str) -> str:

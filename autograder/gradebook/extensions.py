@@ -23,15 +23,30 @@ Given = dict[str, dict[str, float | str]]  # by student and exercise
 def read(course: Path) -> Given:
     """Return the extensions of a course folder; raises UsageError when the file is not what `change` writes."""
     try:
-        given = json.loads((course / FILE).read_text(encoding="utf-8"))
+        return parse((course / FILE).read_bytes(), course / FILE)
+    except FileNotFoundError:
+        return {}
+
+
+def parse(content: bytes, path: Path) -> Given:
+    """Return what a file of extensions says, {} when it is empty; raises UsageError as `read` does."""
+    try:
+        given = json.loads(content) if content else {}
         return {
             str(student): {str(name): day if isinstance(day, str) else float(day) for name, day in of_one.items()}
             for student, of_one in given.items()
         }
-    except FileNotFoundError:
-        return {}
     except (ValueError, TypeError, AttributeError) as error:
-        raise UsageError(f"{course / FILE} cannot be read: {error}. Mend it, or remove it and extend again") from None
+        raise UsageError(f"{path} cannot be read: {error}. Mend it, or remove it and extend again") from None
+
+
+def listed(given: Given) -> list[tuple[str, str, str]]:
+    """Return who has more time, for what (an exercise, or ALL), and how much in words."""
+    return [
+        (student, name, f"until {more}" if isinstance(more, str) else f"{more:g} {'day' if more == 1 else 'days'} more")
+        for student, of_one in given.items()
+        for name, more in of_one.items()
+    ]
 
 
 def change(course: Path, students: Iterable[str], exercise: str | None, extension: float | datetime | None) -> Given:

@@ -106,15 +106,19 @@ class LatePolicy(LateSubmissionPlugin):
 
     def days(self, late: SubmittedAssignment) -> int:
         """The days by which a submission is late, after extension and grace."""
-        given = self.extensions.get(late.student.id, 0)
-        configured = given.get(late.name, 0) if isinstance(given, dict) else given
-        commanded = extensions.of(extensions.read(self._course()), late.student.id, late.name)
-        # nbgrader's own extension, from the gradebook, is in duedate
-        due = max(_put_off(late.duedate, extension) for extension in (configured, *commanded))
+        due = self.moved(late.duedate, late.student.id, late.name)  # which has nbgrader's own extension already
         seconds = max(0.0, (late.timestamp - due).total_seconds() - self.grace_days * DAY)
         return math.ceil(seconds / DAY) if self.count == "started" else int(seconds // DAY)
 
-    def _course(self) -> Path:
+    def moved(self, time: datetime, student: str, assignment: str) -> datetime:
+        """Return when an assignment is due, or over, for a student, given the time for everybody; both in UTC."""
+        given = self.extensions.get(student, 0)
+        configured = given.get(assignment, 0) if isinstance(given, dict) else given
+        commanded = extensions.of(extensions.read(self.course), student, assignment)
+        return max(_put_off(time, extension) for extension in (configured, *commanded))
+
+    @property
+    def course(self) -> Path:
         """The course folder: nbgrader's commands run in it, unless it is configured."""
         return Path(self.config.CourseDirectory.get("root", "."))
 

@@ -17,6 +17,7 @@ from traitlets.config import PyFileConfigLoader
 from traitlets.log import get_logger
 
 from autograder.errors import Leak, UsageError
+from autograder.gradebook import ends
 from autograder.gradebook.leaks import leaks, secrets
 from autograder.paths import repository
 from autograder.submissions import exercises
@@ -60,9 +61,9 @@ def release(
 ) -> list[Path]:
     """Make the student version of the `chosen` notebooks, or of all, in `course`/release; return its folders.
 
-    Only notebooks are copied, not the files that running them leaves beside them.  `due` goes into the gradebook, and
-    with `until` into the notebook, so that handing in can say what is late.  Raises UsageError when a notebook
-    cannot be released, and Leak when the student version would show an answer, after removing it.
+    Only notebooks are copied, not the files that running them leaves beside them.  `due` goes into the gradebook,
+    `until` into `ends.json`, and both into the notebook, so that handing in can say what is late.  Raises UsageError
+    when a notebook cannot be released, and Leak when the student version would show an answer, after removing it.
     """
     notebooks = notebooks or repository() / "notebooks"
     known, chosen = names(notebooks), list(chosen)
@@ -75,6 +76,7 @@ def release(
     if due and until and until < due:
         raise UsageError("the end is before the due date")
     folders = [_release(nbgrader, course, name, notebooks / name / f"{name}.ipynb") for name in chosen or known]
+    ends.change(course, {folder.name: until for folder in folders})
     for folder in folders:
         _note_dates(folder / f"{folder.name}.ipynb", {DUE: due, UNTIL: until})
         if due:

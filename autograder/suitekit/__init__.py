@@ -15,7 +15,7 @@ from autograder.suitekit.printed_numbers import numbers
 from autograder.suitekit.renaming import Renamed, Topic, TopicProgram
 from autograder.suitekit.ros import Ros
 from autograder.suitekit.runs import Run, expect_gives_up, expect_patience, expect_status, expect_usage, expect_words
-from autograder.suitekit.topics import PUBLISH, SUBSCRIBE, Heard, Listener, speaker
+from autograder.suitekit.topics import PUBLISH, SUBSCRIBE, Heard, Listener, Rate, speaker
 
 __all__ = [
     "ANSWER",
@@ -33,6 +33,7 @@ __all__ = [
     "LiveProgram",
     "Offers",
     "Parameters",
+    "Rate",
     "Renamed",
     "Ros",
     "Run",

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -11,20 +12,27 @@ import nbformat
 import pytest
 
 from autograder.authoring import new as authoring
+from autograder.authoring.kinds import Kind
 from autograder.errors import UsageError
 from course.notebook.progress import progress
 
 ROOT = Path(__file__).parents[2]
 NAME = "wave_hello"
-MADE = [
-    f"notebooks/{NAME}/{NAME}.ipynb",
-    f"solutions/{NAME}/{NAME}.py",
-    f"autograder/hidden/{NAME}/exercise.toml",
-    f"autograder/hidden/{NAME}/conversation.py",
-    f"autograder/hidden/{NAME}/conftest.py",
-    f"autograder/hidden/{NAME}/suite.py",
-    f"tests/hidden/answers/{NAME}.py",
-]
+POINTS = 5  # of the kind that is made by default
+
+
+def paths(name: str) -> list[str]:
+    """Return what is made for an exercise."""
+    return [
+        f"notebooks/{name}/{name}.ipynb",
+        f"solutions/{name}/{name}.py",
+        *(f"autograder/hidden/{name}/{file}" for file in HIDDEN),
+        f"tests/hidden/answers/{name}.py",
+    ]
+
+
+HIDDEN = ("exercise.toml", "conversation.py", "conftest.py", "suite.py")
+MADE = paths(NAME)
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +50,7 @@ def run(tmp_path_factory):
     def python(*command: str) -> subprocess.CompletedProcess[str]:
         environment = os.environ | {"PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
         return subprocess.run(
-            [sys.executable, *command], cwd=copy, env=environment, capture_output=True, text=True, timeout=200
+            [sys.executable, *command], cwd=copy, env=environment, capture_output=True, text=True, timeout=900
         )
 
     python.root = copy
@@ -64,10 +72,14 @@ def made(run, autograder):
     assert files(run.root) - before == set(MADE)
     assert all(file in done.stdout for file in MADE)
     yield run.root
-    for file in MADE[:3]:
-        shutil.rmtree(run.root / Path(file).parent)
-    (run.root / MADE[-1]).unlink()
+    remove(run.root, MADE)
     assert files(run.root) == before
+
+
+def remove(root: Path, made: list[str]) -> None:
+    for file in made[:3]:
+        shutil.rmtree(root / Path(file).parent)
+    (root / made[-1]).unlink()
 
 
 def files(folder: Path) -> set[str]:
@@ -77,7 +89,7 @@ def files(folder: Path) -> set[str]:
 def test_the_reference_earns_all_points(made, autograder, confinement):
     done = autograder("check", f"solutions/{NAME}", "--assignment", NAME, "--json")
     report = json.loads(done.stdout)
-    assert (report["status"], report["score"], report["max_score"]) == ("graded", authoring.POINTS, authoring.POINTS)
+    assert (report["status"], report["score"], report["max_score"]) == ("graded", POINTS, POINTS)
 
 
 def test_answers_of_ones_own_can_be_tried(made, autograder, confinement, tmp_path):
@@ -88,8 +100,8 @@ def test_answers_of_ones_own_can_be_tried(made, autograder, confinement, tmp_pat
         (tmp_path / name / f"{NAME}.py").write_text(content)
     done = autograder("try", str(tmp_path), "--assignment", NAME)
     assert (done.returncode, done.stderr) == (0, ""), done.stdout
-    assert f"right/same: {authoring.POINTS} of {authoring.POINTS}\n" in done.stdout
-    assert f"wrong/nothing: 0 of {authoring.POINTS}\n" in done.stdout
+    assert f"right/same: {POINTS} of {POINTS}\n" in done.stdout
+    assert f"wrong/nothing: 0 of {POINTS}\n" in done.stdout
     assert done.stdout.endswith("Each hidden test is lost by a wrong answer.\n")
 
 
@@ -97,7 +109,7 @@ def test_it_can_be_released(made, autograder, tmp_path):
     done = autograder("release", NAME, "--course", str(tmp_path))
     assert done.returncode == 0, done.stderr
     released = (tmp_path / "release" / NAME / f"{NAME}.ipynb").read_text()
-    assert "YOUR CODE HERE" in released and "Hello" not in released
+    assert "YOUR CODE HERE" in released and "Hello, " not in released
 
 
 @pytest.fixture
@@ -129,19 +141,68 @@ def test_a_page_in_another_language_is_released_worked_on_and_graded(made, autog
     stub.source = f"{stub.source.splitlines()[0]}\n{solution}"
     nbformat.write(page, work / f"{NAME}.ipynb")
     report = json.loads(autograder("check", str(work), "--assignment", NAME, "--json").stdout)
-    assert (report["status"], report["score"]) == ("graded", authoring.POINTS)
+    assert (report["status"], report["score"]) == ("graded", POINTS)
     assert [(part.name, part.state) for part in progress(tmp_path / "ada")] == [(NAME, "not run")]
 
 
-def test_its_own_tests_pass(made, run, confinement):
-    """Its notebook by nbval, its right and wrong answers, and what is held of every notebook and suite."""
+def own_tests(run, name: str) -> None:
+    """Run its notebook by nbval, its right and wrong answers, and what is held of every notebook and suite."""
     done = run(
-        "-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "matrix or not matrix", "-k", NAME, f"notebooks/{NAME}",
+        "-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "matrix or not matrix", "-k", name, f"notebooks/{name}",
         "tests/test_notebooks.py", "tests/test_pages.py", "tests/hidden/test_answers.py",
         "tests/submissions/test_exercises.py",
     )  # fmt: skip
     assert done.returncode == 0 and "skipped" not in done.stdout, done.stdout
-    (made / f"notebooks/{NAME}/{NAME}.py").unlink()  # nbval ran the notebook in its folder
+    (run.root / f"notebooks/{name}/{name}.py").unlink()  # nbval ran the notebook in its folder
+
+
+def test_its_own_tests_pass(made, run, confinement):
+    own_tests(run, NAME)
+
+
+@pytest.mark.matrix
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize("like", [kind for kind in Kind if kind is not Kind.SERVICE], ids=str)
+def test_each_kind_works_at_once(run, autograder, confinement, like):
+    """Its solution passes all tests, and each of its wrong answers loses what is written beside it."""
+    name = f"{like}_hello"
+    done = autograder("new", name, "--like", like)
+    assert (done.returncode, done.stderr) == (0, "")
+    try:
+        own_tests(run, name)
+    finally:
+        remove(run.root, paths(name))
+
+
+def test_each_kind_is_named_after_its_exercise_and_passes_the_guards(run):
+    """As text: nothing is run."""
+    made = []
+    for kind in Kind:
+        name = f"third_{kind}"
+        texts = {file: authoring._render(f"{file}.jinja", name, kind) for file in (*HIDDEN, "answers.py")}
+        notebook = authoring._notebook(authoring._render("notebook.txt.jinja", name, kind))
+        texts["solution.py"] = authoring._solution(notebook)
+        for file, text in texts.items():
+            assert name in text, (kind, file)
+            if file.endswith(".py") and file != "solution.py":
+                made.append(run.root / "autograder" / "hidden" / name / file)
+                made[-1].parent.mkdir(exist_ok=True)
+                made[-1].write_text(text.replace("from . import", "from tests.hidden.answers import"))
+        assert f'super().__init__("{name}")' in texts["solution.py"]
+        assert f"class Third{kind.capitalize()}(Node)" in texts["solution.py"]
+        assert all(len(line) <= 90 for line in texts["solution.py"].splitlines()), kind
+        worth = sum(map(int, re.findall(rf'@points\((\d+), cell="{name}"\)', texts["suite.py"])))
+        (checks,) = (cell for cell in notebook.cells if cell.id == name)
+        assert checks.metadata["nbgrader"]["points"] == worth > 0
+        tested, answers = re.findall(r"^def test_(\w+)", texts["suite.py"], re.MULTILINE), texts["answers.py"]
+        assert all(f'{{"{test}"}}' in answers for test in tested), kind  # lost alone by a wrong answer
+    try:
+        for command in (["check", "--no-cache"], ["format", "--check", "--no-cache"]):
+            done = run("-m", "ruff", *command, *map(str, made))
+            assert done.returncode == 0, done.stdout
+    finally:
+        for folder in {path.parent for path in made}:
+            shutil.rmtree(folder)
 
 
 def test_what_it_makes_passes_the_guards(made, run):

@@ -17,7 +17,7 @@ from autograder.gradebook.exchange_collect import MOST_ENTRIES, OwnersCollect
 from autograder.sandbox.confine import CAPABILITIES_V3
 from course.environment import prepare
 
-ADA, EVE = 61001, 61002  # users that this machine does not have
+ADA, EVE, BOB = 61001, 61002, 61003  # users that this machine does not have
 READ_CLOSED = 1 << 1 | 1 << 2  # CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH
 TIME = "2026-01-0{} 10:00:00.000000 UTC"
 
@@ -153,3 +153,24 @@ def test_a_folder_that_its_owner_has_closed_is_left_out(inbound, collect, caplog
         found = collect()
     assert found == {f"user-{ADA}: a.py": b"ada's"}
     assert "its owner has closed it" in caplog.text
+
+
+def test_after_the_end_nothing_is_collected_but_of_who_has_an_extension(inbound, collect, tmp_path, caplog):
+    """The newest before the end counts; a time that is none, or a folder that was changed since, is no way around."""
+    course = tmp_path / "course"
+    course.mkdir()
+    (course / "ends.json").write_text('{"calculator": "2026-01-02T12:00:00+02:00"}')
+    (course / "extensions.json").write_text(f'{{"user-{BOB}": {{"calculator": 1}}}}')
+    for uid in (ADA, BOB):
+        for day in (1, 3):
+            hand_in(inbound, uid, f"{uid}+calculator+{TIME.format(day)}+x", a=f"day {day}")
+    hand_in(inbound, EVE, f"eve+calculator+{TIME.format(3)}+x", a="late")
+    hand_in(inbound, EVE, "eve+calculator+never+x", a="late")
+    assert collect() == {f"user-{ADA}: a.py": b"day 1", f"user-{BOB}: a.py": b"day 3"}
+    left = [line.partition(" was left out: ")[2] for line in caplog.messages if " was left out: " in line]
+    ended = "the exercise was over at 2026-01-02 10:00 UTC, and"
+    assert left.count(f"{ended} user-{ADA} came at 2026-01-03 10:00 UTC") == 1
+    assert left.count(f"{ended} user-{EVE} came at 2026-01-03 10:00 UTC") == 1
+    assert len(left) == 3 and sum(f"{ended} user-{EVE} came at" in line for line in left) == 2
+    (changed,) = (line for line in caplog.messages if f"{ADA}+calculator+{TIME.format(1)}" in line and "says" in line)
+    assert "was last changed at" in changed and changed.endswith(", after the end")

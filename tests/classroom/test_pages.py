@@ -45,6 +45,8 @@ def page(chromium, classroom, request):
         known = hub.shared_passwords(classroom)
         found.fill("#password_input", known["instructors" if member.instructor else "students"])
         found.click("#login_submit")
+        if member.instructor:
+            found.get_by_role("link", name="JupyterLab", exact=True).click()
         found.get_by_role("heading", name="The five sections").wait_for()
         ready(found)
         return found

@@ -1,5 +1,6 @@
 """A class over a term: drafts are seen by nobody, exercises are released at once or at a date, and have due dates."""
 
+import json
 import os
 import subprocess
 import threading
@@ -7,10 +8,12 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 from nbgrader.api import Gradebook
+from nbgrader.utils import notebook_hash
 
-from autograder.classroom import accounts, assignments, calendar, course_files, hub
+from autograder.classroom import accounts, assignments, calendar, course_files, hub, telling
 from autograder.classroom.assignments import DATED, DRAFT, DUE, OPEN, OVER, Dates
-from autograder.errors import UsageError
+from autograder.errors import ClassroomError, UsageError
+from autograder.gradebook import ends
 from tests.classroom.conftest import run_classroom
 
 NOW = datetime.now(UTC).replace(microsecond=0)
@@ -34,6 +37,12 @@ def classroom(quiet):
 
 def states(classroom) -> dict[str, str]:
     return {row.name: row.state for row in assignments.table(classroom, datetime.now(UTC))}
+
+
+def row(classroom, name: str) -> tuple[int, int, int]:
+    """How many have handed an exercise in, are graded, and were returned their pages."""
+    (found,) = (each for each in assignments.table(classroom, datetime.now(UTC)) if each.name == name)
+    return found.handed_in, found.graded, found.returned
 
 
 def release(classroom, *arguments: str) -> subprocess.CompletedProcess[str]:
@@ -60,11 +69,22 @@ def test_exercises_are_drafts_until_each_is_released_and_have_their_dates(classr
     for name, owner in {"ada+parameters+1+x": "ada", "ada+parameters+2+x": "ada", "bob+parameters+3+x": "ada"}.items():
         (inbound / name).mkdir()
         os.chown(inbound / name, *accounts.ids(classroom, classroom.find(owner)))
-    rows = {row.name: row for row in assignments.table(classroom, datetime.now(UTC))}
-    assert rows["parameters"].handed_in == 1
+    assert row(classroom, "parameters") == (1, 0, 0)
+
+    # Graded and returned, as nbgrader lays it out.
+    for folder in ("autograded/ada/parameters", "autograded/somebody/parameters", "feedback/ada/parameters"):
+        (classroom.grading / folder).mkdir(parents=True)
+    page = classroom.grading / "feedback/ada/parameters"
+    (page / "submission_secret.txt").write_text("a secret")
+    (page / "parameters.html").write_text("<p>")
+    assert row(classroom, "parameters")[1:] == (1, 0)
+    returned = f"{notebook_hash(secret='a secret', notebook_id='parameters')}.html"
+    (classroom.exchange / "ros2/feedback" / returned).write_text("<p>")
+    assert row(classroom, "parameters") == (1, 1, 1)
 
     done = release(classroom, "parameters", "--due", said(NOW + 2 * DAY), "--until", said(NOW + 3 * DAY))
     assert done.returncode == 0, done.stderr
+    assert "1 handed in, 1 graded, 1 returned" in done.stdout
     with Gradebook(f"sqlite:///{classroom.grading / 'gradebook.db'}") as book:
         assert book.find_assignment("parameters").duedate == (NOW + 2 * DAY).replace(tzinfo=None, second=0)
         assert {one.id for one in book.students} == {"ada", "bob"}
@@ -90,9 +110,38 @@ def test_exercises_are_drafts_until_each_is_released_and_have_their_dates(classr
         assert (done.returncode, len(done.stderr.splitlines())) == (2, 1) and why in done.stderr
     assert states(classroom)["services"] == DRAFT
 
+    each_is_told_their_own_dates(classroom)
     status = run_classroom("status", "--folder", str(classroom.folder))
     lines = {line.split()[0]: line for line in status.stdout.splitlines() if line.startswith("  ")}
     assert "draft" in lines["services"] and f"due {said(NOW + 2 * DAY)}" in lines["parameters"]
+
+
+def each_is_told_their_own_dates(classroom) -> None:
+    """Also one with an extension, which is nobody else's business."""
+
+    def told(name: str) -> dict[str, str]:
+        times = json.loads((folder / f"{name}.json").read_text())["parameters"]
+        return {which: said(datetime.fromisoformat(time)) for which, time in times.items()}
+
+    folder = classroom.exchange / "ros2" / "dates"
+    everybody = {"due": said(NOW + 2 * DAY), "until": said(NOW + 3 * DAY)}
+    assert told("ada") == told("bob") == everybody
+    assert folder.stat().st_mode & 0o777 == 0o711
+    for name in ("ada", "bob"):
+        status = (folder / f"{name}.json").stat()
+        owner = (0, accounts.ids(classroom, classroom.find(name))[1])
+        assert (status.st_uid, status.st_gid) == owner and status.st_mode & 0o777 == 0o640
+    assert not telling.stale(classroom)
+    (classroom.grading / "extensions.json").write_text('{"ada": {"parameters": 2}}')
+    assert telling.stale(classroom)
+    assert calendar.release_what_is_due(classroom.folder) == []
+    assert told("ada") == {"due": said(NOW + 4 * DAY), "until": said(NOW + 5 * DAY)}
+    assert told("bob") == everybody
+    assert ends.read(classroom.grading)["parameters"] == (NOW + 3 * DAY).replace(second=0)
+    (classroom.grading / "extensions.json").write_text("no JSON")  # a mistake, which stops nobody
+    with pytest.raises(ClassroomError, match="cannot be read"):
+        calendar.release_what_is_due(classroom.folder)
+    assert told("ada") == {"due": said(NOW + 4 * DAY), "until": said(NOW + 5 * DAY)}
 
 
 def test_states_follow_from_the_dates():

@@ -61,7 +61,8 @@ def test_what_is_not_laid_out_is_listed(tmp_path):
             str(folder / "pictures"),
         }
         assert listed[str(folder / "pictures")] == "5 more files that are no hand-ins"
-        assert "unpack it, and pack it as .zip" in listed["work.tar.gz"] and "unpack it" in listed["week1/ada.rar"]
+        assert "not a .tar.gz archive that can be read" in listed["work.tar.gz"]
+        assert "unpack it, and pack it as .zip" in listed["week1/ada.rar"]
         assert listed["link"] == "a link, which is not followed"
     assert counted(folder / "out") == {"ada/services"}
 
@@ -108,12 +109,12 @@ def test_files_that_the_exercise_does_not_ask_for_are_said(tmp_path):
 
 
 def test_another_kind_of_archive_is_named_as_that(tmp_path):
-    bulk = archive(tmp_path / "bulk.zip", {"doejane_1_2_work.tar.gz": b"x"})
-    path = tmp_path / "work.tgz"
+    bulk = archive(tmp_path / "bulk.zip", {"doejane_1_2_work.7z": b"x"})
+    path = tmp_path / "work.tar"
     path.write_bytes(b"x")
     result = collect([bulk, path], tmp_path / "out")
     assert [line.partition(": ")[2] for line in result.unplaced] == [
-        "work.tar.gz is an archive of a kind that is not opened: unpack it, and pack it as .zip",
+        "work.7z is an archive of a kind that is not opened: unpack it, and pack it as .zip",
         "an archive of a kind that is not opened: unpack it, and pack it as .zip",
     ]
 

@@ -6,7 +6,9 @@ import pytest
 from nbgrader.api import Gradebook
 from typer.testing import CliRunner
 
+from autograder.cli import app
 from autograder.collecting.collect import collect, describe, parse_due
+from autograder.gradebook import ends, extensions
 from autograder.gradebook.book import Scores
 from autograder.gradebook.release import COURSE_FILE
 from autograder.records import TIME_UNKNOWN
@@ -129,3 +131,28 @@ def test_a_folder_that_is_laid_out_keeps_its_time(tmp_path):
     (only,) = collect([tmp_path / "in"], tmp_path / "out").laid_out
     assert only.at == EARLY
     assert (tmp_path / "out" / "ada" / "services" / "timestamp.txt").read_text() == "2026-11-02 09:30:00 UTC\n"
+
+
+def test_after_the_end_a_hand_in_is_listed_unless_its_student_has_an_extension(tmp_path):
+    """The end is said to the command, or is that of the course folder; without a known time nobody is kept out."""
+    for name in ("ada", "bob"):
+        handed_in(tmp_path / "in", name, at=LATER)
+    archive(tmp_path / "in" / "canvas.zip", {"zoe_LATE_2_12_relay.py": b"relay"})
+    arguments = ["collect", str(tmp_path / "in"), "--into"]
+    runner = CliRunner()
+    ran = runner.invoke(app, [*arguments, str(tmp_path / "out"), "--until", "2026-11-02 23:59 UTC"])
+    late = "it is of 2026-11-03 09:30:00 UTC, and the end was at 2026-11-02 23:59:00 UTC"
+    assert ran.exit_code == 1 and ran.output.count(late) == 2
+    assert {path.name for path in (tmp_path / "out").glob("[!.]*")} == {"zoe"}
+
+    course = tmp_path / "course"
+    course.mkdir()
+    (course / "nbgrader_config.py").write_text(COURSE_FILE)
+    ends.change(course, {"services": DUE})
+    extensions.change(course, ["bob"], None, 1.0)
+    ran = runner.invoke(app, [*arguments, str(course / "submitted")])
+    assert ran.exit_code == 1 and ran.output.count(late) == 1
+    assert {path.name for path in (course / "submitted").glob("[!.]*")} == {"bob", "zoe"}
+    (course / "ends.json").write_text("[]")
+    ran = runner.invoke(app, [*arguments, str(course / "submitted")])
+    assert "ends.json cannot be read" in str(ran.exception)

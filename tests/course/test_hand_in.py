@@ -223,6 +223,25 @@ def test_what_is_late_is_said_by_the_dates_that_the_release_has_noted(folder):
     assert done.returncode == 0 and re.search(r"^This is (in time|late by|too late)", done.stdout, re.MULTILINE)
 
 
+def test_a_class_on_one_server_tells_ones_own_dates(folder, tmp_path, monkeypatch):
+    """Whatever the notebook says; what cannot be read says nothing."""
+    dates = tmp_path / "ada.json"
+    dates.write_text('{"greeter": {"due": "2026-11-09T09:30:05+00:00"}, "other": {}}')
+    book = json.loads((folder / "greeter.ipynb").read_text())
+    book["metadata"]["course"] = {"due": "2026-11-02T09:30:05+00:00", "until": "2026-11-10T09:30:05+00:00"}
+    (folder / "greeter.ipynb").write_text(json.dumps(book))
+    monkeypatch.setenv(hand_in.DATES, str(dates))
+    monkeypatch.setenv(hand_in.EXCHANGE, "ros2")
+    found = hand_in.read(folder)
+    assert "in time: it is due on 2026-11-09 09:30 UTC" in found.lateness(NOW + timedelta(days=5))
+    assert found.lateness(NOW + timedelta(days=9)).endswith(
+        "ended on 2026-11-10 09:30 UTC. It is not collected any more."
+    )
+    for content in ("", "[]", '{"greeter": 7}', '{"greeter": {"due": 7}}'):
+        dates.write_text(content)
+        assert "late by 5.0 days: it was due on 2026-11-02" in found.lateness(NOW + timedelta(days=5))
+
+
 @pytest.mark.parametrize("noted", [None, 7, {}, {"due": 7}, {"due": "tomorrow"}, {"due": None, "until": ""}, [1]])
 def test_dates_that_somebody_has_edited_say_nothing(folder, noted):
     book = json.loads((folder / "greeter.ipynb").read_text())

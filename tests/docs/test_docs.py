@@ -9,6 +9,7 @@ import pytest
 import typer
 
 from autograder import cli
+from autograder.authoring.kinds import Kind
 from autograder.submissions import exercises
 
 ROOT = Path(__file__).parents[2]
@@ -57,9 +58,10 @@ def test_the_new_exercise_of_adding_is_what_the_command_makes():
     templates = ROOT / "autograder/authoring/templates"
     text = TEXTS["docs/ADDING.md"]
     for template in ("conversation.py", "conftest.py", "suite.py", "exercise.toml"):
-        assert (templates / f"{template}.jinja").exists()
+        for kind in Kind:
+            assert any((folder / f"{template}.jinja").exists() for folder in (templates / kind, templates))
         assert f"`autograder/hidden/greeter/{template}`" in text
-    assert all(f"`{cell}`" in text for cell in ("exercise", "greeter-file", "greeter"))
+    assert all(f"`{cell}`" in text for cell in ("exercise", "greeter-file", "greeter", *Kind))
 
 
 @pages()

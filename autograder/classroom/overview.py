@@ -1,0 +1,37 @@
+"""Run by the hub for the instructors' page: prints the state of each exercise, and who has more time, as JSON.
+
+It forks children that act as an instructor, which the hub, with its threads, had better not do.
+"""
+
+import json
+import sys
+from dataclasses import asdict
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from autograder.classroom import assignments, course_files
+from autograder.classroom.plan import Classroom
+from autograder.gradebook import extensions
+
+
+def overview(classroom: Classroom, now: datetime) -> dict[str, Any]:
+    """Return what the page shows; raises AutograderError."""
+    rows = [
+        asdict(row)
+        | {what: assignments.said(time) for what, time in asdict(row.dates).items()}
+        | {"open": row.state not in (assignments.DRAFT, assignments.DATED)}
+        for row in assignments.table(classroom, now)
+    ]
+    path = classroom.grading / extensions.FILE
+    given = extensions.parse(course_files.read_grading(classroom, path.name), path)
+    keys = ("student", "exercise", "more")
+    return {
+        "rows": rows,
+        "extensions": [dict(zip(keys, each, strict=True)) for each in extensions.listed(given)],
+        "students": {each.name: f"{each.first_name} {each.last_name}".strip() for each in classroom.students},
+    }
+
+
+if __name__ == "__main__":
+    print(json.dumps(overview(Classroom.load(Path(sys.argv[1])), datetime.now(UTC))))

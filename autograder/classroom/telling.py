@@ -1,0 +1,73 @@
+"""Tells the gradebook and the students when exercises are due and over.
+
+Each student has a file in the exchange that nobody else in the class can read, because extensions are in it.
+"""
+
+import hashlib
+import json
+import os
+from collections.abc import Collection
+from typing import Any
+
+from autograder.classroom import accounts, assignments, course_files
+from autograder.classroom.plan import COURSE_ID, Classroom
+from course.foundation import storage
+from course.hand_in import DUE, UNTIL
+
+FOLDER = "dates"  # in the exchange, beside nbgrader's own
+TOLD = "told.json"  # in `Classroom.state`: what the files there were made of
+SOURCES = ("extensions.json", "nbgrader_config.py")  # of nbgrader's course folder: who has more time
+
+
+def tell(classroom: Classroom, enter: Collection[str] = ()) -> None:
+    """Enter in nbgrader's course folder the dates that have changed, and those of `enter`; tell all students theirs.
+
+    Raises ClassroomError, also for a mistake in the course folder's configuration.
+    """
+    known, told = _basis(classroom), _told(classroom)
+    dates, before = known["dates"], (told or {}).get("dates", {})
+    entered = {name: each for name, each in dates.items() if name in {*enter} or before.get(name) != each}
+    if not entered and known == told:
+        return
+    if told is None:  # a class of before: what is due may have been changed in Formgrader since
+        entered = {name: each if name in {*enter} else each | {DUE: ""} for name, each in entered.items()}
+    own: dict[str, dict[str, dict[str, str]]] = {}
+    if dates:
+        students = sorted(known["students"])
+        own = course_files.enter_dates(classroom, {"enter": entered, "dates": dates, "students": students})
+    folder = classroom.exchange / COURSE_ID / FOLDER  # root's, in a folder of root's
+    folder.mkdir(exist_ok=True)
+    folder.chmod(0o711)
+    for path in folder.iterdir():
+        if path.stem not in known["students"]:
+            path.unlink()
+    for student, group in known["students"].items():
+        theirs = {name: each | own.get(student, {}).get(name, {}) for name, each in dates.items()}
+        path = folder / f"{student}.json"
+        storage.replace(path, json.dumps(theirs).encode(), storage.PRIVATE)
+        os.chown(path, 0, group)
+        path.chmod(0o640)
+    storage.replace(classroom.state / TOLD, json.dumps(known).encode(), storage.PRIVATE)
+
+
+def stale(classroom: Classroom) -> bool:
+    """Return True if somebody has been told something else than what holds now."""
+    return _basis(classroom) != _told(classroom)
+
+
+def _basis(classroom: Classroom) -> dict[str, Any]:
+    """Return what the students' files are made of: everybody's dates, whose files they are, and who has more time."""
+    there = course_files.released(classroom)
+    dates = {
+        name: {which: time for which, time in ((DUE, each.due), (UNTIL, each.until)) if time}
+        for name, each in sorted(assignments.read(classroom).items())
+        if name in there
+    }
+    students = {member.name: accounts.ids(classroom, member)[1] for member in classroom.students}
+    more = [hashlib.sha256(course_files.read_grading(classroom, name)).hexdigest() for name in SOURCES]
+    return {"dates": {name: each for name, each in dates.items() if each}, "students": students, "more": more}
+
+
+def _told(classroom: Classroom) -> Any:
+    path = classroom.state / TOLD
+    return json.loads(path.read_text()) if path.exists() else None

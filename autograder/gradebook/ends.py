@@ -1,0 +1,37 @@
+"""The ends of exercises: after that, and after a student's own extension, a hand-in is not collected.
+
+They are in `ends.json` of nbgrader's course folder: for each exercise a time in ISO 8601, with its zone.
+"""
+
+import json
+import stat
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+
+from autograder.errors import UsageError
+from course.foundation import storage
+
+FILE = "ends.json"
+
+
+def read(course: Path) -> dict[str, datetime]:
+    """Return the ends of a course folder, in UTC; raises UsageError when the file is not what `change` writes."""
+    try:
+        known = json.loads((course / FILE).read_text(encoding="utf-8"))
+        return {str(name): datetime.fromisoformat(time).astimezone(UTC) for name, time in known.items()}
+    except FileNotFoundError:
+        return {}
+    except (ValueError, TypeError, AttributeError) as error:
+        raise UsageError(f"{course / FILE} cannot be read: {error}. Mend it, or remove it and release again") from None
+
+
+def change(course: Path, ends: Mapping[str, datetime | None]) -> None:
+    """Set the ends of some exercises; None leaves an exercise as it is.  Raises OSError and UsageError."""
+    known = read(course)
+    new = known | {name: time for name, time in ends.items() if time}
+    if new == known:
+        return
+    shared = course.stat().st_mode & stat.S_IWGRP  # with the other instructors of a class
+    text = json.dumps({name: time.astimezone(UTC).isoformat() for name, time in sorted(new.items())}, indent=1)
+    storage.replace(course / FILE, (text + "\n").encode(), 0o660 if shared else storage.PRIVATE)

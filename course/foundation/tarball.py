@@ -1,0 +1,147 @@
+"""Reading a .tar.gz archive that anybody may have made, at a cost that is known beforehand.
+
+Python's own `tarfile` takes sizes, offsets and extended headers at their word: a crafted archive keeps some versions of
+it busy for ever (CVE-2024-6232, CVE-2025-8194).  What a hand-in needs of the format (POSIX ustar, with the long names
+of pax and of GNU tar) is little, and is read here.
+"""
+
+import gzip
+import zlib
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import BinaryIO
+
+from course.errors import BadArchive
+from course.foundation.untrusted import CHUNK, Allowance, shortened
+
+BLOCK = 512  # bytes
+FILES, FOLDER, LINKS = {b"0", b"\0", b"7"}, b"5", {b"1", b"2"}  # types of entries
+LONG_NAME, LONG_LINK, EXTENDED, GLOBAL = b"L", b"K", b"x", b"g"  # types of what describes the entry that follows
+LONGEST_DESCRIPTION = 65_536  # bytes
+EARLIEST = datetime(1980, 1, 1, tzinfo=UTC)  # as in zip archives
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A file in an archive; the fields that a zip archive's entry has, too, are called as there."""
+
+    filename: str
+    date_time: tuple[int, int, int, int, int, int]  # when it was last changed, in UTC
+    kind: bytes
+    begin: int  # of its content
+    size: int
+
+    @property
+    def orig_filename(self) -> str:
+        """The name as it is in the archive."""
+        return self.filename
+
+
+class Tarball:
+    """The files of an open .tar.gz archive, without its folders; raises BadArchive for what is not one.
+
+    It is unpacked into memory, within `allowance`; of more than `most` entries nothing is read.
+    """
+
+    def __init__(self, file: BinaryIO, allowance: Allowance, most: int):
+        self._content = _unzipped(file, allowance)
+        self.files = self._entries(most)
+
+    def read(self, entry: Entry, allowance: Allowance) -> bytes:
+        """Return a file's content; raises BadArchive for a link, and for more than is allowed."""
+        if entry.kind not in FILES:
+            kind = "a link" if entry.kind in LINKS else "not an ordinary file"
+            raise BadArchive(f"{shortened(entry.filename)} is {kind}")
+        allowance.spend(entry.size)
+        return bytes(self._content[entry.begin : entry.begin + entry.size])
+
+    def _entries(self, most: int) -> list[Entry]:
+        found, at, described, name, sparse = [], 0, 0, "", False
+        while any(header := self._content[at : at + BLOCK]):
+            _check(header)
+            begin, size, kind = at + BLOCK, _number(header[124:136]), bytes(header[156:157])
+            at = begin + -(-size // BLOCK) * BLOCK
+            if begin + size > len(self._content):
+                raise _unreadable("it ends too early")
+            if kind in (LONG_NAME, LONG_LINK, EXTENDED, GLOBAL):
+                if size > LONGEST_DESCRIPTION or (described := described + 1) > 4 * most:
+                    raise _unreadable("its descriptions are too long")
+                text = bytes(self._content[begin : begin + size])
+                if kind == LONG_NAME:
+                    name = _decoded(text.rstrip(b"\0"))
+                elif kind == EXTENDED:
+                    said = _records(text)
+                    sparse = any(key.startswith(b"GNU.sparse") or key == b"size" for key in said)
+                    name = _decoded(said[b"path"]) if b"path" in said else name
+                continue
+            own, name = name or _name(header), ""
+            if kind != FOLDER and not own.endswith("/"):
+                found.append(Entry(own, _time(header), b"S" if sparse else kind, begin, size))
+            sparse = False
+            if len(found) > most:
+                raise BadArchive(f"more than {most:,} files")
+        return found
+
+
+def _unzipped(file: BinaryIO, allowance: Allowance) -> bytearray:
+    content = bytearray()
+    try:
+        with gzip.GzipFile(fileobj=file) as stream:
+            while chunk := stream.read(CHUNK):
+                allowance.require(len(content) + len(chunk))
+                content += chunk
+    except (OSError, EOFError, zlib.error) as error:
+        raise _unreadable(type(error).__name__) from None
+    if not content:
+        raise _unreadable("it is empty")
+    return content
+
+
+def _check(header: bytearray) -> None:
+    """Raise BadArchive unless the header's sum is right, counted with blanks in its own place."""
+    if len(header) < BLOCK or sum(header) - sum(header[148:156]) + 8 * ord(" ") != _number(header[148:156]):
+        raise _unreadable("it is damaged, or no tar archive")
+
+
+def _number(field: bytearray) -> int:
+    """A number in octal digits, or, marked by its first byte, in base 256, as GNU tar writes large ones."""
+    try:
+        return int.from_bytes(field[1:], "big") if field[0] == 0x80 else int(field.strip(b"\0 ") or b"0", 8)
+    except ValueError:
+        raise _unreadable("it is damaged, or no tar archive") from None
+
+
+def _name(header: bytearray) -> str:
+    name = bytes(header[:100]).partition(b"\0")[0]
+    before = bytes(header[345:500]).partition(b"\0")[0] if header[257:263] == b"ustar\0" else b""
+    return _decoded(b"/".join(part for part in (before, name) if part))
+
+
+def _decoded(name: bytes) -> str:
+    return name.decode("utf-8", "replace")
+
+
+def _time(header: bytearray) -> tuple[int, int, int, int, int, int]:
+    try:
+        time = max(EARLIEST, datetime.fromtimestamp(_number(header[136:148]), UTC))
+    except (OverflowError, ValueError, OSError):
+        time = EARLIEST
+    return time.year, time.month, time.day, time.hour, time.minute, time.second
+
+
+def _records(text: bytes) -> dict[bytes, bytes]:
+    """The records of an extended header: each is `LENGTH KEY=VALUE` and the end of a line, of that many bytes."""
+    found, at = {}, 0
+    while at < len(text):
+        digits, blank, _ = text[at : at + 8].partition(b" ")
+        length = int(digits) if blank and digits.isdigit() else 0
+        key, equals, value = text[at + len(digits) + 1 : at + length].partition(b"=")
+        if not equals or at + length > len(text) or not value.endswith(b"\n"):
+            raise _unreadable("a description in it is damaged")
+        found[key] = value[:-1]
+        at += length
+    return found
+
+
+def _unreadable(why: str) -> BadArchive:
+    return BadArchive(f"not a .tar.gz archive that can be read ({why})")

@@ -1,0 +1,95 @@
+"""The instructors' start page: how far the class is, and more time for students."""
+
+import re
+
+import pytest
+
+from autograder.classroom import hub
+from autograder.classroom.class_page import extend
+from autograder.errors import UsageError
+from autograder.gradebook import extensions
+from tests.classroom.visitor import Visitor
+
+
+@pytest.fixture
+def instructor(classroom) -> Visitor:
+    """The teacher at the hub, without a server."""
+    visitor = Visitor(classroom.address_of(classroom.find("teacher")), "teacher")
+    assert visitor.log_in(hub.shared_passwords(classroom)["instructors"])
+    return visitor
+
+
+def ask(visitor: Visitor, **fields: str):
+    data = {"_xsrf": visitor.session.cookies.get("_xsrf", path="/hub/"), **fields}
+    return visitor.session.post(f"{visitor.hub}hub/class", data=data)
+
+
+def test_an_instructor_begins_there_and_sees_the_state_of_each_exercise(instructor):
+    page = instructor.session.get(instructor.hub)
+    assert page.url.endswith("/hub/class") and page.ok
+    text = " ".join(re.sub("<[^>]+>", " ", page.text).split())
+    assert re.search(r"calculator released 20\d\d-\d\d-\d\d \d\d:\d\d UTC (\d of 5 ?){3}", text), text
+    assert "Carol Lovelace" in text
+
+
+def test_an_instructor_gives_more_time_and_takes_it_back(instructor, classroom):
+    def given() -> extensions.Given:
+        return extensions.read(classroom.grading)
+
+    assert ask(instructor, student="carol", exercise="actions", days="2.5").ok
+    assert given() == {"carol": {"actions": 2.5}}
+    page = ask(instructor, student="carol", exercise=extensions.ALL, until="2099-01-01T10:00")
+    assert page.ok and "until 2099-01-01 10:00 UTC" in page.text
+    assert given() == {"carol": {"actions": 2.5, "*": "2099-01-01 10:00 UTC"}}
+    assert (classroom.grading / extensions.FILE).stat().st_mode & 0o777 == 0o660  # the other instructors', too
+    for exercise in (extensions.ALL, "actions"):
+        ask(instructor, student="carol", exercise=exercise, take_back="yes")
+    assert given() == {}
+    refused = ask(instructor, student="carol", exercise="nonsense", days="1")
+    assert refused.status_code == 400 and "there is no exercise &#39;nonsense&#39;" in refused.text
+
+
+def test_nobody_else_is_let_in(instructor, classroom):
+    student = Visitor(classroom.address_of(classroom.find("ada")), "ada")
+    assert student.log_in(hub.shared_passwords(classroom)["students"])
+    assert student.session.get(f"{student.hub}hub/class").status_code == 403
+    assert ask(student, student="ada", days="9").status_code == 403
+    stranger = Visitor(classroom.url, "ada")
+    assert "/hub/login" in stranger.session.get(f"{classroom.url}hub/class").url
+    foreign = instructor.session.post(f"{instructor.hub}hub/class", data={"student": "ada", "days": "9"})
+    assert foreign.status_code == 403  # a page of somebody else's does not know the token
+    assert extensions.read(classroom.grading) == {}
+
+
+@pytest.mark.parametrize(
+    ("asked", "command"),
+    [
+        ({"days": "3"}, ["--days=3"]),
+        ({"days": "0.5", "exercise": "services"}, ["--assignment=services", "--days=0.5"]),
+        ({"until": "2026-11-27T23:59"}, ["--until=2026-11-27 23:59 UTC"]),
+        ({"take_back": "yes", "exercise": "*"}, ["--take-back"]),
+        ({"exercise": "--course=/", "days": "1"}, ["--assignment=--course=/", "--days=1"]),
+    ],
+)
+def test_the_form_becomes_a_command(quiet, asked, command):
+    form = dict.fromkeys(("exercise", "days", "until", "take_back"), "") | {"student": "ada"} | asked
+    assert extend(quiet, form) == ["autograder", "extend", "ada", "--course", "grading", *command]
+
+
+@pytest.mark.parametrize(
+    ("asked", "why"),
+    [
+        ({}, "a number of days, or a time"),
+        ({"days": "1", "until": "2026-11-27T23:59"}, "a number of days, or a time"),
+        ({"days": "many"}, "'many' is not a number of days"),
+        ({"days": "nan"}, "'nan' is not a number of days"),
+        ({"days": "-1"}, "'-1' is not a number of days"),
+        ({"until": "tomorrow"}, "is not a time"),
+        ({"student": "teacher", "days": "1"}, "choose a student"),
+        ({"student": "--help", "days": "1"}, "choose a student"),
+    ],
+)
+def test_a_form_that_says_nothing_is_refused(quiet, asked, why):
+    form = dict.fromkeys(("exercise", "days", "until", "take_back"), "") | {"student": "ada"} | asked
+    with pytest.raises(UsageError, match=re.escape(why)):
+        extend(quiet, form)
