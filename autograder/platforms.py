@@ -23,6 +23,7 @@ class Platform:
     # Collecting.
     download: re.Pattern[str]  # names in a bulk download: groups `name`, `user`, `file`, perhaps `late`, `upload`
     mark: re.Pattern[str]  # what makes a name this platform's; a name with two marks could be of two people
+    trace: re.Pattern[str]  # what only this platform puts into names, also into one that has no such form
     folders: bool  # whether folders of a download have such names; otherwise files alone
     again: re.Pattern[str]  # what the platform adds to the name of a file that was handed in again
     marks_late: bool  # whether it marks what is late, so that what it has not marked is on time
@@ -48,11 +49,12 @@ class Platform:
 # It looks for two numbers between underscores, the student's and that of a file which the student has handed in
 # (app/models/assignment.rb, `infer_comment_context_from_filename`); the rest of the name is free.
 # Grades: Canvas Instructor Guide, "How do I import grades in the Gradebook?", and lib/gradebook_importer.rb.
-CANVAS_NAME = rf"(?P<name>[^_/]+)_(?:(?P<late>LATE)_)?(?P<user>{NUMBER})_(?P<upload>{NUMBER})_(?P<file>.+)"
+CANVAS_NAME = rf"(?P<name>[^/]+?)_(?:(?P<late>LATE)_)?(?P<user>{NUMBER})_(?P<upload>{NUMBER})_(?P<file>.+)"
 CANVAS = Platform(
     name="Canvas",
     download=re.compile(CANVAS_NAME, re.DOTALL),
     mark=re.compile(rf"\A{CANVAS_NAME}\Z", re.DOTALL),
+    trace=re.compile(rf"_{NUMBER}_{NUMBER}_"),
     folders=False,
     again=re.compile(r"-\d{1,3}(?=\.[A-Za-z]+$)"),
     marks_late=True,
@@ -72,6 +74,7 @@ MOODLE = Platform(
     name="Moodle",
     download=re.compile(rf"(?P<name>[^/]+)_(?P<user>{NUMBER})_assignsubmission_file_?(?P<file>.*)", re.DOTALL),
     mark=re.compile(rf"_{NUMBER}_assignsubmission_file"),
+    trace=re.compile(rf"_{NUMBER}_assignsubmission_", re.IGNORECASE),
     folders=True,
     again=re.compile(r"(?!)"),  # it replaces the file, and adds nothing
     marks_late=False,
@@ -81,6 +84,9 @@ MOODLE = Platform(
     grades="moodle.csv",
     columns=("username", "email", "idnumber"),
 )
+
+# What somebody calls themselves, or a file, may look like what Canvas adds: `identify` asks whose it is.
+ANOTHER_USER = re.compile(rf"(?=_({NUMBER})_{NUMBER}_.)", re.DOTALL)
 
 PLATFORMS = {platform.name: platform for platform in (MOODLE, CANVAS)}
 
@@ -94,6 +100,7 @@ class Origin:
     late: bool = False  # marked so by the platform
     platform: str = ""  # a key of PLATFORMS, or ""
     upload: int = 0  # the platform's number of it, which grows
+    others: tuple[str, ...] = ()  # further users that the name could be of, if it is divided elsewhere
 
 
 def origin(path: PurePosixPath) -> Origin | None:
@@ -111,8 +118,20 @@ def origin(path: PurePosixPath) -> Origin | None:
                 said = found.groupdict()
                 own = platform.again.sub("", rest[-1] if rest else said["file"])
                 late, upload = bool(said.get("late")), int(said.get("upload") or 0)
-                return Origin((said["user"], said["name"]), own, late, platform.name, upload) if own else None
+                others = tuple(sorted({each[1] for each in ANOTHER_USER.finditer(part)} - {said["user"]}))
+                names = said["user"], said["name"]
+                return Origin(names, own, late, platform.name, upload, others) if own else None
     return None
+
+
+def is_traced(path: PurePosixPath) -> bool:
+    """Return True if a platform has named this file or a folder around it, whether or not the name tells a student."""
+    *folders, file = path.parts
+    return any(
+        platform.trace.search(part)
+        for platform in PLATFORMS.values()
+        for part in (file, *(folders if platform.folders else ()))
+    )
 
 
 def marks_late(platform: str) -> bool:

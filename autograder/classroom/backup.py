@@ -6,10 +6,12 @@ The class must be down meanwhile: tar walks the homes as root, and nobody may ch
 import json
 import os
 import shutil
+import stat
 import subprocess
+import tempfile
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from autograder.classroom import accounts, homes, hub, servers
 from autograder.classroom.plan import SETTINGS, Classroom
@@ -17,10 +19,11 @@ from autograder.errors import ClassroomError, UsageError
 from course.foundation import storage
 
 TAR = ["tar", "--gzip", "--file=-", "--numeric-owner", "--warning=no-file-ignored"]  # sockets are nothing to keep
+LONGEST = os.pathconf("/", "PC_PATH_MAX") // 2  # bytes of a path in the class; `restore` may lay it out deeper
 
 
-def write(classroom: Classroom, file: Path) -> int:
-    """Write the class to `file`, which must not be there; return its bytes.
+def write(classroom: Classroom, file: Path) -> tuple[int, list[str]]:
+    """Write the class to `file`, which must not be there; return its bytes, and the folders that go too deep for it.
 
     Raises UsageError while the class is up, and ClassroomError when it cannot be written; then there is no file.
     """
@@ -32,10 +35,11 @@ def write(classroom: Classroom, file: Path) -> int:
     draft = file.with_name(f".{file.name}.part")
     try:
         descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_NOFOLLOW, storage.PRIVATE)
-        with open(descriptor, "wb") as written:
-            # Processes that ran are nothing to a machine on which others have their numbers.
-            command = [*TAR, "--create", "--sparse", "--one-file-system", "--exclude=./state/*.pid", "."]
-            _run(command, classroom.folder, stdout=written)
+        with open(descriptor, "wb") as written, tempfile.TemporaryFile() as names:
+            too_deep = _list(classroom.folder, names)
+            names.seek(0)
+            command = [*TAR, "--create", "--sparse", "--no-recursion", "--null", "--files-from=-"]
+            _run(command, classroom.folder, stdin=names, stdout=written)
             written.flush()
             os.fsync(descriptor)
         draft.replace(file)
@@ -43,7 +47,33 @@ def write(classroom: Classroom, file: Path) -> int:
         raise ClassroomError(f"cannot write {file}: {error.strerror}") from None
     finally:
         draft.unlink(missing_ok=True)
-    return file.stat().st_size
+    return file.stat().st_size, too_deep
+
+
+def _list(folder: Path, names: IO[bytes]) -> list[str]:
+    """Write what is in the class's folder to `names`, each with a zero byte; return the folders that are left out.
+
+    A path that is too long could be written, and not be laid out again.
+    """
+    opened, too_deep = os.open(folder, homes.FOLDER), []
+    try:
+        device = os.fstat(opened).st_dev
+        for path, below, files, at in homes.walk(opened):
+            if os.fstat(at).st_dev != device:
+                below.clear()
+            elif len(os.fsencode(path)) > LONGEST or path.count("/") >= homes.DEEPEST:
+                too_deep.append(os.path.normpath(path))
+                below.clear()
+            else:
+                # Processes that ran are nothing to a machine on which others have their numbers.
+                kept = [name for name in files if path != "./state" or not name.endswith(".pid")]
+                kept += [
+                    name for name in below if stat.S_ISLNK(os.stat(name, dir_fd=at, follow_symlinks=False).st_mode)
+                ]
+                names.writelines(os.fsencode(os.path.join(path, name)) + b"\0" for name in ("", *kept))
+    finally:
+        os.close(opened)
+    return too_deep
 
 
 def read(file: Path, folder: Path) -> Classroom:

@@ -26,12 +26,14 @@ from autograder.classroom import (
 from autograder.classroom.plan import GIB, LOCAL, SETTINGS, Classroom, Limits
 from autograder.errors import AutograderError, ClassroomError, UsageError
 from autograder.gradebook.release import names as exercises
+from course.foundation.untrusted import one_line
 
 DEFAULT = Path("/srv/ros2-classroom")
 PASSWORDS = ("pam", "dummy")
 LOOPBACK = "127.0.0.1"
 USAGE, FAILED = 2, 3  # exit codes
 MIB = 1 << 20
+LISTED = 5  # folders that a backup has left out
 MOST = 5  # members who are named for what they have on the disk
 # typer carries a click of its own, and gives click's UsageError no name.
 UsageProblem = cast(type[typer.BadParameter], typer.BadParameter.__base__)
@@ -331,8 +333,12 @@ def backup_command(
     _root()
     classroom = Classroom.load(folder.resolve())
     with hub.alone(classroom):
-        size = backup.write(classroom, file.absolute())
+        size, too_deep = backup.write(classroom, file.absolute())
     print(f"{file}: {len(classroom.members)} members, {size / MIB:,.1f} MiB. Whoever can read it can read all of it.")
+    for path in too_deep[:LISTED]:
+        print(one_line(f"  left out, because it goes too deep: {path}"))
+    if len(too_deep) > LISTED:
+        print(f"  left out for the same reason: {len(too_deep) - LISTED} more folders")
 
 
 @app.command("restore")

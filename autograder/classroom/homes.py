@@ -15,11 +15,13 @@ import stat
 import subprocess
 import time
 from base64 import b64decode, b64encode
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path, PurePosixPath
 
 from autograder.errors import ClassroomError
+from autograder.sandbox.networks import check
 
 LONGEST = 60.0  # s that one child may take
 MOST_FILES, MOST_BYTES = 2000, 200 << 20  # that are read of one folder
@@ -29,6 +31,9 @@ COUNTED = 100.0  # s in which the files of all homes are counted
 FOLDER = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC
 FILE = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
 NO_NEW_PRIVILEGES = 38  # PR_SET_NO_NEW_PRIVS of prctl(2)
+AT_EMPTY_PATH = 0x1000  # of fchownat(2)
+
+_libc = ctypes.CDLL(None, use_errno=True)
 
 
 def act(
@@ -140,8 +145,8 @@ def sizes(homes: Mapping[str, tuple[Path, int, int]]) -> dict[str, int | None]:
 def give(home: Path, uid: int, gid: int) -> None:
     """Give a home folder that was kept, and all of its former owner's in it, to a user who has nothing running yet.
 
-    Each file is changed by a descriptor that was looked at, never by its path; one with several names is left, because
-    the others may be elsewhere.
+    Each file is changed by a descriptor that was looked at, never by its path.  One with names outside of the home is
+    left to its owner, and runs as nobody but who starts it from then on.
     """
     opened = os.open(home, FOLDER)
     try:
@@ -151,8 +156,11 @@ def give(home: Path, uid: int, gid: int) -> None:
         os.close(opened)
 
 
-def _walk(folder: int) -> Iterator[tuple[str, list[str], list[str], int]]:
-    """All folders below an open one, and itself, down to DEEPEST: each takes a descriptor while one is below it."""
+def walk(folder: int) -> Iterator[tuple[str, list[str], list[str], int]]:
+    """All folders below an open one, and itself, down to DEEPEST: each takes a descriptor while one is below it.
+
+    As with `os.fwalk`, a link to a folder counts as a folder, and is not followed.
+    """
     for path, below, names, at in os.fwalk(".", dir_fd=folder, follow_symlinks=False):
         if path.count("/") >= DEEPEST:
             below.clear()
@@ -162,7 +170,7 @@ def _walk(folder: int) -> Iterator[tuple[str, list[str], list[str], int]]:
 def hand_on(folder: Path, user: Callable[[int], int], group: Callable[[int], int] = int) -> None:
     """Give what lies in a folder that several users share to other users or groups: `user(uid)` and `group(gid)`.
 
-    As in `give`: by descriptors that were looked at, and no file with several names.
+    As in `give`: by descriptors that were looked at, and no file with names elsewhere.
     """
     opened = os.open(folder, FOLDER)
     try:
@@ -173,33 +181,37 @@ def hand_on(folder: Path, user: Callable[[int], int], group: Callable[[int], int
 
 def _change_below(folder: int, owner: Callable[[int, int], tuple[int, int]]) -> None:
     """Change an open folder, and the folders and files below it: `owner` tells user and group by those before."""
-    for _, _, names, at in _walk(folder):
-        _change(at, at, owner)
-        for name in names:
+    named = Counter[tuple[int, int]]()  # how often a file with several names is named below
+    for _, below, names, at in walk(folder):
+        for name in (*below, *names):
             with contextlib.suppress(OSError):
-                _change_file(name, at, owner)
+                known = os.stat(name, dir_fd=at, follow_symlinks=False)
+                named[known.st_dev, known.st_ino] += known.st_nlink > 1
+    _change(folder, owner, named)
+    for _, below, names, at in walk(folder):
+        for name in (*below, *names):
+            with contextlib.suppress(OSError):
+                file = os.open(name, os.O_PATH | os.O_NOFOLLOW | os.O_CLOEXEC, dir_fd=at)
+                try:
+                    _change(file, owner, named)
+                finally:
+                    os.close(file)
 
 
-def _change_file(name: str, at: int, owner: Callable[[int, int], tuple[int, int]]) -> None:
-    file = os.open(name, os.O_PATH | os.O_NOFOLLOW | os.O_CLOEXEC, dir_fd=at)
-    try:
-        known = os.fstat(file)
-        if stat.S_ISREG(known.st_mode) and known.st_nlink == 1:
-            _change(file, f"/proc/self/fd/{file}", owner)
-    finally:
-        os.close(file)
-
-
-def _change(file: int, path: int | str, owner: Callable[[int, int], tuple[int, int]]) -> None:
+def _change(file: int, owner: Callable[[int, int], tuple[int, int]], named: Counter[tuple[int, int]]) -> None:
+    """Change what a descriptor is of, a link itself too, unless it has names that were not counted in `named`."""
     known = os.fstat(file)
     uid, gid = owner(known.st_uid, known.st_gid)
-    if (uid, gid) != (known.st_uid, known.st_gid):
-        os.chown(path, uid, gid)
+    if (uid, gid) == (known.st_uid, known.st_gid):
+        return
+    if stat.S_ISDIR(known.st_mode) or known.st_nlink in (1, named[known.st_dev, known.st_ino]):
+        check(_libc.fchownat(file, b"", uid, gid, AT_EMPTY_PATH))
+    elif stat.S_ISREG(known.st_mode) and known.st_mode & (stat.S_ISUID | stat.S_ISGID):
+        os.chmod(f"/proc/self/fd/{file}", known.st_mode & 0o777)
 
 
 def _become(uid: int, gid: int, groups: Sequence[int]) -> None:
-    if ctypes.CDLL(None, use_errno=True).prctl(NO_NEW_PRIVILEGES, 1, 0, 0, 0):
-        raise OSError(ctypes.get_errno(), "no_new_privs")
+    check(_libc.prctl(NO_NEW_PRIVILEGES, 1, 0, 0, 0))
     os.setgroups(groups)
     os.setresgid(gid, gid, gid)
     os.setresuid(uid, uid, uid)  # which takes all capabilities

@@ -4,7 +4,7 @@ import contextlib
 import json
 import tempfile
 from collections import defaultdict
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path, PurePath, PurePosixPath
@@ -29,7 +29,7 @@ from autograder.collecting.archives import (
     stem,
 )
 from autograder.errors import RefusedFile, UnknownTime, UsageError
-from autograder.platforms import Origin, origin
+from autograder.platforms import Origin, is_traced, origin
 from autograder.submissions import exercises, notebook, reading
 from course.errors import BadArchive
 from course.foundation.untrusted import Allowance, shortened
@@ -38,6 +38,8 @@ from course.hand_in import RECEIPT
 File = TypeVar("File", ArchivedFile, Packed)
 WRAPPED = 3  # archives around each other
 MOST_OTHER = 20  # files of a folder that are named, one by one, as no hand-ins
+NO_FORM = "its name matches neither Canvas nor Moodle"
+NOBODYS = "a platform has named it, but not so that it tells one student: their name there may be odd"
 OTHER_ARCHIVES = {".gz", ".tar", ".bz2", ".xz", ".zst", ".rar", ".7z"}
 
 
@@ -112,6 +114,8 @@ def _below(
             yield from _archive(path, where, unplaced, (stem(path), *([folder.name] if folder != source else [])))
         elif _named_by_platform(path):
             continue
+        elif is_traced(_as_file(path)):
+            unplaced.append(f"{shortened(where)}: {NOBODYS}")
         elif path.is_dir() and len(path.relative_to(source).parts) > DEEPEST:
             unplaced.append(f"{shortened(where)}: folders in each other go too deep")
         elif path.is_dir():
@@ -211,7 +215,12 @@ def _downloaded(source: Path, unplaced: list[str]) -> Iterator[Bundle]:
 
 
 def _named_by_platform(path: Path) -> bool:
-    return bool(origin(PurePosixPath(path.name, "file") if path.is_dir() else PurePosixPath(path.name)))
+    return bool(origin(_as_file(path)))
+
+
+def _as_file(path: Path) -> PurePosixPath:
+    """Return how a file at this path, or one in this folder, is called in a download."""
+    return PurePosixPath(path.name, "file") if path.is_dir() else PurePosixPath(path.name)
 
 
 def _archive(path: Path, where: str, unplaced: list[str], likely: tuple[str, ...] = ()) -> Iterator[Bundle]:
@@ -224,12 +233,15 @@ def _archive(path: Path, where: str, unplaced: list[str], likely: tuple[str, ...
     if is_other_archive(path.name):
         unplaced.append(f"{where}: {_why_not(path)}")
         return
+    if not whose and is_traced(PurePosixPath(path.name)):
+        unplaced.append(f"{where}: {NOBODYS}")
+        return
     try:
         with opened(path) as file:
             if not whose and not is_tarball(path.name):  # platforms pack a class as .zip
                 found = list(contents(file))
                 packed = [each for each in found if isinstance(each, Packed)]
-                if any(origin(each.path) for each in packed) or len(_archives_in(packed)) > 1:
+                if any(is_traced(each.path) for each in packed) or len(_archives_in(packed)) > 1:
                     unplaced += [f"{where}: {each}" for each in found if isinstance(each, str)]
                     yield from _of_platform(where, packed, unplaced)
                     return
@@ -240,11 +252,13 @@ def _archive(path: Path, where: str, unplaced: list[str], likely: tuple[str, ...
         yield Bundle(where, where, inside, whose, _changed(path), likely=likely or (stem(path),))
 
 
-def _of_platform(download: str, inside: Iterable[Packed | Loose], unplaced: list[str]) -> Iterator[Bundle]:
+def _of_platform(download: str, inside: Sequence[Packed | Loose], unplaced: list[str]) -> Iterator[Bundle]:
     """Yield what each student uploaded, of the files of a bulk download.
 
-    One after the other is unpacked, and what is wrong with one does not affect the others.
+    One after the other is unpacked, and what is wrong with one does not affect the others.  Where a platform has named
+    some, what it has not named after a student is nobody's: a student writes what is in an archive, its receipt too.
     """
+    named = any(is_traced(file.path) for file in inside)
     everybody = Allowance(MAX_CLASS)
     each_student: dict[object, Allowance] = defaultdict(lambda: Allowance(MAX_STUDENT, everybody))
     loose: dict[tuple[str, ...], list[tuple[Packed | Loose, Origin]]] = defaultdict(list)
@@ -253,7 +267,9 @@ def _of_platform(download: str, inside: Iterable[Packed | Loose], unplaced: list
         if number >= MAX_CLASS_FILES:
             unplaced.append(f"{download}: only the first {MAX_CLASS_FILES:,} files were looked at")
             break
-        if is_archive(file.path.name):
+        if named and not whose and is_archive(file.path.name):
+            unplaced.append(f"{where}: {NOBODYS}")
+        elif is_archive(file.path.name):
             own = each_student[whose.names if whose else number]
             try:
                 unpacked = members_of(file.unpack(own).content, file.path.name, own)
@@ -264,7 +280,7 @@ def _of_platform(download: str, inside: Iterable[Packed | Loose], unplaced: list
         elif whose:
             loose[whose.names].append((file, whose))
         else:
-            why = _why_not(file.path) if is_other_archive(file.path.name) else "no platform names a file so"
+            why = _why_not(file.path) if is_other_archive(file.path.name) else NO_FORM
             unplaced.append(f"{where}: {why}")
     for names, uploaded in loose.items():
         found = []

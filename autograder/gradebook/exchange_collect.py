@@ -117,6 +117,7 @@ class OwnersCollect(ExchangeCollect):
         """Copy the regular files; what is too large, and what cannot be read, is left out and told."""
         Path(dest).mkdir(parents=True)
         files, space, told, seen = MOST_FILES, MOST_BYTES, 0, 0
+        changed = _changed(src)
         for folder, below, names, descriptor in _walk(src):
             seen += 1 + len(names)
             if seen > MOST_ENTRIES:
@@ -126,6 +127,8 @@ class OwnersCollect(ExchangeCollect):
                 self.log.warning("%s was left out: folders in each other go too deep", shown(folder))
                 below.clear()
             for name in sorted(names):
+                with contextlib.suppress(OSError):  # a file that is written into changes no folder
+                    changed = max(changed, _changed(name, descriptor))
                 copy = Path(dest, os.path.relpath(folder, src), name)
                 try:
                     if CONFIGURATION.fullmatch(name):
@@ -139,9 +142,9 @@ class OwnersCollect(ExchangeCollect):
                         self.log.warning("%s was left out: %s", shown(os.path.join(folder, name)), why)
         if told > MOST_TOLD:
             self.log.warning("%s: %d more were left out", shown(src), told - MOST_TOLD)
-        self._complete(src, Path(dest))
+        self._complete(src, Path(dest), changed)
 
-    def _complete(self, src: str, copy: Path) -> None:
+    def _complete(self, src: str, copy: Path, changed: datetime) -> None:
         """Make the two files good that nbgrader stops at, for the whole class, when a student has left them out."""
         record = self._path_to_record(src)
         claimed, over = record["timestamp"], self._over(record["username"])
@@ -149,7 +152,6 @@ class OwnersCollect(ExchangeCollect):
             storage.replace(copy / TIMESTAMP, f"{claimed:%Y-%m-%d %H:%M:%S.%f} UTC".encode())
         if not SECRET.fullmatch(_text(copy / SECRETS) or ""):
             storage.replace(copy / SECRETS, secrets.token_hex(64).encode())
-        changed = _changed(src)
         if changed - claimed > SLOW:
             after = ", after the end" if over and changed > over else ""
             self.log.warning(
@@ -157,9 +159,13 @@ class OwnersCollect(ExchangeCollect):
             )
 
 
-def _changed(path: str) -> datetime:
-    """Return when a folder, or what lies directly in it, was last changed: its owner cannot set that back; in UTC."""
-    return datetime.fromtimestamp(os.lstat(path).st_ctime, UTC).replace(tzinfo=None)
+def _changed(path: str, folder: int | None = None) -> datetime:
+    """Return when a file, or what lies directly in a folder, was last changed: its owner cannot set that back; in UTC.
+
+    `folder` is the open one that `path` begins in.
+    """
+    known = os.stat(path, dir_fd=folder, follow_symlinks=False)
+    return datetime.fromtimestamp(known.st_ctime, UTC).replace(tzinfo=None)
 
 
 def shown(path: str) -> str:

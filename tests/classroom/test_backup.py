@@ -8,6 +8,7 @@ import secrets
 import shutil
 import stat
 import subprocess
+import sys
 import tarfile
 
 import pytest
@@ -95,7 +96,9 @@ def test_what_students_have_made_of_their_homes_comes_back_as_it_was(quiet, tmp_
         file.truncate(1 << 33)
     os.chown(home, 4321, 4321)
     (quiet.state / "proxy.pid").write_text("1")
-    size = backup.write(quiet, tmp_path / "class.tar.gz")
+    (home / "folder").symlink_to("/etc")
+    size, too_deep = backup.write(quiet, tmp_path / "class.tar.gz")
+    assert too_deep == []
     assert size == (tmp_path / "class.tar.gz").stat().st_size < 1 << 20
     back = backup.read(tmp_path / "class.tar.gz", tmp_path / "back")
     assert back == Classroom.load(tmp_path / "back") and back.members == quiet.members
@@ -105,6 +108,18 @@ def test_what_students_have_made_of_their_homes_comes_back_as_it_was(quiet, tmp_
     assert (again / "sparse").stat().st_blocks < 100 and again.stat().st_uid == 4321
     assert stat.S_IMODE(back.folder.stat().st_mode) == 0o700, "nobody is in the class yet"
     assert not (back.state / "proxy.pid").exists(), "a process of the other machine"
+
+
+def test_a_folder_that_goes_too_deep_is_told_and_everything_else_comes_back(quiet, tmp_path):
+    home = quiet.homes / "ada"
+    home.mkdir(parents=True)
+    (home / "work").write_text("mine")
+    script = "import os\nfor _ in range(300):\n    os.mkdir('d' * 200)\n    os.chdir('d' * 200)\n"
+    subprocess.run([sys.executable, "-c", script], cwd=home, check=True)
+    _, too_deep = backup.write(quiet, tmp_path / "class.tar.gz")
+    assert len(too_deep) == 1 and too_deep[0].startswith("homes/ada/ddd")
+    back = backup.read(tmp_path / "class.tar.gz", tmp_path / "back")
+    assert (back.homes / "ada" / "work").read_text() == "mine"
 
 
 def test_nothing_that_is_there_is_overwritten(quiet, tmp_path):

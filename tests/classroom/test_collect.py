@@ -6,6 +6,7 @@ import os
 import resource
 import struct
 import subprocess
+from datetime import UTC, datetime, timedelta
 
 import pytest
 from nbgrader.auth import Authenticator
@@ -16,6 +17,7 @@ from autograder.gradebook import exchange_collect
 from autograder.gradebook.exchange_collect import MOST_ENTRIES, OwnersCollect
 from autograder.sandbox.confine import CAPABILITIES_V3
 from course.environment import prepare
+from course.foundation.waiting import wait_until
 
 ADA, EVE, BOB = 61001, 61002, 61003  # users that this machine does not have
 READ_CLOSED = 1 << 1 | 1 << 2  # CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH
@@ -174,3 +176,18 @@ def test_after_the_end_nothing_is_collected_but_of_who_has_an_extension(inbound,
     assert len(left) == 3 and sum(f"{ended} user-{EVE} came at" in line for line in left) == 2
     (changed,) = (line for line in caplog.messages if f"{ADA}+calculator+{TIME.format(1)}" in line and "says" in line)
     assert "was last changed at" in changed and changed.endswith(", after the end")
+
+
+def test_a_file_that_was_written_into_after_its_hand_in_is_told(inbound, collect, caplog, monkeypatch):
+    """Which changes neither the folder nor a time that its owner cannot set back."""
+    monkeypatch.setattr(exchange_collect, "SLOW", timedelta(0))
+    claimed = datetime.now(UTC) + timedelta(seconds=1)
+    folders = [
+        hand_in(inbound, uid, f"{uid}+calculator+{claimed:%Y-%m-%d %H:%M:%S.%f} UTC+x", a="early") for uid in (ADA, EVE)
+    ]
+    assert wait_until(lambda: datetime.now(UTC) > claimed, 5.0)
+    with open(folders[1] / "a.py", "r+") as file:
+        file.write("later")
+    collect()
+    (told,) = (line for line in caplog.messages if "was last changed at" in line)
+    assert str(EVE) in told

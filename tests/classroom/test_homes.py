@@ -156,8 +156,18 @@ def test_a_home_that_was_kept_is_given_without_what_is_elsewhere_too(home, tmp_p
     (home / "root's").write_text("")
     (home / "link").symlink_to(outside)
     os.link(outside, home / "outside")
+    others.chmod(0o4755)
     os.link(others, home / "others")
+    os.mkfifo(home / "pipe")
+    (home / "own link").symlink_to("/etc/passwd")
+    (home / "twice").write_text("mine")
+    for name in ("pipe", "own link", "twice"):
+        os.lchown(home / name, OWNER, OWNER)
+    (home / "twice").chmod(0o6755)
+    os.link(home / "twice", home / "folder" / "twice")
     homes.give(home, LATER, LATER)
+    assert {(home / name).lstat().st_uid for name in ("pipe", "own link", "twice", "folder/twice")} == {LATER}
+    assert {path.stat().st_mode & 0o6000 for path in (home / "twice", others)} == {0}, "as a former owner"
     assert [path.stat().st_uid for path in (home, home / "folder", home / "folder" / "file")] == [LATER] * 3
     assert [path.stat().st_uid for path in (outside, others, home / "root's")] == [0, OWNER, 0]
 

@@ -7,12 +7,13 @@ import subprocess
 import sys
 import zipfile
 from datetime import UTC, datetime
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import pytest
 
 from autograder.collecting.collect import collect, describe, parse_due
 from autograder.errors import UsageError
+from autograder.platforms import origin
 from autograder.submissions.roster import Roster, read_rosters
 from course.hand_in import HandIn, write
 
@@ -162,7 +163,7 @@ def test_a_bulk_download_of_moodle_with_folders_and_without(tmp_path):
     result = collect([bulk], tmp_path / "out")
     assert counted(tmp_path / "out") == {"Zoë_Müller/services", "Jim_Roe/services", "Jane_Doe/parameters"}
     assert len(result.unplaced) == 1
-    assert "onlinetext.html: no platform names a file so" in result.unplaced[0]
+    assert "onlinetext.html: its name matches neither Canvas nor Moodle" in result.unplaced[0]
 
 
 def test_a_folder_that_is_laid_out_already_is_taken_as_it_is(tmp_path):
@@ -236,6 +237,51 @@ def test_whoever_calls_themselves_as_another_student_is_not_that_student(tmp_pat
     alone = collect([archive(tmp_path / "later.zip", {other: foreign})], tmp_path / "out", read_rosters([roster]))
     if "assignsubmission" not in other:  # Moodle's numbers hold in one download alone
         assert not alone.laid_out and len(alone.unplaced) == 1
+
+
+@pytest.mark.parametrize(
+    ("own", "other"),
+    [
+        ("Ada Lovelace_101_assignsubmission_file_/a.zip", f"{odd}/x.zip")
+        for odd in (
+            "Ada Lovelace_101_assignsubmission_file_205_assignsubmission_file_",
+            "_205_assignsubmission_file_",
+            "Mal Lory_205_assignsubmission_onlinetext_",
+            "odd",
+        )
+    ]
+    + [
+        ("lovelaceada_101_9001_a.zip", odd)
+        for odd in (
+            "_205_9002_x.zip",
+            "lovelaceada_101_99999_205_9002_x.zip",
+            "_LATE_205_9002_x.zip",
+            "mal_205_text.html/x.zip",
+        )
+    ],
+)
+@pytest.mark.parametrize("beside", [True, False], ids=["beside hers", "alone"])
+def test_a_receipt_makes_no_archive_in_a_bulk_download_that_of_another_student(tmp_path, own, other, beside):
+    """Whose name at the platform is odd is nobody, whatever a receipt in the archive says."""
+    roster = tmp_path / "roster.csv"
+    roster.write_text("student,number,first_name,last_name\nada,101,Ada,Lovelace\n")
+    hers = handed_in(tmp_path / "hers", "ada").read_bytes()
+    forged = handed_in(tmp_path / "forged", "ada", LATER, {**FILES, "relay.py": b"forged"}).read_bytes()
+    if not beside and other.startswith(("odd", "mal_205_text")):
+        pytest.skip("a zip file with a single archive, of no platform")
+    files = {other: forged} | ({own: hers} if beside else {})
+    result = collect([archive(tmp_path / "bulk.zip", files)], tmp_path / "out", read_rosters([roster]))
+    assert len(result.unplaced) == 1
+    assert laid_out(tmp_path / "out").get("ada/services/relay.py") == (FILES["relay.py"] if beside else None)
+    with zipfile.ZipFile(tmp_path / "bulk.zip") as bulk:  # as a browser unpacks it
+        bulk.extractall(tmp_path / "unpacked")
+    if not other.startswith(("odd", "mal_205_text")):
+        again = collect([tmp_path / "unpacked"], tmp_path / "again", read_rosters([roster]))
+        assert laid_out(tmp_path / "again") == laid_out(tmp_path / "out") and len(again.unplaced) == 1
+
+
+def test_a_name_with_an_underscore_is_one(tmp_path):
+    assert origin(PurePosixPath("mal_lory_205_9002_x.zip")).names == ("205", "mal_lory")
 
 
 def test_an_archive_that_is_made_out_to_another_student_is_named(tmp_path):

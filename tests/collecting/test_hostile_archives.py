@@ -277,7 +277,7 @@ def test_a_file_s_name_makes_nobody_another_student(tmp_path, name):
     result = collect([bulk], tmp_path / "out", roster)
     assert laid_out(tmp_path / "out")["jim/services/relay.py"] == b"jim's"
     assert counted(tmp_path / "out") == {"jim/services"}
-    assert "no platform names a file so" in result.unplaced[0]
+    assert "its name matches neither Canvas nor Moodle" in result.unplaced[0]
 
 
 def test_one_large_or_odd_file_in_a_bulk_download_costs_only_itself(tmp_path):
