@@ -66,6 +66,13 @@ def test_install_does_nothing_when_all_is_there():
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
+def test_nobody_else_can_hold_the_locks_of_an_installation():
+    """A class shows the folder to its students, and an installation would wait for whoever holds one."""
+    run("environment/install", "developer")
+    locks = [path for path in (ROOT / ".venv/.lock", ROOT / ".venv/lib/colcon/.lock") if path.exists()]
+    assert locks and {lock.stat().st_mode & 0o077 for lock in locks} == {0}
+
+
 def test_start_passes_its_arguments_to_jupyter_lab():
     done = run("environment/start", "developer", "--no-browser", "--version")
     assert done.returncode == 0 and re.fullmatch(r"4\.\d+\.\d+.*", done.stdout.strip())
