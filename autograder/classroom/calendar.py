@@ -23,7 +23,8 @@ def release_what_is_due(folder: Path) -> list[str]:
         return []
     with hub.alone(classroom):
         names = assignments.to_release(classroom, datetime.now(UTC))
-        course_files.release(classroom, names)
+        for name in course_files.release(classroom, names):
+            print(f"Released {name}, at its date.", flush=True)
         for line in course_files.hand_out_notebooks(classroom) if names else ():
             print(line, flush=True)
         telling.tell(classroom)
@@ -35,8 +36,7 @@ def main(folder: Path) -> None:
     parent, said = os.getppid(), ""
     while os.getppid() == parent:  # a hub that was killed has left this behind
         try:
-            for name in release_what_is_due(folder):
-                print(f"Released {name}, at its date.", flush=True)
+            release_what_is_due(folder)
             said = ""
         except (AutograderError, OSError) as error:
             if str(error) != said:

@@ -248,9 +248,9 @@ def release(
         assignments.change(classroom, wanted, dict.fromkeys(new, times[0] or now), *times[1:])
         for name in course_files.release(classroom, [name for name in new if (times[0] or now) <= now]):
             print(f"Released {name}.")
-        telling.tell(classroom, wanted)
         for line in course_files.hand_out_notebooks(classroom):
             print(line)
+        telling.tell(classroom, wanted)
     for row in assignments.table(classroom, now):
         if row.name in wanted:
             print(assignments.shown(row))

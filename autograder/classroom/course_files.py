@@ -146,13 +146,14 @@ def page_key(feedback: Path, notebook: str) -> str:
     return ""
 
 
-def enter_dates(classroom: Classroom, asked: Mapping[str, object]) -> dict[str, Any]:
+def enter_dates(classroom: Classroom, asked: Mapping[str, object]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Enter dates in nbgrader's course folder, as `dating` is asked to; return what it prints.  Raises ClassroomError.
 
-    With them come the dates of those students who have an extension.
+    These are everybody's dates, and those of students who have an extension.
     """
     command = [*MODULE, "autograder.classroom.dating", box.GRADING]
-    return dict(json.loads(run(classroom, classroom.instructors[0], command, json.dumps(asked))))
+    everybody, own = json.loads(run(classroom, classroom.instructors[0], command, json.dumps(asked)))
+    return everybody, own
 
 
 def read_grading(classroom: Classroom, name: str) -> bytes:

@@ -1,7 +1,7 @@
 """Run in an instructor's box: enters dates, read as JSON, in nbgrader's course folder, and prints students' own.
 
-Due dates go into the gradebook and ends into `ends.json`.  Printed is, as JSON, what is due and over when for those who
-have an extension.
+Due dates go into the gradebook and ends into `ends.json`.  Printed is, as JSON, what is due and over when: for
+everybody, and for those who have an extension.
 """
 
 import json
@@ -20,15 +20,19 @@ from course.hand_in import DUE, UNTIL
 Dates = dict[str, dict[str, str]]  # by exercise: DUE and UNTIL, in ISO 8601
 
 
-def enter(course: Path, dates: Dates) -> None:
-    """Enter each exercise's dates, in UTC as nbgrader has them."""
-    due = {name: each[DUE] for name, each in dates.items() if each.get(DUE)}
-    if due:
-        database.read_version_in_process()
-        with Gradebook(f"sqlite:///{course.resolve() / 'gradebook.db'}") as book:
-            for name, time in due.items():
-                book.update_or_create_assignment(name, duedate=_utc(time))
-    ends.change(course, {name: datetime.fromisoformat(each[UNTIL]) for name, each in dates.items() if each.get(UNTIL)})
+def enter(course: Path, new: Dates, dates: Dates) -> Dates:
+    """Enter the exercises' `new` dates, and return `dates` with what is due as the gradebook has it, in UTC.
+
+    Somebody may have changed that in Formgrader.
+    """
+    database.read_version_in_process()
+    with Gradebook(f"sqlite:///{course.resolve() / 'gradebook.db'}") as book:
+        for name, each in new.items():
+            if each.get(DUE):
+                book.update_or_create_assignment(name, duedate=_utc(each[DUE]))
+        due = {one.name: one.duedate.replace(tzinfo=UTC).isoformat() for one in book.assignments if one.duedate}
+    ends.change(course, {name: datetime.fromisoformat(each[UNTIL]) for name, each in new.items() if each.get(UNTIL)})
+    return {name: each | ({DUE: due[name]} if name in due else {}) for name, each in dates.items()}
 
 
 def own(course: Path, dates: Dates, students: list[str]) -> dict[str, Dates]:
@@ -45,10 +49,10 @@ def own(course: Path, dates: Dates, students: list[str]) -> dict[str, Dates]:
 
 
 def main(course: Path, asked: dict[str, Any]) -> None:
-    """Enter the dates that are asked for, and print those of `students`; a mistake in the configuration is a line."""
+    """Enter the dates that are asked for, and print everybody's; a mistake in the configuration is a line."""
     try:
-        enter(course, asked["enter"])
-        print(json.dumps(own(course, asked["dates"], asked["students"])))
+        dates = enter(course, asked["enter"], asked["dates"])
+        print(json.dumps([dates, own(course, dates, asked["students"])]))
     except UsageError as error:
         sys.exit(str(error))
 

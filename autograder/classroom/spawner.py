@@ -5,9 +5,11 @@ import contextlib
 import os
 import signal
 import subprocess
+from collections.abc import AsyncIterator
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
+from weakref import WeakSet
 
 from jupyterhub.spawner import Spawner
 
@@ -17,14 +19,19 @@ from autograder.classroom.plan import GIB, Classroom, as_url
 from autograder.classroom.servers import Running
 
 PORT = 8888  # which a server is told, and does not use
+STARTING = 2.0  # s of a processor that a server takes to start, as measured
+TOLD = 1.0  # s between two messages to who waits
 RETRY = 0.05  # s
 
 
 class BoxSpawner(Spawner):
     """One member's server."""
 
+    _all: ClassVar["WeakSet[BoxSpawner]"] = WeakSet()
+
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
+        self._all.add(self)
         self._running = Running(0, 0)
         self._process: subprocess.Popen[bytes] | None = None
 
@@ -41,6 +48,15 @@ class BoxSpawner(Spawner):
         self._process, self._running = servers.start(classroom, member, self.get_env())
         self._tell_url(classroom, member)
         return as_url(classroom.socket(member))
+
+    async def progress(self) -> AsyncIterator[dict[str, Any]]:
+        """Tell who waits what for, for as long as it takes: the hub's page shows it."""
+        begun = asyncio.get_running_loop().time()
+        while True:
+            others = sum(each.pending == "spawn" for each in self._all if each is not self)
+            waited = asyncio.get_running_loop().time() - begun
+            yield {"progress": _progress(waited, others), "message": _waiting(others)}
+            await asyncio.sleep(TOLD)
 
     async def poll(self) -> int | None:
         """None while it runs, otherwise its exit status, or 0 when that is not known."""
@@ -97,3 +113,19 @@ class BoxSpawner(Spawner):
     def _tell_url(self, classroom: Classroom, member: Member) -> None:
         """The hub's database has no place for the path of a socket."""
         self.server.bind_url = as_url(classroom.socket(member))
+
+
+def _seconds(others: int) -> float:
+    """Return how long a start takes (s) while so many others start, if the processors do nothing else."""
+    return STARTING * max(1.0, (others + 1) / (os.cpu_count() or 1))
+
+
+def _progress(waited: float, others: int) -> int:
+    return min(95, round(100 * waited / (waited + _seconds(others))))
+
+
+def _waiting(others: int) -> str:
+    if not others:
+        return "Python loads JupyterLab."
+    servers = "1 other server starts" if others == 1 else f"{others} other servers start"
+    return f"Python loads JupyterLab. At this moment {servers}, too: that takes about {_seconds(others):.0f} s in all."

@@ -34,7 +34,8 @@ def tell(classroom: Classroom, enter: Collection[str] = ()) -> None:
     own: dict[str, dict[str, dict[str, str]]] = {}
     if dates:
         students = sorted(known["students"])
-        own = course_files.enter_dates(classroom, {"enter": entered, "dates": dates, "students": students})
+        asked = {"enter": entered, "dates": dates, "students": students}
+        dates, own = course_files.enter_dates(classroom, asked)
     folder = classroom.exchange / COURSE_ID / FOLDER  # root's, in a folder of root's
     folder.mkdir(exist_ok=True)
     folder.chmod(0o711)
@@ -57,15 +58,14 @@ def stale(classroom: Classroom) -> bool:
 
 def _basis(classroom: Classroom) -> dict[str, Any]:
     """Return what the students' files are made of: everybody's dates, whose files they are, and who has more time."""
-    there = course_files.released(classroom)
+    there, known = course_files.released(classroom), assignments.read(classroom)
     dates = {
         name: {which: time for which, time in ((DUE, each.due), (UNTIL, each.until)) if time}
-        for name, each in sorted(assignments.read(classroom).items())
-        if name in there
+        for name, each in ((name, known.get(name, assignments.Dates())) for name in sorted(there))
     }
     students = {member.name: accounts.ids(classroom, member)[1] for member in classroom.students}
     more = [hashlib.sha256(course_files.read_grading(classroom, name)).hexdigest() for name in SOURCES]
-    return {"dates": {name: each for name, each in dates.items() if each}, "students": students, "more": more}
+    return {"dates": dates, "students": students, "more": more}
 
 
 def _told(classroom: Classroom) -> Any:
