@@ -37,6 +37,7 @@ def workspace_variables() -> dict[str, str]:
     prefixes = [p for p in os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep) if p and p != sys.prefix]
     return {
         "CMAKE_GENERATOR": "Ninja",
+        "CMAKE_POLICY_VERSION_MINIMUM": "3.10",  # many packages ask for less, and this CMake warns of that
         "CMAKE_PREFIX_PATH": os.pathsep.join([*prefixes, sys.prefix]),
         "CMAKE_TOOLCHAIN_FILE": str(TOOLCHAIN),
         "ROS_DISTRO": DISTRIBUTION,

@@ -28,7 +28,8 @@ setup(
     license={license!r},
     tests_require=['pytest'],
     entry_points={{
-        'console_scripts': [{scripts}],
+        'console_scripts': [
+{scripts}        ],
     }},
 )
 """
@@ -257,7 +258,7 @@ def _python_steps(package: NewPackage) -> Iterator[Step]:
     name = package.name
     yield Step(note="creating source folder")
     yield Step(name)
-    script = f"\n            '{package.node} = {name}.{package.node}:main',\n        " if package.node else ""
+    script = f"            '{package.node} = {name}.{package.node}:main',\n" if package.node else ""
     yield Step("setup.py", SETUP.format(**package._asdict(), scripts=script))
     yield Step("setup.cfg", SETUP_CFG.format(name=name))
     yield Step("resource")

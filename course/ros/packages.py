@@ -12,11 +12,21 @@ DEMOS = {
     "add_two_ints_client": ("add_two_ints_client", "2", "3"),  # the numbers that the demo asks about
     "add_two_ints_client_async": ("add_two_ints_client", "2", "3"),
     "add_two_ints_server": ("add_two_ints_server",),
+    "introspection": ("demos.introspection",),
+    "introspection_client": ("demos.introspection", "client"),
+    "introspection_service": ("demos.introspection", "service"),
+    "lifecycle_talker": ("demos.lifecycle_talker",),
     "listener": ("demos.listener",),
     "parameter_blackboard": ("demos.parameter_blackboard",),
     "talker": ("demos.talker",),
 }
-DEMO_PACKAGES = {"demo_nodes_cpp": {*DEMOS}, "demo_nodes_py": {*DEMOS} - {"parameter_blackboard"}}
+_COMMON = {"add_two_ints_client", "add_two_ints_client_async", "add_two_ints_server", "listener", "talker"}
+DEMO_PACKAGES = {
+    "demo_nodes_cpp": _COMMON | {"introspection_client", "introspection_service", "parameter_blackboard"},
+    "demo_nodes_py": _COMMON | {"introspection"},
+    "lifecycle": {"lifecycle_talker"},
+    "lifecycle_py": {"lifecycle_talker"},
+}
 # The executables of a package by name, each with the commands that start it: several if several files have the name.
 Executables = dict[str, list[list[str]]]
 

@@ -142,7 +142,7 @@ def _python_package(name: str, exercise: Exercise) -> dict[str, str]:
             email="student@example.org",
             description=description,
             license="TODO: License declaration",
-            scripts="".join(["\n", *scripts, "        "]),
+            scripts="".join(scripts),
         ),
         "setup.cfg": SETUP_CFG.format(name=name),
         f"resource/{name}": "",

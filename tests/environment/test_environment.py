@@ -73,6 +73,39 @@ def test_nobody_else_can_hold_the_locks_of_an_installation():
     assert locks and {lock.stat().st_mode & 0o077 for lock in locks} == {0}
 
 
+def test_what_nobody_needs_is_not_kept():
+    """Tests of large libraries, and a copy of each shared library under each of its names."""
+    packages = next((ROOT / ".venv/lib").glob("python3*/site-packages"))
+    large = ("matplotlib", "nbgrader", "numpy", "scipy", "sklearn")
+    assert [path for name in large for path in (packages / name).rglob("tests") if path.is_dir()] == []
+    names = [path for path in (ROOT / ".venv/lib").glob("libfastrtps.so*") if not path.is_symlink()]
+    assert len(names) > 1 and len({path.stat().st_ino for path in names}) == 1
+
+
+@pytest.mark.parametrize("free", [100, 100_000])
+def test_install_says_what_it_is_about_to_do_and_stops_where_the_disk_is_too_full(free, tmp_path):
+    (tmp_path / "environment").mkdir()
+    shutil.copy(ROOT / "environment/install", tmp_path / "environment")  # without a lock: it ends before it downloads
+    (tmp_path / "df").write_text(f"#!/bin/sh\necho Filesystem\necho disk 200000 1 {free} 1% /\n")
+    (tmp_path / "df").chmod(0o755)
+    done = subprocess.run(
+        [tmp_path / "environment/install", "student"],
+        env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        stdin=subprocess.DEVNULL,
+    )
+    assert done.returncode != 0
+    size = re.search(rf"for a student in {tmp_path}/.venv: (\d+) MB on the disk", done.stderr)[1]
+    if free < int(size):
+        assert done.stderr.endswith(
+            f"\nOnly {free} MB are free on this disk, and {size} MB are needed: make room, and run this again\n"
+        )
+    else:
+        assert "1 of 4: Making .venv" in done.stderr and "2 of 4: Installing the locked dependencies" in done.stderr
+
+
 def test_start_passes_its_arguments_to_jupyter_lab():
     done = run("environment/start", "developer", "--no-browser", "--version")
     assert done.returncode == 0 and re.fullmatch(r"4\.\d+\.\d+.*", done.stdout.strip())

@@ -1,0 +1,78 @@
+"""What a terminal of the course answers to `rosdep`: which packages a workspace needs that are not here.
+
+rosdep itself installs such packages with apt.  Here there is nothing to install them from, but a package in Python can
+be put beside one's own and built with them.
+"""
+
+import argparse
+import importlib.util
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+from course.environment import prepare
+from course.ros.packages import installed_packages
+from course.workspace.package_files import LIBRARIES
+
+# What a package's programs need; those who only run its tests are left out: tests say what they miss.
+NEEDS = ("depend", "build_depend", "build_export_depend", "buildtool_depend", "exec_depend")
+MODULES = {key: module for module, key in LIBRARIES.items()}
+ALL_THERE = "#All required rosdeps installed successfully"
+NOTHING_TO_DO = (
+    "rosdep installs what a package depends on. Here only `rosdep install` is needed, which says what is missing."
+)
+
+
+def missing(folders: list[Path]) -> dict[str, list[str]]:
+    """Return what the packages below the folders need and nobody here has, each with the packages that need it."""
+    needs: dict[str, list[str]] = {}
+    here = set(installed_packages())
+    for manifest in sorted(path for folder in folders for path in folder.rglob("package.xml")):
+        try:
+            root = ElementTree.parse(manifest).getroot()
+        except (OSError, ElementTree.ParseError):
+            continue  # colcon says what is wrong with it
+        name = (root.findtext("name") or "").strip()
+        here.add(name)
+        for each in (child for child in root if child.tag in NEEDS):
+            needs.setdefault((each.text or "").strip(), []).append(name)
+    return {need: by for need, by in sorted(needs.items()) if need not in here and not _is_library(need)}
+
+
+def _is_library(key: str) -> bool:
+    """Return True for rosdep's name of a Python library that can be imported."""
+    module = MODULES.get(key) or key.removeprefix("python3-").replace("-", "_")
+    return key.startswith("python3-") and importlib.util.find_spec(module) is not None
+
+
+def _advice(need: str) -> str:
+    if need.startswith("python3-"):
+        return f"If it is on PyPI: uv pip install {need.removeprefix('python3-')}"
+    return (
+        "If it is written in Python, put its source into src, and colcon builds it with the rest: "
+        f"https://index.ros.org/p/{need}"
+    )
+
+
+def main(words: list[str]) -> int:
+    """Answer the command; 1 when something is missing."""
+    if words[:1] != ["install"]:
+        print(NOTHING_TO_DO)
+        return 0
+    parser = argparse.ArgumentParser(prog="rosdep install", add_help=False, allow_abbrev=True)
+    parser.add_argument("--from-paths", nargs="+", type=Path, default=[])  # tutorials write --from-path, too
+    folders = parser.parse_known_args(words[1:])[0].from_paths
+    if absent := [str(folder) for folder in folders if not folder.is_dir()]:
+        print(f"rosdep: there is no folder {absent[0]}: go to the workspace's root first", file=sys.stderr)
+        return 1
+    prepare()
+    gaps = missing(folders)
+    for need, by in gaps.items():
+        print(f"{need} is not here, and {', '.join(sorted(set(by)))} needs it. {_advice(need)}", file=sys.stderr)
+    if not gaps:
+        print(ALL_THERE)
+    return 1 if gaps else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
