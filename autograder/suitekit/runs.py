@@ -41,6 +41,7 @@ class Run:
         """`start` starts the program again."""
         self.file, self._start, self._clock = file, start, clock
         self._program = start()
+        self.starts = 1
         self._late: TimedOut | None = None  # what came of waiting for its end, twice
 
     @property
@@ -56,7 +57,7 @@ class Run:
     def again(self) -> None:
         """Run it once more, because something that it needed may have been late."""
         self._program.kill()
-        self._program = self._start()
+        self._restart()
 
     def until(self, condition: Callable[[], bool], limit: float = LIMIT) -> bool:
         """Wait until `condition()` is true or the program has ended, at most `limit` s from its start."""
@@ -98,7 +99,7 @@ class Run:
             if program.stopped or (in_time and own_end) or last:
                 break
             program.kill()
-            self._program = self._start()
+            self._restart()
         if not ended:
             program.kill()
         if program.stopped:
@@ -110,6 +111,10 @@ class Run:
             )
             raise self._late
         return program
+
+    def _restart(self) -> None:
+        self._program = self._start()
+        self.starts += 1
 
 
 def expect_gives_up(run: Run, server: str) -> None:

@@ -115,11 +115,19 @@ class Agent:
         self._bench = bench
         self.imports_course = AGENT in importing_course(bench.files)
 
-    def ask(self, *asked: tuple[float, float], ros: bool = True) -> list[Command]:
-        """What it decides for each front and right (m), in turn; without `ros`, no ROS package can be imported."""
+    def ask(self, *asked: tuple[float, float], ros: bool = True, last: int = 0, times: int = 1) -> list[Command]:
+        """What it decides for each front and right (m), in turn; without `ros`, no ROS package can be imported.
+
+        The `last` so many are asked several `times` each, and what it decides then is what counts.
+        """
         for distances in asked:
             self._bench.hide(*(value for value in distances if math.isfinite(value)))
-        questions = json.dumps([{"front": front, "right": right} for front, right in asked])
+        questions = json.dumps(
+            [
+                {"front": front, "right": right, "times": times if number >= len(asked) - last else 1}
+                for number, (front, right) in enumerate(asked)
+            ]
+        )
 
         def start() -> Program:
             domain, mode = self._bench.new_domain(), "ros" if ros else "no-ros"
@@ -308,6 +316,12 @@ class Follower(TopicProgram):
                 break
         if not best.sectors:
             last = command_of(self.commands.heard[-1]) if self.commands.heard else STOP
+            decided = told(1.25, 0.75)
+            if math.dist(last, [round(speed, 2) for speed in decided]) < SAME_SPEED:
+                raise Wrong(
+                    f"The agent decided on {said(decided)}, and the node published {said(last)}, rounded: it must "
+                    "publish what decide_action returns as it is. What it makes of scan.ranges could not be tested."
+                )
             did = (
                 f"the agent was given {given(last, 'front')} for 'front' and {given(last, 'right')} for 'right'"
                 if is_of_the_agent(last)
@@ -364,13 +378,18 @@ class Follower(TopicProgram):
             twist,
         )
 
-    def expect_leaves_it_as_it_is(self, scan: LaserScan) -> None:
-        """What its agent decides must be published, also what no rule says; by one agent. The scan is `STRANGE`."""
+    def expect_leaves_it_as_it_is(self, scan: LaserScan, reads: bool) -> None:
+        """What its agent decides must be published, also what no rule says; by one agent.
+
+        The scan is `STRANGE`; only a node that `reads` such scans right must show it to its agent so.
+        """
 
         def is_strange(command: Command) -> bool:
             return command.linear <= BACKWARDS and command.angular == LEFT
 
         got = self._show_until(scan, is_strange)[-1]
+        if not reads and not is_strange(got):
+            return
         if not is_strange(got):
             raise Wrong(
                 f"The node must publish what its agent decides as it is: another agent decided to drive backwards and "
@@ -378,6 +397,12 @@ class Follower(TopicProgram):
                 got,
             )
         asked = round((got.linear - BACKWARDS) / AN_AGENT)
+        if abs(got.linear - (right := BACKWARDS + AN_AGENT * asked)) > SAME_SPEED:
+            raise Wrong(
+                f"The node must publish what its agent decides as it is: another agent decided on {right} m/s, and the "
+                f"node published {got.linear}.",
+                got,
+            )
         if asked > AGENTS:
             raise Wrong(
                 f"The node must make one WallAgent, and ask that each time: in these tests it has asked {asked}.", got

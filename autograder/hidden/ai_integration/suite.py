@@ -38,6 +38,8 @@ MORE_THAN_MAX = MAX + 5.0  # m
 A_MILLIMETRE = 0.01  # m/s and rad/s: more than the difference that it makes to a decision
 SOME = 0.5  # the share of a sector's beams that have a special value
 
+LONG = 150  # decisions in a row: a robot makes so many in 15 s
+
 FIRST_TICKS = 6  # before the first scan
 FIRST_COMMANDS = 3  # that must come in them at least: a node's timer may begin with any of the ticks
 
@@ -49,6 +51,7 @@ DRIVEN = 0.8  # the share of commands that must be the agent's: the first ones m
 PAUSES = (1.5, 4.0)  # s of simulated time without scans
 PAUSE_COMMANDS = 5  # that must come in each second of it at least, of 10
 FRESH_COMMANDS = (3, 5)  # that must still be the agent's, and may: a scan's age is 0.3 or 0.4 s, and 0.5 or 0.6 s
+NEXT = 3  # periods after a scan in which it is fresh whatever the phase of the node's timer
 EARLIEST_STOP = 0.3  # s of real time: 0.5 s, but for a period of the timer, and a little for a busy machine
 LATEST_STOP = 0.75  # s of real time: 0.5 s, two periods of a timer of 10 Hz, and a little for a busy machine
 RULES = 3  # of the agent
@@ -122,7 +125,8 @@ def test_thresholds(agent: Agent, rng: random.Random) -> None:
     asked = [(near, beside), (0.5, beside), (0.501, beside), (0.5, lost), (0.501, lost)]
     asked += [(far, lost), (far, 1.2), (far, 1.199), (0.5, 1.2), (0.501, 1.199)]
     again = rng.sample(range(len(asked)), len(asked))
-    answers = agent.ask(*asked, *(asked[number] for number in again))
+    again += (kept := [0, 5, 7])  # one decision of each rule, for a long time
+    answers = agent.ask(*asked, *(asked[number] for number in again), last=len(kept), times=LONG)
     turns, at_half, beyond_half, at_half_lost, beyond_half_lost = answers[:5]
     searches, at_lost, before_lost, at_both, beyond_both = answers[5 : len(asked)]
     # A threshold that makes no difference is judged by another test.
@@ -153,11 +157,12 @@ def test_thresholds(agent: Agent, rng: random.Random) -> None:
             f"{said(at_both)}.",
             answers,
         )
-    for number, answer in zip(again, answers[len(asked) :], strict=True):
+    for count, (number, answer) in enumerate(zip(again, answers[len(asked) :], strict=True)):
         if not is_close(answer, answers[number]):
+            when = "other" if count < len(asked) else "many"
             raise Wrong(
                 "The same two distances must lead to the same decision, whatever was decided before: first it said "
-                f"{said(answers[number])}, and after other decisions {said(answer)}.",
+                f"{said(answers[number])}, and after {when} decisions {said(answer)}.",
                 answers,
             )
 
@@ -201,8 +206,8 @@ def test_stands_before_the_first_scan(follower: Follower, rng: random.Random) ->
 def test_asks_its_agent(follower: Follower, rng: random.Random) -> None:
     """The node asks one WallAgent of wall_agent.py, and publishes what that decides, as it is."""
     follower.expect_asks_its_agent(PLAIN.flat(rng, front=some_distance(rng), right=some_distance(rng)))
-    if follower.reads(PLAIN, Eye(PLAIN, BOTH), "strange"):  # or else other tests judge it
-        follower.expect_leaves_it_as_it_is(PLAIN.flat(rng, front=STRANGE, right=some_distance(rng)))
+    reads = follower.reads(PLAIN, Eye(PLAIN, BOTH), "strange")  # or else other tests judge it
+    follower.expect_leaves_it_as_it_is(PLAIN.flat(rng, front=STRANGE, right=some_distance(rng)), reads)
 
 
 @points(1, cell="wall-follower")
@@ -406,10 +411,22 @@ def test_stops(follower: Follower, by_the_wall: Follower, rng: random.Random) ->
     with on_wrong(follower.renew):  # once more, from a start of its own: it may not drive again
         follower.expect_driving(scan, "With a fresh scan")
         for pause in PAUSES:
-            simulated = stops(follower, by_the_wall, scan, pause)
-            follower.expect_driving(scan, "When scans come again after a pause")
-            if not simulated:
+            if not stops(follower, by_the_wall, scan, pause):
+                follower.expect_driving(scan, "When scans come again after a pause")
                 break  # by its own time, one takes long enough
+            expect_driving_by_one_scan(follower, scan)
+            follower.expect_driving(scan, "When scans come again after a pause")
+
+
+def expect_driving_by_one_scan(follower: Follower, scan: LaserScan) -> None:
+    """After a pause, the first scan is enough to drive by."""
+    got = follower.simulate(NEXT * PERIOD, PERIOD, lambda tick: None if tick else scan)
+    if not any(map(is_of_the_agent, got)):
+        raise Wrong(
+            "When scans come again after a pause, the first one must be used: the robot was told "
+            f"{said(got[-1]) if got else 'nothing'} in the {NEXT * PERIOD:.1f} s after it.",
+            got,
+        )
 
 
 def stops(follower: Follower, by_the_wall: Follower, scan: LaserScan, pause: float) -> bool:

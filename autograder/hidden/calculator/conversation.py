@@ -24,7 +24,7 @@ ANSWERS: dict[str, Callable[[float, float], float]] = {
 SIGNS = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
 CLIENT = "calculator_client.py"
 ROUNDING = 0.0051  # what rounding to two decimals may cost: judged by one test, not by every operation's
-FLOAT32 = 1e-5  # of a number's size: logs may show fewer digits than a result has
+FLOAT64 = 1e-12  # of a number's size: several ways to compute the same are right
 ABOUT_RIGHT = 1e-2  # relative error of a result that the right operation may have given, rounded
 SYLLABLE = 4  # letters of a word that may stand in any text, so that it is not hidden from it
 TRIES = 3  # runs of a client that has not shown what it must, while a server was there
@@ -190,7 +190,7 @@ class Calculator(Server):
             seen |= lines
             alike = [number for number in found if size.is_integer() or not number.is_integer()]
             return sum(size / 2 <= number <= size * 2 + 1 for number in alike) <= CHATTER and any(
-                abs(number - size) <= ROUNDING + FLOAT32 * size for number in found
+                abs(number - size) <= ROUNDING + FLOAT64 * size for number in found
             )
 
         return wait_until(logged, limit)
@@ -285,7 +285,7 @@ def likeness(result: float, a: float, operation: str, b: float) -> str:
         if result == round(right, digits):
             to = f"{digits} decimal{'s' * (digits > 1)}" if digits else "a whole number"
             return f"that, rounded to {to}"
-    if result == math.floor(right):
+    if math.isfinite(right) and result == math.floor(right):
         return "that, rounded down"
     if math.isclose(result, right, rel_tol=ABOUT_RIGHT):
         return "close to that, but not the same"

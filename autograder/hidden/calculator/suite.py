@@ -147,6 +147,8 @@ def judge_operation(calculator: Calculator, rng: random.Random, operation: str) 
     calculator.expect(0.0, operation, b, "a = 0", ROUNDING)
     if operation != "divide":
         calculator.expect(a, operation, 0.0, "b = 0", ROUNDING)
+    if operation in (like := {"add": -a, "subtract": a}):
+        calculator.expect(a, operation, like[operation], "numbers that make 0", ROUNDING)
 
 
 @points(0.5, cell="calculator-server")
@@ -358,8 +360,8 @@ def test_logs_responses(calculator: Calculator, rng: random.Random) -> None:
         questions = [(rng.randrange(7009, 8999) + 0.5, operation, rng.randrange(5009, 5999) + 0.25) for _ in "12"]
         if not any(calculator.logs_result(question, wait) for question in questions):
             raise Wrong(
-                f"After the response to '{operation}', the server must have logged (or printed) the response's result. "
-                "No log line since the request has this number."
+                f"After the response to '{operation}', the server must have logged (or printed) the response's result, "
+                "rounded to two decimals at most. No log line since the request has this number."
             )
     for operation, about in (("divide", "a division by zero"), ("modulo", "an unknown operation")):
         if not calculator.logs_refusal(rng.uniform(1, 9), operation, 0.0, wait):
@@ -406,6 +408,12 @@ def test_client_sends(runs: ClientRuns) -> None:
             "The client must send the two numbers and the operation as they are given, also an operation that it does "
             f"not know. Its request has {differences(sent, right)}.",
             f"{sent}, not {right}",
+        )
+    if call.run.until(lambda: len(call.requests) > call.run.starts):
+        raise Wrong(
+            f"The client must call {SERVICE} once, also when no answer comes: with a server that gives none, it has "
+            f"sent {len(call.requests)} requests.",
+            call.run.output,
         )
 
 

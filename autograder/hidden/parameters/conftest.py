@@ -4,7 +4,15 @@ from typing import Any
 
 import pytest
 
-from autograder.hidden.parameters.conversation import DEFAULTS, PidNode, launch_arguments, overrides, why_no_controller
+from autograder.hidden.parameters.conversation import (
+    DEFAULTS,
+    Early,
+    PidNode,
+    launch_arguments,
+    meet_early,
+    overrides,
+    why_no_controller,
+)
 from autograder.suitekit import Bench, Renamed, Wrong
 
 
@@ -41,6 +49,12 @@ def by_file(bench: Bench, renamed: Renamed) -> tuple[PidNode, dict[str, Any]]:
     node = PidNode(bench, "--ros-args", "--params-file", "robot.yaml", renamed=renamed)
     node.files = {"robot.yaml": "\n".join(lines).encode()}
     return node, values
+
+
+@pytest.fixture(scope="session")
+def early(pid: PidNode, by_file: tuple[PidNode, dict[str, Any]]) -> Early | None:
+    """The node with a parameter file, with its first errors; it gets the next one a good second later."""
+    return meet_early(by_file[0]) if pid.has_answered else None
 
 
 @pytest.fixture(scope="session")

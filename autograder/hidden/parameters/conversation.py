@@ -8,6 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 from rcl_interfaces.msg import SetParametersResult
 from std_msgs.msg import Float64
 
+from autograder.errors import Fault
 from autograder.suitekit import (
     PUBLISH,
     SUBSCRIBE,
@@ -35,7 +36,8 @@ DEFAULTS: dict[str, Any] = {
     "joint_name": "elbow",
 }
 RANGES = {"kp": (0.0, 100.0), "ki": (0.0, 50.0), "kd": (0.0, 10.0)}
-WIDE = {"output_min": -1e6, "output_max": 1e6}  # limits that clamp nothing
+WIDE = {"output_min": -1e3, "output_max": 1e3}  # limits that clamp nothing
+HUGE = 1e7  # an error whose effort is outside all limits
 JOINTS = ["wrist", "shoulder", "hip", "knee", "ankle", "neck"]
 STILL = 0.015625  # an error that is sent again, so that its slope is 0
 ROUNDING = 1e-9  # of a number's size: several ways to compute the same are right
@@ -58,6 +60,7 @@ class PidNode(TopicProgram):
         ERROR: Topic("error", "std_msgs/Float64", SUBSCRIBE),
         EFFORT: Topic("effort", "std_msgs/Float64", PUBLISH),
     }
+    has_answered = False  # an error, at any time
     gains_by_launch = False  # whether its gains count only when they are given at launch; see `why_no_controller`
 
     def __init__(self, bench: Bench, *args: str, renamed: Renamed):
@@ -85,7 +88,9 @@ class PidNode(TopicProgram):
             heard = self.efforts.wait(lambda heard: heard[before:], limit, alive)
             return Answer(heard[0].message.data, sent, heard[0].time) if heard else None
 
-        return self.converse(ask, "a message on error", OFFER, ERROR, EFFORT)
+        answer = self.converse(ask, "a message on error", OFFER, ERROR, EFFORT)
+        self.has_answered = True
+        return answer
 
     def ask(self, error: float) -> Answer:
         """The answer to an error, by the node as it runs: raises Wrong when it answers only after a new start."""
@@ -169,6 +174,30 @@ class PidNode(TopicProgram):
         """Have the program running, and no error sent to it yet."""
         self.ensure_fresh(OFFER, ERROR, EFFORT)
         self.get()  # a node that has answered has found the grader's publisher and subscription too
+
+
+class Early(NamedTuple):
+    """A node that was started with `given` values and has got three errors: what it answered `first` and last."""
+
+    node: PidNode
+    given: Mapping[str, Any]
+    first: Answer  # to a HUGE error
+    last: Answer  # to STILL, as the one before, with kp and kd of 0
+
+
+def meet_early(node: PidNode) -> Early | None:
+    """Send a node its first errors; None when it does not answer, or has not all parameters: other tests judge that."""
+    try:
+        node.start_fresh()
+        given = node.get()
+        if given.keys() != DEFAULTS.keys():
+            return None
+        first = node.send(HUGE)
+        node.store({"kp": 0.0, "kd": 0.0} | WIDE)
+        node.send(STILL)
+        return Early(node, given, first, node.send(STILL))
+    except Fault:
+        return None
 
 
 def why_no_controller(pid: PidNode, launched: PidNode) -> str:

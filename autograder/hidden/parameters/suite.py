@@ -14,18 +14,21 @@ from typing import Any
 
 from autograder.hidden.parameters.conversation import (
     DEFAULTS,
+    HUGE,
     RANGES,
     ROUNDING,
     STILL,
+    TIMING,
     WIDE,
     Answer,
+    Early,
     PidNode,
     between,
     changes,
     near,
     refusal,
 )
-from autograder.suitekit import Crashed, Wrong, points, twice
+from autograder.suitekit import Crashed, TimedOut, Wrong, points, twice
 from course.foundation.waiting import wait_until
 
 EXTRA = 0.2  # s in which a second answer to one error would come
@@ -36,8 +39,12 @@ JUST = 1e-6  # above another limit
 NARROW = 0.01  # limits that clamp nearly everything
 SHORT = 0.02  # s, a step that no node takes for none
 LATER, BETWEEN = 2.3, 0.1  # s after a refused set for which nothing of it may be seen, and from error to error
+LONG = 1.5  # s, a step that is longer than a second
+SLOW, FAST = 0.5, 16.0  # a ki, and another that nobody takes for it
+SLIGHT = 1e-3  # a change of the error that makes no large slope, however short the step
+LEAP, STEEP = 0.125, 9.0  # a change of the error, and a kd with which it makes a large slope
+FAR = 1e6  # a limit that is as good as any
 SETTLES, SETTLED = 3, 0.4  # tries until nothing of what was before is seen, for so many s
-HUGE = 1e7  # an error whose effort is outside all limits
 
 Overridden = tuple[PidNode, Mapping[str, Any]]  # a node with the values that it was started with
 
@@ -63,26 +70,37 @@ def test_defaults(pid: PidNode, by_start: Mapping[str, Any]) -> None:
 
 
 @points(0.25, cell="pid-node")
-def test_descriptors(pid: PidNode) -> None:
+def test_descriptors(pid: PidNode, by_command_line: Overridden) -> None:
     """The ranges of the gains, and that joint_name is read-only, can be read from their descriptors."""
+    if did := why_not_described(pid):
+        raise Wrong(did)
+    try:
+        did = why_not_described(by_command_line[0])
+    except (Crashed, TimedOut):
+        return  # a node that cannot be started with other values is judged by another test
+    if did:
+        raise Wrong(f"{did} This was in a node that was started with other values (-p NAME:=VALUE).")
+
+
+def why_not_described(node: PidNode) -> str:
+    """Return what is wrong with the descriptors of a node, for the student, or ''."""
     for name, (low, high) in RANGES.items():
-        ranges = pid.parameters.describe(name).floating_point_range
+        ranges = node.parameters.describe(name).floating_point_range
         if [(limits.from_value, limits.to_value) for limits in ranges] != [(low, high)]:
             had = " and ".join(f"from {limits.from_value} to {limits.to_value}" for limits in ranges) or "none"
-            raise Wrong(f"The descriptor of {name} must have the range from {low} to {high}; it has {had}.", ranges)
+            return f"The descriptor of {name} must have the range from {low} to {high}; it has {had}."
         if ranges[0].step:
-            raise Wrong(
+            return (
                 f"The descriptor of {name} must allow every value from {low} to {high}: its range must have the step "
-                f"0, and has {ranges[0].step}.",
-                ranges,
+                f"0, and has {ranges[0].step}."
             )
-    if not pid.parameters.describe("joint_name").read_only:
-        raise Wrong("The descriptor of joint_name must set read_only to True.")
+    read_only = node.parameters.describe("joint_name").read_only
+    return "" if read_only else "The descriptor of joint_name must set read_only to True."
 
 
 @points(0.25, cell="pid-node")
 @twice
-def test_first_message(pid: PidNode, controls: None, rng: random.Random) -> None:
+def test_first_message(pid: PidNode, controls: None, early: Early | None, rng: random.Random) -> None:
     """The first effort has no integral and no derivative part, because no time step comes before it."""
     pid.start_fresh()
     kp = pid.get().get("kp", 1.0)  # as it is: whether the node uses a new one is judged by another test
@@ -109,6 +127,7 @@ def test_proportional(pid: PidNode, controls: None, rng: random.Random) -> None:
     for error in errors:
         pid.expect_effort(error, kp * error, "With kp alone, the effort must be kp × error")
     pid.parameters.set_together({"output_min": -0.5, "output_max": 0.5})
+    pid.parameters.set({"kp": kp + 0.5})  # an effort comes for an error, not for a set
     errors += [1.0, 1.0]
     for error in errors[-2:]:  # also when the effort stays at its limit
         pid.ask(error)
@@ -131,12 +150,46 @@ def test_new_gain(pid: PidNode, rng: random.Random) -> None:
     for kp in rng.sample(range(3, 12), 3):
         pid.expect_set("A kp in its range, set while the node runs,", kp=kp / 2)
         pid.expect_effort(error, kp / 2 * error, "After kp was set, the very next effort must use the new kp")
+    pid.expect_set("A kp in its range, set together with kd,", kd=0.0, kp=0.75)
+    pid.expect_effort(
+        error, 0.75 * error, "After kd and kp were set together, the very next effort must use the new kp"
+    )
+    if pid.gains_by_launch:
+        return
+    last = begin_integral(pid, error, ki=SLOW)
+    pid.parameters.set({"ki": FAST})
+    answer = pid.send(error)
+    shortest, longest = (error * step for step in steps(last, answer))
+    # Only what the old ki explains, and the new one does not: how the integral grows is judged by another test.
+    if 0 < answer.effort <= SLOW * longest * (1 + TIMING) and answer.effort < FAST * shortest * (1 - TIMING):
+        raise Wrong(
+            "After ki was set, the very next effort must use the new ki, and the integral start again: with ki alone "
+            f"{FAST * shortest:.3g} or more was right, and it was {answer.effort:.3g}.",
+            f"{last} then {answer}, ki {SLOW} then {FAST}",
+        )
+    pid.arrange()
+    pid.send(-STILL)
+    time.sleep(SHORT)
+    pid.parameters.set({"kd": 0.5})
+    efforts = [pid.send(error).effort for error in (STILL, -STILL)]
+    if efforts[0] == 0 and efforts[1] != 0:
+        raise Wrong(
+            "After kd was set, the very next effort must use the new kd: with kd alone, an error that had changed was "
+            f"answered with 0, and only the next one with another effort, {efforts[1]:.3g}.",
+            efforts,
+        )
 
 
 @points(0.75, cell="pid-node")
 @twice
-def test_clamped(pid: PidNode, rng: random.Random) -> None:
+def test_clamped(pid: PidNode, early: Early | None, rng: random.Random) -> None:
     """The effort stays within output_min and output_max, as they are at that moment."""
+    if early and early.first.effort > early.given["output_max"] + ROUNDING:
+        raise Wrong(
+            "The first effort, too, must be clamped: an effort above output_max must become output_max, "
+            f"{early.given['output_max']:.3g}, and it was {early.first.effort:.3g}.",
+            early,
+        )
     kp = float(rng.randrange(10, 40))
     for _ in range(2):
         low, high = -rng.randrange(20, 60) / 4, rng.randrange(20, 60) / 4
@@ -165,7 +218,7 @@ def test_clamped(pid: PidNode, rng: random.Random) -> None:
 
 @points(0.5, cell="pid-node")
 @twice
-def test_integral(pid: PidNode, rng: random.Random) -> None:
+def test_integral(pid: PidNode, early: Early | None, rng: random.Random) -> None:
     """The integral grows by error × the seconds since the message before, also while the effort is clamped."""
     ki, error = rng.randrange(4, 16) / 2, rng.choice([-1, 1]) * rng.randrange(5, 10) / 8
     last = begin_integral(pid, error, ki=ki)
@@ -196,6 +249,21 @@ def test_integral(pid: PidNode, rng: random.Random) -> None:
                 f"effort must have changed by {told(expected)} once it is not clamped. It changed by {grown:.3g}.",
                 f"expected {expected}, got {grown}",
             )
+    if early:
+        expect_long_step(*early)
+
+
+def expect_long_step(node: PidNode, given: Mapping[str, Any], _: Answer, last: Answer) -> None:
+    """A step of more than a second counts as long as it was, in a node that got its last error early."""
+    time.sleep(max(0.0, last.came + LONG - time.monotonic()))
+    answer = node.send(STILL)
+    grown, expected = answer.effort - last.effort, [given["ki"] * STILL * step for step in steps(last, answer)]
+    if grown and not between(grown, expected):  # 0 when the ki of the launch is not used: judged by another test
+        raise Wrong(
+            f"After {answer.came - last.came:.1f} s without an error, the step must be these seconds: with ki alone, "
+            f"the effort must have changed by {told(expected)}, and it changed by {grown:.3g}.",
+            f"{last} then {answer}, {given}",
+        )
 
 
 @points(0.25, cell="pid-node")
@@ -266,13 +334,28 @@ def send_after(pid: PidNode, pause: float, error: float, ki: float, last: Answer
 @twice
 def test_derivative(pid: PidNode, rng: random.Random) -> None:
     """The derivative part is kd × the change of the error per second."""
-    kd, errors = rng.randrange(1, 4) / 2, [rng.uniform(-0.25, -0.1), rng.uniform(0.1, 0.25), rng.uniform(-0.1, 0)]
-    pid.arrange(kd=kd)  # efforts of less than 10: limits that do not move cost nothing here
-    last, before = pid.send(errors[0]), errors[0]
-    for error, pause in zip([*errors[1:], errors[-1]], (0.15, 0.06, 0.1), strict=True):
+    # Efforts of less than 10: limits that do not move cost nothing here.
+    kd, before = rng.randrange(1, 4) / 2, rng.uniform(-0.25, -0.1)
+    pid.arrange()  # the error and the time before are kept, too, while kd is 0
+    pid.send(0.5)
+    time.sleep(0.06)
+    last = pid.send(before)
+    pid.arrange(kd=kd)
+    if pid.gains_by_launch:  # then it is started anew
+        last = pid.send(before)
+    errors = [
+        (rng.uniform(0.1, 0.25), 0.06),
+        (0.0, 0.06),
+        (rng.uniform(-0.25, -0.1), 0.06),
+        (rng.uniform(-0.1, 0), 0.06),
+    ]
+    errors += [(errors[-1][0], 0.1), (errors[-1][0] + SLIGHT, 0.0)]
+    for number, (error, pause) in enumerate(errors):
         time.sleep(pause)
         answer = pid.send(error)
-        if not between(answer.effort, expected := tuple(kd * (error - before) / step for step in steps(last, answer))):
+        late = number == 0 and answer.effort == 0  # whether a new kd counts at once is judged by another test
+        expected = tuple(kd * (error - before) / step for step in steps(last, answer))
+        if not late and not between(answer.effort, expected):
             raise Wrong(
                 "With kd alone, the effort must be kd × (error − error before) / the seconds between the two: "
                 f"{told(expected)} was right, and it was {answer.effort:.3g}.",
@@ -286,24 +369,29 @@ def test_derivative(pid: PidNode, rng: random.Random) -> None:
 def test_ki_starts_the_integral_again(pid: PidNode, rng: random.Random) -> None:
     """When ki is set to another value, the integral starts again from zero, and grows from the next message on."""
     ki, error = rng.randrange(4, 16) / 2, rng.randrange(5, 10) / 8
-    for new in ({"ki": ki + 1.5}, {"kd": 0.0, "kp": 0.0, "ki": ki - 0.5}):  # alone, and as the last of several
+    for new in ({"ki": ki + 1.5}, {"kd": 0.0, "kp": 0.0, "ki": ki - 0.5}, {"ki": ki}):  # alone, the last of several
         fill_integral(pid, error, ki=ki)
         slowest, fastest = rate_of_growth(pid, error)  # judged by another test
-        last = pid.send(error)
-        time.sleep(0.1)
+        full = last = pid.send(error)
+        if new["ki"] == ki:  # by way of 0, and back
+            pid.parameters.set({"ki": 0.0})
+            last = pid.send(error)
+        else:
+            time.sleep(0.1)
         result = pid.parameters.set_together(new) if len(new) > 1 else pid.parameters.set(new)[0]
         answer = pid.send(error)
         if not result.successful:
             raise Wrong(f"A new ki in its range must be accepted: it was {refusal(result)}.", f"{new}: {result}")
         shortest, longest = steps(last, answer)
         share = new["ki"] / ki
+        longest = max(longest, answer.came - full.sent) if full is not last else longest
         expected = share * slowest * shortest / LENIENT, share * fastest * longest
         if not between(answer.effort, expected):
             raise Wrong(
-                "After ki was set to another value, the integral must start again from zero: with ki alone, the next "
-                f"effort must be ki × error × step. The last effort before was {last.effort:.3g}, and the next one "
-                f"{answer.effort:.3g}.",
-                f"{last} then {answer}, expected {expected}",
+                f"After ki was set to another value{', to 0 and back,' if full is not last else ','} the integral must "
+                "start again from zero: with ki alone, the next effort must be ki × error × step. The last effort "
+                f"before was {full.effort:.3g}, and the next one {answer.effort:.3g}.",
+                f"{full}, {last}, then {answer}, expected {expected}",
             )
 
 
@@ -344,15 +432,67 @@ def send_often(pid: PidNode, error: float) -> Answer:
     return pid.send(error)
 
 
-def expect_no_less(pid: PidNode, error: float, last: Answer, about: str) -> None:
-    """The same positive error again must be answered with no less effort than last: the integral is still there."""
+def expect_no_less(pid: PidNode, error: float, last: Answer, about: str, grows: bool = False) -> None:
+    """The same positive error again must be answered with no less effort than last: the integral is still there.
+
+    With more, if the integral `grows`.
+    """
     answer = pid.send(error)
+    if grows and answer.effort == last.effort:
+        raise Wrong(
+            f"{about}, which must go on growing: the same error again was answered with {answer.effort:.4g}, as before "
+            "it.",
+            f"{last} then {answer}",
+        )
     if not answer.effort >= last.effort - ROUNDING:
         raise Wrong(
             f"{about}: the same error again was answered with {answer.effort:.3g}, and before it with "
             f"{last.effort:.3g}.",
             f"{last} then {answer}",
         )
+
+
+def expect_nothing_remembered(pid: PidNode, rng: random.Random) -> None:
+    """A limit that was refused must not be compared with those that are set later."""
+    low, high = -rng.randrange(80, 100) / 4, rng.randrange(80, 100) / 4
+    for bad, good, order in (
+        ({"output_min": high + 30.0}, {"output_max": high - 1.0}, ("output_max", "above", "output_min")),
+        ({"output_max": low - 30.0}, {"output_min": low + 1.0}, ("output_min", "below", "output_max")),
+    ):
+        for before in ({}, bad):
+            pid.store({"output_min": low, "output_max": high})
+            if before and not is_refused(pid, before):
+                break  # judged by other tests
+            if not before and is_refused(pid, good):
+                break
+            if before:
+                pid.expect_set("{}, set alone to a value {} the stored {}, after a refused set,".format(*order), **good)
+
+
+def expect_no_slope(pid: PidNode, error: float, gains: Mapping[str, float], bad: dict[str, float]) -> None:
+    """A kd of a refused set must not be used, while kd is 0."""
+    pid.parameters.set({"kd": 0.0})
+    pid.send(error)
+
+    def leap() -> tuple[float, float]:
+        last, answer = pid.send(error), pid.send(error + LEAP)
+        pid.send(error)
+        most = last.effort + gains["kp"] * LEAP + gains["ki"] * (error + LEAP) * (answer.came - last.sent)
+        return answer.effort, most + ROUNDING * max(1.0, abs(most))
+
+    effort, most = leap()
+    if effort > most:
+        return  # judged by other tests
+    for values in ({"kd": STEEP} | bad, bad | {"kd": STEEP}, {"kd": STEEP, "output_min": math.nan}):
+        if not is_refused(pid, values):
+            continue
+        effort, most = leap()
+        if effort > most:
+            raise Wrong(
+                f"After a refused set of {', '.join(values)} the node must use the kd that it had, 0: when the error "
+                f"changed, {most:.3g} at most was right, and it was {effort:.3g}.",
+                f"{values}, {gains}",
+            )
 
 
 def expect_no_late_change(pid: PidNode, fill: Callable[[], Answer], error: float, values: Mapping[str, float]) -> None:
@@ -422,6 +562,13 @@ def test_limits_in_order(pid: PidNode, controls: None, rng: random.Random) -> No
     pid.expect_refusal(together, False, output_max=high + 2.5, output_min=high + 4.0)
     pid.expect_refusal(together, False, output_min=low - 2.5, output_max=low - 4.0)
     pid.expect_refusal("An output_min above output_max, set together with kp,", False, output_min=high + 1.5, kp=2.0)
+    for bad, limits in (
+        ("output_max", {"output_min": high, "output_max": high + 2}),
+        ("output_min", {"output_min": low - 2, "output_max": low}),
+    ):
+        pid.store(limits)
+        if limits.items() <= pid.get().items():  # or else another test judges it
+            pid.expect_refusal(f"An {bad} of 0 that is not in order with the other limit", False, **{bad: 0.0})
 
 
 @points(0.5, cell="pid-node")
@@ -490,15 +637,6 @@ def test_one_limit(pid: PidNode, controls: None, rng: random.Random) -> None:
     pid.expect_set(about.format("output_max", "above", "output_min"), output_max=low + 1.5)
     pid.expect_set("The value that output_max already has, set again,", output_max=low + 1.5)
     pid.expect_set("An output_max a little above the stored output_min,", output_max=low + JUST)
-    # A refused limit must not be remembered.  Whether it is refused is judged by another test.
-    about += " also after another value was refused,"
-    for bad, good, order in (
-        ({"output_min": high + 30.0}, {"output_max": high - 1.0}, ("output_max", "above", "output_min")),
-        ({"output_max": low - 30.0}, {"output_min": low + 1.0}, ("output_min", "below", "output_max")),
-    ):
-        pid.arrange(kp=1.0, output_min=low, output_max=high)
-        if is_refused(pid, bad):
-            pid.expect_set(about.format(*order), **good)
 
 
 def is_refused(pid: PidNode, bad: Mapping[str, float]) -> bool:
@@ -533,6 +671,7 @@ def test_limits_together(pid: PidNode, controls: None, rng: random.Random) -> No
     pid.expect_set(about.format("below"), output_max=below + 2.5, output_min=below)
     pid.expect_set(f"{about.format('above')} with kp as well,", output_max=above + 2.5, kp=2.0, output_min=above)
     pid.expect_set(f"{about.format('below')} with kp as well,", kp=1.0, output_min=below, output_max=below + 2.5)
+    pid.expect_set("Setting both limits together, in order and far apart,", output_min=-FAR, output_max=FAR)
 
 
 @points(5, cell="pid-node")
@@ -547,6 +686,8 @@ def test_all_or_nothing(pid: PidNode, controls: None, rng: random.Random) -> Non
         return send_often(pid, error)
 
     last, refused = fill(), 0
+    grows = pid.send(error).effort > last.effort
+    last = pid.send(error)
     pid.parameters.set({"kd": 0.5})
     answer = pid.send(error)
     growth = gains["ki"] * error * (answer.came - last.sent)  # of the integral: the derivative of no change is 0
@@ -571,7 +712,7 @@ def test_all_or_nothing(pid: PidNode, controls: None, rng: random.Random) -> Non
             f"After a refused set of {', '.join(values)} the node must continue as if nothing had been asked, with "
             "the old gains and limits and with its integral"
         )
-        expect_no_less(pid, error, last, about)
+        expect_no_less(pid, error, last, about, grows and last.effort < WIDE["output_max"] / 2)
         if (after := pid.get()) != before:
             raise Wrong(
                 f"A set of {', '.join(values)} was refused, and yet {changes(before, after)} changed: none of its "
@@ -587,6 +728,10 @@ def test_all_or_nothing(pid: PidNode, controls: None, rng: random.Random) -> Non
                 f"After a refused set of {', '.join(values)}, and then an accepted one of kd, nothing of the "
                 "refused one may take effect",
             )
+    expect_nothing_remembered(pid, rng)
+    if steady:
+        fill()
+        expect_no_slope(pid, error, gains, several[0])
     if refused:
         # Less than the sets before: what takes effect late may be one of theirs by now.
         expect_no_late_change(pid, fill, error, {name: gain / 8 for name, gain in gains.items()} | several[0])
@@ -613,6 +758,7 @@ def test_launch_values(
         (by_command_line, "on the command line (--ros-args -p NAME:=VALUE)"),
         (by_file, "in a parameter file (--ros-args --params-file FILE)"),
     ):
+        node.start_fresh()
         got = node.get()
         for name, value in values.items():
             if name in by_start and got.get(name) != value:
@@ -694,11 +840,19 @@ def test_nothing_else_starts_it_again(pid: PidNode, by_file: Overridden, control
 
     node, _ = by_file
     node.start_fresh()  # again in the second run: the mistake shows once
+    first, filled = node.send(error), send_often(node, error)
     node.parameters.set_together({"kp": 0.0, "kd": 0.0} | WIDE)
     ki = node.get().get("ki", 0.0)
-    first, last = node.send(error), send_often(node, error)
-    node.parameters.set({"ki": ki})
-    if last.effort > first.effort:  # or else the values at launch are not used, which another test judges
+    answer, last = node.send(error), node.send(error)
+    if last.effort > answer.effort:  # or else the values at launch are not used, which another test judges
+        least = ki * error * (filled.sent - first.came)
+        if answer.effort * LENIENT < least:
+            raise Wrong(
+                "After kp, kd and the limits were set for the first time, the integral must continue from where it "
+                f"was: {least:.3g} or more was right, with the ki given at launch, and it was {answer.effort:.3g}.",
+                f"{first}, {filled}, {answer}, {last}: ki {ki}, error {error}",
+            )
+        node.parameters.set({"ki": ki})
         expect_no_less(
             node,
             error,

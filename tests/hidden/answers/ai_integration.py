@@ -499,10 +499,14 @@ def seen(*lines: str) -> dict[str, bytes]:
 
 
 def remembering(*lines: str) -> dict[str, bytes]:
-    """The reference with these lines before the agent decides; `self.asked` counts the decisions."""
-    body = "".join(f"        {line}\n" for line in ("self.asked += 1", *lines))
+    """The reference with these lines before the agent decides; `self.asked` counts the decisions on new distances."""
+    count = "self.asked, self.last = self.asked + ((front, right) != self.last), (front, right)"
+    body = "".join(f"        {line}\n" for line in (count, *lines))
     return agent(
-        ("        self.state = State.STOPPED\n", "        self.state, self.asked = State.STOPPED, 0\n"),
+        (
+            "        self.state = State.STOPPED\n",
+            "        self.state, self.asked, self.last = State.STOPPED, 0, None\n",
+        ),
         ("        if front < 0.5:\n", body + "        if front < 0.5:\n"),
     )
 
@@ -902,6 +906,31 @@ WRONG = {
         remembering("if self.asked > 50:", "    right = 0.6"),
         {"hall"},
     ),
+    "gives up a curve that it drives for long": (
+        agent(
+            ("        self.state = State.STOPPED\n", "        self.state, self.looked = State.STOPPED, 0\n"),
+            (
+                "        if front < 0.5:\n",
+                "        self.looked = self.looked + 1 if right > 1.2 else 0\n        if front < 0.5:\n",
+            ),
+            ("'angular': -0.4}", "'angular': -0.4 if self.looked <= 100 else 0.0}"),
+        ),
+        {"thresholds"},
+    ),
+    "three scans before it drives again": (
+        node(
+            ("        self.scan_time = None\n", "        self.scan_time, self.came = None, 0\n"),
+            (
+                "        self.distances = nearest(msg)\n",
+                (
+                    "        self.came = self.came + 1 if self.scan_is_fresh() else 1\n"
+                    "        self.distances = nearest(msg)\n"
+                ),
+            ),
+            ("        if self.scan_is_fresh():", "        if self.scan_is_fresh() and self.came >= 3:"),
+        ),
+        {"stops"},
+    ),
     "the node stops for good when it has turned right for 3 s in all": (
         node(
             ("        self.scan_time = None\n", "        self.scan_time, self.right = None, 0\n"),
@@ -1070,6 +1099,8 @@ DETAIL = {
     "lost at 1.2 m",
     "exactly 0.5 m ahead is near when there is no wall",
     "looks for a wall until it is near",
+    "gives up a curve that it drives for long",
+    "three scans before it drives again",
     "turns on until the way is clear",
     "at most 1000 beams",
     "the angle between beams in whole degrees",

@@ -649,7 +649,7 @@ WRONG = {
             (READY, "        self.limits = {n: self.value(n) for n in ('output_min', 'output_max')}\n" + READY),
             ("{name: self.value(name) for name in ('output_min', 'output_max')}", "self.limits"),
         ),
-        {"one_limit"},
+        {"all_or_nothing"},
     ),
     "limits one by one": (
         node(
@@ -1290,6 +1290,190 @@ WRONG = {
         )
         for name, top in (("kp", 100.0), ("ki", 50.0), ("kd", 10.0))
     },
+    "ki off and on again does not start the integral again": (
+        node(("param.name == 'ki' and", "param.name == 'ki' and param.value and")),
+        {"ki_starts_the_integral_again"},
+    ),
+    "the ki that the integral was begun with is not that of the launch": (
+        node(
+            ("self.ki = self.value('ki')", "self.ki = 0.0"),
+            (
+                RESET,
+                (
+                    "        if self.value('ki') != self.ki:\n"
+                    "            self.ki, self.integral = self.value('ki'), 0.0\n"
+                ),
+            ),
+        ),
+        {"nothing_else_starts_it_again"},
+    ),
+    "a limit of 0 counts as not asked for": (
+        node(("            if param.name in limits:\n", "            if param.name in limits and param.value:\n")),
+        {"limits_in_order"},
+    ),
+    "the limits have a range": (
+        node(
+            *(
+                (
+                    f"'{name}', {default})",
+                    (
+                        f"'{name}', {default}, ParameterDescriptor(floating_point_range=[\n"
+                        "            FloatingPointRange(from_value=-1000.0, to_value=1000.0)]))"
+                    ),
+                )
+                for name, default in (("output_min", -10.0), ("output_max", 10.0))
+            )
+        ),
+        {"limits_together"},
+    ),
+    "a kd of a refused set is used": (
+        node(
+            (READY, "        self.kd = self.value('kd')\n" + READY),
+            (
+                "            if param.name in limits:\n",
+                (
+                    "            if param.name == 'kd':\n                self.kd = param.value\n"
+                    "            if param.name in limits:\n"
+                ),
+            ),
+            ("self.value('kd') * slope", "self.kd * slope"),
+        ),
+        {"all_or_nothing"},
+    ),
+    "the integral waits from a refused set to the next accepted one": (
+        node(
+            (READY, "        self.changing = False\n" + READY),
+            (
+                "        self.add_post",
+                "        self.add_pre_set_parameters_callback(self.before)\n        self.add_post",
+            ),
+            (
+                "        for param in params:\n            self.get",
+                "        self.changing = False\n        for param in params:\n            self.get",
+            ),
+            (
+                "    def parameters_changed(",
+                (
+                    "    def before(self, params):\n        self.changing = True\n        return params\n\n"
+                    "    def parameters_changed("
+                ),
+            ),
+            (
+                "        self.integral += error * step\n",
+                "        self.integral += 0.0 if self.changing else error * step\n",
+            ),
+        ),
+        {"all_or_nothing"},
+    ),
+    "a gain that is given at launch has no range": (
+        node(
+            (
+                "super().__init__('pid_node')",
+                "super().__init__('pid_node', automatically_declare_parameters_from_overrides=True)",
+            ),
+            (
+                "        limits = FloatingPointRange(",
+                "        if self.has_parameter(name):\n            return\n        limits = FloatingPointRange(",
+            ),
+            ("'output_min', -10.0)", "'output_min', -10.0) if not self.has_parameter('output_min') else None"),
+            ("'output_max', 10.0)", "'output_max', 10.0) if not self.has_parameter('output_max') else None"),
+            ("        joint = self.declare", "        joint = self.has_parameter('joint_name') or self.declare"),
+            ("ParameterDescriptor(read_only=True)).value", "ParameterDescriptor(read_only=True))"),
+        ),
+        {"descriptors"},
+    ),
+    "a new ki counts one message late": (
+        node(
+            (
+                "        error, now = msg",
+                "        gain, self.gain = getattr(self, 'gain', self.ki), self.ki\n        error, now = msg",
+            ),
+            ("self.value('ki') * self.integral", "gain * self.integral"),
+        ),
+        {"new_gain", "ki_starts_the_integral_again"},
+    ),
+    "a new kd counts one message late": (
+        node(
+            (
+                "        error, now = msg",
+                (
+                    "        steep, self.steep = getattr(self, 'steep', self.value('kd')), self.value('kd')\n"
+                    "        error, now = msg"
+                ),
+            ),
+            ("self.value('kd') * slope", "steep * slope"),
+        ),
+        {"new_gain"},
+    ),
+    "of several gains set together the first one counts": (
+        node(
+            (
+                "        self.integral = 0.0  #",
+                ("        self.gains = {n: self.value(n) for n in ('kp', 'ki', 'kd')}\n        self.integral = 0.0  #"),
+            ),
+            (
+                "        for param in params:\n            self.get",
+                (
+                    "        for param in params:\n            if param.name in self.gains:\n"
+                    "                self.gains[param.name] = param.value\n                break\n"
+                    "        for param in params:\n            self.get"
+                ),
+            ),
+            ("self.value('kp')", "self.gains['kp']"),
+            ("self.value('kd')", "self.gains['kd']"),
+        ),
+        {"new_gain"},
+    ),
+    "a new kp is answered with an effort": (
+        node(
+            (
+                RESET,
+                RESET + "            if param.name == 'kp':\n"
+                "                self.effort_pub.publish(Float64(data=param.value * self.last_error))\n",
+            )
+        ),
+        {"proportional"},
+    ),
+    "the first effort is not clamped": (node((CLAMP, "effort if step == 0.0 else " + CLAMP)), {"clamped"}),
+    "an error before of 0 counts as none": (
+        node(
+            (
+                "if step > 0.0 else 0.0\n        self.last",
+                "if step > 0.0 and self.last_error else 0.0\n        self.last",
+            )
+        ),
+        {"derivative"},
+    ),
+    "the error before is kept only while kd is above 0": (
+        node(
+            (
+                "self.last_error, self.last_time = error, now",
+                "self.last_time = now\n        self.last_error = error if self.value('kd') else self.last_error",
+            )
+        ),
+        {"derivative"},
+    ),
+    "the time is kept only while ki or kd is above 0": (
+        node(
+            (
+                "self.last_error, self.last_time = error, now",
+                (
+                    "self.last_error = error\n"
+                    "        if self.last_time is None or self.value('ki') or self.value('kd'):\n"
+                    "            self.last_time = now"
+                ),
+            )
+        ),
+        {"derivative"},
+    ),
+    "no slope in a step below 10 ms": (
+        node(("if step > 0.0", "if step > 0.01")),
+        {"derivative", "launch_values_are_used"},
+    ),
+    "a step of a second at most": (
+        node(("else now - self.last_time", "else min(1.0, now - self.last_time)")),
+        {"integral"},
+    ),
     "right parameters, and no efforts": (
         node(("        self.effort_pub.publish(Float64(data=effort))\n", "")),
         EVERYTHING - ONLY_DECLARED,
@@ -1338,6 +1522,10 @@ ABOUT = {
     "acts before it checks, in a pre-set callback",
     "a refused gain, set alone, is used",
     "limits taken before all are accepted",
+    "a refused limit is remembered for the rule",
+    "a kd of a refused set is used",
+    "the integral waits from a refused set to the next accepted one",
+    "a new ki counts one message late",
 }
 DETAIL = {
     "another default",
@@ -1361,6 +1549,12 @@ DETAIL = {
     "another topic",
     "parameter files are ignored",
     "overrides shown but not used",
+    "the limits have a range",
+    "a gain that is given at launch has no range",
+    "a new kp is answered with an effort",
+    "an error before of 0 counts as none",
+    "no slope in a step below 10 ms",
+    "a step of a second at most",
 }
 SILENT = {
     "no answer to an error of 0",

@@ -1,9 +1,10 @@
 """Asks the student's agent what it decides: `python ask_agent.py ros|no-ros QUESTIONS`, in the sandbox.
 
-QUESTIONS is a JSON list of the distances that `decide_action` is given. Prints `answers: ` and a JSON list with the
-two speeds of each answer, and before that `odd: ` and an answer that has none. With `no-ros`, importing a ROS package
-fails as on a computer without ROS, the class must be called WallAgent, and its answers must be dicts with the right
-keys. Otherwise any class with a `decide_action` will do, and any two numbers, so that a wrong name costs one test.
+QUESTIONS is a JSON list of the distances that `decide_action` is given, with the `times` that it is asked: the last
+answer counts. Prints `answers: ` and a JSON list with the two speeds of each answer, and before that `odd: ` and an
+answer that has none. With `no-ros`, importing a ROS package fails as on a computer without ROS, the class must be
+called WallAgent, and its answers must be dicts with the right keys. Otherwise any class with a `decide_action` will
+do, and any two numbers, so that a wrong name costs one test.
 """
 
 import importlib
@@ -38,7 +39,8 @@ if __name__ == "__main__":
     answers: list[tuple[float | None, float | None]] = []
     odd = ""
     for question in json.loads(questions):
-        action = agent.decide_action(question)
+        for _ in range(question.pop("times")):
+            action = agent.decide_action(dict(question))
         try:
             if mode == "ros" and not (isinstance(action, dict) and {"linear", "angular"} <= {*action}):
                 linear, angular = action.values() if isinstance(action, dict) else action

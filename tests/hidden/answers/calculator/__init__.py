@@ -882,6 +882,38 @@ WRONG = {
         ),
         {"client_sends"},
     ),
+    "client asks again when no answer comes": (
+        client(
+            (
+                "        return future.result()\n",
+                (
+                    "        if not future.done():\n"
+                    "            future = self.client.call_async(Calculate.Request(a=a, b=b, operation=operation))\n"
+                    "            rclpy.spin_until_future_complete(self, future, timeout_sec=timeout_sec)\n"
+                    "        return future.result()\n"
+                ),
+            )
+        ),
+        {"client_sends"},
+    ),
+    "logs six digits of a result": (
+        server(("result={response.result} ", "result={response.result:g} ")),
+        {"logs_responses"},
+    ),
+    "a result of 0 is refused": (
+        server(
+            (
+                RETURN,
+                "        response.success = response.success and response.result != 0.0\n"
+                "        response.message = response.message or ('' if response.success else 'No result')\n" + RETURN,
+            )
+        ),
+        OPERATIONS,
+    ),
+    "a division by zero is as one by a small number": (
+        server(("request.b == 0.0", "False"), ("request.a / request.b", "request.a / (request.b or 1e-3)")),
+        {"refuses_and_goes_on", "division_by_zero"},
+    ),
     "client shows six digits": (client(("{response.result}", "{response.result:g}")), {"client_shows_result"}),
     "client sends whole numbers": (
         client(("float(a), float(b)", "float(int(float(a))), float(int(float(b)))")),
