@@ -10,7 +10,7 @@ from autograder.classroom import assignments, course_files, hub, telling
 from autograder.classroom.plan import Classroom
 from autograder.errors import AutograderError
 
-LOOK = 10.0  # s between two looks at the dates
+LOOK, AGAIN = 10.0, 60.0  # s between two looks at the dates, and until the next when something is wrong
 
 
 def release_what_is_due(folder: Path) -> list[str]:
@@ -42,7 +42,7 @@ def main(folder: Path) -> None:
             if str(error) != said:
                 said = str(error)
                 print(f"No exercise is released at its date, and no date told: {said}", file=sys.stderr, flush=True)
-        threading.Event().wait(LOOK)
+        threading.Event().wait(AGAIN if said else LOOK)
 
 
 if __name__ == "__main__":
