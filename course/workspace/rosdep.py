@@ -1,4 +1,4 @@
-"""What a terminal of the course answers to `rosdep`: which packages a workspace needs that are not here.
+"""The answer of the course's terminals to `rosdep`: which packages a workspace needs that are not here.
 
 rosdep itself installs such packages with apt.  Here there is nothing to install them from, but a package in Python can
 be put beside one's own and built with them.
