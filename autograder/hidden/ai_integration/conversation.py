@@ -11,7 +11,7 @@ import json
 import math
 import statistics
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar, NamedTuple
 
@@ -178,12 +178,20 @@ def importing_course(files: Mapping[str, bytes]) -> set[str]:
     found = set()
     for name, content in files.items():
         with contextlib.suppress(SyntaxError, ValueError):
-            for line in ast.parse(content).body:
+            for line in _lines(ast.parse(content)):
                 modules = [alias.name for alias in line.names] if isinstance(line, ast.Import) else []
                 modules += [line.module or ""] if isinstance(line, ast.ImportFrom) else []
                 if any(module.partition(".")[0] == "course" for module in modules):
                     found.add(name)
     return found
+
+
+def _lines(node: ast.AST) -> Iterator[ast.AST]:
+    """All that stands in a program, in its functions too, but for what it tries."""
+    for child in ast.iter_child_nodes(node):
+        if not isinstance(child, ast.Try):
+            yield child
+            yield from _lines(child)
 
 
 def stand_in(files: Mapping[str, bytes]) -> dict[str, bytes]:

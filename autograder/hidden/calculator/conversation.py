@@ -24,7 +24,7 @@ ANSWERS: dict[str, Callable[[float, float], float]] = {
 SIGNS = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
 CLIENT = "calculator_client.py"
 ROUNDING = 0.0051  # what rounding to two decimals may cost: judged by one test, not by every operation's
-FLOAT64 = 1e-12  # of a number's size: several ways to compute the same are right
+SEVEN_DIGITS = 5e-7  # of a number's size: logs may show fewer digits than a result has, but not six
 ABOUT_RIGHT = 1e-2  # relative error of a result that the right operation may have given, rounded
 SYLLABLE = 4  # letters of a word that may stand in any text, so that it is not hidden from it
 TRIES = 3  # runs of a client that has not shown what it must, while a server was there
@@ -190,7 +190,7 @@ class Calculator(Server):
             seen |= lines
             alike = [number for number in found if size.is_integer() or not number.is_integer()]
             return sum(size / 2 <= number <= size * 2 + 1 for number in alike) <= CHATTER and any(
-                abs(number - size) <= ROUNDING + FLOAT64 * size for number in found
+                abs(number - size) <= ROUNDING + SEVEN_DIGITS * size for number in found
             )
 
         return wait_until(logged, limit)

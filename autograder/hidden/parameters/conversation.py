@@ -23,6 +23,7 @@ from autograder.suitekit import (
     Wrong,
     speaker,
 )
+from autograder.suitekit.lifecycle import State
 from autograder.suitekit.parameters import OFFER
 
 ERROR = "a subscription to the topic error (std_msgs/Float64)"
@@ -39,6 +40,7 @@ RANGES = {"kp": (0.0, 100.0), "ki": (0.0, 50.0), "kd": (0.0, 10.0)}
 WIDE = {"output_min": -1e3, "output_max": 1e3}  # limits that clamp nothing
 HUGE = 1e7  # an error whose effort is outside all limits
 JOINTS = ["wrist", "shoulder", "hip", "knee", "ankle", "neck"]
+FILLING = 0.2  # s in which an integral grows
 STILL = 0.015625  # an error that is sent again, so that its slope is 0
 ROUNDING = 1e-9  # of a number's size: several ways to compute the same are right
 TIMING = 0.02  # of a number's size: what a node may gain or lose by when it reads the clock
@@ -177,27 +179,42 @@ class PidNode(TopicProgram):
 
 
 class Early(NamedTuple):
-    """A node that was started with `given` values and has got three errors: what it answered `first` and last."""
+    """What a node that was started with `given` values has answered from its start on, before and after its first set.
+
+    It gets a HUGE error `first`, and then STILL again and again: `begun` to `filled` before kp and kd are set to 0 and
+    the limits to WIDE ones, and twice after that.
+    """
 
     node: PidNode
+    starts: int  # of the node so far: when there are more, it is another
     given: Mapping[str, Any]
-    first: Answer  # to a HUGE error
-    last: Answer  # to STILL, as the one before, with kp and kd of 0
+    first: Answer
+    begun: Answer
+    filled: Answer
+    answer: Answer
+    last: Answer
+
+    @property
+    def lives(self) -> bool:
+        """Whether the node still runs that has answered so."""
+        return self.node.starts == self.starts and self.node.state is State.SERVING
 
 
 def meet_early(node: PidNode) -> Early | None:
     """Send a node its first errors; None when it does not answer, or has not all parameters: other tests judge that."""
     try:
         node.start_fresh()
-        given = node.get()
+        starts, given = node.starts, node.get()
         if given.keys() != DEFAULTS.keys():
             return None
-        first = node.send(HUGE)
+        first, begun = node.send(HUGE), node.send(STILL)
+        time.sleep(FILLING)
+        filled = node.send(STILL)
         node.store({"kp": 0.0, "kd": 0.0} | WIDE)
-        node.send(STILL)
-        return Early(node, given, first, node.send(STILL))
+        early = Early(node, starts, given, first, begun, filled, node.send(STILL), node.send(STILL))
     except Fault:
         return None
+    return early if early.lives else None
 
 
 def why_no_controller(pid: PidNode, launched: PidNode) -> str:

@@ -25,10 +25,11 @@ from autograder.hidden.parameters.conversation import (
     PidNode,
     between,
     changes,
+    meet_early,
     near,
     refusal,
 )
-from autograder.suitekit import Crashed, TimedOut, Wrong, points, twice
+from autograder.suitekit import Crashed, TimedOut, Wrong, on_wrong, points, twice
 from course.foundation.waiting import wait_until
 
 EXTRA = 0.2  # s in which a second answer to one error would come
@@ -249,16 +250,19 @@ def test_integral(pid: PidNode, early: Early | None, rng: random.Random) -> None
                 f"effort must have changed by {told(expected)} once it is not clamped. It changed by {grown:.3g}.",
                 f"expected {expected}, got {grown}",
             )
-    if early:
-        expect_long_step(*early)
+    if early and early.lives:
+        expect_long_step(early)
 
 
-def expect_long_step(node: PidNode, given: Mapping[str, Any], _: Answer, last: Answer) -> None:
+def expect_long_step(early: Early) -> None:
     """A step of more than a second counts as long as it was, in a node that got its last error early."""
+    given, last = early.given, early.last
     time.sleep(max(0.0, last.came + LONG - time.monotonic()))
-    answer = node.send(STILL)
+    answer = early.node.send(STILL)
     grown, expected = answer.effort - last.effort, [given["ki"] * STILL * step for step in steps(last, answer)]
-    if grown and not between(grown, expected):  # 0 when the ki of the launch is not used: judged by another test
+    if (
+        grown and early.lives and not between(grown, expected)
+    ):  # 0 when the ki of the launch is not used: judged by another test
         raise Wrong(
             f"After {answer.came - last.came:.1f} s without an error, the step must be these seconds: with ki alone, "
             f"the effort must have changed by {told(expected)}, and it changed by {grown:.3g}.",
@@ -369,30 +373,37 @@ def test_derivative(pid: PidNode, rng: random.Random) -> None:
 def test_ki_starts_the_integral_again(pid: PidNode, rng: random.Random) -> None:
     """When ki is set to another value, the integral starts again from zero, and grows from the next message on."""
     ki, error = rng.randrange(4, 16) / 2, rng.randrange(5, 10) / 8
-    for new in ({"ki": ki + 1.5}, {"kd": 0.0, "kp": 0.0, "ki": ki - 0.5}, {"ki": ki}):  # alone, the last of several
+    for new in ({"ki": ki + 1.5}, {"kd": 0.0, "kp": 0.0, "ki": ki - 0.5}):  # alone, and as the last of several
         fill_integral(pid, error, ki=ki)
         slowest, fastest = rate_of_growth(pid, error)  # judged by another test
-        full = last = pid.send(error)
-        if new["ki"] == ki:  # by way of 0, and back
-            pid.parameters.set({"ki": 0.0})
-            last = pid.send(error)
-        else:
-            time.sleep(0.1)
+        last = pid.send(error)
+        time.sleep(0.1)
         result = pid.parameters.set_together(new) if len(new) > 1 else pid.parameters.set(new)[0]
         answer = pid.send(error)
         if not result.successful:
             raise Wrong(f"A new ki in its range must be accepted: it was {refusal(result)}.", f"{new}: {result}")
         shortest, longest = steps(last, answer)
         share = new["ki"] / ki
-        longest = max(longest, answer.came - full.sent) if full is not last else longest
-        expected = share * slowest * shortest / LENIENT, share * fastest * longest
-        if not between(answer.effort, expected):
-            raise Wrong(
-                f"After ki was set to another value{', to 0 and back,' if full is not last else ','} the integral must "
-                "start again from zero: with ki alone, the next effort must be ki × error × step. The last effort "
-                f"before was {full.effort:.3g}, and the next one {answer.effort:.3g}.",
-                f"{full}, {last}, then {answer}, expected {expected}",
-            )
+        expect_new_start("", last, answer, (share * slowest * shortest / LENIENT, share * fastest * longest))
+    full = send_often(pid, error)
+    pid.parameters.set({"ki": 0.0})
+    last = pid.send(error)
+    pid.parameters.set({"ki": new["ki"]})
+    answer = pid.send(error)
+    shortest, longest = steps(last, answer)[0], answer.came - full.sent
+    about = " to 0 and back,"
+    expect_new_start(about, full, answer, (share * slowest * shortest / LENIENT, share * fastest * longest))
+
+
+def expect_new_start(about: str, last: Answer, answer: Answer, expected: tuple[float, float]) -> None:
+    """The effort after a new ki must lie between these; `about` tells the student how ki was set."""
+    if not between(answer.effort, expected):
+        raise Wrong(
+            f"After ki was set to another value,{about} the integral must start again from zero: with ki alone, the "
+            f"next effort must be ki × error × step. The last effort before was {last.effort:.3g}, and the next one "
+            f"{answer.effort:.3g}.",
+            f"{last} then {answer}, expected {expected}",
+        )
 
 
 def told(ends: Sequence[float]) -> str:
@@ -728,10 +739,9 @@ def test_all_or_nothing(pid: PidNode, controls: None, rng: random.Random) -> Non
                 f"After a refused set of {', '.join(values)}, and then an accepted one of kd, nothing of the "
                 "refused one may take effect",
             )
-    expect_nothing_remembered(pid, rng)
     if steady:
-        fill()
         expect_no_slope(pid, error, gains, several[0])
+    expect_nothing_remembered(pid, rng)
     if refused:
         # Less than the sets before: what takes effect late may be one of theirs by now.
         expect_no_late_change(pid, fill, error, {name: gain / 8 for name, gain in gains.items()} | several[0])
@@ -751,15 +761,14 @@ def test_joint_name_is_read_only(pid: PidNode, controls: None, by_start: Mapping
 @points(0.5, cell="pid-node")
 @twice
 def test_launch_values(
-    by_command_line: Overridden, by_file: Overridden, controls: None, by_start: Mapping[str, Any]
+    by_command_line: Overridden, by_file: Overridden, controls: None, by_start: Mapping[str, Any], early: Early | None
 ) -> None:
     """Values from the command line, and from a YAML file, win over the defaults."""
     for (node, values), where in (
         (by_command_line, "on the command line (--ros-args -p NAME:=VALUE)"),
         (by_file, "in a parameter file (--ros-args --params-file FILE)"),
     ):
-        node.start_fresh()
-        got = node.get()
+        got = early.given if early and early.node is node else node.get()
         for name, value in values.items():
             if name in by_start and got.get(name) != value:
                 raise Wrong(
@@ -824,7 +833,7 @@ def working_parts(pid: PidNode) -> dict[str, bool]:
 
 @points(0.25, cell="pid-node")
 @twice
-def test_nothing_else_starts_it_again(pid: PidNode, by_file: Overridden, controls: None, rng: random.Random) -> None:
+def test_nothing_else_starts_it_again(pid: PidNode, early: Early | None, controls: None, rng: random.Random) -> None:
     """Setting other parameters, or ki to the value that it has, leaves the integral as it is."""
     ki, error = rng.randrange(4, 16) / 2, rng.randrange(5, 10) / 8
     pid.parameters.set({"ki": ki})  # alone, and then together with others
@@ -838,24 +847,30 @@ def test_nothing_else_starts_it_again(pid: PidNode, by_file: Overridden, control
     pid.parameters.set_together({"kd": 0.5, "ki": ki})
     expect_no_less(pid, error, last, same)
 
-    node, _ = by_file
-    node.start_fresh()  # again in the second run: the mistake shows once
-    first, filled = node.send(error), send_often(node, error)
-    node.parameters.set_together({"kp": 0.0, "kd": 0.0} | WIDE)
-    ki = node.get().get("ki", 0.0)
-    answer, last = node.send(error), node.send(error)
-    if last.effort > answer.effort:  # or else the values at launch are not used, which another test judges
-        least = ki * error * (filled.sent - first.came)
-        if answer.effort * LENIENT < least:
-            raise Wrong(
-                "After kp, kd and the limits were set for the first time, the integral must continue from where it "
-                f"was: {least:.3g} or more was right, with the ki given at launch, and it was {answer.effort:.3g}.",
-                f"{first}, {filled}, {answer}, {last}: ki {ki}, error {error}",
-            )
-        node.parameters.set({"ki": ki})
-        expect_no_less(
-            node,
-            error,
-            last,
-            "After ki was set to the value that it was given at launch, the integral must continue from where it was",
+    if early and not early.lives:  # again in the second run: the mistake shows once
+        early = meet_early(early.node)
+    if early:
+        with on_wrong(early.node.end):
+            expect_no_new_start(early)
+
+
+def expect_no_new_start(early: Early) -> None:
+    """The first set, of other parameters, and a set of ki to the value that was given at launch leave the integral."""
+    node, ki = early.node, early.given["ki"]
+    if not early.last.effort > early.answer.effort:
+        return  # the values at launch are not used, which another test judges
+    least = ki * STILL * (early.filled.sent - early.begun.came)
+    if early.answer.effort * LENIENT < least:
+        raise Wrong(
+            "After kp, kd and the limits were set for the first time, the integral must continue from where it was: "
+            f"{least:.3g} or more was right, with the ki given at launch, and it was {early.answer.effort:.3g}.",
+            early,
         )
+    last = node.send(STILL)
+    node.parameters.set({"ki": ki})
+    expect_no_less(
+        node,
+        STILL,
+        last,
+        "After ki was set to the value that it was given at launch, the integral must continue from where it was",
+    )

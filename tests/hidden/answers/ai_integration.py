@@ -1013,6 +1013,22 @@ WRONG = {
         node(("import numpy as np\n", "import numpy as np\nimport course.world\nfrom course.robot import sectors\n")),
         {"asks_its_agent"},
     ),
+    "the node imports the course in a method": (
+        node(
+            (
+                "        self.distances = nearest(msg)\n",
+                "        from course.robot import sectors  # noqa\n\n        self.distances = nearest(msg)\n",
+            )
+        ),
+        {"asks_its_agent"},
+    ),
+    "the node rounds what the agent decided": (
+        node(
+            ("= action['linear']", "= round(action['linear'], 2)"),
+            ("= action['angular']", "= round(action['angular'], 2)"),
+        ),
+        {"asks_its_agent", "sectors", "any_number_of_beams", "first_beam_anywhere", "clockwise"} | VALUES,
+    ),
     "the agent imports the course": (
         agent(("from enum import Enum\n", "from enum import Enum\n\nimport course\n")),
         {"agent_needs_no_ros"},
