@@ -4,11 +4,9 @@ import random
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any
-
-from std_srvs.srv import SetBool
 
 from autograder.errors import Fault
 from autograder.hidden.actions.conversation import BLOCK, HOPEFUL, OFFERED, PLAYS, Server, accepted
@@ -53,6 +51,7 @@ class Asked:
     goal: Goal
     running: bool = True  # the goal still ran when the service was first asked
     freed: str = ""  # how the goal had ended when the shaft, which was free, had been freed; empty while it ran
+    after: Ride | None = None  # sent when the shaft had been blocked twice, and freed once
     success: list[bool] = field(default_factory=list)  # for `false`, and at last for `true`
     took: list[float] = field(default_factory=list)  # s until an answer came while the goal ran
 
@@ -76,6 +75,13 @@ class Busy(Server):
     def preemption(self) -> Any:
         """A goal that another one preempts."""
         return self._scene("preemption", self._preempt, "a goal while another one ran", OFFERED)
+
+    @property
+    def takes_over(self) -> bool:
+        """Whether a goal that another one takes over from ends as ABORTED, soon."""
+        with suppress(Fault), self.preemption() as seen:
+            return bool(seen.running and seen.rides[0].end == "ABORTED")
+        return False
 
     def three(self) -> Any:
         """A goal that runs, another one, and a third one before that has begun."""
@@ -293,12 +299,12 @@ class Busy(Server):
             seen.success.append(success)
         if not ride.goal.status:
             self.stop(ride.goal)
+        here = min(HIGH, self.place)
+        floors = [here + 1 if here < HIGH else here - 1]
+        goal = self.give(floors, alive, limit)
+        if goal and goal.accepted and self.over(goal, floors, limit):
+            seen.after = Ride(floors, goal)
         return seen
-
-    def set(self, blocked: bool, limit: float, alive: Alive) -> bool | None:
-        """What the service that blocks the shaft answers; None when it does not."""
-        response = self.ros.call(self.service, SetBool.Request(data=blocked), limit, alive)
-        return None if response is None else bool(response.success)
 
 
 def ended(ride: Ride, status: str, rule: str, server: Server) -> None:

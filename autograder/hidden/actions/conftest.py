@@ -7,7 +7,7 @@ import pytest
 from course_interfaces.action import Lift
 
 from autograder.hidden.actions.busy import Busy
-from autograder.hidden.actions.conversation import ACTION, Cancelled, Quick
+from autograder.hidden.actions.conversation import ACTION, Cancelled, Quick, Slow
 from autograder.hidden.actions.encounter import CLIENT, LONG, Called, Encounter
 from autograder.suitekit import Bench, serve
 
@@ -34,6 +34,12 @@ def busy(bench: Bench) -> Busy:
 def cancelled(bench: Bench) -> Cancelled:
     """The student's lift with the default step period, and a goal that is cancelled."""
     return Cancelled(bench, bench.random("cancelled"))
+
+
+@pytest.fixture(scope="session")
+def slow(bench: Bench) -> Slow:
+    """The student's lift with long steps, and a goal that another one takes over from."""
+    return Slow(bench)
 
 
 @pytest.fixture(scope="session")
@@ -80,7 +86,7 @@ def begun(request: pytest.FixtureRequest) -> None:
     """Have all programs start at once that a test will ask for: all of them, but where a few tests were chosen."""
     tests = [item for item in request.session.items if isinstance(item, pytest.Function)]
     asked = {name for test in tests for name in inspect.signature(test.obj).parameters}
-    for name in ("cancelled", "quick", "busy"):
+    for name in ("cancelled", "quick", "busy", "slow"):
         if name in asked:
             request.getfixturevalue(name).begin()
     for name in ("clients", "called"):

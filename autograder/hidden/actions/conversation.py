@@ -5,7 +5,9 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 from course_interfaces.action import Lift
 from std_srvs.srv import SetBool
@@ -36,6 +38,8 @@ OFFERED = f"the action {ACTION} (course_interfaces/action/Lift)"
 TOP = 9  # the default
 NOT_ACCEPTED = "A goal with at least one floor, and only floors from 0 to top, must be accepted; it was rejected."
 STEP = 1.0  # s, the default
+SLOW_STEP = 1.6  # s: longer than the default, and than who waits for the cabin only for a while
+BEGUN = 0.3  # s after which a goal has begun its first step
 SLOWEST = 1.3 * STEP  # s that a step may take, also when the parameter has no effect: that is judged by one test
 LATE = 1.0  # s until the last feedback has come, after the result
 HOPEFUL = 3.0  # s without news until a goal is given up, of a program whose goals have been given up before
@@ -123,6 +127,11 @@ class Server(LiveProgram):
                 break
         return goal
 
+    def set(self, blocked: bool, limit: float, alive: Alive) -> bool | None:
+        """What the service that blocks the shaft answers; None when it does not."""
+        response = self.ros.call(self.service, SetBool.Request(data=blocked), limit, alive)
+        return None if response is None else bool(response.success)
+
     def over(self, goal: Goal, floors: Sequence[int], limit: float) -> bool:
         """Wait until an accepted goal has ended and its last feedback has come; False when it does not end.
 
@@ -197,16 +206,12 @@ class Quick(Server):
         return ride.end == "SUCCEEDED" or (ride.made and ride.end == (self._usual or "SUCCEEDED"))
 
 
-class Cancelled(Server):
-    """The student's lift with its default step period, and a goal that is cancelled after some steps."""
+class Early(Server):
+    """The student's lift, to which something happens as soon as it is there, beside the first tests."""
 
-    STEPS = 2  # before it is cancelled
-
-    def __init__(self, bench: Bench, rng: random.Random):
-        super().__init__(bench)
-        self.floors = [1, rng.randrange(7, 9), 0]
-        self._sample: Goal | None = None
-        self.usual_end = "CANCELED"  # of a goal that is cancelled: that this is right is another test's
+    def __init__(self, bench: Bench, period: float = STEP, *args: str):
+        super().__init__(bench, period, *args)
+        self._sample: Any = None  # what came of it
         self._spare = True  # only one, because it takes many seconds
         self._thread = threading.Thread(target=self._early, daemon=True)
 
@@ -216,23 +221,13 @@ class Cancelled(Server):
         if self.starts == 1:
             self._thread.start()
 
-    @contextmanager
-    def sample(self) -> Iterator[Goal]:
-        """The goal, once it is over; when something is found wrong, another goal is sent, once for all tests."""
-        self.join()
-        with on_wrong(self._use_spare):
-            self._sample = self._sample or self.converse(self._cancel, "a goal that was cancelled", OFFERED)
-            if accepted(self._sample).status:
-                self.usual_end = self._sample.status
-                yield self._sample
-            else:
-                fault = self._sample.fault = self._sample.fault or self.unfinished(self._sample)
-                self.end()  # what it still does must not disturb other goals
-                raise Wrong(fault.message) if self._spare else fault
-
     def join(self) -> None:
         """Wait until the first goal is over, or given up."""
         self._thread.join()
+
+    def _play(self, limit: float, alive: Alive) -> Any:
+        """What happens; None when the program died or did not answer."""
+        raise NotImplementedError
 
     def _use_spare(self) -> None:
         if self._spare:
@@ -241,9 +236,93 @@ class Cancelled(Server):
     def _early(self) -> None:
         program = self.program
         if wait_until(lambda: self.caller.ready() or not program.alive, START) and program.alive:
-            self._sample = self._cancel(ANSWER, lambda: program.alive)
+            self._sample = self._play(ANSWER, lambda: program.alive)
 
-    def _cancel(self, limit: float, alive: Alive) -> Goal | None:
+
+@dataclass
+class Slowly:
+    """What came of goals with long steps."""
+
+    rides: list[Ride]  # the second one was sent in the first step of the first
+    twice: Ride | None = None  # asked for the floor where the cabin stood, twice
+    block_took: float = 0.0  # s until the shaft was blocked in a step of one more goal; 0 when it was not
+
+
+class Slow(Early):
+    """The student's lift with long steps, and goals to which something happens in their first step."""
+
+    def __init__(self, bench: Bench):
+        super().__init__(bench, SLOW_STEP, "--ros-args", "-p", f"step_period:={SLOW_STEP}")
+
+    @contextmanager
+    def sample(self) -> Iterator[Slowly]:
+        """The goals, as far as they have come; when something is found wrong, they are sent once more."""
+        self.join()
+        with on_wrong(self._use_spare):
+            self._sample = self._sample or self.converse(self._play, "a goal while another one ran", OFFERED)
+            yield self._sample
+
+    def _play(self, limit: float, alive: Alive) -> Slowly | None:
+        """A goal, one that takes over from it and needs a step wherever the cabin is then, and two more."""
+        here = self.place
+        seen = Slowly([])
+        for floors in ([TOP], [here, here + 1]):
+            goal = self.give(floors, alive, limit)
+            if goal is None:
+                return None
+            seen.rides.append(Ride(floors, goal))
+            if not goal.accepted:
+                return seen
+            goal.wait(lambda g: g.feedback or g.status, self.bench.clock.allow(BEGUN))
+        if not all(self._ends(ride.goal) for ride in seen.rides):
+            return seen
+        goal = self.give([self.place] * 2, alive, limit)
+        if goal is None or not goal.accepted or not self._ends(goal):
+            return seen
+        seen.twice = Ride([self.place] * 2, goal)
+        goal = self.give([0], alive, limit)
+        if goal and goal.accepted:
+            goal.wait(lambda g: g.feedback or g.status, self.bench.clock.allow(BEGUN))
+            begun = time.monotonic()
+            if not goal.status and self.set(True, limit, alive) is not None:
+                seen.block_took = time.monotonic() - begun
+            self._ends(goal)
+            self.set(False, limit, alive)  # what is wrong is looked at once more, with the same lift
+        return seen
+
+    def _ends(self, goal: Goal) -> bool:
+        """Wait for the end of a goal of two steps; one that goes on, which costs other points, is cancelled."""
+        if goal.wait(lambda g: g.status, self.bench.clock.allow(4 * SLOW_STEP)):
+            return True
+        goal.cancel()
+        return False
+
+
+class Cancelled(Early):
+    """The student's lift with its default step period, and a goal that is cancelled after some steps."""
+
+    STEPS = 2  # before it is cancelled
+
+    def __init__(self, bench: Bench, rng: random.Random):
+        super().__init__(bench)
+        self.floors = [1, rng.randrange(7, 9), 0]
+        self.usual_end = "CANCELED"  # of a goal that is cancelled: that this is right is another test's
+
+    @contextmanager
+    def sample(self) -> Iterator[Goal]:
+        """The goal, once it is over; when something is found wrong, another goal is sent, once for all tests."""
+        self.join()
+        with on_wrong(self._use_spare):
+            self._sample = self._sample or self.converse(self._play, "a goal that was cancelled", OFFERED)
+            if accepted(self._sample).status:
+                self.usual_end = self._sample.status
+                yield self._sample
+            else:
+                fault = self._sample.fault = self._sample.fault or self.unfinished(self._sample)
+                self.end()  # what it still does must not disturb other goals
+                raise Wrong(fault.message) if self._spare else fault
+
+    def _play(self, limit: float, alive: Alive) -> Goal | None:
         """The goal, sent, cancelled after some steps and over; None when the program died or did not answer."""
         goal = self.give(self.floors, alive, limit)
         if goal and goal.accepted:

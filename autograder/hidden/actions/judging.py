@@ -3,9 +3,10 @@
 import re
 import time
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 from autograder.hidden.actions.busy import BUSY_STEP, Blocking, Busy, Preemption
-from autograder.hidden.actions.conversation import Server, accepted
+from autograder.hidden.actions.conversation import SLOW_STEP, Server, accepted
 from autograder.hidden.actions.encounter import Encounter
 from autograder.hidden.actions.rides import (
     STILL,
@@ -25,6 +26,7 @@ OUTCOMES = {"succe": "SUCCEEDED", "cancel": "CANCELED", "abort": "ABORTED", "rej
 WHOLE = 0.9  # of its length that a step must last at least by its publisher's clock, which does not wait for the grader
 SHORTEST = 0.6  # of its length that a step must last at least on average
 QUIET = 3  # steps until a goal has ended that tells of none
+APART = 0.75  # of its length that a step must last at least between the messages of two goals
 NOTED = 0.1  # s until a server has noted the goal that it has just accepted
 IN_TIME = 2  # messages after a request: of the step that was under way, and of one that crossed the request
 
@@ -101,6 +103,43 @@ def expect_one_cabin(seen: Preemption) -> None:
         )
 
 
+def expect_steps_in_turn(first: Ride, second: Ride) -> None:
+    """Of two goals with long steps, the second must have begun its first step when the first had ended its last."""
+    told = [*first.goal.feedback[-1:], *second.goal.feedback[:1]]
+    if len(told) < len((first, second)):
+        return
+    step = min(SLOW_STEP, slow_steps([first.goal])[0])  # that it is shorter, another test judges
+    if (apart := lengths(told)) and apart[0] < APART * step:
+        raise Wrong(
+            "A goal that takes over must begin its first step when the goal before has ended its last one, however "
+            f"long that takes. Where a step takes {SLOW_STEP} s, the last message of one and the first of the other "
+            f"were {apart[0]:.1f} s apart."
+        )
+
+
+def slow_steps(goals: Sequence[Goal]) -> list[float]:
+    """How long (s) the steps of goals took that moved one after the other, from when the first was sent."""
+    began = [goal.sent + time.time() - time.monotonic() for goal in goals[:1]]
+    times = [heard.published for goal in goals for heard in goal.feedback]
+    return [b - a for a, b in pairwise([*began, *times])]
+
+
+def expect_slow_steps(goals: Sequence[Goal], rule: str) -> None:
+    """A step that is longer than the default must take its time, too; `rule` begins the message."""
+    took = slow_steps(goals)
+    if took and max(took) < WHOLE * SLOW_STEP:
+        raise Wrong(f"{rule} They took {max(took):.2f} s at most, where that is {SLOW_STEP} s.", f"{took}")
+
+
+def expect_taken_over(first: Ride, second: Ride) -> None:
+    """A goal that ran must have ended when another one was accepted, though that one was cancelled while it waited."""
+    if not first.goal.fault and first.end in (STILL, "SUCCEEDED"):  # that it ends within a step, another test judges
+        raise Wrong(
+            "A goal that is accepted takes over, also when it is cancelled while it waits: the one that runs must end "
+            f"within a step. {counted(later(first.goal, second.goal.answered))} of it came after that."
+        )
+
+
 def expect_no_step_of_its_own(first: Goal, waited: Goal, newest: Goal) -> None:
     """A goal that was replaced must have made no step, when the one before it still moved the cabin then."""
     moved = first.feedback[-1].published if first.feedback else 0.0
@@ -130,6 +169,23 @@ def expect_lengths(told: Sequence[Heard], shortest: float, longest: float, rule:
     if between and (sum(between) < SHORTEST * shortest * len(between) or min(between) > longest):
         mean = sum(between) / len(between)
         raise Wrong(f"{rule} They took {mean:.2f} s on average, where that is {shortest:g} s.", f"{between}")
+
+
+def left_elsewhere(seen: Blocking) -> bool:
+    """Whether the cabin was not where the goal that was aborted has left it, by the first step after that."""
+    heard = way(seen.ride.goal)
+    first = floors_heard(seen.freed.goal)[:1]
+    return bool(heard and first) and seen.ride.goal.result.floor == heard[-1] and abs(first[0] - heard[-1]) > 1
+
+
+def expect_kept_place(seen: Blocking) -> None:
+    """The cabin must stay where it is when its goal is aborted."""
+    if left_elsewhere(seen) and not {*floors_heard(seen.stuck.goal)} - {seen.here}:
+        raise Wrong(
+            "When a goal is aborted, the cabin must keep its place. The goal's last message told floor "
+            f"{floors_heard(seen.ride.goal)[-1]}, and the first step of the next goal floor "
+            f"{floors_heard(seen.freed.goal)[0]}."
+        )
 
 
 def compared(stops: Sequence[int], right: Sequence[int]) -> str:
@@ -218,6 +274,7 @@ def expect_waiting_result(seen: Preemption) -> bool:
     passed = way(first)[Busy.STEPS - 1 :]  # from the floor at which the other goals were sent
     if waited.feedback or not passed:
         return False
+    passed += floors_heard(seen.rides[2].goal)  # it may hear of its end when the newest goal has had the cabin
     stops, floor = list(waited.result.stops), waited.result.floor
     if stops or floor not in {place + by for place in passed for by in (-1, 0, 1)}:
         raise Wrong(

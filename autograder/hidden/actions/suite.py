@@ -17,10 +17,12 @@ from autograder.hidden.actions.conversation import (
     BLOCK,
     NOT_ACCEPTED,
     OFFERED,
+    SLOW_STEP,
     STEP,
     TOP,
     Cancelled,
     Quick,
+    Slow,
     accepted,
 )
 from autograder.hidden.actions.encounter import LONG, MOST_FEEDBACK, Called, Encounter
@@ -32,6 +34,7 @@ from autograder.hidden.actions.judging import (
     expect_arrival,
     expect_for_ros,
     expect_in_time,
+    expect_kept_place,
     expect_lengths,
     expect_no_other_step,
     expect_no_step_of_its_own,
@@ -42,14 +45,19 @@ from autograder.hidden.actions.judging import (
     expect_rejection,
     expect_result,
     expect_running,
+    expect_slow_steps,
     expect_so_far,
     expect_status,
+    expect_steps_in_turn,
+    expect_taken_over,
     expect_waiting_result,
+    left_elsewhere,
 )
 from autograder.hidden.actions.rides import Ride, counted, floors_heard, follows, steps, way
 from autograder.suitekit import Bench, Crashed, TimedOut, Wrong, expect_gives_up, expect_usage, numbers, points, twice
 
 EARLIEST = 0.5  # of a step that must be over when it is told
+MOMENT = 1.0  # s that something may take that must not wait for a long step
 SLOWER = 0.06  # s that the fastest of many short steps may take longer than step_period
 MANY = 6  # goals that are told of
 WHEN = {
@@ -110,6 +118,15 @@ def test_feedback(quick: Quick) -> None:
                 f"{heard[-1][1]}.",
                 f"{ride.floors}: {heard}",
             )
+    floors = [2, 1, 2]
+    goal = quick.run(floors)
+    heard = [(heard.message.floor, heard.message.stops_left) for heard in goal.feedback]
+    ways = [steps(start, floors) for start in range(quick.top + 1)]
+    if heard and heard not in ways and [floor for floor, _ in heard] in [[floor for floor, _ in way] for way in ways]:
+        raise Wrong(
+            "`stops_left` of the feedback must count the stops still to make, also when a floor comes again later in "
+            f"the goal. Of a goal for the floors {floors} the feedback (floor, stops_left) ended with {heard[-3:]}."
+        )
 
 
 @points(0.25, cell="lift-server")
@@ -142,7 +159,7 @@ def test_keeps_its_place(quick: Quick, rng: random.Random) -> None:
 
 @points(0.25, cell="lift-server")
 @twice
-def test_stops_where_it_stands(quick: Quick, rng: random.Random) -> None:
+def test_stops_where_it_stands(quick: Quick, slow: Slow, rng: random.Random) -> None:
     """A floor that is next and where the cabin stands is a stop at once, without a step."""
     there = rng.randrange(3, 6)
     quick.run([0])
@@ -165,6 +182,13 @@ def test_stops_where_it_stands(quick: Quick, rng: random.Random) -> None:
             raise Wrong(
                 "When a floor is in `floors` twice in a row, a step that reaches it has made both stops: `stops_left` "
                 f"must count neither. At the end it was {left[-1]}."
+            )
+    with suppress(Crashed, TimedOut), slow.sample() as slowly:
+        again = slowly.twice.goal if slowly.twice else None
+        if again and not again.feedback and (late := again.ended - again.answered) > MOMENT:
+            raise Wrong(
+                "A floor that is next in `floors` and where the cabin stands must be a stop at once, each time that it "
+                f"is next. A goal for this floor, twice, took {late:.1f} s, where a step takes {SLOW_STEP} s."
             )
 
 
@@ -227,6 +251,8 @@ def test_cancel_while_waiting(busy: Busy, cancelled: Cancelled) -> None:
         if second.end not in ("CANCELED", cancelled.usual_end) or second.end == "SUCCEEDED":
             ended(second, "CANCELED", "A goal that is cancelled while it waits must end as CANCELED.", busy)
         expect_in_time(second, second.goal.cancel_sent, "After the cancel was accepted, a goal that waited")
+        if busy.takes_over:
+            expect_taken_over(first, second)
         if not accepted(others[0].goal).feedback and others[0].goal.result.floor != others[0].floors[-1]:
             raise Wrong(
                 f"After a cancel, the next goal must be worked on. It told of no step, and {busy.how(others[0].end)}.",
@@ -283,7 +309,7 @@ def test_rejected_goal_changes_nothing(busy: Busy) -> None:
 
 @points(5, cell="lift-server")
 @twice
-def test_preempt(busy: Busy, quick: Quick) -> None:
+def test_preempt(busy: Busy, quick: Quick, slow: Slow) -> None:
     """A new goal takes over: the one before ends within a step, then the new one goes on from there to its stops."""
     with busy.preemption() as seen:
         first, second = seen.rides
@@ -300,6 +326,11 @@ def test_preempt(busy: Busy, quick: Quick) -> None:
                 f"{second.floors}: {second.goal.result}",
             )
         expect_one_cabin(seen)
+    with slow.sample() as slowly:
+        if len(slowly.rides) > 1:
+            first, second = slowly.rides
+            expect_no_other_step(first.goal, second.goal.answered, "When a new goal is accepted,")
+            expect_steps_in_turn(first, second)
 
 
 @points(0.5, cell="lift-server")
@@ -335,11 +366,12 @@ def test_blocked(busy: Busy) -> None:
         ended(seen.ride, "ABORTED", rule, busy)
         expect_in_time(seen.ride, seen.sent, "When the shaft was blocked, the goal")
         expect_no_other_step(seen.ride.goal, seen.answered, f"When {BLOCK} has answered,")
+        expect_kept_place(seen)
 
 
 @points(0.25, cell="lift-server")
 @twice
-def test_block_is_answered(busy: Busy) -> None:
+def test_block_is_answered(busy: Busy, slow: Slow) -> None:
     """The service that blocks the shaft answers at once with success, also while a goal runs."""
     with busy.asked() as seen:
         if not seen.took:
@@ -356,6 +388,12 @@ def test_block_is_answered(busy: Busy) -> None:
             raise Wrong(
                 f"{BLOCK} must answer with `success` true, to `data: true` and to `data: false`, each time; "
                 f"{seen.success.count(False)} of {len(seen.success)} answers had `success` false."
+            )
+    with suppress(Crashed, TimedOut), slow.sample() as slowly:  # what happens to the goals is another test's
+        if slowly.block_took > MOMENT:
+            raise Wrong(
+                f"{BLOCK} must answer at once, also to `data: true` while a goal runs; it answered after "
+                f"{slowly.block_took:.1f} s, where a step takes {SLOW_STEP} s."
             )
 
 
@@ -389,6 +427,11 @@ def test_blocked_before(busy: Busy, quick: Quick) -> None:
                 f"`data: false` must free the shaft, and leave it free when it was free before. After {BLOCK} got it "
                 f"while the shaft was free, the goal that ran {busy.how(asked.freed)}."
             )
+        if asked.after and asked.after.end == "ABORTED":
+            raise Wrong(
+                f"To block what is blocked changes nothing: one `data: false` frees it. After {BLOCK} got `data: true` "
+                f"twice and `data: false` once, a goal {busy.how(asked.after.end)}."
+            )
 
 
 @points(0.25, cell="lift-server")
@@ -398,6 +441,8 @@ def test_stops_while_blocked(busy: Busy, quick: Quick) -> None:
     with busy.blocking() as seen:
         if "ABORTED" not in (seen.ride.end, seen.stuck.end):
             raise Wrong("This is judged only of a lift that aborts a goal because the shaft is blocked.")
+        if left_elsewhere(seen):
+            return  # which costs other points: the goals were for a floor where the cabin was not
         if not any(ride.goal.accepted for ride in seen.there):
             raise Wrong(
                 "While the shaft is blocked, a goal for the floor where the cabin stands must be accepted. It "
@@ -434,7 +479,7 @@ def test_aborted_result(busy: Busy) -> None:
 
 @points(0.5, cell="lift-server")
 @twice
-def test_step_period(quick: Quick, cancelled: Cancelled) -> None:
+def test_step_period(quick: Quick, cancelled: Cancelled, slow: Slow) -> None:
     """The parameter step_period says how long a step takes, by default 1 s."""
     rule = "Each step must take step_period seconds, as set on the command line (--ros-args -p step_period:=...)."
     with quick.sample() as ride:
@@ -449,6 +494,8 @@ def test_step_period(quick: Quick, cancelled: Cancelled) -> None:
                 raise Wrong(
                     f"{rule} A goal of {count} steps took {took / right:.1f} times as long.", f"{took}: {right} s"
                 )
+    with suppress(Crashed, TimedOut), slow.sample() as slowly:
+        expect_slow_steps([ride.goal for ride in slowly.rides], rule)
     with suppress(Crashed, TimedOut), cancelled.sample() as goal:  # how it ends is another test's
         told = [heard for heard in goal.feedback if heard.time < goal.cancel_sent]  # a cancel may cut a step short
         if len(told) > 1:

@@ -13,9 +13,15 @@ def motors(bench: Bench) -> Motors:
 
 
 @pytest.fixture(scope="session")
-def alone(bench: Bench) -> Motors:
+def alone(bench: Bench, motors: Motors) -> Motors:
     """The same once more: it is left alone after an emergency stop."""
-    return Motors(bench)
+    return Motors(bench, like=motors)
+
+
+@pytest.fixture(scope="session")
+def halted(bench: Bench, motors: Motors) -> Motors:
+    """The same once more: it is left alone during an emergency stop."""
+    return Motors(bench, like=motors)
 
 
 @pytest.fixture(scope="session")

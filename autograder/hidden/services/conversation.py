@@ -13,7 +13,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from std_srvs.srv import SetBool, Trigger
 
 from autograder.errors import Fault
-from autograder.suitekit import SETTLED, Alive, Bench, Crashed, Offers, Parameters, Ros, Server, Wrong, offer
+from autograder.suitekit import ANSWER, SETTLED, Alive, Bench, Crashed, Offers, Parameters, Ros, Server, Wrong, offer
 from autograder.suitekit.printed_numbers import GROUPED
 from course.foundation.waiting import wait_until
 
@@ -30,13 +30,16 @@ WAYS = {
 }
 STARTS = ((ENABLE, True),)  # what disabled motors are left with when they must keep running
 STOPS = ((ENABLE, True), (STOP, True), (STOP, False))  # and when they must stand still
+HOLDS = ((ENABLE, True), (STOP, True))  # and when they must stay stopped
 COMMANDS = ((ENABLE, True), (ENABLE, False), (STOP, True), (STOP, False))
 QUOTED = 100  # characters of a message that its student is shown
 RELAY, ADD = "/relay", "/add_two_ints"
 CALLERS = 6  # at once
-SLOW = 0.15  # s that /add_two_ints takes then, so that the calls overlap
 HELD = 4.0  # s that /add_two_ints holds an answer back at most, until the grader has seen what it wanted to see
 TRIES = 4  # calls that are timed at most
+COMES = 3  # times at most that /add_two_ints comes, until the relay finds it soon
+PAUSE = 0.05  # s between two calls, until the relay has found /add_two_ints
+OVERLAP = 0.25  # s after a request until the next one is sent, which may meet it under way
 EARLY = 0.2  # s in which a caller is answered who waits for nothing
 SENT = 2.0  # s until a request has arrived, when its answer was not waited for
 
@@ -47,10 +50,13 @@ Table = dict[tuple[str, str, bool], tuple[Any, str]]  # the response to each com
 class Motors(Server):
     """The student's motor_service.py, with two clients for each of its services."""
 
-    def __init__(self, bench: Bench):
+    def __init__(self, bench: Bench, like: "Motors | None" = None):
+        """`like` is the same program, of which is learnt in which words it speaks."""
         super().__init__(bench, "motor_service.py", {ENABLE: SetBool, STOP: SetBool, STATUS: Trigger})
+        self._like = like
         self.changes = False  # whether a command has ever changed the state
         self.can_enable = False  # whether the motors were ever said to be enabled after they had been enabled
+        self.can_stop = False  # and to be stopped
         self.status_answers = False  # whether asking for the state has got an answer
         self._left: tuple[int, float] | None = None  # the start that was left alone, and when (s of time.monotonic)
         self._failed: set[tuple[str, bool, bool]] = set()  # the commands without a response, and whether stopped then
@@ -61,10 +67,12 @@ class Motors(Server):
         self._words: dict[str, str] = {}  # the state that a message means which names none of them, or several
 
     def connect(self) -> Offers:
-        """The clients, of the grader's node and of a second one."""
+        """The clients, of the grader's node and of a second one, which a program that is like another does not need."""
         self._pressed, self._last = False, ""
-        self.second = self.bench.enter(self.ros.domain)
-        self.second_clients = {name: self.second.node.create_client(kind, name) for name, kind in self.services.items()}
+        if self._like is None:
+            self.second = self.bench.enter(self.ros.domain)
+            node = self.second.node
+            self.second_clients = {name: node.create_client(kind, name) for name, kind in self.services.items()}
         return super().connect()
 
     def command(self, service: str, on: bool, second: bool = False) -> Any:
@@ -88,6 +96,28 @@ class Motors(Server):
             self._failed.add(asked)
             return None
 
+    def overlap(self, first: tuple[str, bool], second: tuple[str, bool]) -> bool:
+        """Send two commands, from two clients, the second while the first may be under way.
+
+        Returns True when both have been answered.
+        """
+        self.up(offer(ENABLE), offer(STOP))
+        program, futures = self.program, []
+        for ros, clients, (service, on) in (
+            (self.ros, self.clients, first),
+            (self.second, self.second_clients, second),
+        ):
+            futures.append(ros.send(clients[service], SetBool.Request(data=on)))
+            if service == STOP:
+                self._pressed = on
+            wait_until(futures[0].done, self.allow(OVERLAP))
+        wait_until(lambda: all(future.done() for future in futures) or not program.alive, self.allow(ANSWER))
+        if not all(future.done() for future in futures):
+            self.end()
+            return False
+        self._last = futures[1].result().message
+        return True
+
     def status(self, second: bool = False) -> Any:
         """The response to asking for the state."""
         return self._call(STATUS, Trigger.Request(), second)
@@ -98,6 +128,9 @@ class Motors(Server):
         So a mistake in the words, or in the status, costs its own points, and does not hide what the commands do.
         """
         if self._tells is not None:
+            return
+        if self._like is not None:
+            self._learn_from(self._like)
             return
         meant: dict[str, set[str]] = {}  # by the message without its numbers: after which commands it was said
         statuses, steady = set(), True
@@ -115,7 +148,12 @@ class Motors(Server):
         for service, on, _ in LESSON:
             states[service, on] = self.current() if self.attempt(service, on) else ""
         self.changes = len({*states.values()} - {""}) > 1
-        self.can_enable = states[ENABLE, True] == ENABLED
+        self.can_enable, self.can_stop = states[ENABLE, True] == ENABLED, states[STOP, True] == STOPPED
+
+    def _learn_from(self, other: "Motors") -> None:
+        other.learn()
+        self.changes, self.can_enable, self.can_stop = other.changes, other.can_enable, other.can_stop
+        self.status_answers, self._tells, self._words = other.status_answers, other._tells, other._words
 
     def _try_status(self) -> str:
         try:
@@ -259,13 +297,13 @@ class Adder:
     """The grader's own /add_two_ints.  Each response is another random number, which cannot be computed."""
 
     def __init__(self, ros: Ros, rng: random.Random):
-        self.delay = 0.0  # s that an answer takes
         self.requests: list[tuple[int, int]] = []
         self.sums: list[int] = []
         self.held: list[threading.Event] = []  # what lets go each answer that is held back, in the order of requests
         self.fixed: int | None = None  # what is answered instead of random numbers
         self.given_up = False  # whether an answer was held for as long as it could be
         self._holds = 0.0  # s for which an answer is held back
+        self._enough = 0  # answers that are held, and let go together when there are so many; 0: never
         self._rng, self._lock = rng, threading.Lock()
         self._node = ros.node
         self._service = ros.node.create_service(AddTwoInts, ADD, self._answer, callback_group=ReentrantCallbackGroup())
@@ -279,16 +317,25 @@ class Adder:
         self._holds = 0.0
 
     @contextmanager
-    def holding(self, seconds: float = HELD) -> Iterator[None]:
-        """Hold back each answer in this block, until its event is set, at most for so long."""
+    def holding(self, seconds: float = HELD, enough: int = 0) -> Iterator[None]:
+        """Hold back each answer in this block, until its event is set, at most for so long.
+
+        With `enough` they are let go when so many are held, or when one has been held for so long: then the others are
+        not held either.
+        """
         self.held.clear()
-        self._holds, self.given_up = seconds, False
+        self._holds, self._enough, self.given_up = seconds, enough, False
         try:
             yield
         finally:
-            self._holds = 0.0
-            for let_go in self.held:
-                let_go.set()
+            self._enough = 0
+            self.let_go()
+
+    def let_go(self) -> None:
+        """Answer what is held, and hold no more."""
+        self._holds = 0.0
+        for let_go in self.held:
+            let_go.set()
 
     def _answer(self, request: Any, response: Any) -> Any:
         let_go = threading.Event()
@@ -299,11 +346,14 @@ class Adder:
             holds = self._holds
             if holds:
                 self.held.append(let_go)
+                if len(self.held) == self._enough:
+                    self.let_go()
             else:
                 let_go.set()
         if not let_go.wait(holds):
             self.given_up = True
-        time.sleep(self.delay)
+            if self._enough:
+                self.let_go()
         return response
 
 
@@ -325,6 +375,7 @@ class Relay(Server):
         self._adder: Adder | None = None
         self._adders: list[Adder] = []
         self._has_succeeded = False
+        self._successes: set[str] = set()  # the messages of the latest calls that succeeded
         self._started = 0.0  # s of time.monotonic, the latest start
 
     @property
@@ -355,6 +406,7 @@ class Relay(Server):
     def connect(self) -> Offers:
         """The client, and the server for the program's own client."""
         self._adder, self._started = None, time.monotonic()
+        self._place = self.bench.enter(self.ros.domain, threads=CALLERS + 2)  # seen before its service comes
         if self.served:
             self.serve()
         return super().connect() | self.parameters.connect()
@@ -362,7 +414,7 @@ class Relay(Server):
     def serve(self) -> None:
         """Offer /add_two_ints, unless it is offered already."""
         if self._adder is None:
-            self._adder = Adder(self.bench.enter(self.ros.domain, threads=CALLERS + 2), self.rng)
+            self._adder = Adder(self._place, self.rng)
             self._adders.append(self._adder)
 
     def withdraw(self) -> None:
@@ -406,6 +458,7 @@ class Relay(Server):
         while (response := self.answers_again(limit)) is not None and time.monotonic() < end:
             if response.success and self.adder.requests:
                 break
+            self.watch(PAUSE, since=time.monotonic())
         return response
 
     def _relay(self) -> Any:
@@ -420,23 +473,52 @@ class Relay(Server):
         program, client = self.program, self.clients[RELAY]
         limit = self.allow(limit)
         response = self.ros.call(client, Trigger.Request(), limit, lambda: program.alive, again=limit)
-        if response is not None and not response.success:
+        if response is not None and response.success:
+            self._successes.add(response.message)
+        elif response is not None:
             self.failed = self.starts
         return response
 
-    def all_are_told(self, limit: float) -> bool:
-        """Whether several calls at once are all answered within `limit` s; raises Crashed."""
+    def repeats(self, message: str) -> bool:
+        """Whether it has said this with success True."""
+        return message in self._successes
+
+    def told_after(self, limit: float) -> list[float]:
+        """The times (s) after which several calls at once are answered, in order; raises Crashed.
+
+        None, unless all are answered within `limit` s.
+        """
+        start, times = time.monotonic(), []
         futures = [self._send() for _ in range(CALLERS)]
-        if self.wait_for(lambda: all(future.done() for future in futures), limit):
-            return True
+        for future in futures:
+            future.add_done_callback(lambda _: times.append(time.monotonic() - start))
+        if self.wait_for(lambda: len(times) == CALLERS, limit):
+            return times
         self.end()
-        return False
+        return []
+
+    def found_after(self, took: float, soon: float, limit: float) -> float:
+        """How long (s) the relay takes at best to succeed once /add_two_ints has come, which took it `took` s.
+
+        Where that was longer than `soon` it goes and comes again: on a busy machine, finding a server may take longer.
+        """
+        for _ in range(COMES - 1):
+            if took <= soon or self.after_withdrawal(limit) is None:
+                break
+            self.serve()
+            start = time.monotonic()
+            response = self.after_offer(limit)
+            if response is None or not response.success:
+                break
+            took = min(took, time.monotonic() - start)
+        return took
 
     def after_withdrawal(self, limit: float) -> Any:
         """The response to a call when /add_two_ints has gone; None when there is none within `limit` s, twice.
 
         A call just when the server leaves may be lost, and a relay may see a little later that it has gone.
         """
+        self.withdraw()
         lost, end = 0, time.monotonic() + self.allow(SETTLED)
         while lost < 2:
             response = self.answers_again(limit)
@@ -446,10 +528,10 @@ class Relay(Server):
                 return response
         return None
 
-    def watch(self, seconds: float) -> None:
-        """Wait until this start has been running for so many seconds."""
-        program = self.program
-        wait_until(lambda: not program.alive, self.allow(self._started + seconds - time.monotonic()))
+    def watch(self, seconds: float, since: float | None = None) -> None:
+        """Wait until so many seconds have passed since the start, or since `since` (s of time.monotonic)."""
+        program, end = self.program, seconds + (self._started if since is None else since)
+        wait_until(lambda: not program.alive, self.allow(end - time.monotonic()))
 
     def quickest(self, limit: float, loaded: float) -> tuple[float, float]:
         """How long (s) the quickest of some calls takes, and how long it may take.
@@ -458,15 +540,20 @@ class Relay(Server):
         """
         quickest = float("inf")
         for _ in range(TRIES):
+            allowed = max(limit, loaded * self.round_trip())
             start = time.monotonic()
-            self.parameters.get("a")
-            asked = time.monotonic()
             self.relay()
-            took, allowed = time.monotonic() - asked, max(limit, loaded * (asked - start))
+            took = time.monotonic() - start
             quickest = min(quickest, took)
             if took <= allowed:
                 return took, allowed
         return quickest, limit
+
+    def round_trip(self) -> float:
+        """How long (s) another request to the relay takes."""
+        start = time.monotonic()
+        self.parameters.get("a")
+        return time.monotonic() - start
 
     def send(self, count: int = 1) -> list[Any]:
         """Call it `count` times without waiting; the futures of the responses, in the order of the held requests.
@@ -488,6 +575,22 @@ class Relay(Server):
                     f"{len(self.adder.held)} of {number} requests arrived",
                 )
         return futures
+
+    def send_another(self) -> Any:
+        """The same for one more call; that its request goes out, another test judges."""
+        number, future = len(self.adder.held), self._send()
+        self._held(number + 1)
+        return future
+
+    def release(self, futures: Sequence[Any]) -> float:
+        """Let go what is held; how long (s) after that the last of these responses comes.  Raises Crashed."""
+        times: list[float] = []
+        start = time.monotonic()
+        self.adder.let_go()
+        for future in futures:
+            future.add_done_callback(lambda _: times.append(time.monotonic()))
+        self.wait_for(lambda: len(times) == len(futures), 2 * SENT)
+        return max(times, default=start) - start
 
     def _send(self) -> Any:
         """Call it without waiting; the future of the response."""
@@ -581,16 +684,13 @@ class Relay(Server):
         return next((number for number in whole_numbers(message) if number in self.adder.sums), None)
 
     def together(self) -> list[Any]:
-        """The responses to several callers at once, while /add_two_ints takes its time."""
+        """The responses to several callers at once; /add_two_ints answers when all have asked, or after SENT s."""
         self.up(offer(RELAY))  # a new start has a new adder
-        self.adder.delay = SLOW
-        try:
+        with self.adder.holding(SENT, enough=CALLERS):
             responses = self.call_at_once(
                 [[Trigger.Request()]] * CALLERS,
                 "do all threads wait, so that none is left to take in the answers of /add_two_ints?",
             )
-        finally:
-            self.adder.delay = 0.0
         return [response for (response,) in responses]
 
 

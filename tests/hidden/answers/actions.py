@@ -1037,7 +1037,7 @@ WRONG = {
     "aborts a goal that has made all stops": (server(("goal_handle.succeed()", "goal_handle.abort()")), {"ride"}),
     "every goal starts at floor 0": (
         server((PERIOD, PERIOD + "        self.floor = 0\n")),
-        {"keeps_its_place", "cancelled_result", "preempt", "stops_while_blocked", "aborted_result"},
+        {"keeps_its_place", "cancelled_result", "preempt", "blocked"},
     ),
     "starts at floor 1": (server(("self.floor = 0", "self.floor = 1")), {"keeps_its_place"}),
     "goes back to floor 0 when all stops are made": (
@@ -1215,6 +1215,102 @@ WRONG = {
             ("        self.floor = 0\n", "        self.floor = 0\n        self.moving = None\n"),
         ),
         {"cancel_while_waiting"},
+    ),
+    "a goal that is cancelled while it waits has not taken over": (
+        server(
+            (
+                "        return CancelResponse.ACCEPT",
+                (
+                    "        if goal_handle is self.newest and goal_handle is not self.moving:\n"
+                    "            self.newest = self.moving\n"
+                    "        return CancelResponse.ACCEPT"
+                ),
+            ),
+            (PERIOD, "        self.moving = goal_handle\n" + PERIOD),
+            ("        self.floor = 0\n", "        self.floor = 0\n        self.moving = None\n"),
+        ),
+        {"cancel_while_waiting"},
+    ),
+    "waits for the cabin for half a second": (
+        server(
+            (
+                LOCK,
+                (
+                    "        got = self.cabin.acquire(timeout=0.5)\n"
+                    "        try:\n            return self.move(goal_handle)\n"
+                    "        finally:\n            if got:\n                self.cabin.release()\n"
+                ),
+            )
+        ),
+        {"preempt"},
+    ),
+    "makes one more step when a new goal comes": (
+        server(
+            (ABORT, ABORT.replace("self.newest is not goal_handle", "old is not goal_handle")),
+            (SLEEP, "            old = self.newest\n" + SLEEP),
+            (BEGIN, BEGIN.replace("        while left", "        old = self.newest\n        while left")),
+        ),
+        {"preempt"},
+    ),
+    "the second of two stops takes a step": (
+        server(
+            (
+                "            stops.append(left.pop(0))\n",
+                (
+                    "            if stops and stops[-1] == left[0]:\n"
+                    "                time.sleep(self.get_parameter('step_period').value)\n"
+                    "            stops.append(left.pop(0))\n"
+                ),
+            )
+        ),
+        {"stops_where_it_stands"},
+    ),
+    "counts the stops from the first with this floor": (
+        server(
+            ("stops_left=len(left))", "stops_left=len(floors) - floors.index(left[0]) if left else 0)"),
+            (BEGIN, "        floors = list(left)\n" + BEGIN),
+        ),
+        {"feedback"},
+    ),
+    "a shaft that is blocked twice must be freed twice": (
+        server(
+            (
+                "        self.blocked = request.data\n",
+                "        self.blocked = max(0, self.blocked + (1 if request.data else -1))\n",
+            )
+        ),
+        {"blocked_before"},
+    ),
+    "to block waits until nobody moves": (
+        server(
+            (
+                "        self.blocked = request.data\n",
+                (
+                    "        self.blocked = request.data\n"
+                    "        if request.data:\n            with self.cabin:\n                pass\n"
+                ),
+            )
+        ),
+        {"block_is_answered"},
+    ),
+    "a block puts the cabin back to where its goal began": (
+        server(
+            (
+                ABORT,
+                ABORT.replace(
+                    "                goal_handle.abort()\n",
+                    "                goal_handle.abort()\n"
+                    "                here, self.floor = self.floor, begun if self.blocked else self.floor\n"
+                    "                return Lift.Result(stops=stops, floor=here)\n",
+                ),
+            ),
+            (PERIOD, "        begun = self.floor\n" + PERIOD),
+        ),
+        {"blocked"},
+    ),
+    "a step takes a second at most": (
+        server((PERIOD, "        period = min(1.0, self.get_parameter('step_period').value)\n")),
+        {"step_period"},
     ),
     "forgets a cancel that came while the goal waited": (
         server(
@@ -1790,9 +1886,11 @@ ABOUT = {
     "notes the newest goal when it begins to move",
     "preempts and does not wait for the cabin",
     "waits for the cabin for half a step",
+    "waits for the cabin for half a second",
     "begins where the cabin was when the goal came",
     "preempts a goal at its next stop alone",
     "goes on for two steps when a new goal comes",
+    "makes one more step when a new goal comes",
     "one thread",
 }
 # Each breaks most of what the exercise is about with one line; the page's public checks fail.

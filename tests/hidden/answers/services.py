@@ -251,7 +251,7 @@ executor.add_node(helper)
 client = helper.create_client(AddTwoInts, '/add_two_ints')
 
 def relay(request, response):
-    if not client.wait_for_service(1.0):
+    if not client.wait_for_service(0.5):
         response.message = 'no server'
         return response
     request = AddTwoInts.Request()
@@ -963,7 +963,9 @@ WRONG = {
     "relay takes turns with a lock": (
         {
             **REFERENCE,
-            RELAY: BLOCKING.replace("ReentrantCallbackGroup())", "MutuallyExclusiveCallbackGroup())").encode(),
+            RELAY: BLOCKING.replace("ReentrantCallbackGroup())", "MutuallyExclusiveCallbackGroup())")
+            .replace("timeout_sec=1.0", "timeout_sec=0.5")
+            .encode(),
         },
         ONE_BY_ONE,
     ),
@@ -1026,7 +1028,7 @@ WRONG = {
     ),
     "relay gives up after one failure": (
         relay(("response.success = False", "self.create_timer(0.01, self.destroy_node)")),
-        {"goes_on_afterwards"},
+        ABSENT,
     ),
     "relay takes a sum of 0 for no answer": (
         relay((SUCCESS, SUCCESS.replace("True", "bool(answer.sum)"))),
@@ -1185,6 +1187,19 @@ WRONG = {
         relay(("if not self.client.service_is_ready()", "if not self.client.wait_for_service(timeout_sec=8.0)")),
         {"without_add_two_ints"},
     ),
+    "relay remembers that there was no server": (
+        relay(
+            (
+                "        if not self.client.service_is_ready():\n",
+                (
+                    "        if not hasattr(self, 'gone'):\n"
+                    "            self.gone = not self.client.wait_for_service(timeout_sec=2.0)\n"
+                    "        if self.gone:\n"
+                ),
+            )
+        ),
+        {"goes_on_afterwards"},
+    ),
     "relay remembers that there was a server": (
         relay(
             (
@@ -1192,18 +1207,6 @@ WRONG = {
                 (
                     "        self.there = getattr(self, 'there', False) or self.client.service_is_ready()\n"
                     "        if not self.there:\n"
-                ),
-            )
-        ),
-        {"goes_on_afterwards"},
-    ),
-    "relay remembers that there was no server": (
-        relay(
-            (
-                "        if not self.client.service_is_ready():\n",
-                (
-                    "        self.gone = getattr(self, 'gone', not self.client.wait_for_service(timeout_sec=2.0))\n"
-                    "        if self.gone:\n"
                 ),
             )
         ),
@@ -1370,8 +1373,86 @@ WRONG = {
         {"relay_answers"},
     ),
     "relay looks for a second in its one thread": (
-        relay(("if not self.client.service_is_ready()", "if not self.client.wait_for_service(timeout_sec=1.5)")),
+        relay(("if not self.client.service_is_ready()", "if not self.client.wait_for_service(timeout_sec=1.0)")),
         {"without_add_two_ints"},
+    ),
+    "an enable that takes half a second overwrites the stop": (
+        motors(
+            (SWITCH, "if request.data:\n            time.sleep(0.5)\n        " + SWITCH),
+            ("import rclpy\n", "import time\n\nimport rclpy\n"),
+            (
+                "'/motors/enable', self.enable)",
+                "'/motors/enable', self.enable, callback_group=ReentrantCallbackGroup())",
+            ),
+            *THREADED,
+            ("from rclpy.node", "from rclpy.callback_groups import ReentrantCallbackGroup\nfrom rclpy.node"),
+        ),
+        {"stays_still"},
+    ),
+    "the stop ends by itself after 6 s": (
+        motors(
+            (
+                "        self.get_logger().info('Motor service ready')",
+                "        self.over = self.create_timer(6.0, lambda: setattr(self, 'stopped', False))",
+            ),
+            (STOPS, "        self.over.reset()\n" + STOPS),
+        ),
+        {"stays_still"},
+    ),
+    "relay lets four ask at a time": (
+        {
+            **REFERENCE,
+            RELAY: THREADS.replace(
+                "        done = threading", "        self.places.acquire()\n        done = threading"
+            )
+            .replace(
+                "        return Trigger.Response(success=True",
+                "        self.places.release()\n        return Trigger.Response(success=True",
+            )
+            .replace("        group =", "        self.places = threading.Semaphore(4)\n        group =")
+            .encode(),
+        },
+        {"several_callers"},
+    ),
+    "relay does not look for 3 s after it has found no server": (
+        relay(
+            (
+                "        if not self.client.service_is_ready():\n",
+                (
+                    "        now = self.get_clock().now().nanoseconds / 1e9\n"
+                    "        known = now < getattr(self, 'next_look', 0)\n"
+                    "        if known or not self.client.service_is_ready():\n"
+                    "            self.next_look = self.next_look if known else now + 3\n"
+                ),
+            )
+        ),
+        {"goes_on_afterwards"},
+    ),
+    "relay looks ever more rarely whether the answer is there": (
+        {
+            **REFERENCE,
+            RELAY: THREADS.replace("import threading", "import threading\nimport time")
+            .replace(
+                "        if not done.wait(9)",
+                "        pause = 0.01\n"
+                "        while not done.is_set():\n"
+                "            time.sleep(pause)\n"
+                "            pause = min(2 * pause, 2)\n"
+                "        if not done.wait(9)",
+            )
+            .encode(),
+        },
+        {"slow_answer"},
+    ),
+    "relay repeats its last message when there is no server any more": (
+        relay(
+            ("'/add_two_ints is not there'", "getattr(self, 'last', '/add_two_ints is not there')"),
+            (
+                "        return response\n\n\ndef main",
+                "        self.last = response.message\n        return response\n\n\ndef main",
+            ),
+        ),
+        {"goes_on_afterwards"},
     ),
     "relay has a method called handle": (
         relay(("self.relay, callback_group", "self.handle, callback_group"), ("async def relay(", "async def handle(")),
@@ -1455,6 +1536,8 @@ ABOUT = {
     "the end of a stop brings the state before it back",
     "the motors start by themselves a second after the stop has ended",
     "a refused enable is remembered",
+    "an enable that takes half a second overwrites the stop",
+    "the stop ends by itself after 6 s",
     "the stop toggles",
     "disabling ends the stop",
     "only enabled motors can be stopped",
