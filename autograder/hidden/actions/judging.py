@@ -26,6 +26,7 @@ OUTCOMES = {"succe": "SUCCEEDED", "cancel": "CANCELED", "abort": "ABORTED", "rej
 WHOLE = 0.9  # of its length that a step must last at least by its publisher's clock, which does not wait for the grader
 SHORTEST = 0.6  # of its length that a step must last at least on average
 QUIET = 3  # steps until a goal has ended that tells of none
+EARLIEST = 0.5  # of a step that must be over when it is told
 APART = 0.75  # of its length that a step must last at least between the messages of two goals
 NOTED = 0.1  # s until a server has noted the goal that it has just accepted
 IN_TIME = 2  # messages after a request: of the step that was under way, and of one that crossed the request
@@ -124,11 +125,20 @@ def slow_steps(goals: Sequence[Goal]) -> list[float]:
     return [b - a for a, b in pairwise([*began, *times])]
 
 
-def expect_slow_steps(goals: Sequence[Goal], rule: str) -> None:
-    """A step that is longer than the default must take its time, too; `rule` begins the message."""
+def expect_slow_steps(goals: Sequence[Goal]) -> None:
+    """A step that is longer than the default must take its time, too, and is reported when that is over."""
     took = slow_steps(goals)
     if took and max(took) < WHOLE * SLOW_STEP:
-        raise Wrong(f"{rule} They took {max(took):.2f} s at most, where that is {SLOW_STEP} s.", f"{took}")
+        raise Wrong(
+            "Each step must take step_period seconds, as set on the command line (--ros-args -p step_period:=...). "
+            f"They took {max(took):.2f} s at most, where that is {SLOW_STEP} s.",
+            f"{took}",
+        )
+    if took and took[0] < EARLIEST * SLOW_STEP:
+        raise Wrong(
+            "A step must be reported when its time is over, and the cabin has reached the floor. The first message "
+            f"came {took[0]:.2f} s after the goal, when a step takes {SLOW_STEP} s."
+        )
 
 
 def expect_taken_over(first: Ride, second: Ride) -> None:

@@ -1027,7 +1027,7 @@ WRONG = {
         {"without_add_two_ints"},
     ),
     "relay gives up after one failure": (
-        relay(("response.success = False", "self.create_timer(0.01, self.destroy_node)")),
+        relay(("response.success = False", "self.executor.create_task(self.destroy_node)")),
         ABSENT,
     ),
     "relay takes a sum of 0 for no answer": (
