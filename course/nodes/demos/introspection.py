@@ -87,10 +87,14 @@ class IntrospectionClient(Introspected):
 def main(args: list[str] | None = None) -> None:
     """Run until Ctrl-C: the node that the first argument names, `service` or `client`, or else both."""
     words = sys.argv[1:] if args is None else args
-    wanted = {"service": [IntrospectionService], "client": [IntrospectionClient]}
+    known: dict[str, type[IntrospectionService | IntrospectionClient]] = {
+        "service": IntrospectionService,
+        "client": IntrospectionClient,
+    }
+    wanted = [known[word] for word in words[:1] if word in known] or [*known.values()]
     rclpy.init(args=args)
     executor = SingleThreadedExecutor()
-    for make in wanted.get(words[0] if words else "", [IntrospectionService, IntrospectionClient]):
+    for make in wanted:
         executor.add_node(make())
     try:
         executor.spin()
