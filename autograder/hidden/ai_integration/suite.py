@@ -364,7 +364,7 @@ def expect_range_limits(follower: Follower, eye: Eye, rng: random.Random) -> Non
 @twice
 def test_rate(follower: Follower, by_the_wall: Follower, rng: random.Random) -> None:
     """Ten commands per second, whether scans come at 5 or at 40 Hz, or not at all, whatever they show."""
-    near = PLAIN.flat(rng, front=0.3, right=0.6)
+    near = PLAIN.flat(rng, front=0.25, right=0.6)
     scans = [seen(rng), near, PLAIN.flat(rng, front=0.15, right=3.0), near, PLAIN.flat(rng, front=3.0, right=0.7)]
     for hertz in RATE_STEPS:
         step = RATE_STEPS[hertz]
