@@ -4,6 +4,7 @@ demo_nodes_cpp has each of the two nodes as a program of its own: `introspection
 """
 
 import sys
+from collections.abc import Callable
 from typing import Any
 
 import rclpy
@@ -87,10 +88,13 @@ class IntrospectionClient(Introspected):
 def main(args: list[str] | None = None) -> None:
     """Run until Ctrl-C: the node that the first argument names, `service` or `client`, or else both."""
     words = sys.argv[1:] if args is None else args
-    wanted = {"service": [IntrospectionService], "client": [IntrospectionClient]}
+    one: dict[str, list[Callable[[], Introspected]]] = {
+        "service": [IntrospectionService],
+        "client": [IntrospectionClient],
+    }
     rclpy.init(args=args)
     executor = SingleThreadedExecutor()
-    for make in wanted.get(words[0] if words else "", [IntrospectionService, IntrospectionClient]):
+    for make in one.get(words[0] if words else "", [IntrospectionService, IntrospectionClient]):
         executor.add_node(make())
     try:
         executor.spin()
