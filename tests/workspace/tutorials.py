@@ -451,8 +451,8 @@ DOCTOR = """
     NETWORK CONFIGURATION
     PLATFORM INFORMATION
     RMW MIDDLEWARE
-    distribution name      : jazzy
-    ROS 2 INFORMATION
+    distribution name
+    : jazzy
     TOPIC LIST
 1$ ros2 run demo_nodes_py talker
     Publishing: "Hello World: 0"
