@@ -4,12 +4,16 @@ ada, bob and the teacher are everybody's; carol and dan hand in and are graded i
 forgets her password.
 """
 
+import asyncio
 import os
 import secrets
 import shutil
 import subprocess
+from collections.abc import Coroutine
+from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from typing import Any, TypeVar
 
 import pytest
 
@@ -20,6 +24,8 @@ from autograder.gradebook.release import names
 from tests.classroom.visitor import Visitor
 from tests.ports import free_port
 
+T = TypeVar("T")
+
 COMMAND = Path(__file__).parents[2] / "environment" / "classroom"
 DATED = "ai_integration"  # the exercise that the hub releases at its date
 SOON = 30  # s until then, in which the command that says so must have begun
@@ -28,6 +34,12 @@ ROSTER = "student,role\nada,\nbob,student\nteacher,instructor\n"
 
 def run_classroom(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([COMMAND, *arguments], capture_output=True, text=True, timeout=600)
+
+
+def run_apart(work: Coroutine[Any, Any, T]) -> T:
+    """Run a coroutine in a thread of its own: a browser of another test may have an event loop in this one."""
+    with ThreadPoolExecutor(1) as pool:
+        return pool.submit(asyncio.run, work).result()
 
 
 @pytest.fixture(scope="session")

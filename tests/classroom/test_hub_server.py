@@ -6,7 +6,6 @@ import socket
 import subprocess
 import sys
 import tempfile
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -14,7 +13,7 @@ from tornado.web import Application, HTTPError, RequestHandler
 
 from autograder.classroom import authenticators, hub_server, log_keeper
 from course.foundation.waiting import wait_until
-from tests.classroom.conftest import run_classroom
+from tests.classroom.conftest import run_apart, run_classroom
 
 STRANGER = 61001  # a user that this machine does not have
 # Opens connections and holds them, as many as it is told, until it is told to go; says how many were taken.
@@ -72,8 +71,7 @@ def asked(socket_path, *asks) -> list[str]:
         server.stop()
         return found
 
-    with ThreadPoolExecutor(1) as pool:  # a browser of another test may have an event loop in this thread
-        return pool.submit(asyncio.run, run()).result()
+    return run_apart(run())
 
 
 def get(path, target):
@@ -206,8 +204,7 @@ def test_who_tries_many_passwords_at_once_keeps_nobody_else_waiting(monkeypatch)
         ended = await asyncio.gather(*guesses)
         return at_once, ended.count(429), ended.count(None)
 
-    with ThreadPoolExecutor(1) as pool:
-        at_once, refused, wrong = pool.submit(asyncio.run, run()).result()
+    at_once, refused, wrong = run_apart(run())
     assert at_once == authenticators.FROM_ONE_PLACE + 1  # and ada
     assert (wrong, refused) == (150, 150)  # five of each name
 

@@ -3,7 +3,6 @@
 import asyncio
 import os
 import socket
-from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from tornado.httpserver import HTTPServer
@@ -12,6 +11,7 @@ from tornado.netutil import bind_unix_socket
 from tornado.web import Application, RequestHandler
 
 from autograder.classroom import serve
+from tests.classroom.conftest import run_apart
 
 REQUEST = b"POST / HTTP/1.1\r\nHost: class\r\nConnection: close\r\nContent-Length: 2\r\n\r\n{}"
 
@@ -41,8 +41,7 @@ def exchange(tmp_path, after_the_answer) -> bytes:
         server.stop()
         return answer
 
-    with ThreadPoolExecutor(1) as pool:  # a browser of another test may have an event loop in this thread
-        return pool.submit(asyncio.run, run()).result()
+    return run_apart(run())
 
 
 @pytest.fixture

@@ -1,10 +1,10 @@
 """Who waits for a server is told what for: at nine o'clock all start theirs."""
 
-import asyncio
 import os
 
 from autograder.classroom import spawner
 from autograder.classroom.spawner import STARTING, BoxSpawner
+from tests.classroom.conftest import run_apart
 
 
 def first_message(waiting: BoxSpawner) -> dict[str, object]:
@@ -15,7 +15,7 @@ def first_message(waiting: BoxSpawner) -> dict[str, object]:
         finally:
             await telling.aclose()
 
-    return asyncio.run(ask())
+    return run_apart(ask())
 
 
 def test_who_waits_is_told_how_many_others_do(monkeypatch):
