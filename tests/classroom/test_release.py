@@ -54,6 +54,7 @@ def has(classroom, name: str) -> bool:
     return (classroom.home(classroom.find("ada")) / "notebooks" / name / f"{name}.ipynb").exists()
 
 
+@pytest.mark.long("exercises are released, at once and at their dates, one after the other")
 def test_exercises_are_drafts_until_each_is_released_and_have_their_dates(classroom):
     assert set(states(classroom).values()) == {DRAFT} and len(states(classroom)) >= 5
     assert not has(classroom, "parameters") and course_files.released(classroom) == set()
