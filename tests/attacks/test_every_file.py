@@ -207,7 +207,6 @@ LITTLE = {
 
 # Belong to the matrix: each has a twin in each run, here or among the wrong answers of its exercise.
 ALIKE = {"nodes that come and go", "a relay that asks without being called", "drives blindly"}
-NIGHTLY = pytest.mark.matrix
 
 
 def polling() -> str:
@@ -250,7 +249,9 @@ def little(request, grade):
     }
 
 
-@pytest.mark.parametrize("kind", [pytest.param(kind, marks=NIGHTLY if kind in ALIKE else ()) for kind in LITTLE])
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=pytest.mark.matrix if kind in ALIKE else ()) for kind in LITTLE]
+)
 def test_whoever_does_nothing_or_confuses_the_grader_is_graded_and_earns_little(little, kind):
     report = little[kind].result()
     earned = {test.id: test.points for test in report.tests if test.points}
