@@ -233,10 +233,18 @@ def wrong_result(source: str) -> tuple[str, int, str] | None:
     None when all do, as far as their text tells.
     """
     tree = parse(source)
-    names = {
-        name_of(argument(call, *CALLBACKS["add_on_set_parameters_callback"]))
-        for call in calls(tree, "add_on_set_parameters_callback")
-    }
+    where = CALLBACKS["add_on_set_parameters_callback"]
+    return _plain_return(tree, {name_of(argument(call, *where)) for call in calls(tree, "add_on_set_parameters_callback")})
+
+
+def wrong_cancel(source: str) -> tuple[str, int, str] | None:
+    """A cancel callback of an action that does not return a CancelResponse, as `wrong_result` tells of others."""
+    tree = parse(source)
+    return _plain_return(tree, {name_of(argument(call, 10, "cancel_callback")) for call in calls(tree, "ActionServer")})
+
+
+def _plain_return(tree: ast.Module, names: set[str]) -> tuple[str, int, str] | None:
+    """The first function of these names that returns nothing, a constant or a comparison."""
     for function in functions(tree):
         if function.name not in names:
             continue

@@ -25,6 +25,7 @@ OF_THE_KERNEL = {  # whose hint is made from what the kernel has: an interface t
 }
 ELSEWHERE = {  # whose message each run tests without a kernel, by the module that tests it
     "actions/accepted_goal_never_begins": "tests/session/test_source.py",
+    "actions/cancel_callback_returns_true": "tests/session/test_source.py",
     "actions/client_of_a_dead_server": "tests/notebook/test_terminal.py",
     "actions/client_loops": "tests/notebook/test_terminal.py",
     "actions/client_raises": "tests/notebook/test_terminal.py",

@@ -8,7 +8,7 @@ from rclpy.parameter import Parameter
 
 from course.session.failure_report import of_program
 from course.session.live import Session
-from course.session.source import never_begins, wrong_guard, wrong_result
+from course.session.source import never_begins, wrong_cancel, wrong_guard, wrong_result
 
 NODE = """import rclpy
 from rcl_interfaces.msg import SetParametersResult
@@ -92,6 +92,21 @@ def test_a_call_tells_what_a_callback_for_parameters_returned(session, tmp_path,
 )
 def test_accepted_goals_that_nobody_begins(body, found):
     assert never_begins(SERVER.format(body=body)) == found
+
+
+@pytest.mark.parametrize(
+    ("body", "wrong"),
+    [
+        ("return CancelResponse.ACCEPT", None),
+        ("return self.answer", None),
+        ("return True", ("allow", 7, "True")),
+        ("return handle.is_active and not self.blocked", ("allow", 7, "handle.is_active and (not self.blocked)")),
+        ("self.get_logger().info('cancel')", ("allow", 6, "")),
+    ],
+)
+def test_a_cancel_callback_that_returns_no_response(body, wrong):
+    source = SERVER.replace("handle_accepted_callback=self.take", "cancel_callback=self.allow")
+    assert wrong_cancel(source.replace("def take(", "def allow(").format(body=body)) == wrong
 
 
 @pytest.mark.parametrize("guard", ["'main'", "'__main_'", '"_main_"'])
