@@ -348,12 +348,13 @@ def collect_command(
     ] = None,
 ) -> None:
     """Lay out what students handed in; exit code 1 when something could not be placed, which is named."""
-    from autograder.collecting.collect import collect, parse_due
+    from autograder.collecting.collect import collect
     from autograder.collecting.collect import describe as describe_collection
+    from autograder.submissions.times import parse_time
 
     known = of_class(into, roster)
-    end = _end(into, parse_due(until) if until else None)
-    collection = collect(sources, into, known, parse_due(due) if due else None, assignment, end)
+    end = _end(into, parse_time(until) if until else None)
+    collection = collect(sources, into, known, parse_time(due) if due else None, assignment, end)
     print(printable(describe_collection(collection)))
     raise typer.Exit(1 if collection.unplaced else 0)
 
@@ -440,13 +441,16 @@ def release_command(
     due: Annotated[
         str | None, typer.Option(help="The due date, for the gradebook and the hand-in, as '2026-11-20 23:59 UTC'.")
     ] = None,
-    until: Annotated[str | None, typer.Option(help="After that, the hand-in says that it is too late.")] = None,
+    until: Annotated[
+        str | None, typer.Option(help="After that, the hand-in says that it is too late; 'none' takes an end away.")
+    ] = None,
 ) -> None:
     """Make the student version of notebooks; refuse it if it would show a solution or a hidden test."""
-    from autograder.collecting.collect import parse_due
+    from autograder.gradebook import ends
     from autograder.gradebook.release import hand_out, release
+    from autograder.submissions.times import parse_time
 
-    dates = (parse_due(time) if time else None for time in (due, until))
+    dates = parse_time(due) if due else None, ends.parse(until) if until else None
     released = release(course, assignment or [], notebooks, *dates)
     for folder in released:
         print(f"{folder}: released, and searched for solutions, marking schemes and hidden tests")
@@ -467,14 +471,14 @@ def extend(
     take_back: Annotated[bool, typer.Option("--take-back", help="Or nothing more: take back what was given.")] = False,
 ) -> None:
     """Give students more time, and show who has how much; the next export or return works out penalties anew."""
-    from autograder.collecting.collect import parse_due
     from autograder.gradebook import extensions
+    from autograder.submissions.times import parse_time
 
     if students and (days is not None) + bool(until) + take_back != 1:
         raise UsageError("say how much: --days, --until or --take-back, one of them")
     if not students and (days is not None or until or take_back):
         raise UsageError("say who: the names of students come first")
-    extension = parse_due(until) if until else days
+    extension = parse_time(until) if until else days
     given = extensions.change(course, students or [], assignment, None if take_back else extension)
     if not given:
         print("Nobody has an extension.")

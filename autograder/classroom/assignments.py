@@ -55,20 +55,21 @@ def change(
     names: Iterable[str],
     release: Mapping[str, datetime] | None = None,
     due: datetime | None = None,
-    until: datetime | None = None,
+    until: datetime | str | None = None,
 ) -> dict[str, Dates]:
     """Set those dates that are given, and return those of the named.
 
-    `release` has its date of each exercise that is not released yet.  Raises UsageError, and changes nothing, when the
-    dates of one are in no order.
+    `release` has its date of each exercise that is not released yet; `ends.NONE` takes an end away.  Raises UsageError,
+    and changes nothing, when the dates of one are in no order.
     """
     known = read(classroom)
     changed = {}
     for name in names:
         new = {"release": (release or {}).get(name), "due": due, "until": until}
-        dates = replace(known.get(name, Dates()), **{key: time.isoformat() for key, time in new.items() if time})
-        given = [time for time in (dates.release, dates.due, dates.until) if time]
-        if given != sorted(given, key=datetime.fromisoformat):
+        given = {key: time.isoformat() if isinstance(time, datetime) else "" for key, time in new.items() if time}
+        dates = replace(known.get(name, Dates()), **given)
+        order = [time for time in (dates.release, dates.due, dates.until) if time]
+        if order != sorted(order, key=datetime.fromisoformat):
             raise UsageError(f"{name}: the release comes first, then the due date, then the end")
         changed[name] = dates
     text = json.dumps({name: asdict(dates) for name, dates in (known | changed).items()}, indent=1)

@@ -70,7 +70,7 @@ ARGUMENTS = ("student", "exercise", "days", "until", "take_back")
 
 def extend(classroom: Classroom, asked: dict[str, str]) -> list[str]:
     """Return the command that does what the form asks for; raises UsageError."""
-    from autograder.collecting.collect import parse_due
+    from autograder.submissions.times import parse_time
 
     if asked["student"] not in {member.name for member in classroom.students}:
         raise UsageError("say who: choose a student")
@@ -82,7 +82,7 @@ def extend(classroom: Classroom, asked: dict[str, str]) -> list[str]:
     if bool(asked["days"]) == bool(asked["until"]):
         raise UsageError("say how much: a number of days, or a time")
     if asked["until"]:
-        return [*command, f"--until={parse_due(asked['until'] + ' UTC'):%Y-%m-%d %H:%M} UTC"]
+        return [*command, f"--until={parse_time(asked['until'] + ' UTC'):%Y-%m-%d %H:%M} UTC"]
     try:
         days = float(asked["days"])
     except ValueError:

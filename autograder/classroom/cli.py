@@ -223,11 +223,14 @@ def release(
         str | None, typer.Option(help="Release it then, as '2026-11-02 08:00 UTC'; default: at once.")
     ] = None,
     due: Annotated[str | None, typer.Option(help="Until then a hand-in is on time.")] = None,
-    until: Annotated[str | None, typer.Option(help="After that a hand-in is not collected any more.")] = None,
+    until: Annotated[
+        str | None, typer.Option(help="After that a hand-in is not collected any more; 'none' takes an end away.")
+    ] = None,
     folder: Folder = DEFAULT,
 ) -> None:
     """Release exercises to the students, now or at a date; or change the dates of those that are released."""
-    from autograder.collecting.collect import parse_due
+    from autograder.gradebook import ends
+    from autograder.submissions.times import parse_time
 
     _root()
     classroom = Classroom.load(folder.resolve())
@@ -239,14 +242,15 @@ def release(
         raise UsageError(f"there is no exercise {unknown[0]}; there are: {', '.join(known)}")
     if accounts.missing(classroom):
         raise UsageError("the class is down: `up` first")
-    times = [parse_due(time) if time else None for time in (at, due, until)]
+    opens, is_due = (parse_time(time) if time else None for time in (at, due))
+    end = ends.parse(until) if until else None
     with hub.alone(classroom):
         now, there = datetime.now(UTC), course_files.released(classroom)
         if at and (open_now := sorted(there & {*wanted})):
             raise UsageError(f"{open_now[0]} is released already: --at comes too late")
         new = [name for name in wanted if name not in there]
-        assignments.change(classroom, wanted, dict.fromkeys(new, times[0] or now), *times[1:])
-        for name in course_files.release(classroom, [name for name in new if (times[0] or now) <= now]):
+        assignments.change(classroom, wanted, dict.fromkeys(new, opens or now), is_due, end)
+        for name in course_files.release(classroom, [name for name in new if (opens or now) <= now]):
             print(f"Released {name}.")
         for line in course_files.hand_out_notebooks(classroom):
             print(line)

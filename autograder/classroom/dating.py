@@ -17,7 +17,7 @@ from autograder.gradebook import database, ends
 from autograder.gradebook.late import LatePolicy, course_config
 from course.hand_in import DUE, UNTIL
 
-Dates = dict[str, dict[str, str]]  # by exercise: DUE and UNTIL, in ISO 8601
+Dates = dict[str, dict[str, str]]  # by exercise: DUE and UNTIL, in ISO 8601; an UNTIL of "" has been taken away
 
 
 def enter(course: Path, new: Dates, dates: Dates) -> Dates:
@@ -31,7 +31,8 @@ def enter(course: Path, new: Dates, dates: Dates) -> Dates:
             if each.get(DUE):
                 book.update_or_create_assignment(name, duedate=_utc(each[DUE]))
         due = {one.name: one.duedate.replace(tzinfo=UTC).isoformat() for one in book.assignments if one.duedate}
-    ends.change(course, {name: datetime.fromisoformat(each[UNTIL]) for name, each in new.items() if each.get(UNTIL)})
+    over = {name: each[UNTIL] for name, each in new.items() if UNTIL in each}
+    ends.change(course, {name: datetime.fromisoformat(time) if time else ends.NONE for name, time in over.items()})
     return {name: each | ({DUE: due[name]} if name in due else {}) for name, each in dates.items()}
 
 

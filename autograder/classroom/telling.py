@@ -27,6 +27,8 @@ def tell(classroom: Classroom, enter: Collection[str] = ()) -> None:
     known, told = _basis(classroom), _told(classroom)
     dates, before = known["dates"], (told or {}).get("dates", {})
     entered = {name: each for name, each in dates.items() if name in {*enter} or before.get(name) != each}
+    ended = [name for name in entered if before.get(name, {}).get(UNTIL) and UNTIL not in entered[name]]
+    entered |= {name: entered[name] | {UNTIL: ""} for name in ended}
     if not entered and known == told:
         return
     if told is None:  # a class of before: what is due may have been changed in Formgrader since

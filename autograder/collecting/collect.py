@@ -17,7 +17,7 @@ from pathlib import Path
 
 from autograder.collecting.bundles import bundles, files_of
 from autograder.collecting.identify import TIME, VERIFIED, HandedIn, identify
-from autograder.errors import Unplaced, UsageError
+from autograder.errors import Unplaced
 from autograder.platforms import users_are_global
 from autograder.submissions import exercises, provenance, reading
 from autograder.submissions.provenance import KNOWN, ON_TIME, Source
@@ -276,14 +276,3 @@ def describe(collection: Collection) -> str:
         lines.append(one_line(f"Nothing of {name} was handed in by {len(absent)}: {', '.join(absent)}"))
     count, students = len(collection.laid_out), len({each.student for each in collection.laid_out})
     return "\n".join([*lines, f"{count} submissions of {students} students; {len(collection.unplaced)} not placed."])
-
-
-def parse_due(text: str) -> datetime:
-    """A due date as `2026-11-20 23:59 UTC`, or with an offset; raises UsageError for a time without a zone."""
-    try:
-        due = datetime.fromisoformat(re.sub(r"\s*(UTC|Z)$", "+00:00", text.strip()))
-    except ValueError:
-        raise UsageError(f"{text!r} is not a time: write it as '2026-11-20 23:59 UTC'") from None
-    if due.tzinfo is None:
-        raise UsageError(f"{text!r} has no time zone: write '{text} UTC', or an offset as in '{text}+01:00'")
-    return due.astimezone(UTC)

@@ -10,9 +10,16 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from autograder.errors import UsageError
+from autograder.submissions.times import parse_time
 from course.foundation import storage
 
 FILE = "ends.json"
+NONE = "none"  # in the place of a time: there is no end any more
+
+
+def parse(text: str) -> datetime | str:
+    """Return an end as it is written on a command line, or NONE; raises UsageError."""
+    return NONE if text.strip().lower() == NONE else parse_time(text)
 
 
 def read(course: Path) -> dict[str, datetime]:
@@ -26,10 +33,14 @@ def read(course: Path) -> dict[str, datetime]:
         raise UsageError(f"{course / FILE} cannot be read: {error}. Mend it, or remove it and release again") from None
 
 
-def change(course: Path, ends: Mapping[str, datetime | None]) -> None:
-    """Set the ends of some exercises; None leaves an exercise as it is.  Raises OSError and UsageError."""
+def change(course: Path, ends: Mapping[str, datetime | str | None]) -> None:
+    """Set the ends of some exercises, or take them away (NONE); None leaves an exercise as it is.
+
+    Raises OSError and UsageError.
+    """
     known = read(course)
-    new = known | {name: time for name, time in ends.items() if time}
+    kept = {name: time for name, time in known.items() if ends.get(name) != NONE}
+    new = kept | {name: time for name, time in ends.items() if isinstance(time, datetime)}
     if new == known:
         return
     shared = course.stat().st_mode & stat.S_IWGRP  # with the other instructors of a class

@@ -57,12 +57,13 @@ def release(
     chosen: Iterable[str] = (),
     notebooks: Path | None = None,
     due: datetime | None = None,
-    until: datetime | None = None,
+    until: datetime | str | None = None,
 ) -> list[Path]:
     """Make the student version of the `chosen` notebooks, or of all, in `course`/release; return its folders.
 
     Only notebooks are copied, not the files that running them leaves beside them.  `due` goes into the gradebook,
-    `until` into `ends.json`, and both into the notebook, so that handing in can say what is late.  Raises UsageError
+    `until` into `ends.json` (`ends.NONE` takes an earlier one away), and both into the notebook, so that handing in can
+    say what is late.  Raises UsageError
     when a notebook cannot be released, and Leak when the student version would show an answer, after removing it.
     """
     notebooks = notebooks or repository() / "notebooks"
@@ -73,12 +74,13 @@ def release(
         raise UsageError(f"there is no notebook '{unknown.pop()}'; there are: {', '.join(known)}")
     set_up(course)
     nbgrader = api(course)
-    if due and until and until < due:
+    end = until if isinstance(until, datetime) else None
+    if due and end and end < due:
         raise UsageError("the end is before the due date")
     folders = [_release(nbgrader, course, name, notebooks / name / f"{name}.ipynb") for name in chosen or known]
     ends.change(course, {folder.name: until for folder in folders})
     for folder in folders:
-        _note_dates(folder / f"{folder.name}.ipynb", {DUE: due, UNTIL: until})
+        _note_dates(folder / f"{folder.name}.ipynb", {DUE: due, UNTIL: end})
         if due:
             with nbgrader.gradebook as book:
                 book.update_or_create_assignment(folder.name, duedate=due.astimezone(UTC).replace(tzinfo=None))

@@ -112,6 +112,11 @@ def test_exercises_are_drafts_until_each_is_released_and_have_their_dates(classr
     assert states(classroom)["services"] == DRAFT
 
     each_is_told_their_own_dates(classroom)
+    (classroom.grading / "extensions.json").unlink()
+    assert "until" not in release(classroom, "parameters", "--until", "none").stdout  # there is no end any more
+    assert "parameters" not in ends.read(classroom.grading)
+    told = json.loads((classroom.exchange / "ros2/dates/bob.json").read_text())["parameters"]
+    assert {*told} == {"due"}
     status = run_classroom("status", "--folder", str(classroom.folder))
     lines = {line.split()[0]: line for line in status.stdout.splitlines() if line.startswith("  ")}
     assert "draft" in lines["services"] and f"due {said(NOW + 2 * DAY)}" in lines["parameters"]

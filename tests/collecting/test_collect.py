@@ -11,10 +11,11 @@ from pathlib import Path, PurePosixPath
 
 import pytest
 
-from autograder.collecting.collect import collect, describe, parse_due
+from autograder.collecting.collect import collect, describe
 from autograder.errors import UsageError
 from autograder.platforms import origin
 from autograder.submissions.roster import Roster, read_rosters
+from autograder.submissions.times import parse_time
 from course.hand_in import HandIn, write
 
 AUTOGRADER = str(Path(sys.executable).with_name("autograder"))
@@ -78,7 +79,7 @@ def test_the_newest_counts_and_the_others_are_kept(tmp_path):
 def test_the_newest_on_time_counts_more_than_a_late_one(tmp_path):
     handed_in(tmp_path / "in", at=EARLY)
     handed_in(tmp_path / "in", at=LATER, files=FILES | {"relay.py": b"late"})
-    collect([tmp_path / "in"], tmp_path / "out", due=parse_due("2026-11-02 23:59 UTC"))
+    collect([tmp_path / "in"], tmp_path / "out", due=parse_time("2026-11-02 23:59 UTC"))
     assert (tmp_path / "out" / "ada" / "services" / "relay.py").read_bytes() == FILES["relay.py"]
 
 

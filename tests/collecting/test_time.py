@@ -7,20 +7,21 @@ from nbgrader.api import Gradebook
 from typer.testing import CliRunner
 
 from autograder.cli import app
-from autograder.collecting.collect import collect, describe, parse_due
+from autograder.collecting.collect import collect, describe
 from autograder.gradebook import ends, extensions
 from autograder.gradebook.book import Scores
 from autograder.gradebook.release import COURSE_FILE
 from autograder.records import TIME_UNKNOWN
 from autograder.submissions import provenance
 from autograder.submissions.provenance import KNOWN, ON_TIME, UNKNOWN
+from autograder.submissions.times import parse_time
 from tests.gradebook.test_late import penalties
 from tests.returning.test_return import report
 
 from .test_collect import EARLY, FILES, LATER, archive, handed_in
 
 pytestmark = pytest.mark.filterwarnings("ignore:Object of type")  # nbgrader's own, about its sessions
-DUE = parse_due("2026-11-02 23:59 UTC")  # between EARLY and LATER
+DUE = parse_time("2026-11-02 23:59 UTC")  # between EARLY and LATER
 
 
 @pytest.fixture

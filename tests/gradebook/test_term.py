@@ -13,7 +13,7 @@ from nbgrader.api import Gradebook
 from typer.testing import CliRunner
 
 from autograder.cli import app
-from autograder.gradebook import release
+from autograder.gradebook import ends, release
 from autograder.gradebook.entering import Entering
 from autograder.records import GRADED, PASSED, Report, Result
 from autograder.results.output import Basis, Output
@@ -238,3 +238,6 @@ def test_a_release_notes_the_due_date_for_the_gradebook_and_for_handing_in(tmp_p
     assert hand_in.read(tmp_path).dates.keys() == {"due", "until"}
     ran = CliRunner().invoke(app, [str(argument) for argument in [*arguments, "2026-11-01 23:59 UTC"]])
     assert "the end is before the due date" in str(ran.exception)
+    run(*arguments, "none")
+    assert json.loads(notebook.read_text())["metadata"]["course"].keys() == {"due"}
+    assert ends.read(tmp_path / "course") == {}

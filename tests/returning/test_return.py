@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from nbgrader.api import Gradebook
 
-from autograder.collecting.collect import collect, parse_due
+from autograder.collecting.collect import collect
 from autograder.errors import UsageError
 from autograder.gradebook.book import Scores
 from autograder.gradebook.release import COURSE_FILE
@@ -17,6 +17,7 @@ from autograder.results.output import Basis, Output
 from autograder.returning.giving_back import describe, give_back
 from autograder.submissions import exercises, listing
 from autograder.submissions.roster import read_rosters
+from autograder.submissions.times import parse_time
 from course.returned import record
 from tests.collecting.test_collect import FILES, LATER, archive, handed_in
 
@@ -109,7 +110,7 @@ def test_marks_by_hand_and_lateness_are_in_what_is_returned(tmp_path):
     with Scores(url, submitted) as scores:
         scores.write(report("ada"))
     with Gradebook(url) as book:
-        book.update_or_create_assignment("services", duedate=parse_due("2026-11-02 23:59 UTC").replace(tzinfo=None))
+        book.update_or_create_assignment("services", duedate=parse_time("2026-11-02 23:59 UTC").replace(tzinfo=None))
         book.find_grade("relay", "services", "services", "ada").manual_score = 4.0
         book.db.commit()
     result = give_back(out, out / "returned")
