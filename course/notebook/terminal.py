@@ -17,7 +17,7 @@ from pathlib import Path
 from course.errors import NodeFailed
 from course.foundation import processes
 from course.foundation.waiting import POLL, lookouts
-from course.session.failure_report import MARK, Frame, of_program
+from course.session.failure_report import MARK, Frame, of_program, text_at
 from course.session.stacks import Stacks
 
 STYLE = (
@@ -31,6 +31,11 @@ IN_VAIN = 3.0  # s that a program may wait and print nothing when a node of the 
 SOON = 0.5  # s in which a node is known to have failed, after a program that has got no answer from it
 CHUNK = 65536  # bytes
 GRACE = 10.0  # s for a program to end after Ctrl-C
+OF_A_SHELL = ("cd", "source", ".", "export", "alias", "unset")  # words that are no programs
+JOINED = ("&&", "||", "|", ";", "&", ">", ">>", "2>", "<")
+WAITS = b"still waiting; "  # what the `ros2` command says of a name that nobody serves
+ENDLESS = re.compile(r"\b(rclpy|\w*executor)\.spin\(")
+OVERRIDE = re.compile(r"Couldn't parse parameter override rule: '-p ([^\s:=]+)=(.*?)'")
 
 
 class Terminal:
@@ -66,7 +71,8 @@ def terminal(*commands: str, timeout: float = USUAL, until: str = "") -> Termina
     """Run the commands at the same time (no shell), each for at most `timeout` s, and return the transcript.
 
     A Python file that only computes, and prints nothing, is stopped earlier, unless `timeout` is longer than usual; so
-    is one that waits when a node of the session has failed.
+    is one that waits when a node of the session has failed, and a `ros2` command that waits for a name that nobody
+    serves.
     With `until`, a command that runs on is ended with Ctrl-C once it has printed a line with that text; the transcript
     leaves out what it prints afterwards.
     """
@@ -112,13 +118,31 @@ def _untold() -> list[str]:
 
 
 def _run(command: str, timeout: float, until: str, failed: threading.Event) -> tuple[str, str, int]:
-    words = shlex.split(command)
     try:
-        if until:
-            return command, *_run_until(words, timeout, until)
-        return command, *_run_to_its_end(words, timeout, failed)
+        words = shlex.split(command)
+    except ValueError as error:
+        return command, f"This line has a quotation mark too few or too many ({error}).", 2
+    shell = [word for word in words[:1] if word in OF_A_SHELL] + [word for word in words if word in JOINED]
+    if shell or not words:
+        return command, _no_shell(command, shell), 127
+    try:
+        output, status = _run_until(words, timeout, until) if until else _run_to_its_end(words, timeout, failed)
     except FileNotFoundError:
         return command, f"{words[0]}: command not found", 127
+    except PermissionError:
+        return command, f"{words[0]}: not a program that may be run", 126
+    if rule := OVERRIDE.search(output):
+        output = f"{output.rstrip()}\nHint: A parameter is set with `:=`: `-p {rule[1]}:={rule[2]}`\n"
+    return command, output, status
+
+
+def _no_shell(command: str, words: list[str]) -> str:
+    """Why a command that only a shell can run is not run here."""
+    what = f"`{words[0]}` is a word of the shell" if words else "there is no program in it"
+    return (
+        f"This is not run: {what}, and `terminal(...)` runs each line as one program, without a shell. Type it in a "
+        f"terminal (File, New, Terminal)" + (f", or write `!{command}` in a cell of its own." if command else ".")
+    )
 
 
 def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -> tuple[str, int]:
@@ -154,13 +178,20 @@ def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -
             at = _lines(stacks.loop(program.pid, path, spent))
             if failed.is_set():
                 in_vain = min(in_vain, time.monotonic() + IN_VAIN)
+        elif WAITS in printed and timeout <= USUAL:
+            in_vain = min(in_vain, time.monotonic() + IN_VAIN)
     ran = time.monotonic() - end + timeout
-    why = ", because a node of this notebook has failed" if time.monotonic() >= in_vain else ""
+    why = ", because a node of this notebook has failed" if path and time.monotonic() >= in_vain else ""
     if path:
         at = at or _lines(stacks.doing(program.pid, path))
     program.kill()
     program.wait()
     where = f". {path.name} was here:{at}" if path and at else ""
+    if path and not at and ENDLESS.search(text_at(path)):
+        where = (
+            f". A node runs until it is stopped: start it with `ros.start({path.name!r})`, or have it ended here after "
+            f"a line of its own, `terminal(..., until='some words of that line')`."
+        )
     return f"{printed.decode(errors='replace')}\n(stopped after {ran:.0f} s{why}){where}".lstrip("\n"), 124
 
 
@@ -221,7 +252,8 @@ def _run_until(words: list[str], timeout: float, until: str) -> tuple[str, int]:
             if until in line:
                 return f"{printed}^C", 0
         status = program.wait()
-        return (f"{printed}(stopped after {timeout:g} s)", 124) if late.is_set() else (printed, status)
+        late_line = f"(stopped after {timeout:g} s: no line had {until!r} in it)"
+        return (f"{printed}{late_line}", 124) if late.is_set() else (printed, status)
     finally:
         alarm.cancel()
         _end(program)

@@ -120,7 +120,7 @@ def of_exception(
     """The report of an exception in a node of this kernel; `callbacks` are those of the node's services."""
     last = "".join(traceback.format_exception_only(error)).strip()
     frames = _own_frames(error.__traceback__)
-    source = _source(error.__traceback__) or (text_of(callbacks[0]) if callbacks else "")
+    source = _source(error.__traceback__) or next(filter(None, map(text_of, callbacks)), "")
     why = _hint(last, source, frames)
     silent = [callback for callback in callbacks if returns_nothing(callback)]
     if not frames and silent and last in NO_RESPONSE:

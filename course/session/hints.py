@@ -185,6 +185,15 @@ def _not_callable(found: re.Match[str], source: str) -> str:
     return "What is called here is not a function. Hand a callback over by its name, without brackets: `self.add`."
 
 
+def _called_here(found: re.Match[str], source: str, code: str) -> str:
+    """Of the only thing that a line calls by a plain name; what else it may be follows from the whole text."""
+    names = {ast.unparse(node.func) for node in ast.walk(parse(code)) if isinstance(node, ast.Call)}
+    if len(names) != 1 or hidden_method(source) or called_callback(source):
+        return ""
+    kind = "None" if found[1] == "NoneType" else f"a {found[1]}"
+    return f"`{names.pop()}` is {kind} here, and not a function: where does it get its value?"
+
+
 def _no_such_class(found: re.Match[str], source: str) -> str:
     name, module = found[1], found[2]
     if wrong := wrong_import(module, name, source):
@@ -467,5 +476,6 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"^KeyError: '([^']+)'$", _no_such_key),
     (r"Invalid arguments passed to constructor: (\w+)", _no_such_argument),
     (r"(Service|Action) classes can not be instantiated", _no_instance),
+    (r"'(bool|str|int|float|NoneType)' object is not callable", _called_here),
     (r"'NoneType' object is not subscriptable|operand type.*'NoneType'|between.*'NoneType'", _still_none),
 )

@@ -234,7 +234,9 @@ def wrong_result(source: str) -> tuple[str, int, str] | None:
     """
     tree = parse(source)
     where = CALLBACKS["add_on_set_parameters_callback"]
-    return _plain_return(tree, {name_of(argument(call, *where)) for call in calls(tree, "add_on_set_parameters_callback")})
+    return _plain_return(
+        tree, {name_of(argument(call, *where)) for call in calls(tree, "add_on_set_parameters_callback")}
+    )
 
 
 def wrong_cancel(source: str) -> tuple[str, int, str] | None:

@@ -1,17 +1,18 @@
 """The nodes that a session has started: how each is started, replaced, ended and started again, and their table."""
 
 import contextlib
+import difflib
 import itertools
 import os
 import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from rcl_interfaces.srv import ListParameters
 from rclpy.exceptions import NotInitializedException
 from rclpy.node import Node
 
@@ -37,6 +38,8 @@ from course.session.watch import Handle, Watch
 
 PATIENCE = 5.0  # s without a node, after which the reader is told where the program is
 USUAL = 20.0  # s that a program has for its first node; whoever gives it more knows that it computes for long
+ASKED = 1.0  # s for a program to tell its parameters
+OF_EVERY_NODE = ("use_sim_time", "start_type_description_service", "qos_overrides.")  # parameters
 ENDING = 5.0  # s that a program of elsewhere has to end after Ctrl-C
 # Asked before a file is started; what they return is told to the reader.  The notebook's part of the course looks here
 # whether the file is what its cell says.
@@ -78,13 +81,28 @@ class StartedNodes:
         threads: int,
     ) -> Handle:
         """Make a node of this kernel and spin it; raises what its `__init__` raises."""
-        return self._alone(partial(self._start_class, cls, args, kwargs, _arguments(parameters), threads))
+
+        def start() -> Handle:
+            handle = self._start_class(cls, args, kwargs, _arguments(parameters), threads)
+            self._tell_undeclared(handle.name, parameters, Node.list_parameters(handle.node, [], 0).names)
+            return handle
+
+        return self._alone(start)
 
     def start_file(
         self, path: Path, args: tuple[object, ...], parameters: Mapping[str, object], timeout: float
     ) -> Handle:
         """Run a file in its own process; raises LiveError when it ends, or shows no node within `timeout` s."""
-        again = partial(self._start_file, path, [*map(str, args), *_arguments(parameters)], timeout)
+
+        def again() -> Handle:
+            process = self._start_file(path, [*map(str, args), *_arguments(parameters)], timeout)
+            if parameters and len(process.nodes) == 1:
+                with contextlib.suppress(CallTimeout):  # it is busy, which is no reason not to start it
+                    service = f"{process.nodes[0]}/list_parameters"
+                    names = self._calls.call(service, ListParameters, ListParameters.Request(), ASKED).result.names
+                    self._tell_undeclared(path.name, parameters, names)
+            return process
+
         self._again[path.name] = again  # a program that fails at once can be restarted, too
         return self._alone(again)
 
@@ -204,6 +222,14 @@ class StartedNodes:
         self._handles[handle.name] = handle
         self._publishing.publish()
         return handle
+
+    def _tell_undeclared(self, who: str, parameters: Iterable[str], declared: Collection[str]) -> None:
+        """Tell of each parameter that was set for a node and that it has not declared: rclpy says nothing of it."""
+        own = sorted(name for name in declared if not name.startswith(OF_EVERY_NODE))
+        for name in (name for name in parameters if name not in declared):
+            near = difflib.get_close_matches(name, own, 1)
+            has = f"Did you mean '{near[0]}'?" if near else f"It has declared: {', '.join(own) or 'none'}."
+            self._watch.notice(f"{who} has declared no parameter '{name}', so the value has no effect. {has}")
 
     def _replace(self, name: str, new: NodeProcess | None = None, cls: type[Node] | None = None) -> None:
         """Make room for a node, or a file's process, of this name; `new` already has it, and `cls` is to have it."""

@@ -60,6 +60,68 @@ def test_a_program_that_ends_by_itself_is_shown_as_it_is(tmp_path):
     assert run(tmp_path, "import sys\nprint('no answer')\nsys.exit(3)\n") == ("no answer\n", 3)
 
 
+@pytest.mark.parametrize(
+    ("command", "word"),
+    [
+        ("cd ros2_ws && colcon build", "cd"),
+        (". install/setup.bash", "."),
+        ("source install/setup.bash", "source"),
+        ("ros2 node list | sort", "|"),
+        ("python3 client.py > out.txt", ">"),
+    ],
+)
+def test_what_only_a_shell_can_do_is_told(command, word):
+    ((_, output, status),) = terminal(command).runs
+    assert status == 127
+    assert f"`{word}` is a word of the shell" in output and f"`!{command}`" in output
+
+
+@pytest.mark.parametrize(
+    ("command", "said", "number"),
+    [
+        ("", "there is no program in it", 127),
+        ("echo 'a", "a quotation mark too few or too many", 2),
+        ("./folder", "./folder: not a program that may be run", 126),
+        ("nonsense", "nonsense: command not found", 127),
+    ],
+)
+def test_a_line_that_cannot_be_run_is_a_line(tmp_path, command, said, number):
+    (tmp_path / "folder").mkdir()
+    ((_, output, status),) = terminal(command).runs
+    assert status == number
+    assert said in output and len(output.splitlines()) == 1
+
+
+def test_a_parameter_that_is_set_with_an_equals_sign(tmp_path):
+    said = "Couldn't parse parameter override rule: '-p use_sim_time=true'. Error: Expected lexeme type (22) not found"
+    output, _ = run(tmp_path, f"raise SystemExit({said!r})\n")
+    assert output.splitlines()[-1] == "Hint: A parameter is set with `:=`: `-p use_sim_time:=true`"
+
+
+def test_a_node_that_never_ends_tells_how_it_is_started(tmp_path):
+    output, status = run(tmp_path, "import threading as rclpy\nrclpy.spin = rclpy.Event().wait\nrclpy.spin()\n", 1.0)
+    assert status == 124
+    assert "start it with `ros.start('client.py')`" in output
+
+
+def test_a_line_that_never_comes_is_told(tmp_path):
+    (tmp_path / "client.py").write_text("import time\nprint('Max speed: 2.0', flush=True)\ntime.sleep(60)\n")
+    ((_, output, status),) = terminal("python3 client.py", timeout=1.0, until="Max speed: 2.00").runs
+    assert status == 124
+    assert output.endswith("(stopped after 1 s: no line had 'Max speed: 2.00' in it)")
+
+
+def test_a_command_that_waits_for_a_name_that_nobody_serves_is_not_waited_for(tmp_path, monkeypatch):
+    monkeypatch.setattr("course.notebook.terminal.IN_VAIN", 0.3)
+    (tmp_path / "ros2").write_text(
+        "#!/bin/sh\necho 'still waiting; served here: /b. Ctrl-C ends this.'\nexec sleep 60\n"
+    )
+    (tmp_path / "ros2").chmod(0o755)
+    ((_, output, status),) = terminal("./ros2 service call /a std_srvs/srv/Trigger").runs
+    assert status == 124
+    assert "served here: /b" in output and "(stopped after " in output and "30 s" not in output
+
+
 class Session:
     """A session in which nodes fail when they are told to: each failure is told once."""
 

@@ -68,6 +68,10 @@ class Server(Node):
         ),
         ("TypeError: A.go() takes 1 positional argument but 2 were given", "self.go(1)", "", ""),
         ("TypeError: 'bool' object is not callable", "self.go = True\ndef go(self): pass", "", "the method `go`"),
+        ("TypeError: 'str' object is not callable", "", "sectors = look(scan)", "`look` is a str here, and not a fun"),
+        ("TypeError: 'NoneType' object is not callable", "", "self.ask(1)", "`self.ask` is None here"),
+        ("TypeError: 'bool' object is not callable", "self.go = 1\ndef go(self): pass", "self.go()", "the method `go`"),
+        ("TypeError: 'int' object is not callable", "", "a(b(1))", "Hand a callback over by its name"),
         (
             "TypeError: Expected <class 'std_msgs.msg._float64.Float64'>, got <class 'float'>",
             "",
