@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from course.environment import workspace_variables
 from course.foundation.waiting import wait_until
 from course.workspace.export import export
 from tests.workspace.conftest import SOLUTIONS
@@ -124,6 +125,26 @@ def test_the_build_is_this_environments_and_all_that_runs_is_installed(workspace
 def test_the_readers_own_cmake_options_do_not_replace_the_courses(workspace, shell):
     done = colcon(workspace, shell, "--packages-select", "calculator_interfaces", "--cmake-args", "-DCMAKE_CXX_FLAGS=")
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_colcon_in_a_cell_knows_what_a_terminal_of_the_course_knows(tmp_path, shell):
+    """A kernel's environment has none of the variables that CMake needs to find this Python."""
+    package = tmp_path / "src/told"
+    package.mkdir(parents=True)
+    (package / "package.xml").write_text(
+        "<package format='3'><name>told</name><version>0.0.0</version><description>d</description>"
+        "<maintainer email='a@b.c'>a</maintainer><license>MIT</license>"
+        "<export><build_type>cmake</build_type></export></package>"
+    )
+    (package / "CMakeLists.txt").write_text(
+        "cmake_minimum_required(VERSION 3.20)\nproject(told NONE)\n"
+        "file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/told $ENV{CMAKE_TOOLCHAIN_FILE})\n"
+        "install(FILES package.xml DESTINATION share)\n"
+    )
+    kernel = {name: value for name, value in shell.items() if name not in workspace_variables()}
+    done = colcon(tmp_path, kernel)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert (tmp_path / "build/told/told").read_text() == workspace_variables()["CMAKE_TOOLCHAIN_FILE"]
 
 
 def test_programs_without_an_interface_are_one_package_even_in_a_folder_with_a_space(tmp_path, shell):
