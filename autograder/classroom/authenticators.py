@@ -3,9 +3,12 @@
 import asyncio
 import contextlib
 import secrets
+from collections.abc import Callable
 from typing import Any
 from weakref import WeakValueDictionary
 
+from jupyterhub import roles
+from jupyterhub.apihandlers.users import UserTokenListAPIHandler
 from jupyterhub.auth import Authenticator, PAMAuthenticator
 from jupyterhub.authenticators.shared import SharedPasswordAuthenticator
 from tornado.web import HTTPError
@@ -18,6 +21,17 @@ KNOWN = "classroom-known"  # the cookie of a browser in which somebody has logge
 DAYS = 200
 AT_ONCE = 32  # passwords that are tried at the same time
 FROM_ONE_PLACE = 8  # of which so many are of one address; more of them wait, and keep nobody else waiting
+
+
+class OwnTokens(UserTokenListAPIHandler):
+    """Makes tokens of whoever asks, and of nobody else: an instructor's for others would outlive their being one."""
+
+    def get_scope_filter(self, req_scope: str) -> Callable[..., bool]:
+        """Return what tells for whom something is allowed."""
+        allowed: Callable[..., bool] = super().get_scope_filter(req_scope)
+        if req_scope != "tokens":
+            return allowed
+        return lambda user, kind=None: user is self.current_user and allowed(user, kind=kind)
 
 
 class Careful(Authenticator):
@@ -57,6 +71,10 @@ class Careful(Authenticator):
             handler.set_secure_cookie(KNOWN, value, expires_days=DAYS, **options)
         return name
 
+    def get_handlers(self, app: Any) -> list[tuple[str, type[Any]]]:
+        """Return the handlers of the log-in, and what comes before the hub's own."""
+        return [*super().get_handlers(app), (r"/api/users/([^/]+)/tokens", OwnTokens)]
+
     async def check(self, handler: Any, data: dict[str, str]) -> bool:
         """Return True if the password is right."""
         raise NotImplementedError
@@ -66,7 +84,15 @@ class Careful(Authenticator):
         return super().validate_username(username) and any(each.name == username for each in self.classroom.members)
 
     async def refresh_user(self, user: Any, handler: Any = None) -> bool:
-        """Return False when somebody has come in by a password that is not theirs any more."""
+        """Return False when somebody has come in by a password that is not theirs any more.
+
+        Who is an instructor is in the class's roster, whatever an instructor has told the hub.
+        """
+        instructor = any(each.name == user.name for each in self.classroom.instructors)
+        if bool(user.orm_user.admin) is not instructor:
+            user.orm_user.admin = instructor
+            roles.assign_default_roles(user.db, user.orm_user)
+            user.db.commit()
         return not self._end_logins(user)
 
     def _end_logins(self, user: Any) -> bool:

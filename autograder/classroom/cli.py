@@ -181,6 +181,7 @@ def _up(classroom: Classroom) -> None:
         print(f"Password of the instructors: {known['instructors']}")
     hub.start(classroom)
     _warn_of_certificate(classroom)
+    _warn_of_namesakes(classroom)
     print(f"The class is at {classroom.url}")
     print(_addresses(classroom))
     drafts = [row.name for row in assignments.table(classroom, datetime.now(UTC)) if row.state == assignments.DRAFT]
@@ -198,6 +199,7 @@ def status(folder: Folder = DEFAULT) -> None:
     print(f"The hub {f'is at {classroom.url}' if up_ else 'does not run; `environment/classroom up` starts it'}.")
     print(_addresses(classroom))
     _warn_of_certificate(classroom)
+    _warn_of_namesakes(classroom)
     print("Exercises:")
     for row in assignments.table(classroom, datetime.now(UTC)):
         print(assignments.shown(row))
@@ -417,6 +419,19 @@ def _fail(message: str, code: int = USAGE) -> NoReturn:
 def _root() -> None:
     if os.geteuid() != 0:
         raise UsageError("it makes users and namespaces: run it as root, for example with sudo")
+
+
+def _warn_of_namesakes(classroom: Classroom) -> None:
+    """Browsers send cookies to all ports of a name, so a member's log-in reaches their namesake's server."""
+    own = {member.name for member in classroom.members}
+    for other in hub.others(classroom):
+        same = sorted(own & {member.name for member in other.members})
+        if same and (other.host == classroom.host or not (other.host and classroom.host)):
+            print(
+                f"CAREFUL: also in the class of {other.folder}, at the same address: {_listed(same)}. If they are "
+                "other people there, each can take over the other's server: give one class another --host, or other "
+                "names. Nobody can stay logged in to both."
+            )
 
 
 def _warn_of_certificate(classroom: Classroom) -> None:

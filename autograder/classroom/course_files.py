@@ -17,7 +17,7 @@ from typing import Any
 
 from autograder.classroom import accounts, box, homes
 from autograder.classroom.members import Member
-from autograder.classroom.plan import COURSE_ID, Classroom
+from autograder.classroom.plan import COURSE_ID, WHOSE, Classroom
 from autograder.errors import ClassroomError
 from autograder.gradebook.release import START_PAGE, pages, start_page
 from autograder.sandbox.memory_files import MemoryFiles
@@ -50,6 +50,7 @@ def make_folders(classroom: Classroom) -> None:
     ):
         folder.mkdir(parents=True, exist_ok=True)
         folder.chmod(mode)
+    (classroom.run / WHOSE).write_text(str(classroom.folder))
 
 
 def close(classroom: Classroom) -> None:

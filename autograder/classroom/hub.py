@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import IO, Any, cast
 
 from autograder.classroom import log_keeper, servers
-from autograder.classroom.plan import Classroom
+from autograder.classroom.plan import RUN, WHOSE, Classroom
 from autograder.errors import ClassroomError, UsageError
 from autograder.paths import repository
 from course.foundation import processes, storage
@@ -103,6 +103,15 @@ def taken_port(classroom: Classroom, before: Classroom | None) -> int:
                 if port not in own:
                     return port
     return 0
+
+
+def others(classroom: Classroom) -> Iterator[Classroom]:
+    """The other classes that are up on this machine."""
+    for path in RUN.glob(f"*/{WHOSE}"):
+        with contextlib.suppress(OSError, UsageError):
+            found = Classroom.load(Path(path.read_text()))
+            if path.parent == found.run != classroom.run:
+                yield found
 
 
 def running(classroom: Classroom) -> servers.Running | None:

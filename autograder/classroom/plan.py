@@ -13,6 +13,7 @@ from course.foundation import storage
 
 COURSE_ID = "ros2"  # nbgrader's name for the course, as in `autograder.gradebook.config`
 SETTINGS = "classroom.json"
+WHOSE = "folder"  # a file in a class's folder of sockets: where the class is
 RUN = Path("/run/ros2-classroom")  # sockets: a path in here is short enough for one, and gone after a restart
 GIB = 1 << 30
 LOCAL = "localhost"  # whose subdomains browsers look for on their own machine

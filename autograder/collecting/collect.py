@@ -5,6 +5,7 @@ students, where the grader does not look.  What cannot be placed is named, and s
 """
 
 import hashlib
+import itertools
 import os
 import re
 import shutil
@@ -25,6 +26,7 @@ from autograder.submissions.roster import Roster
 from course.foundation.untrusted import one_line
 
 OTHERS = ".others"  # hand-ins that do not count
+INSTEAD = "it came by no platform, and takes the place of one of {}: whose is it?"
 SAME_SECOND = re.compile(r"\d{8}T\d{6}Z-(\d{1,2})\.zip$")  # how `course hand-in` calls a further one of a second
 
 
@@ -73,6 +75,7 @@ def collect(
                     found[handed_in.student, handed_in.assignment].append(handed_in)
     into.mkdir(parents=True, exist_ok=True)
     unplaced += _take_out_namesakes(found, into, roster) if roster else []
+    unplaced += _take_out_other_numbers(found, into, roster)
     result = Collection([], [], unplaced)
     _compare(each for those in found.values() for each in those)
     for key in sorted(found):
@@ -81,6 +84,9 @@ def collect(
             continue
         uploads = all(each.came.upload for each in found[key])
         best, *others = sorted(found[key], key=lambda each: _rank(each, due, uploads), reverse=True)
+        former = [each.came.platform for each in others if each.came.platform and each.files != best.files]
+        if former and not best.came.platform:
+            best.notes.append(INSTEAD.format(former[0]))
         if _place(best, into, due):
             result.laid_out.append(best)
         else:
@@ -163,6 +169,50 @@ def _take_out_namesakes(found: dict[tuple[str, str], list[HandedIn]], into: Path
     return lines
 
 
+def _take_out_other_numbers(
+    found: dict[tuple[str, str], list[HandedIn]], into: Path, roster: Roster | None
+) -> list[str]:
+    """Remove what came under a student's name from another number than before; return a line for each.
+
+    Moodle has other numbers for each of its assignments.  In two downloads of one assignment most students have the
+    same number, and whoever has another one is another person; where nobody has the same, they are of two assignments,
+    which is noted on each.  A number that the roster has is nobody else's.
+    """
+    numbers: dict[tuple[str, str, str], dict[str, str]] = defaultdict(dict)  # by student, of each download's exercise
+    for (student, exercise), those in found.items():
+        local = [each for each in those if each.came.platform and not users_are_global(each.came.platform)]
+        for each in local:
+            if not (roster and roster.has(each.came.user)):
+                numbers[each.came.platform, exercise, each.download][student] = each.came.user
+        for platform in {each.came.platform for each in local}:
+            before = [came.user for came in provenance.read(into, student, exercise) if came.platform == platform]
+            if before:
+                numbers[platform, exercise, ""][student] = before[-1]  # "": what is there already
+    lines = []
+    for one, other in itertools.combinations(sorted(numbers), 2):
+        (platform, exercise, earlier), later = one, other[2]
+        known = numbers.get((platform, exercise, ""), {}) if earlier else {}  # who is compared with what is there
+        common = numbers[one].keys() & numbers[other].keys() - known.keys() if one[:2] == other[:2] else set()
+        differ = sorted(student for student in common if numbers[one][student] != numbers[other][student])
+        two_assignments = len(differ) > 1 and len(differ) == len(common)
+        for student in differ:
+            where = f"{numbers[one][student]} {f'in {earlier}' if earlier else 'before'}"
+            users = f"the number {where} and {numbers[other][student]} in {later}"
+            theirs = found[student, exercise]
+            for each in [each for each in theirs if each.came.platform and each.download in (earlier, later)]:
+                if two_assignments:
+                    each.notes.append(f"{platform} has {users}: are these two assignments there?")
+                else:
+                    theirs.remove(each)
+                    lines.append(
+                        f"{each.source}: {platform} has {each.came.name!r} with {users}, which may be two people: name "
+                        "each in the roster, with the number"
+                    )
+    for key in [key for key, those in found.items() if not those]:
+        del found[key]
+    return lines
+
+
 def _scope(handed_in: HandedIn) -> tuple[str, str]:
     """Return where a platform's number of a user means one person: Canvas's everywhere, Moodle's in one download."""
     platform = handed_in.came.platform
@@ -197,6 +247,8 @@ def _place(handed_in: HandedIn, into: Path, due: datetime | None) -> bool:
                 provenance.add(into, handed_in.student, handed_in.assignment, came)
                 return True
             return False
+        if before.platform and not came.platform:
+            handed_in.notes.append(INSTEAD.format(before.platform))
         _move_away(target, into, at)
     target.parent.mkdir(parents=True, exist_ok=True)
     provenance.add(into, handed_in.student, handed_in.assignment, came)

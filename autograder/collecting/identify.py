@@ -113,13 +113,27 @@ def identify(
         student,
         assignment,
         at,
-        Source(came.platform, names[-1], names[0], came.file, came.upload, came.late, f"{at:%Y-%m-%dT%H:%M:%SZ}", time),
+        Source(
+            came.platform,
+            _readable(names[-1]),
+            _readable(names[0]),
+            _readable(came.file),
+            came.upload,
+            came.late,
+            f"{at:%Y-%m-%dT%H:%M:%SZ}",
+            time,
+        ),
         bundle.download,
         state,
         ahead,
         [*guess, *notes],
         _not_taken([*(handed_in.keys() - wanted), *deeper, *bundle.left]),
     )
+
+
+def _readable(name: str) -> str:
+    """Return a name that can be written as UTF-8: on a disk, and in a receipt, there are others."""
+    return name.encode("utf-8", "replace").decode()
 
 
 def named_as_asked(files: dict[str, bytes]) -> tuple[dict[str, bytes], list[str]]:

@@ -127,14 +127,12 @@ class OwnersCollect(ExchangeCollect):
                 self.log.warning("%s was left out: folders in each other go too deep", shown(folder))
                 below.clear()
             for name in sorted(names):
-                with contextlib.suppress(OSError):  # a file that is written into changes no folder
-                    changed = max(changed, _changed(name, descriptor))
                 copy = Path(dest, os.path.relpath(folder, src), name)
                 try:
                     if CONFIGURATION.fullmatch(name):
                         raise OSError("a command that is given beside it would run it")
-                    space -= _copy(name, descriptor, copy, space if files else 0)
-                    files -= 1
+                    size, written = _copy(name, descriptor, copy, space if files else 0)
+                    space, files, changed = space - size, files - 1, max(changed, written)
                 except OSError as error:
                     told += 1
                     if told <= MOST_TOLD:
@@ -159,12 +157,12 @@ class OwnersCollect(ExchangeCollect):
             )
 
 
-def _changed(path: str, folder: int | None = None) -> datetime:
+def _changed(path: str | int) -> datetime:
     """Return when a file, or what lies directly in a folder, was last changed: its owner cannot set that back; in UTC.
 
-    `folder` is the open one that `path` begins in.
+    `path` may be the descriptor of an open file.
     """
-    known = os.stat(path, dir_fd=folder, follow_symlinks=False)
+    known = os.stat(path) if isinstance(path, int) else os.lstat(path)
     return datetime.fromtimestamp(known.st_ctime, UTC).replace(tzinfo=None)
 
 
@@ -196,8 +194,12 @@ def _text(path: Path) -> str | None:
         return None
 
 
-def _copy(name: str, folder: int, copy: Path, most: int) -> int:
-    """Copy a regular file of at most `most` bytes from an open folder, and nothing else; its size.  Raises OSError."""
+def _copy(name: str, folder: int, copy: Path, most: int) -> tuple[int, datetime]:
+    """Copy a regular file of at most `most` bytes from an open folder, and nothing else.
+
+    Returns its size, and when what was copied was last changed: it may be written into while it is read.  Raises
+    OSError.
+    """
     flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
     with open(os.open(name, flags, dir_fd=folder), "rb") as source:
         known = os.fstat(source.fileno())
@@ -208,5 +210,7 @@ def _copy(name: str, folder: int, copy: Path, most: int) -> int:
         if known.st_size > most:
             raise OSError("the submission is too large")
         copy.parent.mkdir(parents=True, exist_ok=True)
-        copy.write_bytes(source.read(known.st_size))
-    return known.st_size
+        content = source.read(known.st_size)
+        changed = _changed(source.fileno())
+        copy.write_bytes(content)
+    return known.st_size, changed

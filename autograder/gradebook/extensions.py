@@ -16,6 +16,7 @@ from course.foundation import storage
 
 FILE = "extensions.json"
 ALL = "*"  # exercises
+LONGEST = 3660.0  # days
 
 Given = dict[str, dict[str, float | str]]  # by student and exercise
 
@@ -32,6 +33,9 @@ def parse(content: bytes, path: Path) -> Given:
     """Return what a file of extensions says, {} when it is empty; raises UsageError as `read` does."""
     try:
         given = json.loads(content) if content else {}
+        days = [day for of_one in given.values() for day in of_one.values() if not isinstance(day, str)]
+        if not all(abs(day) <= LONGEST for day in days):
+            raise ValueError(f"an extension of more than {LONGEST:g} days")
         return {
             str(student): {str(name): day if isinstance(day, str) else float(day) for name, day in of_one.items()}
             for student, of_one in given.items()
@@ -53,13 +57,15 @@ def change(course: Path, students: Iterable[str], exercise: str | None, extensio
     """Give `students` so many days more, or time until then, or take back (None) what they have; return all there are.
 
     Taking back for all exercises takes back those for each, too.  Raises UsageError when `course` is no course folder,
-    or there is no such exercise.
+    or there is no such exercise, or it is more than LONGEST.
     """
     if not (course / "nbgrader_config.py").exists():
         raise UsageError(f"{course} is not a course folder: `autograder release --course` makes one")
     if exercise and exercise not in {*exercises.names(), *released(course)}:
         known = ", ".join(sorted({*exercises.names(), *released(course)}))
         raise UsageError(f"there is no exercise '{exercise}'; there are: {known}")
+    if isinstance(extension, int | float) and not abs(extension) <= LONGEST:
+        raise UsageError(f"more time is at most {LONGEST:g} days")
     given = read(course)
     for student in students:
         of_one = given.setdefault(student, {})

@@ -105,7 +105,8 @@ def give_back(
             if key not in places:
                 raise Unplaced("it is not known which folder was graded: grade it again")
             way = ways.way(*key, provenance.read(places[key], *key), form)
-            if way.form != FILES and listing.digest(listing.read(places[key], *key)) != bases[key].files:
+            moved = way.form == FILES and not places[key].joinpath(*key).exists()
+            if not moved and listing.digest(listing.read(places[key], *key)) != bases[key].files:
                 raise Unplaced("something else was handed in since: `autograder regrade` grades it")
         except Unplaced as error:
             result.left_out.append(f"{who}: {error.args[0]}")

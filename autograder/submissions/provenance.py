@@ -42,7 +42,8 @@ def add(submitted: Path, student: str, assignment: str, source: Source) -> None:
         return
     path = _path(submitted, student, assignment)
     path.parent.mkdir(parents=True, exist_ok=True)
-    lines = (json.dumps(asdict(each), ensure_ascii=False).encode() + b"\n" for each in [*known, source])
+    # Not every name of a file on the disk is UTF-8: such characters are escaped, too.
+    lines = (json.dumps(asdict(each)).encode() + b"\n" for each in [*known, source])
     storage.replace(path, lines, storage.PRIVATE)
 
 

@@ -1,11 +1,14 @@
 """The instructors' start page: how far the class is, and more time for students."""
 
 import re
+import shutil
+from dataclasses import replace
 
 import pytest
 
-from autograder.classroom import hub
+from autograder.classroom import cli, course_files, hub
 from autograder.classroom.class_page import extend
+from autograder.classroom.members import Member
 from autograder.errors import UsageError
 from autograder.gradebook import extensions
 from tests.classroom.visitor import Visitor
@@ -93,3 +96,40 @@ def test_a_form_that_says_nothing_is_refused(quiet, asked, why):
     form = dict.fromkeys(("exercise", "days", "until", "take_back"), "") | {"student": "ada"} | asked
     with pytest.raises(UsageError, match=re.escape(why)):
         extend(quiet, form)
+
+
+def test_what_an_instructor_gives_away_at_the_hub_does_not_outlive_their_being_one(instructor, classroom):
+    """Neither tokens in the name of others, nor rights: who is an instructor is in the roster alone."""
+
+    def asked(method: str, path: str, **content: object):
+        headers = {
+            "X-XSRFToken": instructor.session.cookies.get("_xsrf", path="/hub/") or "",
+            "Referer": instructor.hub,
+        }
+        return instructor.session.request(method, f"{instructor.hub}hub/api/{path}", json=content, headers=headers)
+
+    assert [asked("POST", f"users/{name}/tokens", note="").status_code for name in ("ada", "teacher")] == [403, 201]
+    assert asked("PATCH", "users/ada", admin=True).ok
+    student = Visitor(classroom.address_of(classroom.find("ada")), "ada")
+    assert student.log_in(hub.shared_passwords(classroom)["students"])
+    assert student.session.get(f"{student.hub}hub/api/users").status_code == 403
+    assert asked("GET", "users/ada").json()["admin"] is False
+
+
+def test_a_class_at_the_same_address_with_a_member_of_the_same_name_is_told(quiet, tmp_path, capsys):
+    """Browsers send the log-in of the one class to the other's servers."""
+    other = replace(quiet, folder=tmp_path / "other", host="localhost", members=(Member("bob"), Member("tom", True)))
+    apart = replace(quiet, folder=tmp_path / "apart", host="elsewhere.example", members=quiet.members)
+    mine = replace(quiet, host="localhost")
+    for each in (other, apart):
+        course_files.make_folders(each)
+        each.save()
+    try:
+        assert {other.folder, apart.folder} <= {each.folder for each in hub.others(mine)}
+        cli._warn_of_namesakes(mine)
+        told = capsys.readouterr().out
+        assert f"CAREFUL: also in the class of {other.folder}, at the same address: bob." in told
+        assert str(apart.folder) not in told
+    finally:
+        for each in (other, apart):
+            shutil.rmtree(each.run)

@@ -193,3 +193,24 @@ def test_a_file_that_was_written_into_after_its_hand_in_is_told(inbound, collect
     collect()
     (told,) = (line for line in caplog.messages if "was last changed at" in line)
     assert str(EVE) in told
+
+
+def test_a_file_that_is_written_into_while_it_is_read_is_told(inbound, collect, caplog, monkeypatch):
+    """Its time is that of what was copied, and not that of when it was opened."""
+    monkeypatch.setattr(exchange_collect, "SLOW", timedelta(0))
+    claimed = datetime.now(UTC) + timedelta(seconds=1)
+    name = f"{EVE}+calculator+{claimed:%Y-%m-%d %H:%M:%S.%f} UTC+x"
+    big = hand_in(inbound, EVE, name, a="early") / "a.py"
+    look = os.fstat
+
+    def look_and_be_late(descriptor):
+        known = look(descriptor)
+        if os.path.samestat(known, big.stat()):
+            assert wait_until(lambda: datetime.now(UTC) > claimed + timedelta(seconds=0.1), 5.0)
+            big.write_text("later")
+        return known
+
+    monkeypatch.setattr(exchange_collect.os, "fstat", look_and_be_late)
+    assert b"later" in collect().values()
+    (told,) = (line for line in caplog.messages if "was last changed at" in line)
+    assert str(EVE) in told

@@ -103,6 +103,68 @@ def test_a_namesake_who_comes_later_is_not_made_one_with_the_first(tmp_path):
     assert laid_out(tmp_path / "out")["doejane/services/relay.py"] == b"the one"
 
 
+def moodle(path, **numbers):
+    """A download in which each student has a number."""
+    names = [f"{name}_{number}_assignsubmission_file_/relay.py" for name, number in numbers.items()]
+    return archive(path, dict.fromkeys(names, path.name.encode()))
+
+
+@pytest.mark.parametrize("together", [False, True])
+def test_another_number_under_a_name_in_a_later_download_replaces_nobody(tmp_path, together):
+    """In two downloads of one assignment Moodle has the same numbers: zoe shows that these are."""
+    one, other = moodle(tmp_path / "a.zip", ada=101, zoe=103), moodle(tmp_path / "b.zip", ada=202, zoe=103)
+    for sources in ([one, other],) if together else ([one], [other]):
+        result = collect(sources, tmp_path / "out")
+    left_out = [line for line in result.unplaced if "'ada' with the number 101" in line and "and 202 in b.zip" in line]
+    assert len(left_out) == len(result.unplaced) == (2 if together else 1)
+    ada = laid_out(tmp_path / "out").get("ada/services/relay.py")
+    assert ada == (None if together else b"a.zip")
+    assert "zoe/services" in counted(tmp_path / "out")
+
+
+def test_one_alone_with_another_number_is_left_out_and_all_of_them_are_another_assignment(tmp_path):
+    collect([moodle(tmp_path / "a.zip", ada=101, zoe=103)], tmp_path / "out")
+    result = collect([moodle(tmp_path / "b.zip", ada=202)], tmp_path / "out")
+    assert "two people: name each in the roster, with the number" in result.unplaced[0]
+    assert laid_out(tmp_path / "out")["ada/services/relay.py"] == b"a.zip"
+    result = collect([moodle(tmp_path / "c.zip", ada=302, zoe=303)], tmp_path / "out")
+    assert result.unplaced == []
+    remarks = [each.remark for each in (*result.laid_out, *result.kept)]
+    assert len(remarks) == 2 and all("are these two assignments there?" in remark for remark in remarks)
+
+
+def test_numbers_of_the_roster_are_believed(tmp_path):
+    roster = tmp_path / "roster.csv"
+    roster.write_text("student,first,second\nada,101,202\n")
+    collect([moodle(tmp_path / "a.zip", ada=101)], tmp_path / "out", read_rosters([roster]))
+    assert collect([moodle(tmp_path / "b.zip", ada=202)], tmp_path / "out", read_rosters([roster])).unplaced == []
+
+
+def test_what_came_from_nowhere_and_takes_the_place_of_a_platforms_is_marked(tmp_path):
+    """Anybody can mail an archive that calls itself ada's."""
+    collect([moodle(tmp_path / "a.zip", ada=101)], tmp_path / "out")
+    mailed = handed_in(tmp_path / "mail", "ada", at=datetime.now(UTC), files=FILES | {"relay.py": b"mailed"})
+    (laid,) = collect([mailed], tmp_path / "out").laid_out
+    assert "it came by no platform, and takes the place of one of Moodle" in laid.remark
+
+
+@pytest.mark.parametrize("name", ["0\ud800", "m\udcfcller"])
+def test_a_name_that_is_no_text_stops_nobody(tmp_path, name):
+    """In a receipt, and as the name of a file on a disk of elsewhere."""
+    if "\udcfc" in name:
+        folder = tmp_path / "in" / f"{name}_7_assignsubmission_file_"
+        folder.mkdir(parents=True)
+        (folder / "relay.py").write_bytes(b"of one")
+    else:
+        handed_in(tmp_path / "in", name)
+    handed_in(tmp_path / "in", "zoe")
+    result = collect([tmp_path / "in"], tmp_path / "out")
+    assert "zoe/services" in counted(tmp_path / "out")
+    assert len(result.laid_out) + len(result.unplaced) == 2
+    describe(result).encode()
+    assert collect([tmp_path / "in"], tmp_path / "out").unplaced == result.unplaced
+
+
 def test_a_student_in_two_rosters_is_one_student(tmp_path):
     (tmp_path / "a.csv").write_text("student,login\nada,al12\n")
     (tmp_path / "b.csv").write_text("student,login,canvas\nada,AL12,1234\nbob,bb\n")

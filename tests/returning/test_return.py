@@ -15,7 +15,7 @@ from autograder.gradebook.release import COURSE_FILE
 from autograder.records import FAILED, GRADED, INFRASTRUCTURE_ERROR, INVALID_SUBMISSION, NOT_RUN, PASSED, Report, Result
 from autograder.results.output import Basis, Output
 from autograder.returning.giving_back import describe, give_back
-from autograder.submissions import exercises, listing
+from autograder.submissions import exercises, listing, provenance
 from autograder.submissions.roster import read_rosters
 from autograder.submissions.times import parse_time
 from course.returned import record
@@ -158,7 +158,8 @@ def test_no_page_goes_to_one_of_two_people_under_one_name(tmp_path):
     submitted = tmp_path / "submitted"
     collect([moodle(tmp_path / "a.zip", "Jane Doe_55")], submitted)
     other = archive(tmp_path / "b.zip", {"Jane Doe_77_assignsubmission_file_/relay.py": b"b"}, at=NEXT_WEEK)
-    collect([other], submitted)
+    collect([other], submitted)  # leaves it out
+    provenance.add(submitted, "Jane_Doe", "services", provenance.Source("Moodle", "Jane Doe", "77", "relay.py"))
     out = graded(submitted, tmp_path / "out", report("Jane_Doe"))
     result = give_back(out, out / "returned")
     assert result.made == {}
