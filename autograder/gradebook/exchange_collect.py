@@ -24,7 +24,7 @@ MOST_TOLD = 20  # files that were left out
 TIMESTAMP, SECRETS = "timestamp.txt", "submission_secret.txt"
 SECRET = re.compile(r"[\w-]{16,200}")
 CONFIGURATION = re.compile(r"(nbgrader|jupyter\w*|ipython\w*)_config\.(py|json)", re.IGNORECASE)
-SLOW = timedelta(minutes=10)  # that a hand-in may take, before its time is doubted
+SLOW = timedelta(minutes=2)  # that a hand-in may take, before its time is doubted
 MINUTES = "%Y-%m-%d %H:%M"
 NO_TIME = datetime(1970, 1, 1)  # as nbgrader has times: UTC, without saying so
 

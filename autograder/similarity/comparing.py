@@ -14,6 +14,7 @@ from autograder.similarity.winnowing import Program, grams, program
 from autograder.submissions import exercises
 
 ENOUGH = 10  # fingerprints: a shorter program counts as if it had as many, for it shows little
+LONGEST = 50_000  # characters of a file, five times what the exercises need: more costs everybody minutes
 LEAST = 1  # score of a pair that is shown
 
 
@@ -37,7 +38,7 @@ class Finding:
     programs: int  # how many were compared
     pairs: list[Pair]  # the most alike first
     scores: list[float]  # of all pairs, rising
-    left_out: list[str]  # students who handed in no Python file that can be read
+    left_out: list[str]  # students who handed in no Python file that can be read, and is not too long
 
     @property
     def title(self) -> str:
@@ -62,8 +63,8 @@ def compare(
     `earlier` courses are compared with these, and not with each other.
     """
     boilerplate = {gram for text in known for gram in grams(tokens(text))}
-    every = [program(student, texts, boilerplate) for student, texts in handed_in]
-    old = [one for one in (program(student, texts, boilerplate) for student, texts in earlier) if one.texts]
+    every = [program(student, _short(texts), boilerplate) for student, texts in handed_in]
+    old = [one for one in (program(student, _short(texts), boilerplate) for student, texts in earlier) if one.texts]
     new = [one for one in every if one.texts]
     programs = [*new, *old]
     owners: dict[int, list[int]] = defaultdict(list)  # numbers of the programs that have a fingerprint
@@ -92,6 +93,10 @@ def compare(
         )
     left_out = [one.student for one in every if not one.texts]
     return Finding(assignment, len(programs), pairs, sorted(map(float, scores[above])), left_out)
+
+
+def _short(texts: dict[str, str]) -> dict[str, str]:
+    return {name: text for name, text in texts.items() if len(text) <= LONGEST}
 
 
 def _identical(programs: list[Program], boilerplate: set[int]) -> NDArray[np.floating]:

@@ -13,7 +13,7 @@ import pytest
 from autograder import cli
 from autograder.errors import UsageError
 from autograder.results import output
-from autograder.similarity import find, presenting, sources
+from autograder.similarity import comparing, find, presenting, sources
 from autograder.similarity.comparing import compare
 from autograder.similarity.tokens import clean, tokens
 from autograder.submissions import exercises
@@ -262,6 +262,13 @@ def submitted(tmp_path) -> Path:
     return folder
 
 
+def test_a_program_that_is_far_too_long_is_named_and_costs_nobody_minutes():
+    own, long = "x = y + z\nprint(x)\n" * 5, "x = y + z * z\n" * (comparing.LONGEST // 10)
+    found = compare("calculator", [("ada", {"x.py": own}), ("bob", {"x.py": own}), ("mal", {"x.py": long})], [], 5)
+    assert found.left_out == ["mal"]
+    assert [(pair.left, pair.right) for pair in found.pairs] == [("ada", "bob")]
+
+
 def test_on_the_command_line(submitted, tmp_path):
     command = [
         str(Path(sys.executable).with_name("autograder")),
@@ -275,7 +282,7 @@ def test_on_the_command_line(submitted, tmp_path):
     first, best, *_, last = done.stdout.splitlines()
     assert first.startswith("calculator: 4 submissions, 6 pairs; half of them score at most ")
     assert "ada and bob (" in best and "% in common)" in best
-    assert last.endswith("not compared, because no program could be read: dee") and "\x1b" not in done.stdout
+    assert last.endswith("not compared, because no program could be read, or it is far too long: dee") and "\x1b" not in done.stdout
     assert "<h3" in (tmp_path / "p.html").read_text()
 
 
