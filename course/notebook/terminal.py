@@ -137,7 +137,7 @@ def _run(command: str, timeout: float, until: str, failed: threading.Event) -> t
 
 
 def _no_shell(command: str, words: list[str]) -> str:
-    """Why a command that only a shell can run is not run here."""
+    """Return why a command that only a shell can run is not run here."""
     what = f"`{words[0]}` is a word of the shell" if words else "there is no program in it"
     return (
         f"This is not run: {what}, and `terminal(...)` runs each line as one program, without a shell. Type it in a "
