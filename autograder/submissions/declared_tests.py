@@ -31,7 +31,8 @@ def tests(suite: Path) -> tuple[Test, ...]:
     try:
         functions = [part for part in ast.parse(suite.read_bytes()).body if isinstance(part, ast.FunctionDef)]
     except SyntaxError as error:
-        raise BrokenExercise(f"{suite}, line {error.lineno}: {error.msg}") from None
+        where = f"{suite}, line {error.lineno}" if error.lineno else f"{suite}"  # no line: a null byte, in Python 3.12
+        raise BrokenExercise(f"{where}: {error.msg}") from None
     except ValueError as error:  # a null byte
         raise BrokenExercise(f"{suite}: {error}") from None
     found: dict[str, Test] = {}
