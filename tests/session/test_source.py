@@ -4,8 +4,10 @@ from collections.abc import Iterator
 
 import pytest
 from rcl_interfaces.srv import SetParametersAtomically
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from course.errors import CallTimeout
 from course.session.failure_report import of_program
 from course.session.live import Session
 from course.session.source import never_begins, wrong_cancel, wrong_guard, wrong_result
@@ -80,6 +82,29 @@ def test_a_call_tells_what_a_callback_for_parameters_returned(session, tmp_path,
     assert not answer.result.successful
     (told,) = session.watch.notices()
     assert told.startswith(f"careful.py: the callback 'check' returns {returned}. It must return `SetParametersResult(")
+
+
+def test_who_asks_for_the_parameters_of_a_node_of_another_name_reads_which_nodes_there_are(session, tmp_path):
+    file = tmp_path / "careful.py"
+    file.write_text(NODE.format(body=RESULT))
+    session.start(file, parameters={"sped": 2.0})
+    (told,) = session.watch.notices()
+    assert told == "careful.py has declared no parameter 'sped', so the value has no effect. Did you mean 'speed'?"
+    with pytest.raises(CallTimeout, match="No node is called /Careful. Nodes here: /careful."):
+        session.call("/Careful/set_parameters_atomically", SetParametersAtomically, timeout=0.5)
+
+
+def test_a_class_that_has_not_declared_a_parameter_is_told(session):
+    class Slow(Node):
+        def __init__(self):
+            super().__init__("slow")
+            self.declare_parameter("max_speed", 1.5)
+
+    session.start(Slow, parameters={"use_sim_time": False, "max_speed": 2.0})
+    assert session.watch.notices() == []
+    session.start(Slow, parameters={"debug": True})
+    (told,) = session.watch.notices()
+    assert told == "slow has declared no parameter 'debug', so the value has no effect. It has declared: max_speed."
 
 
 @pytest.mark.parametrize(

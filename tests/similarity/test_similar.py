@@ -282,7 +282,10 @@ def test_on_the_command_line(submitted, tmp_path):
     first, best, *_, last = done.stdout.splitlines()
     assert first.startswith("calculator: 4 submissions, 6 pairs; half of them score at most ")
     assert "ada and bob (" in best and "% in common)" in best
-    assert last.endswith("not compared, because no program could be read, or it is far too long: dee") and "\x1b" not in done.stdout
+    assert (
+        last.endswith("not compared, because no program could be read, or it is far too long: dee")
+        and "\x1b" not in done.stdout
+    )
     assert "<h3" in (tmp_path / "p.html").read_text()
 
 
