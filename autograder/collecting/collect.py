@@ -74,7 +74,8 @@ def collect(
                 else:
                     found[handed_in.student, handed_in.assignment].append(handed_in)
     into.mkdir(parents=True, exist_ok=True)
-    unplaced += _take_out_namesakes(found, into, roster) if roster else []
+    if roster:
+        unplaced += _take_out_namesakes(found, into, roster) + _take_out_unvouched(found, into, roster)
     unplaced += _take_out_other_numbers(found, into, roster)
     result = Collection([], [], unplaced)
     _compare(each for those in found.values() for each in those)
@@ -87,7 +88,7 @@ def collect(
         former = [each.came.platform for each in others if each.came.platform and each.files != best.files]
         if former and not best.came.platform:
             best.notes.append(INSTEAD.format(former[0]))
-        if _place(best, into, due):
+        if _place(best, into, due, roster):
             result.laid_out.append(best)
         else:
             others.insert(0, best)
@@ -169,6 +170,27 @@ def _take_out_namesakes(found: dict[tuple[str, str], list[HandedIn]], into: Path
     return lines
 
 
+def _vouched(student: str, came: Source, roster: Roster | None) -> bool:
+    """Return True if the number that a platform has for a hand-in stands in its student's line of the roster."""
+    return bool(roster and came.platform and roster.columns(student, came.user))
+
+
+def _take_out_unvouched(found: dict[tuple[str, str], list[HandedIn]], into: Path, roster: Roster) -> list[str]:
+    """Remove what came under a student's name from a number that the roster does not have, beside one that it has."""
+    lines = []
+    for key, those in found.items():
+        every = [*(each.came for each in those), *provenance.read(into, *key)]
+        own = {came.platform: came.user for came in every if _vouched(key[0], came, roster)}
+        for each in [each for each in those if each.came.platform in own]:
+            if not _vouched(key[0], each.came, roster):
+                lines.append(
+                    f"{each.source}: {each.came.platform} has {each.came.name!r} with the number {each.came.user}, and "
+                    f"with {own[each.came.platform]}, as the roster says: it is somebody else's, or the roster is wrong"
+                )
+                those.remove(each)
+    return lines
+
+
 def _take_out_other_numbers(
     found: dict[tuple[str, str], list[HandedIn]], into: Path, roster: Roster | None
 ) -> list[str]:
@@ -231,7 +253,7 @@ def _weight(at: datetime, came: Source, due: datetime | None) -> tuple[bool, dat
 # Where it goes.
 
 
-def _place(handed_in: HandedIn, into: Path, due: datetime | None) -> bool:
+def _place(handed_in: HandedIn, into: Path, due: datetime | None, roster: Roster | None) -> bool:
     """Lay a hand-in out; False when one that counts more is there already."""
     target = into / handed_in.student / handed_in.assignment
     came = handed_in.came
@@ -242,7 +264,10 @@ def _place(handed_in: HandedIn, into: Path, due: datetime | None) -> bool:
             if came.platform and before.upload != came.upload:  # its page goes to the newer upload
                 provenance.add(into, handed_in.student, handed_in.assignment, replace(came, at=before.at))
             return True  # collected before: a later download does not make it newer
-        if at and _more(before, at, came, handed_in.at, due):
+        somebodys = before.platform == came.platform and before.user != came.user  # nobody has vouched for it then
+        if somebodys and _vouched(handed_in.student, came, roster):
+            handed_in.notes.append(f"what was laid out before came from the number {before.user}, and is nobody's now")
+        elif at and _more(before, at, came, handed_in.at, due):
             if same and at == handed_in.at:
                 provenance.add(into, handed_in.student, handed_in.assignment, came)
                 return True

@@ -174,7 +174,7 @@ def _student(bundle: Bundle, receipt: dict[str, Any], roster: Roster | None, ass
     names = bundle.origin.names if bundle.origin else (str(receipt.get("student") or ""),)
     if any(names):
         student = roster.find(names) if roster else folder_name(names[-1])
-        if roster and bundle.origin and bundle.origin.others:
+        if bundle.origin and bundle.origin.others:
             users = " or ".join((bundle.origin.names[0], *bundle.origin.others))
             raise Unplaced(f"its name could be of user {users}, so it is not taken for that of {student}")
         if not student:

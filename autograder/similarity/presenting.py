@@ -21,7 +21,10 @@ def describe(finding: Finding) -> str:
         same = f", the same to the letter: {', '.join(pair.identical)}" if pair.identical else ""
         lines.append(one_line(f"{pair.score:4.0f}  {pair.left} and {pair.right} ({pair.shared:.0f} % in common{same})"))
     if finding.left_out:
-        lines.append(one_line(f"      not compared, because no program could be read, or it is far too long: {', '.join(finding.left_out)}"))
+        left_out = ", ".join(finding.left_out)
+        lines.append(
+            one_line(f"      not compared, because no program could be read, or it is far too long: {left_out}")
+        )
     return "\n".join(lines)
 
 

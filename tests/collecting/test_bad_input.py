@@ -140,6 +140,30 @@ def test_numbers_of_the_roster_are_believed(tmp_path):
     assert collect([moodle(tmp_path / "b.zip", ada=202)], tmp_path / "out", read_rosters([roster])).unplaced == []
 
 
+def test_a_number_of_the_roster_takes_the_place_of_one_that_nobody_has_vouched_for(tmp_path):
+    """Whoever calls himself Ada comes first, and later by his clock."""
+    roster = tmp_path / "roster.csv"
+    roster.write_text("student,moodle\nada,101\nbob,102\n")
+    mallory = archive(
+        tmp_path / "m.zip", {"ada_777_assignsubmission_file_/relay.py": b"of mallory"}, at=LATER + timedelta(days=9)
+    )
+    own = moodle(tmp_path / "own.zip", ada=101)
+    for sources in ([mallory], [own], [mallory]):
+        result = collect(sources, tmp_path / "out", read_rosters([roster]))
+    assert laid_out(tmp_path / "out")["ada/services/relay.py"] == b"own.zip"
+    assert "with the number 777, and with 101, as the roster says" in result.unplaced[0]
+    result = collect([mallory, own], tmp_path / "both", read_rosters([roster]))
+    assert laid_out(tmp_path / "both")["ada/services/relay.py"] == b"own.zip" and len(result.unplaced) == 1
+
+
+def test_a_canvas_name_that_two_users_could_have_is_nobodys_without_a_roster_too(tmp_path):
+    collect([archive(tmp_path / "a.zip", {"lovelaceada_11_900_relay.py": b"ada"})], tmp_path / "out")
+    work = handed_in(tmp_path / "made", "x").read_bytes()
+    result = collect([archive(tmp_path / "b.zip", {"lovelaceada_11_2020_901_work.zip": work})], tmp_path / "out")
+    assert "its name could be of user 11 or 2020" in result.unplaced[0]
+    assert laid_out(tmp_path / "out")["lovelaceada/services/relay.py"] == b"ada"
+
+
 def test_what_came_from_nowhere_and_takes_the_place_of_a_platforms_is_marked(tmp_path):
     """Anybody can mail an archive that calls itself ada's."""
     collect([moodle(tmp_path / "a.zip", ada=101)], tmp_path / "out")
