@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from course.errors import CourseError, UnreadableNotebook
 from course.foundation import cells
 from course.notebook.needed_cells import SESSION, names_of
-from course.notebook.slips import slips
+from course.session.slips import slips
 
 if TYPE_CHECKING:
     from IPython.core.interactiveshell import InteractiveShell

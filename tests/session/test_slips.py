@@ -3,7 +3,7 @@
 import pytest
 
 from course.foundation import cells
-from course.notebook.slips import slips
+from course.session.slips import slips
 from tests.hidden import answers
 from tests.notebook.public_checks import NOTEBOOKS
 

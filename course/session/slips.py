@@ -4,17 +4,16 @@ import ast
 import difflib
 from collections.abc import Iterator
 
-from course.session.source import argument, calls, functions, name_of, parse
+from course.session.source import argument, calls, functions, name_of, parameter_callbacks, parse
 
 ALIKE = 0.75  # how much alike the names of a parameter are of which one is meant
-SETS = ("add_on_set_parameters_callback", "add_pre_set_parameters_callback", "add_post_set_parameters_callback")
 
 
 def slips(cell: str) -> list[str]:
     """Return what is surely not meant in the functions of a cell, a sentence each, in order of the lines."""
     tree = parse(cell)
     skipped = 1 if cell.lstrip("\n").startswith("%%exercise") else 0  # its first line is none of the file's
-    found = {*_compared(tree), *_methods_asked(tree), *_unknown_parameters(tree)}
+    found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree)}
     return [f"note: line {number - skipped}: {text}" for number, text in sorted(found)]
 
 
@@ -35,7 +34,7 @@ def _compared(tree: ast.AST) -> Iterator[tuple[int, str]]:
                 yield node.lineno, text
 
 
-def _methods_asked(tree: ast.AST) -> Iterator[tuple[int, str]]:
+def methods_asked(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """A method where its answer is meant: `if self.is_fresh:`."""
     for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
         own = {each.name for each in functions(cls) if not each.decorator_list}
@@ -61,7 +60,7 @@ def _asked(node: ast.AST) -> list[ast.expr]:
 
 def _unknown_parameters(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """A callback for parameters that asks for a name which is nowhere else: `each.name == 'treshold'`."""
-    named = {name_of(argument(call, 0, "callback")) for maker in SETS for call in calls(tree, maker)}
+    named = parameter_callbacks(tree)
     declared = {
         given.value
         for call in calls(tree, "declare_parameter")
