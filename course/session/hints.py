@@ -303,25 +303,20 @@ def _of_the_class(found: re.Match[str], source: str, code: str) -> str:
     """Of a method that is called on its class: `Agent` was handed over, and not `Agent()`."""
     cls, method = found[1].split(".")[-1], found[2]
     sent = next(calls(parse(code), method), None)
-    known = getattr(sys.modules.get("__main__"), cls, None)
-    texts = [source, *([inspect.getsource(known)] if inspect.isclass(known) and _has_source(known) else [])]
-    for text in texts:
-        for made in (node for node in ast.walk(parse(textwrap.dedent(text))) if isinstance(node, ast.ClassDef)):
-            for function in functions(made) if made.name == cls else ():
-                wanted = len(function.args.args)
-                if function.name == method and sent and wanted > 1 and len(sent.args) == wanted - 1:
-                    return (
-                        f"`{method}` is called on {cls} itself, the class, and not on an object of it: somewhere "
-                        f"`{cls}` is handed over without brackets. Write `{cls}()` there."
-                    )
+    takes = [_parameters(getattr(getattr(sys.modules.get("__main__"), cls, None), method, None))]
+    for made in (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef) and node.name == cls):
+        takes += [len(each.args.args) for each in functions(made) if each.name == method]
+    if sent and len(sent.args) > 0 and len(sent.args) + 1 in takes:
+        return (
+            f"`{method}` is called on {cls} itself, the class, and not on an object of it: somewhere `{cls}` is handed "
+            f"over without brackets. Write `{cls}()` there."
+        )
     return ""
 
 
-def _has_source(cls: type) -> bool:
-    try:
-        return bool(inspect.getsource(cls))
-    except (OSError, TypeError):
-        return False
+def _parameters(function: object) -> int:
+    """Return how many arguments a function takes, `self` included; 0 for anything else."""
+    return len(inspect.signature(function).parameters) if inspect.isfunction(function) else 0
 
 
 def _no_such_key(found: re.Match[str], source: str, code: str) -> str:
