@@ -57,6 +57,7 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "parameters/pre_set_returns_nothing": "tests/session/test_failure_report.py",
     "parameters/range_of_a_descriptor": "tests/notebook/test_public_checks.py",
     "parameters/set_in_a_callback": "tests/session/test_failure_report.py",
+    "parameters/set_in_vain": "tests/session/test_source.py",
     "services/another_main": "tests/session/test_source.py",
     "services/another_server_in_a_terminal": "tests/session/test_outsiders.py",
     "services/best_effort_service": "tests/session/test_matching.py",
