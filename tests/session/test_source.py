@@ -142,3 +142,18 @@ def test_a_guard_that_is_never_true(tmp_path, guard):
     assert told.startswith(f"server.py ended with exit status 0.\n  server.py, line 5\n    if __name__ == {guard}:\n")
     assert told.endswith("so that main() does not run: write `if __name__ == '__main__':`.")
     assert wrong_guard("if __name__ == '__main__':\n    main()\n") is None
+
+
+def test_what_a_cell_sets_in_vain_is_told(session):
+    class Driver(Node):
+        def __init__(self):
+            super().__init__("driver")
+            self.declare_parameter("speed", 1.0)
+
+    node = session.start(Driver).node
+    node.set_parameters([Parameter("speed", value=2.0)])
+    assert session.watch.notices() == []
+    node.set_parameters([Parameter("speed", value=3)])
+    assert session.watch.notices() == [
+        "driver has refused speed = 3: Wrong parameter type, expected 'Type.DOUBLE' got 'Type.INTEGER'"
+    ]
