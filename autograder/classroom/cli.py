@@ -141,10 +141,12 @@ def _members(folder: Path, roster_file: Path | None, instructors: list[str]) -> 
 
 def _up(classroom: Classroom) -> None:
     course_files.make_folders(classroom)
+    instructors_left: list[str] = []
     with contextlib.suppress(UsageError):  # there is none yet
         roles = {member.name: member.instructor for member in classroom.members}
         before = Classroom.load(classroom.folder)
         gone = {member.name for member in before.members if roles.get(member.name) is not member.instructor}
+        instructors_left = sorted(member.name for member in before.instructors if member.name in gone)
         left = servers.started(classroom)
         # A server was told its address, and the hub's, when it was started.
         moved = before.host != classroom.host or (bool(classroom.host) and before.url != classroom.url)
@@ -159,6 +161,11 @@ def _up(classroom: Classroom) -> None:
     if new:
         print(f"Made {len(new)} Unix users: {_listed([classroom.user(member) for member in new])}.")
     course_files.make_shared(classroom)
+    if instructors_left and (aside := course_files.set_aside_configuration(classroom)):
+        print(
+            f"{_listed(instructors_left)}: no instructor any more, and could write into {classroom.grading}. So its "
+            f"configuration, which each command runs, begins anew; the former one is {_listed(aside)}."
+        )
     course_files.release(classroom, [])
     course_files.enrol(classroom)
     try:

@@ -248,6 +248,29 @@ def run(classroom: Classroom, member: Member, argv: list[str], text: str = "") -
     return done.stdout
 
 
+def set_aside_configuration(classroom: Classroom) -> list[str]:
+    """Have no command run what an instructor who leaves may have written into the folder of grades; the new names.
+
+    Raises ClassroomError.
+    """
+    uid, gid = accounts.ids(classroom, classroom.instructors[0])
+    said = homes.act(classroom.grading, uid, gid, _set_aside, [accounts.staff_id(classroom)])
+    return list(json.loads(said))
+
+
+def _set_aside(grading: int) -> bytes:
+    """For `act`: give configuration files, which are programs, names that nothing reads."""
+    from autograder.gradebook.exchange_collect import CONFIGURATION
+
+    os.fchdir(grading)
+    new = []
+    for name in [name for name in sorted(os.listdir()) if CONFIGURATION.fullmatch(name)]:
+        number = next(number for number in range(1, 10_000) if not os.path.lexists(f"{name}.{number}"))
+        os.rename(name, f"{name}.{number}")
+        new.append(f"{name}.{number}")
+    return json.dumps(new).encode()
+
+
 def _outbound(classroom: Classroom) -> dict[str, bytes]:
     """The released files, by their paths in the exchange, as an instructor reads them."""
     uid, gid = accounts.ids(classroom, classroom.instructors[0])

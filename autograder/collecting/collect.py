@@ -271,6 +271,8 @@ def _place(handed_in: HandedIn, into: Path, due: datetime | None, roster: Roster
             if same and at == handed_in.at:
                 provenance.add(into, handed_in.student, handed_in.assignment, came)
                 return True
+            if came.platform and not before.platform and not same:
+                handed_in.notes.append("what counts instead came by no platform: whose is it?")
             return False
         if before.platform and not came.platform:
             handed_in.notes.append(INSTEAD.format(before.platform))

@@ -277,3 +277,16 @@ def test_who_is_no_instructor_any_more_owns_nothing_that_is_released(quiet):
     accounts.make(later)
     course_files.make_shared(later)
     assert {path.stat().st_uid for path in released} == {accounts.ids(later, later.find("bob"))[0]}
+
+
+def test_what_an_instructor_who_leaves_has_written_as_configuration_is_run_by_nobody(quiet):
+    accounts.make(quiet)
+    course_files.make_shared(quiet)
+    uid, staff = accounts.ids(quiet, quiet.find("teacher"))[0], accounts.staff_id(quiet)
+    for name in ("nbgrader_config.py", "jupyter_server_config.json", "nbgrader_config.py.1", "late.txt"):
+        (quiet.grading / name).write_text("planted")
+        os.chown(quiet.grading / name, uid, staff)
+    aside = course_files.set_aside_configuration(quiet)
+    assert aside == ["jupyter_server_config.json.1", "nbgrader_config.py.2"]
+    there = {path.name for path in quiet.grading.iterdir() if path.is_file()}
+    assert there >= {*aside, "nbgrader_config.py.1", "late.txt"} and "nbgrader_config.py" not in there

@@ -172,6 +172,14 @@ def test_what_came_from_nowhere_and_takes_the_place_of_a_platforms_is_marked(tmp
     assert "it came by no platform, and takes the place of one of Moodle" in laid.remark
 
 
+def test_a_platforms_hand_in_that_does_not_count_because_of_one_from_nowhere_is_marked(tmp_path):
+    mailed = handed_in(tmp_path / "mail", "ada", at=LATER, files=FILES | {"relay.py": b"mailed"})
+    collect([mailed], tmp_path / "out")
+    own = archive(tmp_path / "own.zip", {"ada_101_assignsubmission_file_/relay.py": b"own"}, at=EARLY)
+    (kept,) = collect([own], tmp_path / "out").kept
+    assert "what counts instead came by no platform" in kept.remark
+
+
 @pytest.mark.parametrize("name", ["0\ud800", "m\udcfcller"])
 def test_a_name_that_is_no_text_stops_nobody(tmp_path, name):
     """In a receipt, and as the name of a file on a disk of elsewhere."""
