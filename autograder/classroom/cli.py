@@ -164,7 +164,7 @@ def _up(classroom: Classroom) -> None:
     if instructors_left and (aside := course_files.set_aside_configuration(classroom)):
         print(
             f"{_listed(instructors_left)}: no instructor any more, and could write into {classroom.grading}. So its "
-            f"configuration, which each command runs, begins anew; the former one is {_listed(aside)}."
+            f"configuration, which each command runs, is new; the former one is {_listed(aside)}."
         )
     course_files.release(classroom, [])
     course_files.enrol(classroom)
