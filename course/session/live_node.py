@@ -1,6 +1,7 @@
 """A node in this kernel, and the handle that the reader gets on it."""
 
 import contextlib
+import threading
 import time
 from collections.abc import Callable
 from typing import Any, Protocol
@@ -56,6 +57,15 @@ class LiveNode:
     def source(self) -> str:
         """The text of the cells and files that its services' callbacks are in."""
         return "".join(dict.fromkeys(text_of(service.callback) for service in self.node.services))
+
+    def callback_of(self, service: str) -> str:
+        """Return the name of the function that answers `service`; '' when it is not known."""
+        found = (each.callback for each in self.node.services if each.service_name == service)
+        return next((getattr(callback, "__name__", "") for callback in found), "")
+
+    def is_held_here(self) -> bool:
+        """Return True in the one thread that runs the node's callbacks."""
+        return self._spinner.thread is threading.current_thread()
 
     @property
     def reports(self) -> list[FailureReport]:
