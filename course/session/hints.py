@@ -116,8 +116,8 @@ def _wrapped(found: re.Match[str], source: str) -> str:
             "`send_goal` waits for the end of the goal and returns that, not the goal's handle: write "
             "`send_goal_async`."
             if sends
-            else f"This is the end of the goal, with its `status` and its `result`. `{name}` belongs to the goal's handle, "
-            "which `send_goal_async` gives."
+            else f"This is the end of the goal, with its `status` and its `result`. `{name}` belongs to the goal's "
+            "handle, which `send_goal_async` gives."
         )
     fields = _fields(found[1], "Result", source)
     if name not in fields and (near := difflib.get_close_matches(name, ("status", "result"), 1)):
@@ -253,7 +253,10 @@ def _unbound(found: re.Match[str], source: str) -> str:
             )
         ]
         if "__init__" in setting and len(setting) > 1:
-            return f"`{name}` of `__init__` is gone when `__init__` ends: what the node remembers is `self.{name}`, in every method."
+            return (
+                f"`{name}` of `__init__` is gone when `__init__` ends: what the node remembers is `self.{name}`, in "
+                "every method."
+            )
     return ""
 
 
@@ -403,7 +406,8 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (
         r"CallbackGroup\.add_entity\(\) missing",
         lambda found, source: (
-            f"A callback group is made with brackets: `{group[1] if (group := GROUP.search(source)) else 'TheGroup'}()`."
+            "A callback group is made with brackets: "
+            f"`{group[1] if (group := GROUP.search(source)) else 'ReentrantCallbackGroup'}()`."
         ),
     ),
     (

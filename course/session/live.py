@@ -27,8 +27,8 @@ from course.interfaces import builder, kept
 from course.ros.rclpy_internals import patch, watch_goals
 from course.session.calls import Calls
 from course.session.domains import domain_number, session_domain
+from course.session.failure_report import cell_of
 from course.session.following import LogFollower
-from course.session.failure_report import text_of
 from course.session.guards import Guards, interruptible, say
 from course.session.interface_usage import destructors
 from course.session.live_node import LiveNode
@@ -38,7 +38,7 @@ from course.session.outsiders import Outsiders
 from course.session.publishing import Publishing
 from course.session.requests import fill
 from course.session.session_logs import SessionLogs
-from course.session.source import tell_never_begins
+from course.session.source import doubts
 from course.session.spinner import Spinner
 from course.session.started_nodes import USUAL, StartedNodes
 from course.session.table import Nodes, Row
@@ -129,8 +129,8 @@ class Session:
         if isinstance(what, (str, Path)):
             return self._nodes.start_file(Path(what), args, parameters or {}, timeout)
         handle = self._nodes.start_class(what, args, kwargs, parameters or {}, threads)
-        if idle := tell_never_begins("the cell", text_of(what.__init__)):
-            say(idle)  # and not at the end of a cell that waits for such a goal
+        for line in doubts("the cell", cell_of(what)):
+            say(line)  # and not at the end of a cell, which may wait for what does not come
         return handle
 
     def stop(self, name: str | None = None) -> None:

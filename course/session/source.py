@@ -107,8 +107,8 @@ def blocked(source: str, service: str, callback: str = "") -> str:
                 )
         if line := _asks_itself(tree, function, service):
             return (
-                f"its callback '{function.name}' asks {service} itself in line {line}: it would have to answer before it "
-                "is done. Give the client the name of another service."
+                f"its callback '{function.name}' asks {service} itself in line {line}: it would have to answer before "
+                "it is done. Give the client the name of another service."
             )
         if any(isinstance(node, ast.Await) for node in ast.walk(function)) and _one_group(tree):
             return (
@@ -118,9 +118,9 @@ def blocked(source: str, service: str, callback: str = "") -> str:
             )
         if loop := _awaits_in_a_loop(function):
             return (
-                f"its callback '{function.name}' waits in line {loop.lineno}, `while {ast.unparse(loop.test)}`, for what "
-                "only its own executor can bring, and that is busy with this callback. Make it `async def`, and write "
-                "`await client.call_async(...)`."
+                f"its callback '{function.name}' waits in line {loop.lineno}, `while {ast.unparse(loop.test)}`, for "
+                "what only its own executor can bring, and that is busy with this callback. Make it `async def`, and "
+                "write `await client.call_async(...)`."
             )
         if list(calls(function, "sleep")) or list(calls(function, "input")) or _endless(function):
             return f"its callback '{function.name}' sleeps, waits for input, or loops without end."
@@ -335,14 +335,35 @@ def never_begins(source: str) -> tuple[str, int] | None:
     return next(((function.name, function.lineno) for function in found), None)
 
 
-def tell_never_begins(place: str, source: str) -> str:
-    """Return what `never_begins` finds in a program or a cell, in words; '' when there is nothing."""
+def compared(source: str) -> tuple[str, int] | None:
+    """A line that compares an attribute (`response.sum == 5`) and does nothing with that; the line, and its number."""
+    for node in ast.walk(parse(source)):
+        found = node.value if isinstance(node, ast.Expr) else None
+        if (
+            isinstance(found, ast.Compare)
+            and isinstance(found.left, ast.Attribute)
+            and isinstance(found.ops[0], ast.Eq)
+        ):
+            return ast.unparse(found), found.lineno
+    return None
+
+
+def doubts(place: str, source: str) -> list[str]:
+    """Return what in a program or a cell cannot be meant, in words: it runs, and does nothing useful."""
+    found = []
     if idle := never_begins(source):
-        return (
+        found.append(
             f"{place}, line {idle[1]}: '{idle[0]}' takes each accepted goal over, and none begins "
             "before `goal_handle.execute()` is called there."
         )
-    return ""
+    if wrong := wrong_cancel(source):
+        found.append(
+            f"{place}, line {wrong[1]}: the cancel callback '{wrong[0]}' returns {wrong[2] or 'nothing'}, and "
+            "rclpy then refuses every cancel. Return `CancelResponse.ACCEPT` or `CancelResponse.REJECT`."
+        )
+    if line := compared(source):
+        found.append(f"{place}, line {line[1]}: `{line[0]}` compares, and changes nothing. A single `=` sets a value.")
+    return found
 
 
 def wrong_guard(source: str) -> tuple[str, int] | None:

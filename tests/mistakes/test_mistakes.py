@@ -54,6 +54,7 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "services/best_effort_service": "tests/session/test_matching.py",
     "services/callback_loops": "tests/session/test_doing.py",
     "services/callers_wait_in_turn": "tests/notebook/test_public_checks.py",
+    "services/comparison_for_an_assignment": "tests/session/test_source.py",
     "services/domain_changed_in_a_cell": "tests/session/test_matching.py",
     "services/first_line_of_a_file_deleted": "tests/session/test_source.py",
     "services/impossible_domain": "tests/session/test_matching.py",

@@ -14,6 +14,8 @@ from tests.notebook.public_checks import NOTEBOOKS, SHELL, Page
 OF_THE_SECTION = {
     "actions": {
         "cancelled cabin goes back to floor 0",
+        "makes one more step after a cancel",
+        "makes one more step when the shaft is blocked",
         "every goal starts at floor 0",
         "goals move the cabin side by side",
         "never looks for a cancel",
@@ -63,6 +65,8 @@ MORE = {
         )
     },
 }
+# It is seen where a step takes longer than that: the public check, which is to be quick, has short ones alone.
+NEEDS_LONG_STEPS = {"waits for the cabin for half a second"}
 # Right answers that a public check refuses: it asks one node for all parameters, as the task has it.
 REFUSED = {"gains kept in an object, two nodes, threads, async, slow start, best effort"}
 QUICK = {  # in each run; all the others each night
@@ -77,7 +81,7 @@ QUICK = {  # in each run; all the others each night
 def wrong(exercise: str) -> list[str]:
     """The wrong answers that the public checks must not pass."""
     named = answers.named(exercise, "ABOUT") | answers.named(exercise, "USELESS")
-    return sorted(named | OF_THE_SECTION[exercise] | {*MORE.get(exercise, {})})
+    return sorted(named - NEEDS_LONG_STEPS | OF_THE_SECTION[exercise] | {*MORE.get(exercise, {})})
 
 
 def files_of(exercise: str, name: str) -> dict[str, bytes]:

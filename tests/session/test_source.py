@@ -14,7 +14,7 @@ from course.errors import CallTimeout
 from course.session.failure_report import of_program
 from course.session.guards import for_a_file
 from course.session.live import Session
-from course.session.source import never_begins, wrong_cancel, wrong_guard, wrong_result
+from course.session.source import compared, never_begins, wrong_cancel, wrong_guard, wrong_result
 
 NODE = """import rclpy
 from rcl_interfaces.msg import SetParametersResult
@@ -127,6 +127,20 @@ def test_accepted_goals_that_a_subclass_in_a_cell_never_begins():
     cell = "class Own(Lift):\n    def __init__(self):\n        super().__init__(handle_accepted_callback=self.take)\n\n"
     assert never_begins(f"{cell}    def take(self, handle):\n        self.newest = handle\n") == ("take", 5)
     assert never_begins(f"{cell}    def take(self, handle):\n        super().take(handle)\n") is None
+
+
+@pytest.mark.parametrize(
+    ("line", "found"),
+    [
+        ("response.sum == request.a", ("response.sum == request.a", 2)),
+        ("self.integral == 0.0", ("self.integral == 0.0", 2)),
+        ("response.sum = request.a == 5", None),
+        ("assert response.sum == 5", None),
+        ("a == b", None),
+    ],
+)
+def test_a_comparison_in_the_place_of_an_assignment(line, found):
+    assert compared(f"def add(self, request, response):\n    {line}\n    return response\n") == found
 
 
 @pytest.mark.parametrize(("guard", "told"), [("if __name__ == '__main__':", True), ("if True:", False)])
