@@ -40,6 +40,7 @@ MOST_DATES = 1_000_000  # bytes of it
 EXCHANGE = "COURSE_EXCHANGE"  # set where a class works on one server: nbgrader's name for the course
 COPIED = re.compile(r"([-_ ]?copy ?\d*|[-_ ]?\(\d+\)|[-_ ](final|new|old|v?\d+))+$", re.IGNORECASE)  # in a file's name
 MOST = 50_000_000  # bytes of a file; whoever collects takes no more
+KERNEL = "JPY_PARENT_PID"  # a variable of what runs in a notebook's kernel
 PACKAGES = ("ros2-course", "ros-jazzy-rclpy", "nbgrader")
 
 
@@ -135,7 +136,7 @@ def hand_in(folder: Path, name: str, *, yes: bool, check: bool) -> int:
     for why in found.doubts.values():
         print(f"Careful: {why}", file=sys.stderr)
     if found.doubts and not yes:
-        if not sys.stdin.isatty():
+        if not sys.stdin.isatty() or KERNEL in os.environ:  # nobody can answer below a notebook's cell
             raise HandInError("nothing was handed in: mend what is said above, or hand it in as it is with --yes")
         if not typer.confirm("Hand it in as it is?"):
             print("Nothing was handed in.")

@@ -97,9 +97,16 @@ def keep_apart(c: Config, classroom: Classroom) -> None:
 
     def at_own_address(handler: BaseHandler) -> Any:
         user = known(handler)
-        return user if user and belongs(classroom, user.name in instructors, handler.request.host) else None
+        if not user or elsewhere(handler.request.headers.get("Origin"), handler.request.host):
+            return None
+        return user if belongs(classroom, user.name in instructors, handler.request.host) else None
 
     BaseHandler.get_current_user_cookie = at_own_address
+
+
+def elsewhere(origin: str | None, host: str) -> bool:
+    """Return True if a page of another address asks: browsers keep cookies for a name, whatever the port."""
+    return origin is not None and urlsplit(origin).netloc.lower() != host.lower()
 
 
 def belongs(classroom: Classroom, instructor: bool, address: str) -> bool:

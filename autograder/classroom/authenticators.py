@@ -7,7 +7,8 @@ from collections.abc import Callable
 from typing import Any
 from weakref import WeakValueDictionary
 
-from jupyterhub import roles
+from jupyterhub import orm, roles
+from jupyterhub.apihandlers.base import APIHandler
 from jupyterhub.apihandlers.users import UserTokenListAPIHandler
 from jupyterhub.auth import Authenticator, PAMAuthenticator
 from jupyterhub.authenticators.shared import SharedPasswordAuthenticator
@@ -32,6 +33,14 @@ class OwnTokens(UserTokenListAPIHandler):
         if req_scope != "tokens":
             return allowed
         return lambda user, kind=None: user is self.current_user and allowed(user, kind=kind)
+
+
+class Refused(APIHandler):
+    """Servers are shared with nobody, and there are no groups: both would outlive the rights of whoever made them."""
+
+    async def prepare(self) -> None:
+        """Refuse whatever is asked."""
+        raise HTTPError(403, "The servers of a class are shared with nobody, and there are no groups.")
 
 
 class Careful(Authenticator):
@@ -73,7 +82,13 @@ class Careful(Authenticator):
 
     def get_handlers(self, app: Any) -> list[tuple[str, type[Any]]]:
         """Return the handlers of the log-in, and what comes before the hub's own."""
-        return [*super().get_handlers(app), (r"/api/users/([^/]+)/tokens", OwnTokens)]
+        for kind in (orm.Share, orm.ShareCode, orm.Group):  # of before
+            for each in app.db.query(kind):
+                app.db.delete(each)
+        app.db.commit()
+        refused = (r"/api/(?:shares|share-codes|groups)(?:/.*)?", r"/api/users/[^/]+/shared(?:/.*)?")
+        own = [(r"/api/users/([^/]+)/tokens", OwnTokens), *((path, Refused) for path in refused)]
+        return [*super().get_handlers(app), *own]
 
     async def check(self, handler: Any, data: dict[str, str]) -> bool:
         """Return True if the password is right."""

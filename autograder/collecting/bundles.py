@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import os
 import tempfile
 from collections import defaultdict
 from collections.abc import Container, Iterator, Sequence
@@ -38,6 +39,7 @@ from course.hand_in import RECEIPT
 File = TypeVar("File", ArchivedFile, Packed)
 WRAPPED = 3  # archives around each other
 MOST_OTHER = 20  # files of a folder that are named, one by one, as no hand-ins
+CLOSED = "its owner has closed it, and must open or remove it"
 NO_FORM = "its name matches neither Canvas nor Moodle"
 NOBODYS = "a platform has named it, but not so that it tells one student: their name there may be odd"
 OTHER_ARCHIVES = {".gz", ".tar", ".bz2", ".xz", ".zst", ".rar", ".7z"}
@@ -94,6 +96,9 @@ def _below(
     folder: Path, source: Path, unplaced: list[str], without: Path | None, done: Container[Path] = ()
 ) -> Iterator[Bundle]:
     """Yield what belongs together in a folder of a source, and in the folders in it but those that are `done`."""
+    if not os.access(folder, os.R_OK | os.X_OK):
+        unplaced.append(f"{shortened(str(folder.relative_to(source)))}: {CLOSED}")
+        return
     laid_out = set()
     for student, assignment in _laid_out_already(folder):
         place = folder / student / assignment
@@ -102,6 +107,8 @@ def _below(
             yield _folder(place, student, source)
         except BadArchive as error:
             unplaced.append(f"{place}: {error.args[0]}")
+        except PermissionError:
+            unplaced.append(f"{place}: {CLOSED}")
     yield from _downloaded(folder, unplaced)
     other = 0
     for path in sorted(folder.iterdir()):
@@ -174,7 +181,7 @@ def _laid_out_already(source: Path) -> Iterator[tuple[str, str]]:
         ours = not student.name.startswith(".") and not _named_by_platform(student)
         if ours and student.is_dir() and not student.is_symlink():
             for name in exercises.names():
-                if (student / name).is_dir() and not (student / name).is_symlink():
+                if os.path.isdir(student / name) and not (student / name).is_symlink():  # its owner may have closed it
                     yield student.name, name
 
 

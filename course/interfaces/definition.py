@@ -100,6 +100,11 @@ def _parse_line(line: str, where: str, package: str) -> list[Field]:
         with contextlib.redirect_stderr(io.StringIO()):
             spec = parse_message_string(package, "Line", line)
     except Exception as error:  # rosidl_adapter raises anything from IndexError to its own classes
+        if base in PRIMITIVE_TYPES and len(words) == 3 and re.fullmatch(r"[a-z]\w*", words[2]):
+            raise InterfaceError(
+                f"{where}: one field a line; '{words[2]}' would be the default of '{words[1]}', and is no {base}: "
+                f"'{code}'"
+            ) from None
         raise InterfaceError(f"{where}: {error or 'not a field'}: '{code}'") from None
     if spec.fields and len(words) > 2 and spec.fields[0].default_value is None:
         raise InterfaceError(f"{where}: one field a line, without ',' or ';': '{code}'")

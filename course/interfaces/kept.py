@@ -53,13 +53,19 @@ def _kept(package: str, files: tuple[str, ...], name: str) -> Kept:
 
 
 def keep(folder: Path, built: Built, files: Iterable[str]) -> None:
-    """Remember that `built` is made of these definitions of `folder`."""
+    """Remember that `built` is made of these definitions of `folder`; each belongs to its last package alone."""
     path = record_file(folder)
     with FileLock(cache_folder() / "record.lock"):
-        known = {kept.package: {"files": list(kept.files), "build": kept.prefix.name} for kept in packages(folder)}
-        new = {"files": sorted(files), "build": built.prefix.name}
-        if known.get(built.package) != new:
-            storage.replace(path, json.dumps({"packages": known | {built.package: new}}).encode())
+        before = {kept.package: {"files": list(kept.files), "build": kept.prefix.name} for kept in packages(folder)}
+        moved = set(files)
+        known = {
+            package: {**each, "files": left}
+            for package, each in before.items()
+            if (left := [name for name in each["files"] if name not in moved])
+        }
+        known[built.package] = {"files": sorted(moved), "build": built.prefix.name}
+        if known != before:
+            storage.replace(path, json.dumps({"packages": known}).encode())
 
 
 def refresh(folder: Path) -> list[str]:

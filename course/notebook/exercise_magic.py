@@ -1,9 +1,11 @@
 """`%%exercise FILE`: the cell is the file that is handed in, and runs as a live node beside the notebook."""
 
 import contextlib
+import importlib
 import os
 import shlex
 import sys
+from importlib.util import cache_from_source
 from pathlib import Path
 
 from IPython.core.error import UsageError
@@ -51,6 +53,7 @@ def exercise(line: str, cell: str) -> None:
         _tell_of_others(path)
     if path.suffix != ".py":
         return
+    _forget_imports(path)
     if options.no_start:
         print(f"{path.name}: written")
         return
@@ -92,6 +95,27 @@ def _tell_of_others(path: Path) -> None:
                 file=sys.stderr,
             )
             return
+
+
+def _forget_imports(path: Path) -> None:
+    """Have the next import of this file, and of those beside it, take what lies there; tell of an import before it."""
+    here = path.resolve().parent
+    Path(cache_from_source(str(path))).unlink(missing_ok=True)  # which may be of the same second, and the same size
+    beside = {
+        name
+        for name, module in list(sys.modules.items())
+        if (file := Path(getattr(module, "__file__", None) or "")).stem == name and file.resolve() == here / file.name
+    }
+    if path.stem not in beside:
+        return
+    for name in beside:
+        del sys.modules[name]
+    importlib.invalidate_caches()
+    print(
+        f"note: this notebook has imported {path.stem}, and goes on with what {path.name} was then. Run the cell with "
+        "the import again.",
+        file=sys.stderr,
+    )
 
 
 def _check_syntax(path: Path, cell: str) -> None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from course.errors import CourseError, UnreadableNotebook
 from course.foundation import cells
 from course.notebook.needed_cells import SESSION, names_of
+from course.session.slips import slips
 
 if TYPE_CHECKING:
     from IPython.core.interactiveshell import InteractiveShell
@@ -104,8 +105,10 @@ def _news_before(*_: Any) -> None:
         print(text, file=sys.stderr)
 
 
-def _news_after(*_: Any) -> None:
-    """Say, after a cell, what its nodes' callbacks had to say to the reader."""
+def _news_after(result: Any, *_: Any) -> None:
+    """Say, after a cell, which slips are in its text, and what its nodes' callbacks had to say to the reader."""
+    for text in slips(str(result.info.raw_cell or "")):
+        print(text, file=sys.stderr)
     session = _session()
     if session is not None:
         for text in session.watch.notices():

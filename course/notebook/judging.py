@@ -1,5 +1,6 @@
 """The start of public checks: the files as they lie there, started afresh, and nobody else under their names."""
 
+import ast
 import re
 import subprocess
 import sys
@@ -12,18 +13,20 @@ from rclpy.subscription import Subscription
 
 from course.errors import ExerciseError, LiveError, NodeFailed
 from course.interfaces.builder import build
-from course.interfaces.definition import SECTIONS
+from course.interfaces.definition import SECTIONS, parse
 from course.interfaces.kept import packages
 from course.notebook.file_differences import refusal_of
-from course.session.failure_report import of_program
+from course.session.failure_report import Frame, of_program, text_at
 from course.session.hints import type_name
 from course.session.live import live
 from course.session.node_process import NodeProcess
-from course.session.source import blocked
+from course.session.source import argument, blocked, calls
+from course.session.source import parse as parse_program
 from course.session.watch import Handle
 
 # Python itself tells where a program hangs, and ends it (`faulthandler`), whatever the program waits for.
 WATCHED = "import faulthandler; faulthandler.dump_traceback_later({timeout}, exit=True)"
+PERIOD = (0, "timer_period_sec")  # its place among the arguments of create_timer
 LATE = "Timeout ("  # how that report begins
 
 
@@ -73,9 +76,45 @@ def busy(process: Handle, service: str = "") -> str:
     return "\n".join(found)
 
 
+def unspun(file: str) -> str:
+    """Return why a program that asks a server can get no answer, as a line; '' if its text spins, or sends nothing."""
+    tree = parse_program(text_at(Path(file)))
+    spins = any("spin" in str(getattr(node, "attr", getattr(node, "id", ""))) for node in ast.walk(tree))
+    sent = next(calls(tree, "call_async"), None)
+    if spins or sent is None:
+        return ""
+    return (
+        f"\n{file}, line {sent.lineno}, sends the request, and nothing in the file spins the node, so that no answer "
+        "is ever taken in: `rclpy.spin_until_future_complete(node, future, timeout_sec=...)`."
+    )
+
+
+def slow_timer(file: str, most: float) -> str:
+    """Return the timer of a program whose period, as it is written, is above `most` s, as lines; '' without one."""
+    source = text_at(Path(file))
+    for call in calls(parse_program(source), "create_timer"):
+        period = argument(call, *PERIOD)
+        if isinstance(period, ast.Constant) and isinstance(period.value, (int, float)) and period.value > most:
+            frame = Frame(file, call.lineno, "", source.splitlines()[call.lineno - 1].strip())
+            return f"\n{frame}\nThe period of a timer is in seconds: this one calls every {period.value:g} s."
+    return ""
+
+
 def fields(section: type) -> dict[str, str]:
     """Return the fields of a request, a response or a message, with their types as a definition writes them."""
     return {name: type_name(kind) for name, kind in section.get_fields_and_field_types().items()}  # type: ignore[attr-defined]
+
+
+def plain_fields(name: str) -> None:
+    """Raise ExerciseError for a default or a constant in the definition `name`: the task wants fields alone."""
+    for section in parse(Path(name).read_text(encoding="utf-8", errors="replace"), name).sections:
+        for field in section:
+            if field.value is not None:
+                what = "a constant" if field.name.isupper() else "a default"
+                raise ExerciseError(
+                    f"{name}: `{field.type} {field.name}` has the value {field.value!r}. That makes it {what}; the "
+                    "task has fields alone."
+                )
 
 
 def run(source: str, *arguments: str, file: str, timeout: float = 5.0) -> str:
@@ -106,10 +145,11 @@ def run(source: str, *arguments: str, file: str, timeout: float = 5.0) -> str:
     return done.stdout
 
 
-def as_it_lies(*files: str) -> None:
+def as_it_lies(*files: str, package: str = "") -> None:
     """Raise ExerciseError if one of the files is not what a run of its cell has left.
 
-    An interface is built again when its file has changed; raises InterfaceError when it cannot be built.
+    An interface is built again when its file has changed, as part of the `package` that its task names; raises
+    InterfaceError when it cannot be built.
     """
     for name in files:
         path = Path(name)
@@ -121,11 +161,16 @@ def as_it_lies(*files: str) -> None:
         if not path.is_file():
             raise ExerciseError(f"{name} is not there, beside the notebook: run its cell, then check again.")
         if path.suffix[1:] in SECTIONS:
-            _build(name)
+            _build(name, package)
 
 
-def _build(name: str) -> None:
+def _build(name: str, package: str) -> None:
     known = next((kept for kept in packages(Path()) if name in kept.files), None)
     if known is None:
         raise ExerciseError(f"{name} was not built here: run its cell, then check again.")
+    if package and known.package != package:
+        raise ExerciseError(
+            f"{name} was built into the package {known.package}, and belongs to {package}: begin its cell with "
+            f"`%%exercise {name} --package {package}`, run it, then check again."
+        )
     build(known.package, [Path(file) for file in known.files])

@@ -13,11 +13,12 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 from rclpy.exceptions import NotInitializedException
 
 from course.session.hints import hint, never_called, never_spins, returns_nothing
-from course.session.source import defined, exits, no_result, wrong_guard, wrong_return
+from course.session.source import defined, exits, no_list, no_result, wrong_guard, wrong_return
 
 IN_A_CELL = (
     "A node of a notebook belongs to its session: write a class, and `ros.start(TheClass)`; or give it the session's "
@@ -40,6 +41,9 @@ NEVER_RETRIEVED = "The following exception was never retrieved"  # rclpy prints 
 FRAME = re.compile(r'^  File "(.+)", line (\d+)(?:, in (.+))?$')
 COURSE = Path(__file__).resolve().parents[1]
 MACHINERY = tuple(COURSE / name for name in ("foundation", "ros", "session"))  # no code of theirs, nor for them to read
+PRE_SET = "_call_pre_set_parameters_callback"  # the function of rclpy that takes the list of a pre-set callback
+NO_LIST = "The pre-set callback '{}' must return the list of what is to be set, also when it changes nothing."
+MANY = 20  # calls of the reader's own functions: more than these come from a recursion
 MESSAGE_LINES = 6  # of an exception's own message
 RESULT_TYPE = "The 'result' field must be a sub message of type"
 NO_RESPONSE = ("TypeError", "TypeError:")  # all that rclpy says of a callback that returned no response
@@ -88,12 +92,14 @@ def of_program(path: Path, output: str, status: int, *, before_its_node: bool = 
     error, frames = _last_traceback(output, path)
     ending = f"ended with exit status {status}" if status >= 0 else f"was ended by the signal {_signal(-status)}"
     callback: tuple[str, int, str] | tuple[str, int] | None = defined(error, source)
-    if error in NO_RESPONSE or RESULT_TYPE in error:
-        callback = no_result(source) if RESULT_TYPE in error else wrong_return(source)
+    pre_set = no_list(source) if "not iterable" in error and f"in {PRE_SET}" in output else None
+    if error in NO_RESPONSE or RESULT_TYPE in error or pre_set:
+        callback = pre_set or (no_result(source) if RESULT_TYPE in error else wrong_return(source))
     if callback and not _inside(frames):  # the error is raised after it, in rclpy
         frames = (Frame(path.name, callback[1], "", source.splitlines()[callback[1] - 1].strip()),)
     if error:
-        return FailureReport(path.name, ending, error, frames, _hint(error, source, frames))
+        why = NO_LIST.format(pre_set[0]) if pre_set else _hint(error, source, frames)
+        return FailureReport(path.name, ending, error, frames, why)
     if status == 0 and (guard := wrong_guard(source)):
         frames = (Frame(path.name, guard[1], "", source.splitlines()[guard[1] - 1].strip()),)
         why = f"`{guard[0]}` is never true, so that main() does not run: write `if __name__ == '__main__':`."
@@ -125,9 +131,9 @@ def of_exception(
     silent = [callback for callback in callbacks if returns_nothing(callback)]
     if not frames and silent and last in NO_RESPONSE:
         why = f"The service callback '{silent[0].__name__}' returns nothing: end it with `return response`."
-        code = silent[0].__code__
-        text = linecache.getline(code.co_filename, code.co_firstlineno).strip()
-        frames = (Frame(_place(code.co_filename), code.co_firstlineno, "", text),)
+        frames = (_defined_at(silent[0]),)
+    if not frames and (callback := _pre_set(error.__traceback__)):
+        why, frames = NO_LIST.format(callback.__name__), (_defined_at(callback),)
     return FailureReport(who, doing or "raised an exception in a callback", last, frames, why)
 
 
@@ -197,7 +203,7 @@ def _last_traceback(output: str, path: Path, *, first: bool = False) -> tuple[st
             first_line = first_line.removesuffix(" The following argument types are supported:")
             many = "incompatible function arguments" in line  # and below it, all that C++ would take
             message = [first_line] if many else [first_line, *_continued(rest[number + 1 :])]
-            return "\n".join(message), _without_main(frames)
+            return "\n".join(message), _once(list(_without_main(frames)))
     return "", ()
 
 
@@ -248,9 +254,26 @@ def cell_of(cls: type) -> str:
     return "".join(linecache.getlines(name)) if name else ""
 
 
+def _defined_at(callback: Callable[..., object]) -> Frame:
+    """The line of a function's `def`."""
+    code = callback.__code__
+    text = linecache.getline(code.co_filename, code.co_firstlineno).strip()
+    return Frame(_place(code.co_filename), code.co_firstlineno, "", text)
+
+
+def _pre_set(trace: TracebackType | None) -> Any:
+    """The pre-set callback whose answer rclpy could not take, if that is where the error was raised."""
+    while trace and trace.tb_next:
+        trace = trace.tb_next
+    if trace and trace.tb_frame.f_code.co_name == PRE_SET:
+        callback = trace.tb_frame.f_locals.get("callback")
+        return callback if hasattr(callback, "__code__") else None
+    return None
+
+
 def _is_own(filename: str) -> bool:
     path = Path(filename)
-    if any(part in filename for part in LIBRARIES):
+    if filename.startswith("<frozen") or any(part in filename for part in LIBRARIES):
         return False
     return path.parent != COURSE and not any(path.is_relative_to(folder) for folder in MACHINERY)
 
@@ -264,7 +287,12 @@ def _own_frames(trace: TracebackType | None) -> tuple[Frame, ...]:
         place = _place(summary.filename)
         code = linecache.getline(summary.filename, summary.lineno).strip()
         found.append(Frame(place, summary.lineno, summary.name, code))
-    return tuple(found)
+    return _once(found)
+
+
+def _once(frames: list[Frame]) -> tuple[Frame, ...]:
+    """The frames without those of calls that come back to the same lines again and again."""
+    return tuple(frames) if len(frames) < MANY else tuple(dict.fromkeys(frames))
 
 
 def _place(filename: str) -> str:

@@ -6,7 +6,9 @@ A hint is only given where the cause is known; an error without one speaks for i
 import ast
 import difflib
 import importlib
+import inspect
 import re
+import sys
 import textwrap
 from collections.abc import Callable
 from pathlib import Path
@@ -15,18 +17,24 @@ from rclpy.node import Node
 
 from course.session.arguments import argument_count, order_of_arguments, wrong_kind
 from course.session.imports import is_there, wrong_import
+from course.session.slips import methods_asked
 from course.session.source import (
     called_callback,
     calls,
     functions,
     hidden_method,
+    hides_rclpy,
     methods,
     misspelt_init,
+    name_of,
     no_result,
+    parameter_callbacks,
     parse,
     wrong_return,
 )
 
+# What rclpy's node keeps under names that a class may take by mistake.
+OF_A_NODE = ("_parameters", "_parameter_overrides", "_descriptors", "_clock", "_logger", "_context")
 OWN_FILE = 0.7  # how much alike the names of a module and of a file are that may be meant
 # What Python calls a field's type, as a definition file writes it.
 TYPES = {"boolean": "bool", "double": "float64", "float": "float32", "octet": "byte"}
@@ -60,8 +68,6 @@ def type_name(kind: str) -> str:
 
 def returns_nothing(callback: Callable[..., object]) -> bool:
     """Return True if a function has no `return` with a value in it, as far as its source is known."""
-    import inspect
-
     try:
         found = list(functions(parse(textwrap.dedent(inspect.getsource(callback)))))
     except (OSError, TypeError):
@@ -308,6 +314,8 @@ def _still_none(found: re.Match[str], source: str, code: str) -> str:
     for name in re.findall(r"(?<![\w.])(\w+)\[", code):
         if made := re.search(rf"^\s*{name} = (?:\w+\.)*(\w+)\(", source, re.MULTILINE):
             return f"`{made[1]}` has returned None. It must end with `return` and a value, on every path through it."
+    if asked := next(methods_asked(parse(source)), None):
+        return f"Line {asked[0]}: {asked[1]}"
     for name in re.findall(r"self\.(\w+)", code):
         if re.search(rf"self\.{name} = None\b", source):
             return (
@@ -340,6 +348,48 @@ def _by_name(found: re.Match[str], source: str) -> str:
     if fields := _fields(found[1], "", source):
         return f"A message takes its fields by name: `{found[1]}({fields[0]}=...)`."
     return ""
+
+
+def _not_declared(found: re.Match[str], source: str) -> str:
+    if hidden := hides_rclpy(source, OF_A_NODE):
+        return (
+            f"Line {hidden[1]}, `self.{hidden[0]} = ...`, takes the place of what rclpy's node keeps under that name: "
+            "choose another one."
+        )
+    return f"Declare it in `__init__`, before anything reads it: `self.declare_parameter('{found[1]}', default)`."
+
+
+def _without_end(found: re.Match[str], source: str, code: str) -> str:
+    tree = parse(source)
+    for function in functions(tree):
+        if "set_parameters" in code and function.name in parameter_callbacks(tree):
+            for call in [*calls(function, "set_parameters"), *calls(function, "set_parameters_atomically")]:
+                if name_of(getattr(call.func, "value", None)) == "self":
+                    return (
+                        f"A set in '{function.name}' has the node call its parameter callbacks again, this one too, "
+                        "without end. What is to be set along with others, the pre-set callback adds to its list."
+                    )
+    return ""
+
+
+def _of_the_class(found: re.Match[str], source: str, code: str) -> str:
+    """Of a method that is called on its class: `Agent` was handed over, and not `Agent()`."""
+    cls, method = found[1].split(".")[-1], found[2]
+    sent = next(calls(parse(code), method), None)
+    takes = [_parameters(getattr(getattr(sys.modules.get("__main__"), cls, None), method, None))]
+    for made in (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef) and node.name == cls):
+        takes += [len(each.args.args) for each in functions(made) if each.name == method]
+    if sent and len(sent.args) > 0 and len(sent.args) + 1 in takes:
+        return (
+            f"`{method}` is called on {cls} itself, the class, and not on an object of it: somewhere `{cls}` is handed "
+            f"over without brackets. Write `{cls}()` there."
+        )
+    return ""
+
+
+def _parameters(function: object) -> int:
+    """Return how many arguments a function takes, `self` included; 0 for anything else."""
+    return len(inspect.signature(function).parameters) if inspect.isfunction(function) else 0
 
 
 def _no_such_key(found: re.Match[str], source: str, code: str) -> str:
@@ -460,10 +510,11 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         lambda found, source: f"`{found[1]}` is a method of the node: `self.{found[1]}(...)`.",
     ),
     (r"(?:(\w[\w.]*)\(\)) (?:takes \d+|missing \d+ required) positional argument", argument_count),
+    (r"ParameterNotDeclaredException: .*: (\w+)", _not_declared),
     (
-        r"ParameterNotDeclaredException: .*: (\w+)",
-        lambda found, source: (
-            f"Declare it in `__init__`, before anything reads it: `self.declare_parameter('{found[1]}', default)`."
+        r"type must be an instance of '<enum 'Type'>'",
+        _says(
+            "The second argument of `Parameter` is its type. Give the value by its name: `Parameter('x', value=2.0)`."
         ),
     ),
     (
@@ -569,6 +620,8 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
 )
 OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"'Future' object has no attribute '(?!add_done_callback)\w+'", _future_in_a_cell),
+    (r"^RecursionError", _without_end),
+    (r"^TypeError: ([\w.]*\w)\.(\w+)\(\) missing 1 required positional argument: '(?!self')", _of_the_class),
     (r"^KeyError: '([^']+)'$", _no_such_key),
     (r"Invalid arguments passed to constructor: (\w+)", _no_such_argument),
     (r"(Service|Action) classes can not be instantiated", _no_instance),

@@ -6,9 +6,11 @@ import time
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from course.ros.rclpy_internals import NodeNameNonExistentError
 from course.session.failure_report import GOAL_ENDING, NO_RESULT, NO_STATE, FailureReport, of_goal, text_of
@@ -113,10 +115,16 @@ class LiveNode:
         return f"<{self.name}: {'running' if self.alive else 'stopped'} in this kernel>"
 
 
-def in_context(cls: type[Node], context: Context, arguments: list[str], make_room: Callable[[str], None]) -> type[Node]:
+def in_context(
+    cls: type[Node],
+    context: Context,
+    arguments: list[str],
+    make_room: Callable[[str], None],
+    notice: Callable[[str], None],
+) -> type[Node]:
     """`cls` with a last base before Node that hands Node the session's context, whatever the class's `__init__` takes.
 
-    `make_room` is called with the node's name before the node is there.
+    `make_room` is called with the node's name before the node is there, and `notice` with what the reader should know.
     """
 
     class Injector(Node):
@@ -125,5 +133,15 @@ def in_context(cls: type[Node], context: Context, arguments: list[str], make_roo
             kwargs["cli_args"] = [*(kwargs.get("cli_args") or []), *arguments]
             make_room(kwargs.get("node_name", *args[:1]))
             super().__init__(*args, **kwargs)
+
+        def set_parameters(self, parameter_list: list[Parameter]) -> list[SetParametersResult]:
+            """Tell the reader what a cell has set in vain: few look at the results."""
+            results = super().set_parameters(parameter_list)
+            if threading.current_thread() is threading.main_thread():
+                for asked, result in zip(parameter_list, results, strict=False):
+                    if not result.successful:
+                        reason = f": {result.reason}" if result.reason else ", without a reason"
+                        notice(f"{self.get_name()} has refused {asked.name} = {asked.value!r}{reason}")
+            return results
 
     return type(cls.__name__, (cls, Injector), {"__module__": cls.__module__, "__doc__": cls.__doc__})

@@ -2,7 +2,7 @@
 
 import ast
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 # What waits, and the place of its time limit among the arguments.
 WAITS = {
@@ -19,6 +19,7 @@ CALLBACKS = {
     "add_done_callback": (0, "fn"),
     "add_on_set_parameters_callback": (0, "callback"),
     "add_post_set_parameters_callback": (0, "callback"),
+    "add_pre_set_parameters_callback": (0, "callback"),
     "create_service": (2, "callback"),
     "create_subscription": (2, "callback"),
     "create_timer": (1, "callback"),
@@ -277,6 +278,28 @@ def wrong_result(source: str) -> tuple[str, int, str] | None:
     )
 
 
+def parameter_callbacks(tree: ast.AST, *makers: str) -> set[str]:
+    """The names of the functions that are called when parameters are set; of these `makers`, or of all."""
+    wanted = makers or tuple(name for name in CALLBACKS if name.endswith("_parameters_callback"))
+    return {name_of(argument(call, *CALLBACKS[maker])) for maker in wanted for call in calls(tree, maker)}
+
+
+def no_list(source: str) -> tuple[str, int, str] | None:
+    """A pre-set callback that does not return the list of what is to be set, as `wrong_result` tells of others."""
+    tree = parse(source)
+    return _plain_return(tree, parameter_callbacks(tree, "add_pre_set_parameters_callback"))
+
+
+def hides_rclpy(source: str, names: Iterable[str]) -> tuple[str, int] | None:
+    """An attribute of these names that a program's class sets, `self._parameters = {}`, and the line."""
+    wanted = set(names)
+    for node in ast.walk(parse(source)):
+        stored = isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and name_of(node.value) == "self"
+        if stored and isinstance(node, ast.Attribute) and node.attr in wanted:
+            return node.attr, node.lineno
+    return None
+
+
 def wrong_cancel(source: str) -> tuple[str, int, str] | None:
     """A cancel callback of an action that does not return a CancelResponse, as `wrong_result` tells of others."""
     tree = parse(source)
@@ -335,19 +358,6 @@ def never_begins(source: str) -> tuple[str, int] | None:
     return next(((function.name, function.lineno) for function in found), None)
 
 
-def compared(source: str) -> tuple[str, int] | None:
-    """A line that compares an attribute (`response.sum == 5`) and does nothing with that; the line, and its number."""
-    for node in ast.walk(parse(source)):
-        found = node.value if isinstance(node, ast.Expr) else None
-        if (
-            isinstance(found, ast.Compare)
-            and isinstance(found.left, ast.Attribute)
-            and isinstance(found.ops[0], ast.Eq)
-        ):
-            return ast.unparse(found), found.lineno
-    return None
-
-
 def doubts(place: str, source: str) -> list[str]:
     """Return what in a program or a cell cannot be meant, in words: it runs, and does nothing useful."""
     found = []
@@ -361,8 +371,6 @@ def doubts(place: str, source: str) -> list[str]:
             f"{place}, line {wrong[1]}: the cancel callback '{wrong[0]}' returns {wrong[2] or 'nothing'}, and "
             "rclpy then refuses every cancel. Return `CancelResponse.ACCEPT` or `CancelResponse.REJECT`."
         )
-    if line := compared(source):
-        found.append(f"{place}, line {line[1]}: `{line[0]}` compares, and changes nothing. A single `=` sets a value.")
     return found
 
 

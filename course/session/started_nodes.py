@@ -204,7 +204,8 @@ class StartedNodes:
         for handle in list(self._handles.values()):
             if isinstance(handle, LiveNode) and type(handle.node).__name__ == what.__name__:
                 self._replace(handle.name)
-        cls = in_context(what, self._calls.node.context, arguments, lambda name: self._replace(name, cls=what))
+        context, notice = self._calls.node.context, self._watch.notice
+        cls = in_context(what, context, arguments, lambda name: self._replace(name, cls=what), notice)
         node = cls.__new__(cls)
         try:
             type(node).__init__(node, *args, **kwargs)  # type: ignore[arg-type]

@@ -3,6 +3,7 @@
 import re
 import shutil
 from dataclasses import replace
+from urllib.parse import urlsplit
 
 import pytest
 
@@ -109,11 +110,26 @@ def test_what_an_instructor_gives_away_at_the_hub_does_not_outlive_their_being_o
         return instructor.session.request(method, f"{instructor.hub}hub/api/{path}", json=content, headers=headers)
 
     assert [asked("POST", f"users/{name}/tokens", note="").status_code for name in ("ada", "teacher")] == [403, 201]
+    assert asked("POST", "shares/bob/", user="ada").status_code == 403
+    assert asked("POST", "share-codes/bob/").status_code == 403
+    assert asked("POST", "groups/friends").status_code == 403
     assert asked("PATCH", "users/ada", admin=True).ok
     student = Visitor(classroom.address_of(classroom.find("ada")), "ada")
     assert student.log_in(hub.shared_passwords(classroom)["students"])
     assert student.session.get(f"{student.hub}hub/api/users").status_code == 403
     assert asked("GET", "users/ada").json()["admin"] is False
+
+
+def test_a_page_of_another_port_of_the_same_name_does_nothing_in_an_instructors_name(instructor, classroom):
+    """It can read the token against forgery, and browsers send the cookies: they keep these for a name alone."""
+    data = {"_xsrf": instructor.session.cookies.get("_xsrf", path="/hub/"), "student": "carol", "days": "9"}
+    address = urlsplit(instructor.hub)
+    for origin in (f"http://{address.hostname}:1", "null"):
+        done = instructor.session.post(f"{instructor.hub}hub/class", data=data, headers={"Origin": origin})
+        assert not done.url.endswith("/hub/class") or done.status_code == 403
+        assert extensions.read(classroom.grading) == {}
+    own = {"Origin": instructor.hub.rstrip("/")}
+    assert instructor.session.post(f"{instructor.hub}hub/class", data=data | {"take_back": "yes"}, headers=own).ok
 
 
 def test_a_class_at_the_same_address_with_a_member_of_the_same_name_is_told(quiet, tmp_path, capsys):

@@ -100,6 +100,16 @@ def test_a_failed_check_is_told_and_keeps_nobody_from_handing_in(folder):
     assert receipt["checks"] == {"says-server": "not yet: it must say server"}
 
 
+def test_nothing_is_asked_below_a_cell(folder, monkeypatch):
+    """A cell's command has a terminal, and nobody at its keyboard."""
+    (folder / "server.py").write_text("print('edited elsewhere: server')\n")
+    monkeypatch.setenv("JPY_PARENT_PID", "1")
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
+    monkeypatch.setattr("typer.confirm", lambda text: pytest.fail(f"it asks: {text}"))
+    with pytest.raises(HandInError, match="--yes"):
+        hand_in.hand_in(folder, "ada", yes=False, check=False)
+
+
 def test_a_file_that_is_not_what_its_cell_says_is_asked_about(folder):
     (folder / "server.py").write_text("print('edited elsewhere: server')\n")
     refused = run(folder)

@@ -152,6 +152,11 @@ def test_the_cache_is_keyed_by_content(cache):
     ("name", "text", "says"),
     [
         ("A.srv", "float a\n---\n", "A.srv, line 1: there is no type 'float'; did you mean float32 or float64?"),
+        (
+            "A.srv",
+            "float64 a b\n---\n",
+            "A.srv, line 1: one field a line; 'b' would be the default of 'a', and is no float64: 'float64 a b'",
+        ),
         ("A.srv", "float64 a\nstring\n---\n", "A.srv, line 2: a field is a type and a name"),
         ("A.srv", "float64 a\n", "needs 1 line '---' between request and response; this one has 0"),
         ("A.action", "int32 a\n---\n", "needs 2 lines '---'"),

@@ -1,10 +1,13 @@
 """Public checks hold what their task says: right answers pass, and the mistakes that a section is about do not."""
 
 import ast
+import re
 
 import pytest
 
 from course.foundation import cells
+from course.notebook.exercise_magic import exercise
+from course.notebook.needed_cells import names_of
 from course.session import live
 from tests.hidden import answers
 from tests.notebook.public_checks import NOTEBOOKS, SHELL, Page
@@ -162,3 +165,105 @@ def test_a_check_starts_what_lies_there_and_refuses_what_is_not_there(empty, tmp
     assert page.check("calculator-server").startswith("calculator_server.py is not there, beside the notebook")
     page.write("Calculate.srv", b"float64 a,\n---\n")
     assert page.check("calculate-srv").startswith("Calculate.srv is still the one before the last run of its cell")
+
+
+SERVER = "calculator_server.py"
+CLIENT = "calculator_client.py"
+SPIN = "        rclpy.spin_until_future_complete(self, future, timeout_sec=timeout_sec)\n"
+
+
+@pytest.mark.parametrize(
+    ("check", "file", "old", "new", "says"),
+    [
+        ("calculator-server", SERVER, "response.success = True", "response.success == True",
+         "15.5 add 3.2 was answered with success=False, result=18.7 and no message"),
+        ("calculator-client", CLIENT, SPIN, "        rclpy.logging\n",
+         "sends the request, and nothing in the file spins the node"),
+        ("calculator-client", CLIENT, "a, b = float(a), float(b)", "a, b = float(int(a)), float(int(b))",
+         "15 3 add it takes: a number may have a fraction."),
+        ("calculator-client", CLIENT, "remove_ros_args(args)", "remove_ros_args(sys.argv[1:])",
+         "It takes them after one more word"),
+    ],
+)  # fmt: skip
+def test_a_check_of_the_calculator_tells_what_is_seen(empty, check, file, old, new, says):
+    files = answers.changed(answers.solution("calculator"), file, (old, new))
+    files = answers.changed(files, CLIENT, ("timeout_sec=5.0", "timeout_sec=1.0"))
+    assert says in Page("calculator").judge(files, check)[check]
+
+
+@pytest.mark.parametrize(
+    ("definition", "package", "says"),
+    [
+        ("string operation add", "calculator_interfaces",
+         "Calculate.srv: `string operation` has the value 'add'. That makes it a default; the task has fields alone."),
+        ("string operation\nfloat64 MOST=3.0", "calculator_interfaces", "`float64 MOST` has the value 3.0. "),
+        ("string operation", "calculator_interface",
+         "was built into the package calculator_interface, and belongs to calculator_interfaces"),
+    ],
+)  # fmt: skip
+def test_a_definition_is_judged_as_it_was_built_last(empty, definition, package, says):
+    page = Page("calculator")
+    good = answers.solution("calculator")["Calculate.srv"].decode()
+    assert page.judge({"Calculate.srv": good.encode()}, "calculate-srv") == {"calculate-srv": cells.PASSED}
+    exercise(f"Calculate.srv --package {package}", re.sub("string operation.*", definition, good))
+    assert says in page.check("calculate-srv")
+
+
+STEP = "now - self.last_time"
+KI_ALONE = "if param.name == 'ki' and param.value != self.ki:"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("(error - self.last_error)", "(self.last_error - error)", "with kd = 2 alone, an error that goes from 1 to 4"),
+        ("'kd', 0.0, 10.0", "'kd', 0.0, 100.0",
+         "the descriptor of kd must have a range from 0 to 10, without a step; it has from 0 to 100, step 0"),
+        ("'elbow', ParameterDescriptor(read_only=True)", "'elbow', ParameterDescriptor()",
+         "the descriptor of joint_name must say that it is read-only"),
+        (STEP, f"1000 * ({STEP})", "with ki = 5, an error of 1 for"),
+        pytest.param("error * step", "error", "with ki = 5, an error of 1 for", marks=pytest.mark.matrix),
+        pytest.param(STEP, f"1e9 * ({STEP})", "with ki = 5, an error of 1 for", marks=pytest.mark.matrix),
+        (KI_ALONE, "if param.name == 'ki':", "a set of {'ki': 5.0}, with ki at 5 before, must leave the"),
+        pytest.param(KI_ALONE, "if param.name[0] == 'k':", "a set of {'kd': 0.0}, with ki at 5 before, must leave the",
+                     marks=pytest.mark.matrix),
+    ],
+)  # fmt: skip
+def test_the_check_of_the_controller_tells_the_part_that_is_wrong(empty, old, new, says):
+    files = answers.changed(answers.solution("parameters"), "pid_node.py", (old, new))
+    assert says in Page("parameters").judge(files)["pid-node"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("self.create_timer(0.1, ", "self.create_timer(10, ",
+         "The period of a timer is in seconds: this one calls every 10 s."),
+        ("np.degrees((angles + math.pi) % (2 * math.pi) - math.pi)", "(angles + math.pi) % (2 * math.pi) - math.pi",
+         "it is told (0.0, 0.5): that is for something nearer than 0.5 m in front"),
+        pytest.param("        self.scan_time = self", "        self.scan_time = self.scan_time or self",
+                     "it is told (0.0, 0.0): that is the command without a scan that may be used",
+                     marks=pytest.mark.matrix),
+        pytest.param("        self.distances = nearest(msg)\n",
+                     "        self.distances = nearest(msg)\n        __import__('time').sleep(0.2)\n",
+                     "in laser_callback\n    __import__('time').sleep(0.2)", marks=pytest.mark.matrix),
+    ],
+)  # fmt: skip
+def test_the_check_of_the_follower_tells_what_its_command_is_for(empty, old, new, says):
+    files = answers.changed(answers.solution("ai_integration"), "wall_follower.py", (old, new))
+    assert says in Page("ai_integration").judge(files, "wall-follower")["wall-follower"]
+
+
+@pytest.mark.parametrize("exercise", ["actions", "ai_integration", "calculator", "parameters", "services"])
+def test_a_check_changes_no_name_of_the_page(exercise):
+    """Whoever goes back to a cell after a check finds what that cell needs: `scan` is the page's scan."""
+    page = [cell for cell in cells.read(NOTEBOOKS / exercise / f"{exercise}.ipynb") if cell.kind == "code"]
+    others = [names_of(cell.source) for cell in page if not cell.public_check]
+    for cell in page:
+        if cell.public_check:
+            plain = SHELL.sub("", cell.source)
+            imports = (node for node in ast.walk(ast.parse(plain)) if isinstance(node, (ast.Import, ast.ImportFrom)))
+            imported = {alias.asname or alias.name for node in imports for alias in node.names}
+            for name in names_of(cell.source).made - imported:
+                made = any(name in each.made for each in others)
+                assert not (made and any(name in each.used - each.made for each in others)), (cell.name, name)

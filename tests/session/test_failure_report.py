@@ -2,8 +2,10 @@
 
 import textwrap
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from rclpy.node import Node
 
 from course.foundation.waiting import wait_until
 from course.ros.names import is_hidden
@@ -21,6 +23,20 @@ class Server(Node):
     {define} ask(self, request, response):
         {body}
         return response
+"""
+
+
+METHOD_ASKED = """class A:
+    def ready(self):
+        return self.scan
+    def go(self):
+        self.scan = None
+        if self.ready:
+            return self.scan['front']
+"""
+SETS_AGAIN = """self.add_post_set_parameters_callback(self.after)
+def after(self, params):
+    self.set_parameters(params)
 """
 
 
@@ -50,6 +66,43 @@ class Server(Node):
         ),
         ("TypeError: 'NoneType' object is not subscriptable", "self.scan = None", "self.scan['front']", "`self.scan`"),
         ("TypeError: 'NoneType' object is not subscriptable", "", "answer['front']", ""),
+        (
+            "TypeError: 'NoneType' object is not subscriptable",
+            METHOD_ASKED,
+            "return self.scan['front']",
+            "Line 6: `self.ready` is the method itself, which counts as true. Call it: `self.ready()`.",
+        ),
+        (
+            "TypeError: Agent.decide() missing 1 required positional argument: 'scan'",
+            "class Agent:\n    def decide(self, scan):\n        pass\n",
+            "self.agent.decide(self.scan)",
+            "`decide` is called on Agent itself, the class, and not on an object of it",
+        ),
+        (
+            "TypeError: Agent.decide() missing 1 required positional argument: 'scan'",
+            "class Agent:\n    def decide(self, scan):\n        pass\n",
+            "self.agent.decide()",
+            "",
+        ),
+        (
+            "rclpy.exceptions.ParameterNotDeclaredException: ('Invalid access to undeclared parameter(s)', []): ki",
+            "self.declare_parameter('ki', 1.0)\nself._parameters = {}\n",
+            "",
+            "Line 2, `self._parameters = ...`, takes the place of what rclpy's node keeps under that name",
+        ),
+        (
+            "RecursionError: maximum recursion depth exceeded",
+            SETS_AGAIN,
+            "self.set_parameters(params)",
+            "A set in 'after' has the node call its parameter callbacks again",
+        ),
+        ("RecursionError: maximum recursion depth exceeded", "def f():\n    f()\n", "f()", ""),
+        (
+            "TypeError: type must be an instance of '<enum 'Type'>'",
+            "",
+            "Parameter('speed', 2.0)",
+            "Give the value by its name: `Parameter('x', value=2.0)`.",
+        ),
         ("ZeroDivisionError: division by zero", "", "", "Look at the divisor before you divide."),
         ("ZeroDivisionError: division by zero", "self.create_service(", "", "`success=False`"),
         ("NameError: name 'count' is not defined", "self.count = 0", "", "`self.count`"),
@@ -396,3 +449,33 @@ def test_lines_of_the_course_are_not_shown_as_the_readers_own():
         is_hidden(None)
     places = [frame.place for frame in failure_report.of_exception("x", names.value, []).frames]
     assert places == [Path(__file__).name]
+
+
+def test_a_pre_set_callback_without_a_list_is_named(tmp_path):
+    def before(parameters):
+        parameters.clear()
+
+    with pytest.raises(TypeError) as raised:
+        Node._call_pre_set_parameters_callback(SimpleNamespace(_pre_set_parameters_callbacks=[before]), [])
+    trace = raised.value.__traceback__.tb_next
+    report = failure_report.of_exception("The node a", raised.value.with_traceback(trace), [])
+    assert "The pre-set callback 'before' must return the list" in report.hint
+    path = tmp_path / "pid.py"
+    path.write_text("self.add_pre_set_parameters_callback(before)\ndef before(params):\n    pass\n")
+    said = (
+        "Traceback (most recent call last):\n"
+        '  File "/x/site-packages/rclpy/node.py", line 1046, in _call_pre_set_parameters_callback\n'
+        "    modified_parameter_list.extend(callback(parameter_list))\n"
+        "TypeError: 'NoneType' object is not iterable\n"
+    )
+    report = failure_report.of_program(path, said, 1)
+    assert str(report.frames[0]) == "  pid.py, line 2\n    def before(params):" and "'before' must" in report.hint
+
+
+def test_the_calls_of_a_recursion_are_told_once(tmp_path):
+    def again(count):
+        return again(count + 1) if count < 200 else {}["front"]
+
+    with pytest.raises(KeyError) as raised:
+        again(0)
+    assert len(failure_report.of_exception("x", raised.value, []).frames) == 2

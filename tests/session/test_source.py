@@ -14,7 +14,7 @@ from course.errors import CallTimeout
 from course.session.failure_report import of_program
 from course.session.guards import for_a_file
 from course.session.live import Session
-from course.session.source import compared, never_begins, wrong_cancel, wrong_guard, wrong_result
+from course.session.source import never_begins, wrong_cancel, wrong_guard, wrong_result
 
 NODE = """import rclpy
 from rcl_interfaces.msg import SetParametersResult
@@ -129,20 +129,6 @@ def test_accepted_goals_that_a_subclass_in_a_cell_never_begins():
     assert never_begins(f"{cell}    def take(self, handle):\n        super().take(handle)\n") is None
 
 
-@pytest.mark.parametrize(
-    ("line", "found"),
-    [
-        ("response.sum == request.a", ("response.sum == request.a", 2)),
-        ("self.integral == 0.0", ("self.integral == 0.0", 2)),
-        ("response.sum = request.a == 5", None),
-        ("assert response.sum == 5", None),
-        ("a == b", None),
-    ],
-)
-def test_a_comparison_in_the_place_of_an_assignment(line, found):
-    assert compared(f"def add(self, request, response):\n    {line}\n    return response\n") == found
-
-
 @pytest.mark.parametrize(("guard", "told"), [("if __name__ == '__main__':", True), ("if True:", False)])
 def test_a_cell_that_is_to_write_a_file_and_spins(monkeypatch, guard, told):
     name, text = "<ipython-input-1-spins>", f"said = asked()\n{guard}\n    pass\n"
@@ -197,3 +183,18 @@ def test_a_guard_that_is_never_true(tmp_path, guard):
     assert told.startswith(f"server.py ended with exit status 0.\n  server.py, line 5\n    if __name__ == {guard}:\n")
     assert told.endswith("so that main() does not run: write `if __name__ == '__main__':`.")
     assert wrong_guard("if __name__ == '__main__':\n    main()\n") is None
+
+
+def test_what_a_cell_sets_in_vain_is_told(session):
+    class Driver(Node):
+        def __init__(self):
+            super().__init__("driver")
+            self.declare_parameter("speed", 1.0)
+
+    node = session.start(Driver).node
+    node.set_parameters([Parameter("speed", value=2.0)])
+    assert session.watch.notices() == []
+    node.set_parameters([Parameter("speed", value=3)])
+    assert session.watch.notices() == [
+        "driver has refused speed = 3: Wrong parameter type, expected 'Type.DOUBLE' got 'Type.INTEGER'"
+    ]

@@ -1,0 +1,83 @@
+"""Slips that the text of a cell shows for certain, and that Python takes without a word."""
+
+import ast
+import difflib
+from collections.abc import Iterator
+
+from course.session.source import argument, calls, functions, name_of, parameter_callbacks, parse
+
+ALIKE = 0.75  # how much alike the names of a parameter are of which one is meant
+
+
+def slips(cell: str) -> list[str]:
+    """Return what is surely not meant in the functions of a cell, a sentence each, in order of the lines."""
+    tree = parse(cell)
+    skipped = 1 if cell.lstrip("\n").startswith("%%exercise") else 0  # its first line is none of the file's
+    found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree)}
+    return [f"note: line {number - skipped}: {text}" for number, text in sorted(found)]
+
+
+def _compared(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """A comparison in a line of its own: `response.success == True`."""
+    for function in functions(tree):
+        for node in ast.walk(function):
+            if not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Compare)):
+                continue
+            left, operator = node.value.left, node.value.ops[0]
+            if (
+                isinstance(operator, ast.Eq)
+                and len(node.value.ops) == 1
+                and isinstance(left, (ast.Attribute, ast.Name))
+            ):
+                wanted = f"{ast.unparse(left)} = {ast.unparse(node.value.comparators[0])}"
+                text = f"`{ast.unparse(node)}` compares, and changes nothing. To set it, write `{wanted}`."
+                yield node.lineno, text
+
+
+def methods_asked(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """A method where its answer is meant: `if self.is_fresh:`."""
+    for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+        own = {each.name for each in functions(cls) if not each.decorator_list}
+        stored = {
+            node.attr for node in ast.walk(cls) if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
+        }
+        for node in ast.walk(cls):
+            for asked in _asked(node):
+                of_self = isinstance(asked, ast.Attribute) and name_of(asked.value) == "self"
+                if of_self and name_of(asked) in own - stored:
+                    text = ast.unparse(asked)
+                    yield asked.lineno, f"`{text}` is the method itself, which counts as true. Call it: `{text}()`."
+
+
+def _asked(node: ast.AST) -> list[ast.expr]:
+    """The expressions whose truth a node asks for."""
+    if isinstance(node, (ast.If, ast.While, ast.IfExp)):
+        return [node.test]
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
+        return [node.operand]
+    return node.values if isinstance(node, ast.BoolOp) else []
+
+
+def _unknown_parameters(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """A callback for parameters that asks for a name which is nowhere else: `each.name == 'treshold'`."""
+    named = parameter_callbacks(tree)
+    declared = {
+        given.value
+        for call in calls(tree, "declare_parameter")
+        if isinstance(given := argument(call, 0, "name"), ast.Constant) and isinstance(given.value, str)
+    }
+    texts = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)]
+    for function in functions(tree):
+        if function.name not in named:
+            continue
+        for node in ast.walk(function):
+            if not (isinstance(node, ast.Compare) and isinstance(node.ops[0], ast.Eq)):
+                continue
+            for one, other in ((node.left, node.comparators[0]), (node.comparators[0], node.left)):
+                if not (name_of(one) == "name" and isinstance(one, ast.Attribute) and isinstance(other, ast.Constant)):
+                    continue
+                asked = str(other.value)
+                near = difflib.get_close_matches(asked, declared, 1, ALIKE)
+                if near and asked not in declared and texts.count(asked) == 1:
+                    text = f"no parameter '{asked}' is declared, so that this is never true. Did you mean '{near[0]}'?"
+                    yield node.lineno, text

@@ -1,0 +1,55 @@
+"""Slips that a cell's text shows: each is told, and nothing that is meant."""
+
+import pytest
+
+from course.foundation import cells
+from course.session.slips import slips
+from tests.hidden import answers
+from tests.notebook.public_checks import NOTEBOOKS
+
+NODE = """
+class Careful(Node):
+    def __init__(self):
+        super().__init__('careful')
+        self.declare_parameter('threshold', 1.0)
+        self.add_on_set_parameters_callback(self.check)
+        self.free = True
+
+    def is_fresh(self):
+        return True
+
+    def check(self, params):
+        {line}
+        return SetParametersResult(successful=True)
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ("self.free == False",
+         "line 13: `self.free == False` compares, and changes nothing. To set it, write `self.free = False`."),
+        ("while self.free and not self.is_fresh: pass",
+         "line 13: `self.is_fresh` is the method itself, which counts as true. Call it: `self.is_fresh()`."),
+        ("bad = [each for each in params if each.name == 'treshold']",
+         "line 13: no parameter 'treshold' is declared, so that this is never true. Did you mean 'threshold'?"),
+        ("self.free = self.free == False", ""),
+        ("if self.free and self.is_fresh(): pass", ""),
+        ("bad = [each for each in params if each.name == 'threshold']", ""),
+        ("bad = [each for each in params if each.name == 'speed']", ""),
+        ("for each in params: each.name == 'threshold' or print(each)", ""),
+    ],
+)  # fmt: skip
+def test_a_slip_is_told_with_its_line(line, says):
+    cell = NODE.format(line=line)
+    assert slips(cell) == [f"note: {says}"] * bool(says)
+    assert slips(f"%%exercise careful.py{cell}") == slips(cell[1:])
+
+
+@pytest.mark.parametrize("exercise", answers.names())
+def test_no_page_and_no_right_answer_has_one(exercise):
+    for cell in cells.read(NOTEBOOKS / exercise / f"{exercise}.ipynb"):
+        assert cell.kind != "code" or slips(cell.source) == [], cell.source
+    for name in answers.load(exercise).RIGHT:
+        for file, text in answers.files(exercise, name).items():
+            assert slips(text.decode(errors="replace")) == [], (name, file)
