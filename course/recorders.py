@@ -116,12 +116,17 @@ class GoalRecorder(Recorder):
         self._client.send_goal_async(goal, feedback_callback=self._on_feedback).add_done_callback(self._on_answer)
         return self
 
-    def cancel(self) -> None:
-        """Ask the server to cancel the goal; raises CourseError before the goal has an answer."""
+    def cancel(self) -> Future:
+        """Ask the server to cancel the goal, and return the future of its answer.
+
+        Raises CourseError before the goal itself has an answer.
+        """
         if self._handle is None:
             raise CourseError("the goal has not been accepted yet: wait for that before you cancel it")
         self.add(event="cancel")
-        self._handle.cancel_goal_async().add_done_callback(self._on_cancel)
+        answer = self._handle.cancel_goal_async()
+        answer.add_done_callback(self._on_cancel)
+        return answer
 
     def _on_cancel(self, future: Future) -> None:
         answer = future.result()

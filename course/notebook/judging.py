@@ -20,7 +20,7 @@ from course.session.failure_report import Frame, of_program, text_at
 from course.session.hints import type_name
 from course.session.live import live
 from course.session.node_process import NodeProcess
-from course.session.source import argument, calls
+from course.session.source import argument, blocked, calls
 from course.session.source import parse as parse_program
 from course.session.watch import Handle
 
@@ -61,14 +61,19 @@ def meet(*ends: Publisher | Subscription | ActionClient, timeout: float = 5.0) -
             raise LiveError(session.apart(end))
 
 
-def busy(process: Handle) -> str:
-    """Return where a program is that does not get on, as lines to put below what it has not done; '' if it waits."""
+def busy(process: Handle, service: str = "") -> str:
+    """Return where a program is that does not get on, as lines to put below what it has not done; '' if it waits.
+
+    With a `service` also why its callback may never answer, where its text shows that.
+    """
     if not isinstance(process, NodeProcess):
         return ""
+    why = blocked(process.source, service) if service else ""
+    found = ["", f"{process.name}: {why}"] if why else []
     first, second = process.doing(), process.doing()
-    if not (first and second and first[-1].function == second[-1].function):
-        return ""
-    return "\n".join(["", f"{process.name} is here:", *map(str, second)])
+    if first and second and first[-1].function == second[-1].function:
+        found += [*([] if found else [""]), f"{process.name} is here:", *map(str, second)]
+    return "\n".join(found)
 
 
 def unspun(file: str) -> str:

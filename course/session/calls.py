@@ -116,7 +116,8 @@ class Calls:
     def _blocked(self, service: str) -> str:
         """Return what in the text of a node's callback may keep it from answering at `service`."""
         for handle in list(self._handles.values()):
-            if service in handle.services and (why := blocked(handle.source, service)):
+            text, name = (handle.source, "") if isinstance(handle, NodeProcess) else handle.callback_of(service)
+            if service in handle.services and (why := blocked(text, service, name)):
                 self.watch.forget("inside a callback")  # the guards have noticed the same
                 return why
         return ""

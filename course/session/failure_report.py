@@ -247,6 +247,13 @@ def text_of(callback: Callable[..., object]) -> str:
     return "".join(linecache.getlines(code.co_filename)) if code else ""
 
 
+def cell_of(cls: type) -> str:
+    """The text of the cell that defines a class; '' for one that no cell defines."""
+    codes = (getattr(each, "__code__", None) for each in vars(cls).values())
+    name = next((code.co_filename for code in codes if code and is_cell(code.co_filename)), "")
+    return "".join(linecache.getlines(name)) if name else ""
+
+
 def _defined_at(callback: Callable[..., object]) -> Frame:
     """The line of a function's `def`."""
     code = callback.__code__

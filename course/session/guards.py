@@ -5,6 +5,7 @@ alone.  In another thread than the main one, and for whoever spins with a time l
 """
 
 import contextlib
+import linecache
 import sys
 import threading
 import time
@@ -19,6 +20,7 @@ from rclpy.task import Future
 
 from course.foundation.waiting import wait_until
 from course.ros.rclpy_internals import is_shut_down, replace_in_rclpy
+from course.session.failure_report import is_cell
 
 SLICE = 0.2  # s between two looks at Ctrl-C
 SPUN = "the session spins it already, in the background"
@@ -96,6 +98,7 @@ class Guards:
                 say(
                     f"rclpy.spin('{name}') holds this cell until you interrupt it (the ■ button). In a notebook, write "
                     f"ros.start({type(node).__name__}) instead: it makes the node and spins it in the background."
+                    f"{for_a_file()}"
                 )
                 executor = executor or SingleThreadedExecutor(context=node.context)
                 executor.add_node(node)
@@ -141,6 +144,7 @@ class Guards:
             say(
                 "executor.spin() holds this cell until you interrupt it (the ■ button). In a notebook, write "
                 "ros.start(YourNode, threads=2) instead: it makes the node and spins it in the background."
+                f"{for_a_file()}"
             )
             try:
                 while self.context.ok() and not is_shut_down(self):
@@ -149,6 +153,18 @@ class Guards:
                 raise Interrupted from None
 
         return spin
+
+
+def for_a_file() -> str:
+    """Return what to say of a cell that runs, and is written as a file of its own."""
+    frame = sys._getframe()
+    while frame.f_back is not None:
+        frame = frame.f_back
+        if is_cell(frame.f_code.co_filename):
+            if any(line.startswith("if __name__ ==") for line in linecache.getlines(frame.f_code.co_filename)):
+                return "\nIs this cell to write a file? Then its first line is missing: `%%exercise FILE.py`."
+            break
+    return ""
 
 
 def in_main_thread() -> bool:

@@ -13,6 +13,8 @@ import textwrap
 from collections.abc import Callable
 from pathlib import Path
 
+from rclpy.node import Node
+
 from course.session.arguments import argument_count, order_of_arguments, wrong_kind
 from course.session.imports import is_there, wrong_import
 from course.session.slips import methods_asked
@@ -109,6 +111,41 @@ def _unknown_field(found: re.Match[str], source: str) -> str:
     return _has_fields(f"{'A' if part == 'Request' else 'The'} {part.lower()} of {message}", fields, name)
 
 
+def _wrapped(found: re.Match[str], source: str) -> str:
+    """Of a name that the end of a goal, or a feedback message, does not have itself."""
+    part, name = found[2], found[3]
+    if part == "FeedbackMessage":
+        return f"A feedback callback gets a message around the feedback: write `.feedback.{name}`."
+    if name in OF_A_GOAL_HANDLE:
+        sends = next(calls(parse(source), "send_goal"), None)
+        return (
+            "`send_goal` waits for the end of the goal and returns that, not the goal's handle: write "
+            "`send_goal_async`."
+            if sends
+            else f"This is the end of the goal, with its `status` and its `result`. `{name}` belongs to the goal's "
+            "handle, which `send_goal_async` gives."
+        )
+    fields = _fields(found[1], "Result", source)
+    if name not in fields and (near := difflib.get_close_matches(name, ("status", "result"), 1)):
+        return f"The end of a goal has a `status` and a `result`. Did you mean `{near[0]}`?"
+    if fields and name not in fields:
+        return _has_fields(
+            f"The end of a goal has a `status` and a `result`, and the result of {found[1]}", fields, name
+        )
+    return f"The end of a goal has a `status`, and in `result` the fields of the result: write `.result.{name}`."
+
+
+OF_A_GOAL_HANDLE = (
+    "accepted",
+    "cancel_goal",
+    "cancel_goal_async",
+    "get_result",
+    "get_result_async",
+    "goal_id",
+    "stamp",
+)
+
+
 def _has_fields(what: str, fields: list[str], name: str) -> str:
     if not fields:
         return f"{what} has no field '{name}': compare the spelling with the definition."
@@ -200,6 +237,35 @@ def _called_here(found: re.Match[str], source: str, code: str) -> str:
     return f"`{names.pop()}` is {kind} here, and not a function: where does it get its value?"
 
 
+def _of_rclpy(found: re.Match[str], source: str) -> str:
+    name = found[1] or found[2]
+    return f"rclpy's Node has `{name}` itself: choose another name." if hasattr(Node, name) else ""
+
+
+GROUP = re.compile(r"=\s*(\w+CallbackGroup)\s*(?:[,)#]|$)", re.MULTILINE)
+
+
+def _unbound(found: re.Match[str], source: str) -> str:
+    name, tree = found[1], parse(source)
+    for each in ast.walk(tree):
+        if not isinstance(each, ast.ClassDef):
+            continue
+        setting = [
+            method.name
+            for method in functions(each)
+            if any(
+                isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Store)
+                for node in ast.walk(method)
+            )
+        ]
+        if "__init__" in setting and len(setting) > 1:
+            return (
+                f"`{name}` of `__init__` is gone when `__init__` ends: what the node remembers is `self.{name}`, in "
+                "every method."
+            )
+    return ""
+
+
 def _no_such_class(found: re.Match[str], source: str) -> str:
     name, module = found[1], found[2]
     if wrong := wrong_import(module, name, source):
@@ -269,6 +335,13 @@ def _future(found: re.Match[str], source: str) -> str:
         "`call_async` gives a future, not the response: in an `async def` callback write "
         "`await client.call_async(...)`."
     )
+
+
+def _future_in_a_cell(found: re.Match[str], source: str, code: str) -> str:
+    """Of a line outside of all functions, in a cell that uses the session: it may wait."""
+    if code and re.search(r"\bros\.\w", source) and re.search(rf"^{re.escape(code)}\s*$", source, re.MULTILINE):
+        return "What is sent gives a future at once, and not yet the answer: wait for it, as in `ros.wait(future)`."
+    return ""
 
 
 def _by_name(found: re.Match[str], source: str) -> str:
@@ -358,6 +431,7 @@ def _says(text: str) -> Callable[[re.Match[str], str], str]:
 # The last line of a traceback, and what to say about it; the first that fits is taken.  Seen with rclpy 7.1.6.
 KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (r"^TypeError:?\s*$", _nothing_returned),
+    (r"'(\w+)_(GetResult_Response|FeedbackMessage)' object has no attribute '(\w+)'", _wrapped),
     (r"'(\w+)_(Request|Response|Goal|Result|Feedback)' object has no attribute '(\w+)'", _unknown_field),
     (r"'(\w+)' field must be of type '(float|int|str|bool)'", _wrong_type),
     (r"'(\w+)' field must be a sub message of type '(\w+)'", _sub_message),
@@ -378,6 +452,22 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (r"Expected QoSProfile or int, but received", order_of_arguments),
     (r"^TypeError: spin\(\) missing 1", _says("`rclpy.spin(node)` takes the node whose callbacks it is to run.")),
     (r"The (service|message) type provided is not valid \(<class '(\w+)\.(\w+)\..*\.(\w+)'>", wrong_kind),
+    (r"property '(\w+)' of '\w+' object has no setter|: (handle) cannot be modified after node", _of_rclpy),
+    (
+        r"CallbackGroup\.add_entity\(\) missing",
+        lambda found, source: (
+            "A callback group is made with brackets: "
+            f"`{group[1] if (group := GROUP.search(source)) else 'ReentrantCallbackGroup'}()`."
+        ),
+    ),
+    (
+        r"^RuntimeError: no running event loop",
+        _says(
+            "rclpy does not run asyncio: an `async` callback may await futures of rclpy, such as that of "
+            "`call_async(...)`, and nothing of `asyncio`."
+        ),
+    ),
+    (r"UnboundLocalError: .*local variable '(\w+)'", _unbound),
     (
         r"'method' object does not support the context manager protocol|'\w+' object has no attribute 'pointer'",
         _says("Your node has a method or an attribute called `handle`, which hides rclpy's own: choose another name."),
@@ -502,6 +592,11 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
         "`.value` of a parameter is no function: leave out the brackets behind it.",
     ),
     (
+        r"'bool' object is not callable",
+        r"\.(?:is_cancel_requested|is_active)\(\)",
+        "`is_cancel_requested` and `is_active` of a goal are no functions: leave out the brackets behind them.",
+    ),
+    (
         NO_TEXT,
         r"publish_feedback\(",
         "`publish_feedback` takes a message, with the value in its field: `TheType.Feedback(...)`.",
@@ -524,6 +619,7 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
     ),
 )
 OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
+    (r"'Future' object has no attribute '(?!add_done_callback)\w+'", _future_in_a_cell),
     (r"^RecursionError", _without_end),
     (r"^TypeError: ([\w.]*\w)\.(\w+)\(\) missing 1 required positional argument: '(?!self')", _of_the_class),
     (r"^KeyError: '([^']+)'$", _no_such_key),

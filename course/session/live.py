@@ -27,15 +27,18 @@ from course.interfaces import builder, kept
 from course.ros.rclpy_internals import patch, watch_goals
 from course.session.calls import Calls
 from course.session.domains import domain_number, session_domain
+from course.session.failure_report import cell_of
 from course.session.following import LogFollower
-from course.session.guards import Guards, interruptible
+from course.session.guards import Guards, interruptible, say
 from course.session.interface_usage import destructors
+from course.session.live_node import LiveNode
 from course.session.logs import Entry, Logs
 from course.session.matching import unfit_topics, unmatched, unserved
 from course.session.outsiders import Outsiders
 from course.session.publishing import Publishing
 from course.session.requests import fill
 from course.session.session_logs import SessionLogs
+from course.session.source import doubts
 from course.session.spinner import Spinner
 from course.session.started_nodes import USUAL, StartedNodes
 from course.session.table import Nodes, Row
@@ -125,7 +128,10 @@ class Session:
         self._check_open()
         if isinstance(what, (str, Path)):
             return self._nodes.start_file(Path(what), args, parameters or {}, timeout)
-        return self._nodes.start_class(what, args, kwargs, parameters or {}, threads)
+        handle = self._nodes.start_class(what, args, kwargs, parameters or {}, threads)
+        for line in doubts("the cell", cell_of(what)):
+            say(line)  # and not at the end of a cell, which may wait for what does not come
+        return handle
 
     def stop(self, name: str | None = None) -> None:
         """Stop the node (or the file's process) called `name`, or all of them.
@@ -220,6 +226,13 @@ class Session:
 
         Raises NodeFailed when one of the session's nodes dies, or raises an exception, meanwhile.
         """
+        for handle in list(self._handles.values()):
+            if isinstance(handle, LiveNode) and handle.is_held_here():
+                self.watch.notice(
+                    f"ros.wait inside a callback of '{handle.name}' holds the one thread that runs its callbacks: what "
+                    "that thread was to bring does not come meanwhile. Leave a callback behind instead "
+                    "(`future.add_done_callback(...)`), or make this one `async def` and `await` the future."
+                )
         return self._calls.wait(future, timeout)
 
     @interruptible()

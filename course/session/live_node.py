@@ -60,6 +60,15 @@ class LiveNode:
         """The text of the cells and files that its services' callbacks are in."""
         return "".join(dict.fromkeys(text_of(service.callback) for service in self.node.services))
 
+    def callback_of(self, service: str) -> tuple[str, str]:
+        """Return the text of the cell or file of what answers `service`, and its name; '' for what is not known."""
+        found = (each.callback for each in self.node.services if each.service_name == service)
+        return next(((text_of(callback), getattr(callback, "__name__", "")) for callback in found), ("", ""))
+
+    def is_held_here(self) -> bool:
+        """Return True in the one thread that runs the node's callbacks."""
+        return self._spinner.thread is threading.current_thread()
+
     @property
     def reports(self) -> list[FailureReport]:
         """Return what its callbacks raised, and where."""

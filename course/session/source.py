@@ -81,10 +81,13 @@ def service_callbacks(tree: ast.AST, service: str = "") -> set[str]:
     return own or set(found)
 
 
-def blocked(source: str, service: str) -> str:
-    """Return why the callback of `service` may never answer, as far as its text tells, or ''."""
+def blocked(source: str, service: str, callback: str = "") -> str:
+    """Return why the callback of `service` may never answer, as far as its text tells, or ''.
+
+    `callback` is its name, where that is known.
+    """
     tree = parse(source)
-    names = service_callbacks(tree, service)
+    names = {callback} if callback else service_callbacks(tree, service)
     for function in functions(tree):
         if function.name not in names:
             continue
@@ -103,21 +106,56 @@ def blocked(source: str, service: str) -> str:
                     "executor can bring, and that is busy with this callback. Make it `async def`, and write "
                     "`await client.call_async(...)`."
                 )
+        if line := _asks_itself(tree, function, service):
+            return (
+                f"its callback '{function.name}' asks {service} itself in line {line}: it would have to answer before "
+                "it is done. Give the client the name of another service."
+            )
         if any(isinstance(node, ast.Await) for node in ast.walk(function)) and _one_group(tree):
             return (
                 f"its callback '{function.name}' awaits a client in its own callback group, where nothing else runs "
                 "until it ends. Give the client a group of its own: "
                 "`create_client(..., callback_group=ReentrantCallbackGroup())`."
             )
+        if loop := _awaits_in_a_loop(function):
+            return (
+                f"its callback '{function.name}' waits in line {loop.lineno}, `while {ast.unparse(loop.test)}`, for "
+                "what only its own executor can bring, and that is busy with this callback. Make it `async def`, and "
+                "write `await client.call_async(...)`."
+            )
         if list(calls(function, "sleep")) or list(calls(function, "input")) or _endless(function):
             return f"its callback '{function.name}' sleeps, waits for input, or loops without end."
     return ""
 
 
+def _awaits_in_a_loop(function: ast.AST) -> ast.While | None:
+    """Return the loop in which a function that sends a request looks again and again for the answer."""
+    if not list(calls(function, "call_async")):
+        return None
+    loops = (node for node in ast.walk(function) if isinstance(node, ast.While))
+    return next((each for each in loops if [*calls(each.test, "done"), *calls(each.test, "result")]), None)
+
+
+def _asks_itself(tree: ast.AST, function: ast.AST, service: str) -> int:
+    """Return the line in which a callback calls the very service that it serves, 0 when it does not."""
+    own = set()
+    for node in ast.walk(tree):
+        if (
+            isinstance(node, ast.Assign)
+            and isinstance(node.value, ast.Call)
+            and name_of(node.value.func) == "create_client"
+        ):
+            name = argument(node.value, 1, "srv_name")
+            if isinstance(name, ast.Constant) and str(name.value).lstrip("/") == service.lstrip("/"):
+                own |= {name_of(target) for target in node.targets}
+    called = [*calls(function, "call_async"), *calls(function, "call")]
+    return next((call.lineno for call in called if name_of(getattr(call.func, "value", None)) in own), 0)
+
+
 def _one_group(tree: ast.AST) -> bool:
     """Return True if services and clients are made without naming a group."""
     made = [*calls(tree, "create_service"), *calls(tree, "create_client")]
-    return not any(argument(call, 9, "callback_group") for call in made)
+    return bool(made) and not any(argument(call, 9, "callback_group") for call in made)
 
 
 def _endless(function: ast.AST) -> bool:
@@ -300,12 +338,40 @@ def _runs_out(body: list[ast.stmt]) -> bool:
 def never_begins(source: str) -> tuple[str, int] | None:
     """The `handle_accepted_callback` of a program that begins no goal: its name, and the line of its `def`."""
     tree = parse(source)
-    given = [argument(call, 9, "handle_accepted_callback") for call in calls(tree, "ActionServer")]
+    name = "handle_accepted_callback"
+    given = [argument(call, 9, name) for call in calls(tree, "ActionServer")]
+    given += [
+        each.value
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Call)
+        for each in node.keywords
+        if each.arg == name
+    ]
     begins = any(isinstance(node, ast.Attribute) and node.attr == "execute" and name_of(node.value) != "self"
                  for node in ast.walk(tree))  # fmt: skip
     named = {name_of(each) for each in given if each is not None}
-    found = (function for function in functions(tree) if function.name in named and not begins)
+    found = (
+        function
+        for function in functions(tree)
+        if function.name in named and not begins and not list(calls(function, "super"))
+    )
     return next(((function.name, function.lineno) for function in found), None)
+
+
+def doubts(place: str, source: str) -> list[str]:
+    """Return what in a program or a cell cannot be meant, in words: it runs, and does nothing useful."""
+    found = []
+    if idle := never_begins(source):
+        found.append(
+            f"{place}, line {idle[1]}: '{idle[0]}' takes each accepted goal over, and none begins "
+            "before `goal_handle.execute()` is called there."
+        )
+    if wrong := wrong_cancel(source):
+        found.append(
+            f"{place}, line {wrong[1]}: the cancel callback '{wrong[0]}' returns {wrong[2] or 'nothing'}, and "
+            "rclpy then refuses every cancel. Return `CancelResponse.ACCEPT` or `CancelResponse.REJECT`."
+        )
+    return found
 
 
 def wrong_guard(source: str) -> tuple[str, int] | None:

@@ -31,7 +31,7 @@ from course.session.presence import Presence, difference
 from course.session.publishing import Publishing
 from course.session.requests import argument
 from course.session.session_logs import SessionLogs
-from course.session.source import never_begins, wrong_cancel
+from course.session.source import doubts
 from course.session.spinner import Spinner
 from course.session.table import Row
 from course.session.watch import Handle, Watch
@@ -256,16 +256,8 @@ class StartedNodes:
         for look in before_start:
             if line := look(path):
                 self._watch.notice(line)
-        if idle := never_begins(text_at(path)):
-            self._watch.notice(
-                f"{path.name}, line {idle[1]}: '{idle[0]}' takes each accepted goal over, and none begins "
-                "before `goal_handle.execute()` is called there."
-            )
-        if wrong := wrong_cancel(text_at(path)):
-            self._watch.notice(
-                f"{path.name}, line {wrong[1]}: the cancel callback '{wrong[0]}' returns {wrong[2] or 'nothing'}, and "
-                "rclpy then refuses every cancel. Return `CancelResponse.ACCEPT` or `CancelResponse.REJECT`."
-            )
+        for line in doubts(path.name, text_at(path)):
+            self._watch.notice(line)
         self._replace(path.name)
         before, served = self._presence.names(), self._presence.served()
         process = NodeProcess(path, arguments, self._publishing.publish, introspecting=self.introspecting)

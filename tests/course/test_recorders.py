@@ -11,6 +11,7 @@ from rclpy.action import ActionClient
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from course.foundation.waiting import wait_until
 from course.nodes.dynamic_parameter_node import DynamicParameterNode
 from course.nodes.fibonacci_action_server import FibonacciActionServer
 from course.recorders import GoalRecorder, ParameterRecorder, Recorder, TopicRecorder
@@ -89,7 +90,8 @@ def test_a_goal_is_recorded_from_the_request_to_the_result(fibonacci):
 def test_a_cancelled_and_a_rejected_goal_end_as_such(fibonacci):
     goal = GoalRecorder(fibonacci).send(Fibonacci.Goal(order=40))
     assert goal.wait_feedback(3)
-    goal.cancel()
+    answer = goal.cancel()
+    assert wait_until(answer.done, 5.0) and len(answer.result().goals_canceling) == 1
     assert goal.wait_end() == "canceled" and goal.count("cancel") == 1
     assert 4 <= len(goal.result) < 41
     assert GoalRecorder(fibonacci).send(Fibonacci.Goal(order=-1)).wait_end() == "rejected"

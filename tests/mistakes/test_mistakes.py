@@ -16,6 +16,7 @@ ERROR = re.compile(r"(?:[a-z_]\w*\.)*[A-Z]\w*(?:Error|Exception)\b.*$")
 HINT = "Hint: "
 OF_THE_KERNEL = {  # whose hint is made from what the kernel has: an interface that was built, the session, another file
     "actions/execute_raises_under_a_client",
+    "actions/wait_forgotten_in_a_cell",
     "ai_integration/agent_returns_nothing",
     "ai_integration/class_handed_over",
     "ai_integration/misspelt_own_module",
@@ -27,12 +28,19 @@ OF_THE_KERNEL = {  # whose hint is made from what the kernel has: an interface t
 }
 ELSEWHERE = {  # whose message each run tests without a kernel, by the module that tests it
     "actions/accepted_goal_never_begins": "tests/session/test_source.py",
+    "actions/accepted_goal_never_begins_in_the_notebook": "tests/session/test_source.py",
+    "actions/cancel_callback_ends_the_goal": "tests/notebook/test_public_checks.py",
     "actions/cancel_callback_returns_true": "tests/session/test_source.py",
     "actions/client_loops": "tests/notebook/test_terminal.py",
     "actions/client_of_a_dead_server": "tests/notebook/test_terminal.py",
     "actions/client_raises": "tests/notebook/test_terminal.py",
     "actions/execute_raises_under_a_client": "tests/notebook/test_terminal.py",
+    "actions/feedback_before_the_step": "tests/notebook/test_public_checks.py",
     "actions/goal_callback_returns_true": "tests/session/test_failure_report.py",
+    "actions/period_not_read": "tests/notebook/test_public_checks.py",
+    "actions/ros_wait_in_a_callback": "tests/session/test_source.py",
+    "actions/two_goals_move_the_cabin": "tests/notebook/test_public_checks.py",
+    "actions/wait_forgotten_in_a_cell": "tests/session/test_failure_report.py",
     "ai_integration/agent_loops": "tests/notebook/test_judging.py",
     "ai_integration/class_handed_over": "tests/session/test_failure_report.py",
     "ai_integration/imported_before": "tests/notebook/test_exercise.py",
@@ -60,15 +68,20 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "parameters/set_in_vain": "tests/session/test_source.py",
     "services/another_main": "tests/session/test_source.py",
     "services/another_server_in_a_terminal": "tests/session/test_outsiders.py",
+    "services/asks_itself": "tests/session/test_failure_report.py",
     "services/best_effort_service": "tests/session/test_matching.py",
     "services/callback_loops": "tests/session/test_doing.py",
+    "services/callers_wait_in_turn": "tests/notebook/test_public_checks.py",
     "services/domain_changed_in_a_cell": "tests/session/test_matching.py",
+    "services/first_line_of_a_file_deleted": "tests/session/test_source.py",
     "services/impossible_domain": "tests/session/test_matching.py",
     "services/init_with_one_underscore": "tests/session/test_failure_report.py",
     "services/loop_at_module_level": "tests/session/test_doing.py",
     "services/loop_before_the_node": "tests/session/test_doing.py",
+    "services/stop_that_is_not_on": "tests/notebook/test_public_checks.py",
     "services/two_files_of_one_name": "tests/session/test_outsiders.py",
     "services/waits_for_a_service_in_a_callback": "tests/session/test_failure_report.py",
+    "services/waits_in_a_loop": "tests/session/test_failure_report.py",
 }
 LIVE = 2  # mistakes of each exercise that are made in each run although their hint is tested without a kernel
 

@@ -175,6 +175,45 @@ def after(self, params):
         ("ModuleNotFoundError: No module named 'numpi'", "import numpi", "", ""),
         ("EOFError: EOF when reading a line", "", "", "not by `input()`"),
         (
+            "AttributeError: 'Future' object has no attribute 'accepted'",
+            "handle = client.send_goal_async(goal)\nhandle.accepted\nros.wait(handle)",
+            "handle.accepted",
+            "as in `ros.wait(future)`",
+        ),
+        (
+            "AttributeError: 'Future' object has no attribute 'accepted'",
+            "def answered():\n    handle.accepted\nros.start(A)",
+            "handle.accepted",
+            "`rclpy.spin_until_future_complete(node, future)`",
+        ),
+        (
+            "AttributeError: 'Lift_GetResult_Response' object has no attribute 'accepted'",
+            "client.send_goal_async(goal)",
+            "",
+            "`accepted` belongs to the goal's handle",
+        ),
+        (
+            "AttributeError: 'Lift_GetResult_Response' object has no attribute 'resutl'",
+            "",
+            "",
+            "Did you mean `result`?",
+        ),
+        (
+            "AttributeError: 'Lift_GetResult_Response' object has no attribute 'stop'",
+            "from course_interfaces.action import Lift",
+            "",
+            "and the result of Lift has the fields stops, floor. Did you mean `stops`?",
+        ),
+        ("AttributeError: 'Lift_FeedbackMessage' object has no attribute 'floor'", "", "", "write `.feedback.floor`"),
+        ("AttributeError: property 'speed' of 'Motor' object has no setter", "", "", ""),
+        ("AttributeError: handle cannot be modified after node creation", "", "", "Node has `handle` itself"),
+        (
+            "UnboundLocalError: cannot access local variable 'on' where it is not associated with a value",
+            "class A:\n    def power(self):\n        on = not on",
+            "",
+            "",
+        ),
+        (
             "TypeError: 'NoneType' object does not support the context manager protocol",
             "with rclpy.init() as context:\n    pass",
             "",
@@ -271,11 +310,27 @@ def test_a_known_cause_has_a_hint_and_no_other(error, text, code, says):
         ("async def", "self.client.wait_for_service()", "", "Ask `service_is_ready()`"),
         ("def", "self.client.wait_for_service(5.0)", "", ""),
         ("def", "answer = self.client.call(r, 1.0)", "", ""),
+        ("def", "while not self.client.call_async(r).done(): time.sleep(1)", "", "waits in line 9, `while not "),
+        ("def", "while not self.sent.done(): x = 1", "", ""),
     ],
 )
 def test_why_a_service_may_never_answer(define, body, options, says):
     said = source.blocked(SERVER.format(define=define, body=body, options=options), "/ask")
     assert says in said and bool(says) == bool(said), said
+
+
+def test_a_server_that_asks_itself():
+    text = SERVER.format(
+        define="async def", body="answer = await self.client.call_async(r)", options=", callback_group=g"
+    )
+    assert "'ask' asks /ask itself in line 9" in source.blocked(text.replace("'/add'", "'ask'"), "/ask")
+
+
+def test_of_a_callback_whose_service_is_made_elsewhere_its_name_is_enough():
+    text = "class B(A):\n    def ask(self, request, response):\n        while True: pass\n"
+    assert source.blocked(text, "/ask") == ""
+    assert "loops without end" in source.blocked(text, "/ask", "ask")
+    assert source.blocked(text.replace("while True: pass", "await self.client.call_async(r)"), "/ask", "ask") == ""
 
 
 @pytest.mark.parametrize("before", ["", "name? ", "step"])

@@ -1,14 +1,18 @@
 """Causes that the text of a program shows, and how a session tells them."""
 
+import contextlib
+import linecache
 from collections.abc import Iterator
 
 import pytest
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.task import Future
 
 from course.errors import CallTimeout
 from course.session.failure_report import of_program
+from course.session.guards import for_a_file
 from course.session.live import Session
 from course.session.source import never_begins, wrong_cancel, wrong_guard, wrong_result
 
@@ -117,6 +121,43 @@ def test_a_class_that_has_not_declared_a_parameter_is_told(session):
 )
 def test_accepted_goals_that_nobody_begins(body, found):
     assert never_begins(SERVER.format(body=body)) == found
+
+
+def test_accepted_goals_that_a_subclass_in_a_cell_never_begins():
+    cell = "class Own(Lift):\n    def __init__(self):\n        super().__init__(handle_accepted_callback=self.take)\n\n"
+    assert never_begins(f"{cell}    def take(self, handle):\n        self.newest = handle\n") == ("take", 5)
+    assert never_begins(f"{cell}    def take(self, handle):\n        super().take(handle)\n") is None
+
+
+@pytest.mark.parametrize(("guard", "told"), [("if __name__ == '__main__':", True), ("if True:", False)])
+def test_a_cell_that_is_to_write_a_file_and_spins(monkeypatch, guard, told):
+    name, text = "<ipython-input-1-spins>", f"said = asked()\n{guard}\n    pass\n"
+    monkeypatch.setitem(linecache.cache, name, (len(text), None, text.splitlines(keepends=True), name))
+    names = {"asked": for_a_file}
+    exec(compile(text, name, "exec"), names)
+    assert bool(names["said"]) == told
+
+
+class Waiting(Node):
+    """A node whose timer waits for what its own thread would bring."""
+
+    def __init__(self, session):
+        super().__init__("waiting")
+        self.session, self.over = session, False
+        self.timer = self.create_timer(0.01, self.wait)
+
+    def wait(self):
+        self.timer.cancel()
+        with contextlib.suppress(CallTimeout):
+            self.session.wait(Future(), timeout=0.1)
+        self.over = True
+
+
+def test_a_callback_that_waits_as_a_cell_may_is_told(session):
+    node = session.start(Waiting, session).node
+    assert session.until(lambda: node.over)
+    (told,) = session.watch.notices()
+    assert told.startswith("ros.wait inside a callback of 'waiting' holds the one thread that runs its callbacks")
 
 
 @pytest.mark.parametrize(
