@@ -118,7 +118,8 @@ def _below(
         if path.is_symlink():
             unplaced.append(f"{shortened(where)}: a link, which is not followed")
         elif path.is_file() and is_archive(path.name):
-            yield from _archive(path, where, unplaced, (stem(path), *([folder.name] if folder != source else [])))
+            around = (stem(path), *([folder.name] if folder != source else []))
+            yield from _archive(path, where, unplaced, around, folder.name)
         elif _named_by_platform(path):
             continue
         elif is_traced(_as_file(path)):
@@ -230,10 +231,13 @@ def _as_file(path: Path) -> PurePosixPath:
     return PurePosixPath(path.name, "file") if path.is_dir() else PurePosixPath(path.name)
 
 
-def _archive(path: Path, where: str, unplaced: list[str], likely: tuple[str, ...] = ()) -> Iterator[Bundle]:
+def _archive(
+    path: Path, where: str, unplaced: list[str], likely: tuple[str, ...] = (), around: str = ""
+) -> Iterator[Bundle]:
     """The bundle of one student's archive, or those of a bulk download.
 
-    What a platform named after a student is that student's, whatever the names in it say.
+    What a platform named after a student is that student's, whatever the names in it say; it is of one download with
+    what else the platform has named in the folder `around` it.
     """
     whose = origin(PurePosixPath(path.name))
     allowance = Allowance(MAX_STUDENT)
@@ -256,7 +260,8 @@ def _archive(path: Path, where: str, unplaced: list[str], likely: tuple[str, ...
     except BadArchive as error:
         unplaced.append(f"{where}: {error.args[0]}")
     else:
-        yield Bundle(where, where, inside, whose, _changed(path), likely=likely or (stem(path),))
+        download = around if whose and around else where
+        yield Bundle(where, download, inside, whose, _changed(path), likely=likely or (stem(path),))
 
 
 def _of_platform(download: str, inside: Sequence[Packed | Loose], unplaced: list[str]) -> Iterator[Bundle]:

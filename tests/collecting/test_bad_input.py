@@ -122,6 +122,20 @@ def test_another_number_under_a_name_in_a_later_download_replaces_nobody(tmp_pat
     assert "zoe/services" in counted(tmp_path / "out")
 
 
+def test_archives_that_a_browser_has_unpacked_into_a_folder_are_one_download(tmp_path):
+    def folder(name, **numbers):
+        for student, number in numbers.items():
+            path = handed_in(tmp_path / name, student, files=FILES | {"relay.py": name.encode()})
+            path.rename(path.with_name(f"{student}_{number}_assignsubmission_file_work.zip"))
+        return tmp_path / name
+
+    collect([folder("a", ada=101, zoe=103)], tmp_path / "out")
+    result = collect([folder("b", ada=202, zoe=103)], tmp_path / "out")
+    assert ["'ada' with the number 101" in line for line in result.unplaced] == [True]
+    result = collect([folder("c", ada=302, zoe=303)], tmp_path / "out")
+    assert result.unplaced == []
+
+
 def test_one_alone_with_another_number_is_left_out_and_all_of_them_are_another_assignment(tmp_path):
     collect([moodle(tmp_path / "a.zip", ada=101, zoe=103)], tmp_path / "out")
     result = collect([moodle(tmp_path / "b.zip", ada=202)], tmp_path / "out")
