@@ -11,8 +11,10 @@ import psutil
 import pytest
 
 from course import registry
+from course.foundation.waiting import wait_until
 from course.interfaces import build, kept
 from tests.kernels import Kernel
+from tests.processes import runs
 from tests.terminals import SHELL, Terminal
 
 ROOT = Path(__file__).parents[2]
@@ -334,7 +336,7 @@ def test_what_runs_in_a_terminal_ends_when_it_is_closed(environment, tmp_path):
     terminal.type("python3 talker.py\n")
     talker = psutil.Process(int(re.search(r"(\d+)\r\nup", terminal.read_until(r"[\r\n]up\r\n"))[1]))
     terminal.close()
-    talker.wait(WAIT)
+    assert wait_until(lambda: not runs(talker), WAIT)  # nobody may bury it
 
 
 def test_a_program_of_the_tutorials_that_is_not_here_says_what_stands_in_for_it(open_terminal, tmp_path):

@@ -57,7 +57,8 @@ def end(process) -> tuple[int, str, str]:
 
 def results(out) -> list[dict]:
     with contextlib.suppress(FileNotFoundError):
-        return [json.loads(line) for line in (out / "results.jsonl").read_text().splitlines()]
+        whole, _, _ = (out / "results.jsonl").read_text().rpartition("\n")  # the last line may be on its way
+        return [json.loads(line) for line in whole.splitlines()]
     return []
 
 

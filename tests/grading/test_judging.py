@@ -29,11 +29,16 @@ THREADS = 40  # of the judge at least, one for each ROS domain
 
 
 def judges() -> list[psutil.Process]:
-    """The processes of this test's gradings that judge: forks of the process that has loaded ROS 2."""
+    """The processes of this test's gradings that judge: forks of the process that has loaded ROS 2.
+
+    A fork of theirs is none, which looks the same until it has become a program.
+    """
     found = []
     for process in psutil.Process().children(recursive=True):
         with contextlib.suppress(psutil.Error):
-            if JUDGE in process.cmdline() and JUDGE in process.parent().cmdline()[:6]:
+            loaded = process.parent()
+            is_fork = JUDGE in process.cmdline() and JUDGE in loaded.cmdline()[:6]
+            if is_fork and JUDGE not in loaded.parent().cmdline()[:6]:
                 found.append(process)
     return found
 
