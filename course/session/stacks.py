@@ -6,6 +6,7 @@ The program writes them itself at a signal (`started/sitecustomize.py`), also am
 import contextlib
 import os
 import tempfile
+import time
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -15,6 +16,8 @@ from course.session.failure_report import Frame, where
 from course.session.started import sitecustomize
 
 ASKED = 1.0  # s for a program to say what it is doing
+OUTERMOST = b" in <module>\n"  # what ends all that is said: the main thread comes last
+STILL = 0.2  # s without a further word, where a program's outermost frame is another
 SPENT = 3.0  # s of the processor's time, after which a program that has done nothing yet is in a loop
 LOOPS = ("while ", "for ", "pass", "continue")  # a line that calls something may take long, and ends
 
@@ -46,10 +49,15 @@ class Stacks:
         with contextlib.suppress(ProcessLookupError):
             os.kill(pid, sitecustomize.ASK)
 
-        def written() -> bool:  # all of it: it has begun, and grows no more
-            nonlocal sizes
+        grown = time.monotonic()
+
+        def written() -> bool:  # all of it: to the outermost frame of the main thread, which is the last
+            nonlocal sizes, grown
             last, sizes = sizes, os.fstat(self.descriptor).st_size
-            return before < last == sizes
+            if last != sizes:
+                grown = time.monotonic()
+            whole = os.pread(self.descriptor, len(OUTERMOST), max(before, sizes - len(OUTERMOST))) == OUTERMOST
+            return before < sizes and (whole or time.monotonic() - grown > STILL)
 
         wait_until(written, ASKED, alert=False)
         return where(os.pread(self.descriptor, sizes - before, before).decode(errors="replace"), path)
