@@ -211,6 +211,16 @@ def test_a_name_that_is_no_text_stops_nobody(tmp_path, name):
     assert collect([tmp_path / "in"], tmp_path / "out").unplaced == result.unplaced
 
 
+def test_a_folder_that_its_owner_has_closed_is_listed_and_stops_nobody(tmp_path, monkeypatch):
+    handed_in(tmp_path / "in", "zoe")
+    (tmp_path / "in" / "ada").mkdir()
+    may = os.access
+    monkeypatch.setattr(os, "access", lambda path, mode, **more: Path(path).name != "ada" and may(path, mode, **more))
+    result = collect([tmp_path / "in"], tmp_path / "out")
+    assert counted(tmp_path / "out") == {"zoe/services"}
+    assert result.unplaced == ["ada: its owner has closed it, and must open or remove it"]
+
+
 def test_a_student_in_two_rosters_is_one_student(tmp_path):
     (tmp_path / "a.csv").write_text("student,login\nada,al12\n")
     (tmp_path / "b.csv").write_text("student,login,canvas\nada,AL12,1234\nbob,bb\n")

@@ -166,6 +166,16 @@ def test_no_page_goes_to_one_of_two_people_under_one_name(tmp_path):
     assert "handed in by 55 and 77 of Moodle" in result.left_out[0]
 
 
+def test_a_page_of_what_was_mailed_before_something_else_is_not_returned(tmp_path):
+    submitted = tmp_path / "submitted"
+    collect([handed_in(tmp_path / "in", "ada")], submitted)
+    out = graded(submitted, tmp_path / "out", report("ada"))
+    newer = handed_in(tmp_path / "newer", "ada", at=LATER, files=FILES | {"relay.py": b"newer"})
+    collect([newer], submitted)
+    result = give_back(out, out / "returned")
+    assert result.made == {} and "something else was handed in since" in result.left_out[0]
+
+
 def test_pages_that_would_be_called_alike_are_given_to_neither(tmp_path):
     submitted = tmp_path / "submitted"
     for student in ("ada", "Ada"):
