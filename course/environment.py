@@ -6,6 +6,7 @@ from pathlib import Path
 
 DISCOVERY_PROFILE = Path(__file__).parent / "discovery.xml"
 DISTRIBUTION = "jazzy"
+KERNEL = "JPY_PARENT_PID"  # a variable of what runs in a notebook's kernel
 DOMAIN = "COURSE_DOMAIN"  # the ROS domain that a terminal of the course has set
 TOOLCHAIN = Path(__file__).parent / "interfaces" / "toolchain.cmake"
 

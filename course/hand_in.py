@@ -25,6 +25,7 @@ from typing import Any
 import typer
 from rich.console import Console
 
+from course.environment import KERNEL
 from course.errors import HandInError, UnreadableNotebook
 from course.foundation import cells
 from course.foundation.untrusted import read_regular
@@ -40,7 +41,6 @@ MOST_DATES = 1_000_000  # bytes of it
 EXCHANGE = "COURSE_EXCHANGE"  # set where a class works on one server: nbgrader's name for the course
 COPIED = re.compile(r"([-_ ]?copy ?\d*|[-_ ]?\(\d+\)|[-_ ](final|new|old|v?\d+))+$", re.IGNORECASE)  # in a file's name
 MOST = 50_000_000  # bytes of a file; whoever collects takes no more
-KERNEL = "JPY_PARENT_PID"  # a variable of what runs in a notebook's kernel
 PACKAGES = ("ros2-course", "ros-jazzy-rclpy", "nbgrader")
 
 

@@ -11,7 +11,7 @@ import re
 import shutil
 import tempfile
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -26,6 +26,9 @@ from autograder.submissions.roster import Roster
 from course.foundation.untrusted import one_line
 
 OTHERS = ".others"  # hand-ins that do not count
+Found = dict[tuple[str, str], list[HandedIn]]  # by student and exercise
+Before = Mapping[tuple[str, str], list[Source]]  # where the hand-ins of these came from that are recorded already
+
 INSTEAD = "it came by no platform, and takes the place of one of {}: whose is it?"
 SAME_SECOND = re.compile(r"\d{8}T\d{6}Z-(\d{1,2})\.zip$")  # how `course hand-in` calls a further one of a second
 
@@ -60,7 +63,7 @@ def collect(
     """
     expected = exercises.load(assignment).name if assignment else None
     unplaced: list[str] = []
-    found: dict[tuple[str, str], list[HandedIn]] = defaultdict(list)
+    found: Found = defaultdict(list)
     for source in sources:
         for bundle in bundles(source, unplaced, without=into):
             try:
@@ -74,13 +77,14 @@ def collect(
                 else:
                     found[handed_in.student, handed_in.assignment].append(handed_in)
     into.mkdir(parents=True, exist_ok=True)
+    before = {key: provenance.read(into, *key) for key in found}
     if roster:
-        unplaced += _take_out_namesakes(found, into, roster) + _take_out_unvouched(found, into, roster)
-    unplaced += _take_out_other_numbers(found, into, roster)
+        unplaced += _take_out_namesakes(found, before, roster) + _take_out_unvouched(found, before, roster)
+    unplaced += _take_out_other_numbers(found, before, roster)
     result = Collection([], [], unplaced)
     _compare(each for those in found.values() for each in those)
-    for key in sorted(found):
-        if why := _several_people(found[key], provenance.read(into, *key), roster):
+    for key in sorted(key for key, those in found.items() if those):
+        if why := _several_people(found[key], before[key], roster):
             unplaced += [f"{each.source}: {why}" for each in found[key]]
             continue
         uploads = all(each.came.upload for each in found[key])
@@ -142,7 +146,7 @@ def _several_people(found: list[HandedIn], before: list[Source], roster: Roster 
     return ""
 
 
-def _take_out_namesakes(found: dict[tuple[str, str], list[HandedIn]], into: Path, roster: Roster) -> list[str]:
+def _take_out_namesakes(found: Found, before: Before, roster: Roster) -> list[str]:
     """Remove each hand-in that came under a student's name from a number that is not theirs; return a line for each.
 
     A column of the roster holds a platform's numbers when it has one that a hand-in came from.  Whoever has another
@@ -150,8 +154,8 @@ def _take_out_namesakes(found: dict[tuple[str, str], list[HandedIn]], into: Path
     """
     columns: dict[tuple[str, str], set[str]] = defaultdict(set)
     for key, those in found.items():
-        before = [came for came in provenance.read(into, *key) if users_are_global(came.platform)]
-        for scope, came in [*((_scope(each), each.came) for each in those), *(((c.platform, ""), c) for c in before)]:
+        known = [came for came in before[key] if users_are_global(came.platform)]
+        for scope, came in [*((_scope(each), each.came) for each in those), *(((c.platform, ""), c) for c in known)]:
             columns[scope] |= roster.columns(key[0], came.user) if came.platform else set()
     lines = []
     for those in found.values():
@@ -165,8 +169,6 @@ def _take_out_namesakes(found: dict[tuple[str, str], list[HandedIn]], into: Path
                     f"number {number} in the roster (column {column!r}): it is somebody else's, or the roster is wrong"
                 )
                 those.remove(each)
-    for key in [key for key, those in found.items() if not those]:
-        del found[key]
     return lines
 
 
@@ -175,11 +177,11 @@ def _vouched(student: str, came: Source, roster: Roster | None) -> bool:
     return bool(roster and came.platform and roster.columns(student, came.user))
 
 
-def _take_out_unvouched(found: dict[tuple[str, str], list[HandedIn]], into: Path, roster: Roster) -> list[str]:
+def _take_out_unvouched(found: Found, before: Before, roster: Roster) -> list[str]:
     """Remove what came under a student's name from a number that the roster does not have, beside one that it has."""
     lines = []
     for key, those in found.items():
-        every = [*(each.came for each in those), *provenance.read(into, *key)]
+        every = [*(each.came for each in those), *before[key]]
         own = {came.platform: came.user for came in every if _vouched(key[0], came, roster)}
         for each in [each for each in those if each.came.platform in own]:
             if not _vouched(key[0], each.came, roster):
@@ -191,9 +193,7 @@ def _take_out_unvouched(found: dict[tuple[str, str], list[HandedIn]], into: Path
     return lines
 
 
-def _take_out_other_numbers(
-    found: dict[tuple[str, str], list[HandedIn]], into: Path, roster: Roster | None
-) -> list[str]:
+def _take_out_other_numbers(found: Found, before: Before, roster: Roster | None) -> list[str]:
     """Remove what came under a student's name from another number than before; return a line for each.
 
     Moodle has other numbers for each of its assignments.  In two downloads of one assignment most students have the
@@ -207,9 +207,9 @@ def _take_out_other_numbers(
             if not (roster and roster.has(each.came.user)):
                 numbers[each.came.platform, exercise, each.download][student] = each.came.user
         for platform in {each.came.platform for each in local}:
-            before = [came.user for came in provenance.read(into, student, exercise) if came.platform == platform]
-            if before:
-                numbers[platform, exercise, ""][student] = before[-1]  # "": what is there already
+            users = [came.user for came in before[student, exercise] if came.platform == platform]
+            if users:
+                numbers[platform, exercise, ""][student] = users[-1]  # "": what is there already
     lines = []
     for one, other in itertools.combinations(sorted(numbers), 2):
         (platform, exercise, earlier), later = one, other[2]
@@ -219,19 +219,17 @@ def _take_out_other_numbers(
         two_assignments = len(differ) > 1 and len(differ) == len(common)
         for student in differ:
             where = f"{numbers[one][student]} {f'in {earlier}' if earlier else 'before'}"
-            users = f"the number {where} and {numbers[other][student]} in {later}"
+            said = f"the number {where} and {numbers[other][student]} in {later}"
             theirs = found[student, exercise]
             for each in [each for each in theirs if each.came.platform and each.download in (earlier, later)]:
                 if two_assignments:
-                    each.notes.append(f"{platform} has {users}: are these two assignments there?")
+                    each.notes.append(f"{platform} has {said}: are these two assignments there?")
                 else:
                     theirs.remove(each)
                     lines.append(
-                        f"{each.source}: {platform} has {each.came.name!r} with {users}, which may be two people: name "
+                        f"{each.source}: {platform} has {each.came.name!r} with {said}, which may be two people: name "
                         "each in the roster, with the number"
                     )
-    for key in [key for key, those in found.items() if not those]:
-        del found[key]
     return lines
 
 

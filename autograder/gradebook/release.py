@@ -63,8 +63,8 @@ def release(
 
     Only notebooks are copied, not the files that running them leaves beside them.  `due` goes into the gradebook,
     `until` into `ends.json` (`ends.NONE` takes an earlier one away), and both into the notebook, so that handing in can
-    say what is late.  Raises UsageError
-    when a notebook cannot be released, and Leak when the student version would show an answer, after removing it.
+    say what is late.  Raises UsageError when a notebook cannot be released, and Leak when the student version would
+    show an answer, after removing it.
     """
     notebooks = notebooks or repository() / "notebooks"
     known, chosen = names(notebooks), list(chosen)

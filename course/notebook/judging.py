@@ -16,7 +16,7 @@ from course.interfaces.builder import build
 from course.interfaces.definition import SECTIONS, parse
 from course.interfaces.kept import packages
 from course.notebook.file_differences import refusal_of
-from course.session.failure_report import Frame, of_program, text_at
+from course.session.failure_report import frame_at, of_program, text_at
 from course.session.hints import type_name
 from course.session.live import live
 from course.session.node_process import NodeProcess
@@ -95,8 +95,8 @@ def slow_timer(file: str, most: float) -> str:
     for call in calls(parse_program(source), "create_timer"):
         period = argument(call, *PERIOD)
         if isinstance(period, ast.Constant) and isinstance(period.value, (int, float)) and period.value > most:
-            frame = Frame(file, call.lineno, "", source.splitlines()[call.lineno - 1].strip())
-            return f"\n{frame}\nThe period of a timer is in seconds: this one calls every {period.value:g} s."
+            at = frame_at(file, call.lineno, source)
+            return f"\n{at}\nThe period of a timer is in seconds: this one calls every {period.value:g} s."
     return ""
 
 

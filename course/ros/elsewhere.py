@@ -6,11 +6,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from course import registry
+from course.environment import KERNEL
 from course.foundation.untrusted import one_line
 from course.ros.discovery import participants_here
 from course.ros.graph import Graph
-
-KERNEL = "JPY_PARENT_PID"  # a variable of what runs in a notebook's kernel, where `export` would join nothing
 
 
 def tell_if_alone(graph: Graph) -> None:
@@ -20,6 +19,7 @@ def tell_if_alone(graph: Graph) -> None:
         places = dict(_places(here))
         if places:
             named = ", ".join(f"{domain} ({one_line(place)})" for domain, place in places.items())
+            # In a notebook's kernel `export` would join nothing.
             how = "" if KERNEL in os.environ else f" To join: export ROS_DOMAIN_ID={next(iter(places))}"
             print(f"ROS domain {here} has no nodes. You have nodes in ROS domain {named}.{how}", file=sys.stderr)
 

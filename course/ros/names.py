@@ -1,6 +1,7 @@
 """Names in the ROS graph: with and without their namespace, and those that are hidden."""
 
 HIDDEN_PREFIX = "_"
+PARAMETERS_OF_EVERY_NODE = ("use_sim_time", "start_type_description_service")
 OF_EVERY_NODE = ("rcl_interfaces/", "type_description_interfaces/")  # types of the services that every node has
 
 

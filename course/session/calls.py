@@ -12,7 +12,7 @@ from rclpy.task import Future
 
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation.waiting import wait_until
-from course.ros.names import OF_EVERY_NODE, base, type_name
+from course.ros.names import OF_EVERY_NODE, base, full, type_name
 from course.session.interface_usage import is_of
 from course.session.matching import unfit_service, unfit_topics
 from course.session.node_process import NodeProcess
@@ -188,7 +188,7 @@ class Calls:
         kind = type_name(cast(type, client.srv_type))
         if kind.startswith(OF_EVERY_NODE):  # so its node is not there
             node, _, _ = client.service_name.rpartition("/")
-            nodes = sorted(f"{space.rstrip('/')}/{name}" for name, space in self.node.get_node_names_and_namespaces())
+            nodes = sorted(full(name, space) for name, space in self.node.get_node_names_and_namespaces())
             listed = ", ".join([name for name in nodes if not base(name).startswith("_")][:LISTED])
             return f"No node is called {node}. Nodes here: {listed}." if listed else "No node is here: start it first."
         served = {

@@ -64,6 +64,11 @@ class Frame:
         return f"  {self.place}, line {self.line}{where}\n    {self.code}"
 
 
+def frame_at(place: str, line: int, source: str) -> Frame:
+    """The frame of a line of a file's text, outside of any function."""
+    return Frame(place, line, "", source.splitlines()[line - 1].strip())
+
+
 @dataclass(frozen=True)
 class FailureReport:
     """The report of a node, or a program, on how it ended."""
@@ -96,12 +101,12 @@ def of_program(path: Path, output: str, status: int, *, before_its_node: bool = 
     if error in NO_RESPONSE or RESULT_TYPE in error or pre_set:
         callback = pre_set or (no_result(source) if RESULT_TYPE in error else wrong_return(source))
     if callback and not _inside(frames):  # the error is raised after it, in rclpy
-        frames = (Frame(path.name, callback[1], "", source.splitlines()[callback[1] - 1].strip()),)
+        frames = (frame_at(path.name, callback[1], source),)
     if error:
         why = NO_LIST.format(pre_set[0]) if pre_set else _hint(error, source, frames)
         return FailureReport(path.name, ending, error, frames, why)
     if status == 0 and (guard := wrong_guard(source)):
-        frames = (Frame(path.name, guard[1], "", source.splitlines()[guard[1] - 1].strip()),)
+        frames = (frame_at(path.name, guard[1], source),)
         why = f"`{guard[0]}` is never true, so that main() does not run: write `if __name__ == '__main__':`."
         return FailureReport(path.name, ending, "", frames, why)
     if never_called(source):

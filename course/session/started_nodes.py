@@ -19,7 +19,7 @@ from rclpy.node import Node
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation import processes
 from course.foundation.waiting import wait_until
-from course.ros.names import base
+from course.ros.names import PARAMETERS_OF_EVERY_NODE, base
 from course.ros.rclpy_internals import is_initialized
 from course.session.calls import Calls
 from course.session.failure_report import Frame, text_at
@@ -39,7 +39,7 @@ from course.session.watch import Handle, Watch
 PATIENCE = 5.0  # s without a node, after which the reader is told where the program is
 USUAL = 20.0  # s that a program has for its first node; whoever gives it more knows that it computes for long
 ASKED = 1.0  # s for a program to tell its parameters
-OF_EVERY_NODE = ("use_sim_time", "start_type_description_service", "qos_overrides.")  # parameters
+OF_NO_INTEREST = (*PARAMETERS_OF_EVERY_NODE, "qos_overrides.")  # how parameters begin that nobody sets by hand
 ENDING = 5.0  # s that a program of elsewhere has to end after Ctrl-C
 # Asked before a file is started; what they return is told to the reader.  The notebook's part of the course looks here
 # whether the file is what its cell says.
@@ -226,7 +226,7 @@ class StartedNodes:
 
     def _tell_undeclared(self, who: str, parameters: Iterable[str], declared: Collection[str]) -> None:
         """Tell of each parameter that was set for a node and that it has not declared: rclpy says nothing of it."""
-        own = sorted(name for name in declared if not name.startswith(OF_EVERY_NODE))
+        own = sorted(name for name in declared if not name.startswith(OF_NO_INTEREST))
         for name in (name for name in parameters if name not in declared):
             near = difflib.get_close_matches(name, own, 1)
             has = f"Did you mean '{near[0]}'?" if near else f"It has declared: {', '.join(own) or 'none'}."

@@ -15,6 +15,7 @@ from course.foundation.waiting import wait_until
 from course.lab.kernel.nodes import answer
 from course.lab.kernel.panels import Panels, Topic
 from course.lab.kernel.robot_listener import RobotListener, Source, close_listener, listener_in_use, open_listener
+from course.ros.names import PARAMETERS_OF_EVERY_NODE
 from course.session.logs import decoded
 
 FOUND = 1.0  # s that a node's services may take to be found
@@ -28,7 +29,6 @@ KINDS = {
     ParameterType.PARAMETER_DOUBLE: "double",
     ParameterType.PARAMETER_STRING: "string",
 }
-OF_EVERY_NODE = ("use_sim_time", "start_type_description_service")
 SERVICES = {
     ListParameters: "list_parameters",
     DescribeParameters: "describe_parameters",
@@ -142,7 +142,7 @@ def _read(listener: RobotListener, node: str) -> dict[str, Any] | None:
     listed = _ask(listener, node, ListParameters)
     if listed is None:
         return None
-    names = sorted(set(listed.result.names) - set(OF_EVERY_NODE))[:SHOWN]
+    names = sorted(set(listed.result.names) - set(PARAMETERS_OF_EVERY_NODE))[:SHOWN]
     described = _ask(listener, node, DescribeParameters, names=names)
     got = _ask(listener, node, GetParameters, names=names)
     if described is None or got is None:
