@@ -58,7 +58,7 @@ def test_a_notebook_the_robot_and_a_terminal_in_one_world(lab, view):
     view.get_by_role("tab", name="ai_integration.ipynb").click()
     run_from_palette(view, "ROS course", "Robot")
     view.get_by_role("tab", name="ai_integration.ipynb").click()
-    run_cells(view, 1, 9)  # the session, and a world in real time
+    run_cells(view, 1, 11)  # the session, and a world in real time
     robot = view.get_by_role("tabpanel", name="Robot", exact=True)
     expect(robot).to_contain_text("room: pillars")
     split = view.locator('.lm-DockPanel-handle[data-orientation="vertical"]:visible').first
@@ -72,7 +72,7 @@ def test_a_notebook_the_robot_and_a_terminal_in_one_world(lab, view):
     view.keyboard.type("ros2 node list; ros2 param get /ai_robot_controller obstacle_threshold\n")
     frames = int(robot.locator("canvas").get_attribute("data-frames") or 0)
     view.wait_for_function(f"() => document.querySelector('.ros-Robot-canvas').dataset.frames > {frames + 400}")
-    cell(view, 9).evaluate("cell => cell.scrollIntoView({ block: 'start' })")
+    cell(view, 11).evaluate("cell => cell.scrollIntoView({ block: 'start' })")
     keep_picture(view, "jupyterlab")
 
 

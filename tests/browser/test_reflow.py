@@ -113,16 +113,27 @@ def robot(page: Page) -> Locator:
     return panel
 
 
+def plot(page: Page) -> Locator:
+    """The plot, which lies below the robot view."""
+    run_from_palette(page, "ROS course", "Plot")
+    panel = page.get_by_role("tabpanel", name="Plot", exact=True)
+    panel.get_by_label("Topic").select_option("/odom")
+    panel.get_by_role("button", name="Draw it").click()
+    expect(panel.get_by_role("listitem")).to_contain_text("/odom twist.twist.linear.x")
+    panel.get_by_role("button", name="Pause").click()
+    return panel
+
+
 def test_no_panel_is_cut_off_or_scrolls_two_ways_at_200_percent_and_on_a_phone(lab, chromium):
     page = chromium.new_page(viewport=WIDE, device_scale_factor=2)
     page.set_default_timeout(WAIT)
     begin(page, lab, "reflow")
-    for show in (nodes, exercise, inspector, graph, robot):
+    for show in (nodes, exercise, inspector, graph, robot, plot):
         panel = show(page)
         for name, size in SIZES.items():
             page.set_viewport_size(size)
-            if show is robot:
-                page.get_by_role("tab", name="Robot", exact=True).click()  # it lies behind the notebook
+            if show in (robot, plot):
+                page.get_by_role("tab", name=show.__name__.capitalize(), exact=True).click()  # behind the notebook
                 expect(page.locator(".jp-Notebook")).to_be_hidden()
             assert wait_until(lambda panel=panel: panel.evaluate(WRONG) == [], 20), (show, name, panel.evaluate(WRONG))
             keep_picture(page, f"{show.__name__}-{name}")

@@ -1,4 +1,4 @@
-"""The robot view in JupyterLab: a world is started, driven, changed by hand and by keys; a cell's drive; the themes."""
+"""The robot view and the plot in JupyterLab: a world is driven and changed by hand and by keys; a cell's drive."""
 
 import re
 
@@ -7,7 +7,16 @@ import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from tests.browser.conftest import WAIT
-from tests.browser.pages import expect_no_barriers, open_page, run_cell, wait_for_kernel, wait_until_run
+from tests.browser.pages import (
+    cell,
+    expect_no_barriers,
+    open_page,
+    run_cell,
+    run_from_palette,
+    set_theme,
+    wait_for_kernel,
+    wait_until_run,
+)
 
 expect.set_options(timeout=WAIT)
 
@@ -15,10 +24,12 @@ DRIVER = """from course.nodes.ai_robot_controller import AIRobotController
 ros.start(AIRobotController)"""
 BUSY = "import pathlib\nwhile not pathlib.Path('end').exists(): pass"
 PUT = r"The robot was put at x = (\d\.\d\d) m, y = (\d\.\d\d) m\."
-FAST = """from course.world.node import World
+FAST = """from course import figures
+from course.world.node import World
 world = ros.start(World, parameters={'room': 'pillars', 'fast': True})
 ros.start(AIRobotController, parameters={'use_sim_time': True})
-print(world.node.drive(600.0, wall_limit=5.0).room)"""
+print(world.node.drive(600.0, wall_limit=5.0).room)
+figures.drive(world.node.simulation)"""
 
 COMMANDS = """from geometry_msgs.msg import Twist
 ros.stop()
@@ -66,9 +77,22 @@ def frames(canvas: Locator) -> int:
     return int(canvas.get_attribute("data-frames") or 0)
 
 
+def view_of(canvas: Locator) -> tuple[float, float, float]:
+    """How the picture is shown: px in a metre, and where x = 0 and y = 0 are (px)."""
+    scale, left, bottom = map(float, str(canvas.get_attribute("data-view")).split())
+    return scale, left, bottom
+
+
+def place(canvas: Locator, x: float, y: float) -> tuple[float, float]:
+    """Return where in the page a place of the room is, x, y (m)."""
+    box, (scale, left, bottom) = canvas.bounding_box(), view_of(canvas)
+    return box["x"] + left + scale * x, box["y"] + bottom - scale * y
+
+
 @pytest.mark.long("all that can be done in the view, one after the other")
 def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_runs(lab, page):
     view = begin(page, lab, "driven")
+    assert page.locator(".jp-NotebookPanel:visible").bounding_box()["width"] > 690  # px: what its text needs
     expect_no_barriers(page, ".ros-Panel", "no-robot")
     canvas = start_world(view, "hall")
     run_cell(page, 1, DRIVER)
@@ -86,21 +110,29 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     page.keyboard.press("r")
     expect(view).to_contain_text("back at its start")
     page.keyboard.press("ArrowRight")
+    expect(view.locator(".ros-Robot-said")).to_contain_text("/ai_robot_controller drives now.")
+    expect(view.get_by_role("button", name="Drive forward")).to_have_attribute("aria-disabled", "true")
+    view.get_by_role("button", name="Pick up the robot").click()
+    canvas.focus()
+    page.keyboard.press("ArrowRight")
     expect(view).to_contain_text(re.compile(PUT))
     put = re.search(PUT, view.inner_text())
     page.keyboard.press("o")
     expect(view).to_contain_text("An obstacle was dropped.")
     page.keyboard.press("+")
     expect(view.get_by_label("Speed")).to_have_value("2")
-    # The hall is 8 m by 6 m, in the middle of the canvas.
     box = canvas.bounding_box()
-    scale = min((box["width"] - 28) / 8.0, (box["height"] - 28) / 6.0)
+    at = place(canvas, float(put[1]), float(put[2]))
     middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    page.mouse.move(middle[0] + (float(put[1]) - 4.0) * scale, middle[1] - (float(put[2]) - 3.0) * scale)
+    scale, left, bottom = view_of(canvas)
+    wanted = [(box["width"] / 2 - left) / scale, (bottom - box["height"] / 2) / scale]
+    page.mouse.move(*at)
     page.mouse.down()
     page.mouse.move(*middle, steps=5)
     page.mouse.up()
-    expect(view).to_contain_text(re.compile(r"put at x = (3\.9\d|4\.0\d) m, y = (2\.9\d|3\.0\d) m"))
+    page.wait_for_function("() => / put at x = /.test(document.querySelector('.ros-Robot-said').textContent)")
+    put = re.search(PUT, view.inner_text())
+    assert [float(put[1]), float(put[2])] == pytest.approx(wanted, abs=0.05)
     view.get_by_role("button", name="Drop an obstacle").click()
     page.mouse.click(*middle)
     expect(view).to_contain_text("No obstacle fits there: the robot stands there.")
@@ -124,6 +156,11 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     expect(view).to_contain_text("a world in fast mode runs as its cell says")
     page.locator(".jp-OutputArea-output pre").get_by_text("pillars").wait_for()
     expect(view.locator(".ros-Robot-facts")).to_contain_text("stopped: no commands come")
+    figure = page.locator("img.ros-figure")
+    expect(figure).to_have_attribute("alt", re.compile("the robot"))
+    for theme, filtered in (("Dark", "invert"), ("Light", "none")):
+        set_theme(page, theme)
+        assert figure.evaluate("image => getComputedStyle(image).filter").startswith(filtered)
 
     run_cell(page, 2, COMMANDS)
     expect(view.locator(".ros-Robot-facts")).to_contain_text("0.20 m/s")
@@ -135,8 +172,48 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     wait_for_kernel(page)
     view.get_by_role("button", name="Run the first cell").click()
     expect(view).to_contain_text("No robot yet")
-    start_world(view, "office")
+    canvas = start_world(view, "office")
+    speeds = view.locator(".ros-Robot-facts")
+    view.get_by_role("button", name="Drive", exact=True).click()
+    expect(view.get_by_role("button", name="Drive forward")).to_have_attribute("aria-disabled", "false")
+    canvas.focus()
+    page.keyboard.down("ArrowUp")
+    expect(speeds).to_contain_text("command0.30 m/s, 0.00 rad/s: forward")
+    cell(page, 0).locator(".cm-content").click()  # the key is still down, and is the notebook's now
+    expect(speeds).to_contain_text("stopped: no commands come")
+    page.keyboard.up("ArrowUp")
+    view.get_by_role("button", name="Turn left").hover()
+    page.mouse.down()
+    expect(speeds).to_contain_text("turning left")
+    page.mouse.up()
+    expect(speeds).to_contain_text("stopped: no commands come")
+    whole = view_of(canvas)[0]
+    view.get_by_role("button", name="Closer", exact=True).click()
+    canvas.press("i")
+    expect(canvas).to_have_attribute("data-view", re.compile(f"^{2.25 * whole:.3f}"[:6]))
+    view.get_by_role("button", name="Whole room").click()
+    expect(canvas).to_have_attribute("data-view", re.compile(f"^{whole:.3f}"[:6]))
+    run_from_palette(page, "ROS course", "Plot")
+    plot = page.get_by_role("tabpanel", name="Plot", exact=True)
+    plot.get_by_label("Topic").select_option("/odom")
+    expect(plot.get_by_label("Field")).to_have_value("twist.twist.linear.x")
+    plot.get_by_role("button", name="Draw it").click()
+    expect(plot.get_by_role("listitem").locator("output")).to_have_text("0")
     run_cell(page, 1, DRIVER)
+    expect(plot.get_by_role("listitem").locator("output")).to_have_text("0.3")
+    plot.get_by_role("button", name="Pause").click()
+    plot.get_by_label("Scroll").press("Home")
+    expect(plot.get_by_role("listitem").locator("output")).to_have_text("–")  # before the first
+    with page.expect_download() as table:
+        plot.get_by_role("button", name="Save as CSV").click()
+    head, *rows = table.value.path().read_text().splitlines()
+    assert head == '"time (s since 1970)","/odom twist.twist.linear.x"'
+    assert {0.0, 0.3} <= {round(float(row.split(",")[1]), 3) for row in rows}
+    with page.expect_download() as picture:
+        plot.get_by_role("button", name="Save as PNG").click()
+    assert picture.value.path().read_bytes().startswith(b"\x89PNG")
+    expect_no_barriers(page, "#ros2-course-plot", "plot")
+    page.get_by_role("tab", name="Plot", exact=True).locator(".lm-TabBar-tabCloseIcon").click()
     expect(view.get_by_label("obstacle_threshold")).to_be_visible()
     expect_no_barriers(page, ".ros-Panel", "robot")
     page.set_viewport_size({"width": 390, "height": 800})

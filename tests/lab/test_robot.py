@@ -66,7 +66,11 @@ def knob(known: dict, node: str, name: str) -> dict | None:
 
 def test_a_world_that_the_view_starts_is_a_node_of_the_session_and_is_controlled(kernel, page):
     page.subscribe("robot")
-    assert page.event()["data"] == {"nodes": {"sees": [], "drives": []}, "room": {"name": "", "walls": [], "began": 0}}
+    assert page.event()["data"] == {
+        "nodes": {"sees": [], "drives": []},
+        "room": {"name": "", "walls": [], "began": 0},
+        "idle": "No robot takes commands: no node subscribes to /cmd_vel.",
+    }
     assert list(page.ask("robot.rooms")["result"]) == list(ROOMS)
     assert page.ask("robot.start", room="office")["result"] is None
     assert kernel.run("print(ros.nodes())") == "['/world']"
@@ -142,12 +146,13 @@ def test_a_drive_that_is_over_at_once_is_shown_with_its_path(kernel, page):
     assert kernel.run("print(heard)") == "2"  # the driver's, and the view's, in time
     places: list = []
     last = eval(kernel.run("print([round(float(x), 2) for x in driven.path[-1, 1:3]])"))
-    while not places or math.dist(places[-1], last) > 0.06:
+    while not places or math.dist(places[-1][:2], last) > 0.06:
         data = page.event()["data"]
         if path := data.get("path"):
             places = (places if not path["anew"] else []) + path["places"]
-    assert places[0] == pytest.approx(ROOMS["pillars"].start[:2], abs=0.01)
-    assert all(0.04 < math.dist(one, other) < 0.2 for one, other in itertools.pairwise(places))
+    assert places[0][:2] == pytest.approx(ROOMS["pillars"].start[:2], abs=0.01)
+    assert all(0.04 < math.dist(one[:2], other[:2]) < 0.2 for one, other in itertools.pairwise(places))
+    assert [at for *_, at in places] == sorted({at for *_, at in places})  # s of the world's time
     kernel.run("ros.stop('world')")
     while data.get("path") != {"anew": True, "places": None}:
         data = page.event()["data"]
@@ -315,3 +320,81 @@ def test_a_session_that_ends_is_told_and_a_new_one_is_seen(kernel, page):
     kernel.run("ros = course.live()\nros.start(World)")
     page.subscribe("robot")
     shown_until(page, lambda known: known.get("scan"))
+
+
+COMMANDS = """from geometry_msgs.msg import Twist
+commands = []
+ears = ros.node.create_subscription(Twist, 'cmd_vel', commands.append, 10)"""
+
+
+def odometry_until(page: Client, condition) -> None:
+    """Follow the view until the robot's speeds (m/s, rad/s) are so."""
+    shown_until(page, lambda known: (moves := (known.get("robot") or {}).get("moves")) and condition(*moves))
+
+
+def test_the_pad_drives_until_it_is_no_longer_renewed_and_leaves_no_publisher(kernel, page):
+    page.subscribe("robot")
+    assert "no node subscribes to /cmd_vel" in page.ask("robot.drive", linear=0.3, angular=0.0)["error"]
+    kernel.run(f"world = ros.start(World)\n{COMMANDS}")
+    shown_until(page, lambda known: known.get("idle") == "" and known.get("robot"))
+    while (moves := (page.event()["data"].get("robot") or {}).get("moves")) != [0.3, 0.5]:
+        assert page.ask("robot.drive", linear=0.3, angular=0.5)["result"] is None, moves
+    # Nobody renews it any more: a command to stop comes, before the world would stop by itself.
+    odometry_until(page, lambda linear, angular: (linear, angular) == (0.0, 0.0))
+    assert kernel.run("print(commands[0].linear.x, commands[-1].linear.x, commands[-1].angular.z)") == "0.3 0.0 0.0"
+    assert kernel.run("print(ros.until(lambda: not ros.node.count_publishers('/cmd_vel')))") == "True"
+
+    assert page.ask("robot.drive", linear=9.0, angular=0.0)["result"] is None  # no faster than the robot can
+    odometry_until(page, lambda linear, angular: linear == Robot().max_linear)
+    assert page.ask("robot.drive", linear=0.0, angular=0.0)["result"] is None
+    odometry_until(page, lambda linear, angular: linear == 0.0)
+    kernel.run("ros.node.destroy_subscription(ears)")
+
+
+def test_a_page_that_is_lost_while_it_drives_stops_the_robot(kernel, page):
+    kernel.run(f"world = ros.start(World)\n{COMMANDS}")
+    other = page_of(kernel)
+    page.subscribe("robot")
+    other.subscribe("robot")
+    shown_until(page, lambda known: known.get("idle") == "")
+    other.ask("robot.drive", linear=0.3, angular=0.0)
+    odometry_until(page, lambda linear, angular: linear == 0.3)
+    other.close()
+    odometry_until(page, lambda linear, angular: linear == 0.0)
+    assert kernel.run("print(commands[-1].linear.x)\nremoved = ros.node.destroy_subscription(ears)") == "0.0"
+
+
+DRIVEN_BY = {
+    "a node": ("ros.start('driver.py')", "/my_driver drives now", "ros.stop('driver.py')"),
+    "a cell": (
+        "from geometry_msgs.msg import Twist\nmine = ros.node.create_publisher(Twist, 'cmd_vel', 10)",
+        "a cell of the notebook drives now",
+        "ros.node.destroy_publisher(mine)",
+    ),
+}
+
+
+@pytest.mark.parametrize("who", DRIVEN_BY)
+def test_the_pad_says_who_drives_and_keeps_out_of_it(kernel, page, who):
+    begin, told, end = DRIVEN_BY[who]
+    page.subscribe("robot")
+    kernel.run(f"ros.start(World)\n{begin}")
+    shown_until(page, lambda known: told in known.get("idle", ""))
+    assert told in page.ask("robot.drive", linear=0.3, angular=0.0)["error"]
+    kernel.run(end)
+    shown_until(page, lambda known: known.get("idle") == "")
+
+
+def test_the_pad_keeps_out_of_fast_mode_and_of_another_type(kernel, page):
+    page.subscribe("robot")
+    kernel.run("ros.start(World, parameters={'fast': True})")
+    shown_until(page, lambda known: "fast mode" in known.get("idle", ""))
+    kernel.run(
+        "ros.stop()\nfrom geometry_msgs.msg import TwistStamped\nfrom rclpy.node import Node\n"
+        "class Stamped(Node):\n"
+        "    def __init__(self):\n"
+        "        super().__init__('stamped')\n"
+        "        self.create_subscription(TwistStamped, 'cmd_vel', print, 10)\n"
+        "ros.start(Stamped)"
+    )
+    shown_until(page, lambda known: "takes geometry_msgs/msg/TwistStamped" in known.get("idle", ""))

@@ -9,6 +9,7 @@ from std_srvs.srv import Empty
 
 from course.errors import LiveError
 from course.foundation.waiting import wait_until
+from course.lab.kernel.driving import reason
 from course.lab.kernel.nodes import session
 from course.lab.kernel.panels import Panels, Topic
 from course.lab.kernel.robot_listener import RobotListener, close_listener, listener_in_use, open_listener
@@ -20,7 +21,8 @@ from course.world.simulation import OBSTACLE, Robot, in_the_way
 FOUND = 5.0  # s that the world may take to be found, and to do what it is told
 NEAR = 0.3  # m from where the robot was put, since it may drive on
 STRIDE = 0.05  # m between two places of a path
-UNSAID = {"command": None, "collisions": {"count": 0, "last": "", "places": []}}  # what a page shows at first
+# What a page shows at first.
+UNSAID = {"command": None, "collisions": {"count": 0, "last": "", "places": []}, "idle": ""}
 PERIOD = 0.05  # s between two pictures at least
 
 
@@ -46,7 +48,10 @@ class RobotFeed:
         self._path = _Path()
 
     def read(self) -> dict[str, Any] | None:
-        """Those of `scan`, `robot`, `command`, `state`, `collisions`, `room`, `path` and `nodes` that have changed."""
+        """Those of `scan`, `robot`, `command`, `state`, `collisions`, `room`, `path`, `nodes` and `idle` that have changed.
+
+        `idle` is why nobody can drive by hand, or "".
+        """
         listener = open_listener(self)
         if listener is not self._listener:
             self._listener, self._sent, self._walls, self._path = listener, {}, self, _Path()
@@ -56,7 +61,8 @@ class RobotFeed:
             if self._sent.get(name, 0) != listener.count[topic]:
                 self._sent[name] = listener.count[topic]
                 news[name] = tell()
-        for name, value in (("command", listener.command()), ("collisions", listener.collisions())):
+        states = {"command": listener.command(), "collisions": listener.collisions(), "idle": reason(listener)}
+        for name, value in states.items():
             if value != self._sent.get(name, UNSAID[name]):
                 self._sent[name] = news[name] = value
         walls, name, lines = listener.walls()
@@ -86,7 +92,7 @@ class _Path:
         self._last: tuple[float, float] | None = None
 
     def news(self, world: World | None) -> dict[str, Any] | None:
-        """{"anew": whether it begins here, "places": [x m, y m] of each}; None when there is nothing new."""
+        """{"anew": whether it begins here, "places": [x m, y m, time s] of each}; None when there is nothing new."""
         if world is None:
             told, self._simulation = self._simulation is not None, None
             return {"anew": True, "places": None} if told else None
@@ -97,10 +103,10 @@ class _Path:
             self._simulation, self._last = simulation, None
             count, rows = simulation.path_since(0)
         places = []
-        for _, x, y, _ in rows:
+        for at, x, y, _ in rows:
             if self._last is None or math.dist(self._last, (x, y)) >= STRIDE:
                 self._last = x, y
-                places.append([round(float(x), 2), round(float(y), 2)])
+                places.append([round(float(value), 2) for value in (x, y, at)])
         self._read = count
         return {"anew": anew, "places": places} if places or anew else None
 

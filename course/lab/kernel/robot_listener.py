@@ -27,8 +27,9 @@ from visualization_msgs.msg import Marker
 
 from course.errors import LiveError
 from course.lab.kernel.nodes import session
+from course.lab.kernel.pad import Pad
 from course.robot.sectors import from_scan
-from course.ros.names import is_hidden
+from course.ros.names import full, is_hidden
 from course.session.following import LogFollower
 from course.session.live import Session
 from course.session.logs import Entry, decoded
@@ -68,6 +69,10 @@ class RobotListener:
         self.publishers: dict[str, tuple[Source, ...]] = dict.fromkeys(TOPICS, ())
         self.count = dict.fromkeys(TOPICS, 0)
         self._hits: deque[_Hit] = deque(maxlen=HITS)
+        self.pad = Pad(live)
+        self.takes: set[str] = set()  # the types that nodes take commands of
+        self.commanders: list[str] = []  # who publishes commands, the pad left out
+        self._cells = 0  # publishers of commands that cells had at the last look
         self._last: dict[str, bytes] = {}
         self._poses: deque[bytes] = deque(maxlen=SCANS)  # the last odometry
         self._commanded = -math.inf  # when the last command came, s of time.monotonic
@@ -98,6 +103,8 @@ class RobotListener:
                     (f"{each.node_namespace.rstrip('/')}/{each.node_name}", tuple(each.endpoint_gid))
                     for each in node.get_publishers_info_by_topic(topic)
                 }
+                if topic == "/cmd_vel":
+                    self._look_at_commands([name for name, _ in found])
                 known = set(self.publishers[topic])
                 self.publishers[topic] = tuple(sorted(each for each in found if not is_hidden(each[0])))
                 if topic == "/collision" and not known & set(self.publishers[topic]):
@@ -108,8 +115,20 @@ class RobotListener:
                 elif not self.publishers[topic] and topic in self._subscriptions:
                     node.destroy_subscription(self._subscriptions.pop(topic))
 
+    def _look_at_commands(self, names: list[str]) -> None:
+        """See who takes commands, and who gives them: nodes, the `ros2` command, and cells by the session's own node."""
+        node = self.live.node
+        own = full(node.get_name(), node.get_namespace())
+        takers = node.get_subscriptions_info_by_topic("/cmd_vel")
+        self.takes = {each.topic_type for each in takers if not is_hidden(each.node_name)}
+        others = {"the ros2 command" if name.startswith("/_ros2cli") else name for name in names if name != own}
+        # The pad's own publisher may come or go during a look: a cell's is there at two looks.
+        cells, self._cells = self._cells, names.count(own) - self.pad.publishes
+        self.commanders = [*sorted(others), *["a cell of the notebook"] * (min(cells, self._cells) > 0)]
+
     def close(self) -> None:
         """Hear no more."""
+        self.pad.stop()
         watchers.remove(self._hear_of)
         with self._lock:
             for subscription in self._subscriptions.values():
@@ -234,6 +253,8 @@ class RobotListener:
 
     def command(self) -> list[float | None] | None:
         """The last command, [m/s, rad/s]; None when none has come for `SILENT` s."""
+        if pad := self.pad.command():
+            return [_finite(speed, 3) for speed in pad]
         if time.monotonic() - self._commanded > SILENT:
             return None
         if "/cmd_vel" not in self._last or (command := decoded(self._last["/cmd_vel"], Twist)) is None:

@@ -33,9 +33,9 @@ def start() -> None:
 
 def _panels() -> Panels:
     """Every panel's methods and topics.  A new panel is added here."""
-    from course.lab.kernel import graph_picture, inspector, knobs, log, nodes, robot
+    from course.lab.kernel import driving, graph_picture, inspector, knobs, log, nodes, plot, robot
 
     panels = Panels()
-    for panel in (graph_picture, inspector, knobs, log, nodes, robot):
+    for panel in (driving, graph_picture, inspector, knobs, log, nodes, plot, robot):
         panel.add(panels)
     return panels

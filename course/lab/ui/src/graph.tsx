@@ -345,6 +345,8 @@ function List({ graph, selected, choose }: Chosen): JSX.Element {
   );
 }
 
+const LISTED = 5; // calls and goals that are seen at a time
+
 interface Summary {
   number: string; // the kernel's process, a point, and which one
   kind: string;
@@ -369,6 +371,7 @@ function Flows({ link }: { link: Link }): JSX.Element {
         <>
           <select
             aria-label="Which call or goal"
+            size={Math.min(LISTED, Math.max(2, all.length))}
             value={one.number}
             onChange={event => setNumber(event.target.value)}
           >

@@ -7,13 +7,16 @@ import { checkIcon } from '@jupyterlab/ui-components';
 
 import { Current } from './current';
 import { ExercisePanel } from './exercise';
+import { figures } from './figures';
 import { GraphPanel, graphIcon } from './graph';
 import { handIn, handInButton, handInIcon, hasExercise } from './handing_in';
 import { InspectorPanel, inspectorIcon } from './inspector';
 import { language } from './language';
 import { Links } from './link';
 import { NodesPanel, nodesIcon } from './nodes';
-import { addRobot, NARROW } from './robot_command';
+import { PlotPanel, plotIcon } from './plot';
+import { ROBOT_VIEW, RobotPanel, robotIcon } from './robot';
+import { addView, NARROW } from './views';
 import { front, layout, main, ways } from './ways';
 
 const handingIn: JupyterFrontEndPlugin<void> = {
@@ -82,8 +85,22 @@ const panels: JupyterFrontEndPlugin<void> = {
         execute: () => shell?.activateById(widget.id) ?? app.shell.activateById(widget.id)
       });
     }
-    addRobot(app, current, tracker, restorer, shell);
+    addView(app, tracker, restorer, shell, {
+      name: 'robot',
+      label: 'Robot',
+      caption: 'Show the robot in its room, with what it sees and what it is told',
+      icon: robotIcon,
+      make: () => new RobotPanel(current)
+    });
+    addView(app, tracker, restorer, shell, {
+      name: 'plot',
+      label: 'Plot',
+      caption: 'Draw numbers of any topic over time',
+      icon: plotIcon,
+      above: ROBOT_VIEW,
+      make: () => new PlotPanel(current)
+    });
   }
 };
 
-export default [handingIn, panels, ways, front, layout, main, language];
+export default [handingIn, panels, ways, front, layout, main, language, figures];

@@ -14,7 +14,7 @@ export const inspectorIcon = new LabIcon({
   name: 'ros2-course:inspector',
   svgstr:
     '<svg xmlns="http://www.w3.org/2000/svg" width="16" viewBox="0 0 24 24"><g class="jp-icon3" fill="#616161">' +
-    '<path d="M3 4h12v2H3zm0 5h8v2H3zm0 5h8v2H3zm0 5h12v2H3z"/><path d="M14 8l8 4.500-8 4.500z"/></g></svg>'
+    '<path d="M2.500 20.500 22 12 2.500 3.500V10l13 2-13 2z"/></g></svg>'
 });
 
 const RATE = '(rate)'; // what the kernel calls it when it is wrong

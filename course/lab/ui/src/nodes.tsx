@@ -13,8 +13,9 @@ export const nodesIcon = new LabIcon({
   name: 'ros2-course:nodes',
   svgstr:
     '<svg xmlns="http://www.w3.org/2000/svg" width="16" viewBox="0 0 24 24"><g class="jp-icon3" fill="#616161">' +
-    '<circle cx="5" cy="12" r="3.5"/><circle cx="18" cy="5" r="3.5"/><circle cx="18" cy="19" r="3.5"/>' +
-    '<path d="M5 11.2 17.6 4.4l.8 1.4L6.8 12l11.6 6.2-.8 1.4L5 12.8z"/></g></svg>'
+    '<path d="M4 4h16a1 1 0 0 1 1 1v5a1 1 0 0 1-1 1H4a1 1 0 0 1-1-1V5a1 1 0 0 1 1-1zm1 2v3h14V6z"/>' +
+    '<path d="M4 13h16a1 1 0 0 1 1 1v5a1 1 0 0 1-1 1H4a1 1 0 0 1-1-1v-5a1 1 0 0 1 1-1zm1 2v3h14v-3z"/>' +
+    '<circle cx="7.5" cy="7.5" r="1.2"/><circle cx="7.5" cy="16.5" r="1.2"/></g></svg>'
 });
 
 interface Node {

@@ -7,9 +7,10 @@ import * as React from 'react';
 import { Current } from './current';
 import { Link } from './link';
 import { FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
+import { Pad, useDriver } from './robot_drive';
 import { Knobs, KnobNode, valueOf } from './robot_knobs';
 import { Stage } from './robot_stage';
-import { RobotState } from './robot_state';
+import { RobotState, wrap } from './robot_state';
 
 export const robotIcon = new LabIcon({
   name: 'ros2-course:robot',
@@ -42,23 +43,36 @@ export class RobotPanel extends SidePanel {
   }
 
   protected draw(): JSX.Element {
-    return <Robot current={this.current} />;
+    return <Robot current={this.current} memory={this._memory} />;
   }
 
   protected onCloseRequest(message: Message): void {
     super.onCloseRequest(message);
     this.dispose();
   }
+
+  private _memory: Memory = { state: new RobotState(), of: null };
 }
 
-function Robot({ current }: { current: Current }): JSX.Element {
+/** What is known of the robot, and of which kernel: a panel that is hidden for a while still shows the way. */
+interface Memory {
+  state: RobotState;
+  of: string | null;
+}
+
+function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.Element {
   const { link } = useCurrent(current);
-  const state = React.useRef(new RobotState()).current;
+  const { state } = memory;
   const [knobs, setKnobs] = React.useState<KnobNode[]>([]);
   const [rooms, setRooms] = React.useState<{ [name: string]: string }>({});
   const [said, setSaid] = React.useState('');
   const [failed, setFailed] = React.useState('');
   const [dropping, setDropping] = React.useState(false);
+  const [carrying, setCarrying] = React.useState(false);
+  const driver = useDriver(
+    (linear, angular) => link!.request('robot.drive', { linear, angular }),
+    setSaid
+  );
   useFacts(state);
   useTopic(link, 'robot', {}, data => state.take(data), () => begin(), setFailed);
   useTopic(link, 'robot.knobs', {}, data => setKnobs(data.nodes), () => setKnobs([]), setFailed);
@@ -69,7 +83,12 @@ function Robot({ current }: { current: Current }): JSX.Element {
     }
   }, [link, up]);
   const begin = () => {
-    Object.assign(state, new RobotState());
+    if (link && link.kernelId === memory.of) {
+      state.resume();
+    } else {
+      Object.assign(state, new RobotState());
+    }
+    memory.of = link?.kernelId ?? null;
     setFailed('');
     setSaid('');
   };
@@ -84,7 +103,9 @@ function Robot({ current }: { current: Current }): JSX.Element {
   };
   const message = instead(current, link);
   React.useEffect(() => {
-    if (message !== null) {
+    if (message !== null && (link === null || link.wasUp)) {
+      driver.stop();
+      memory.of = null;
       begin();
     }
   }, [message]);
@@ -112,7 +133,7 @@ function Robot({ current }: { current: Current }): JSX.Element {
   return (
     <>
       <header className="ros-Panel-head">
-        <h2>Robot</h2>
+        <h2 className="ros-hidden">Robot</h2>
         {message === null && (
           <span className="ros-quiet">
             {state.room.name && `room: ${state.room.name}`}
@@ -135,14 +156,31 @@ function Robot({ current }: { current: Current }): JSX.Element {
               <Stage
                 state={state}
                 controlled={world !== null}
+                driver={driver}
+                carrying={world !== null && carrying}
                 dropping={dropping}
                 pause={pause}
                 reset={reset}
                 place={place}
                 drop={drop}
+                drive={way => (state.idle ? setSaid(state.idle) : driver.press(way))}
                 faster={faster}
                 cancel={() => setDropping(false)}
               />
+              {sees.length > 0 && (
+                <div className="ros-Robot-controls" role="group" aria-label="Arrow keys and mouse">
+                  <button aria-pressed={!carrying || !world} onClick={() => setCarrying(false)}>
+                    Drive
+                  </button>
+                  <button aria-pressed={carrying && world !== null} disabled={!world} onClick={() => setCarrying(true)}>
+                    Pick up the robot
+                  </button>
+                </div>
+              )}
+              {sees.length > 0 && !(carrying && world) && <Pad driver={driver} idle={state.idle} />}
+              {sees.length > 0 && carrying && world && (
+                <p className="ros-quiet">Drag the robot, or click on the picture and use the arrow keys, Q and E.</p>
+              )}
               <Facts state={state} paused={paused} />
             </>
           )}
@@ -321,6 +359,14 @@ function Facts({ state, paused }: { state: RobotState; paused: boolean }): JSX.E
           {state.doing}
         </dd>
       </div>
+      {state.pose && (
+        <div>
+          <dt>at</dt>
+          <dd>
+            x {said(state.pose[0])} m, y {said(state.pose[1])} m, {Math.round((wrap(state.pose[2]) * 180) / Math.PI)}°
+          </dd>
+        </div>
+      )}
       {state.moves && (
         <div>
           <dt>robot</dt>

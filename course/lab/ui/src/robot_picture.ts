@@ -1,10 +1,13 @@
 // The picture of the robot in its room, on a canvas, in the theme's colours.
 
-import { Pose, RobotState } from './robot_state';
+import { Place, Pose, RobotState } from './robot_state';
 
 export const RADIUS = 0.18; // m, of the robot
 export const OBSTACLE = 0.15; // m, radius of what is dropped
-const MARGIN = 14; // px
+const MARGIN = { left: 34, right: 12, top: 12, bottom: 26 }; // px, with room for the numbers at the axes
+const SMALLEST = 8; // px, radius of the robot at least, so that it can be seen
+const APART = 34; // px between two numbers at an axis at least
+const BANDS = 8; // of the trail, each paler than the next
 const AROUND = 4; // m shown to each side of a robot without a room
 const DEGREE = Math.PI / 180;
 const SECTORS: [string, number, number][] = [
@@ -20,6 +23,12 @@ export interface View {
   bottom: number; // px where y is 0
 }
 
+/** How much closer than the whole room; `at` is what is in the middle (m), null the robot. */
+export interface Zoom {
+  factor: number;
+  at: [number, number] | null;
+}
+
 export interface Ghost {
   kind: 'robot' | 'obstacle';
   at: [number, number]; // m
@@ -29,7 +38,7 @@ export interface Colours {
   [name: string]: string;
 }
 
-const NAMES = ['ground', 'ink', 'line', 'front', 'left', 'right', 'beam', 'hit', 'trail'];
+const NAMES = ['ground', 'ink', 'line', 'front', 'left', 'right', 'beam', 'hit', 'trail', 'body'];
 
 /** The colours of the current theme. */
 export function colours(node: HTMLElement): Colours {
@@ -37,22 +46,23 @@ export function colours(node: HTMLElement): Colours {
   return Object.fromEntries(NAMES.map(name => [name, style.getPropertyValue(`--ros-robot-${name}`).trim()]));
 }
 
-/** How to show the whole room, or what is around the robot, on this many pixels. */
-export function viewOf(state: RobotState, width: number, height: number): View {
+/** How to show the whole room, what is around the robot, or a part of it, on this many pixels. */
+export function viewOf(state: RobotState, width: number, height: number, zoom: Zoom, now: number): View {
   const walls = state.room.walls;
   const xs = walls.filter((_, number) => number % 2 === 0);
   const ys = walls.filter((_, number) => number % 2 === 1);
+  const robot = state.shown(now) ?? [0, 0, 0];
   const [x, y] = state.pose ?? [0, 0];
   const [west, east] = xs.length ? [Math.min(...xs), Math.max(...xs)] : [x - AROUND, x + AROUND];
   const [south, north] = ys.length ? [Math.min(...ys), Math.max(...ys)] : [y - AROUND, y + AROUND];
-  const scale = Math.max(
-    1,
-    Math.min((width - 2 * MARGIN) / Math.max(east - west, 0.1), (height - 2 * MARGIN) / Math.max(north - south, 0.1))
-  );
+  const [wide, high] = [width - MARGIN.left - MARGIN.right, height - MARGIN.top - MARGIN.bottom];
+  const whole = Math.max(1, Math.min(wide / Math.max(east - west, 0.1), high / Math.max(north - south, 0.1)));
+  const scale = zoom.factor * whole;
+  const [middle, level] = zoom.factor > 1 ? (zoom.at ?? robot) : [(west + east) / 2, (south + north) / 2];
   return {
     scale,
-    left: width / 2 - (scale * (west + east)) / 2,
-    bottom: height / 2 + (scale * (south + north)) / 2
+    left: MARGIN.left + wide / 2 - scale * middle,
+    bottom: MARGIN.top + high / 2 + scale * level
   };
 }
 
@@ -85,7 +95,7 @@ export function draw(
   if (pose && state.scan && !dim) {
     sectors(context, state, state.scan.from ?? pose, view, colour);
   }
-  polyline(context, state.trail, px, py, colour.trail);
+  trail(context, state.trail, px, py, colour.trail);
   lines(context, state.room.walls, px, py, colour.ink);
   if (state.scan) {
     beams(context, state, view, colour.beam, pose);
@@ -98,6 +108,9 @@ export function draw(
   } else if (state.scan) {
     robot(context, px(0), py(0), 0, view.scale * RADIUS, colour);
   }
+  if (state.scan && !dim) {
+    origin(context, state.scan.from ?? pose ?? [0, 0, 0], state.scan.first, view, colour);
+  }
   if (ghost) {
     context.setLineDash([4, 3]);
     context.strokeStyle = colour.ink;
@@ -109,6 +122,7 @@ export function draw(
     context.setLineDash([]);
   }
   context.globalAlpha = 1;
+  axes(context, view, colour, width / ratio, height / ratio);
 }
 
 function grid(context: CanvasRenderingContext2D, view: View, colour: string, width: number, height: number): void {
@@ -184,22 +198,23 @@ function robot(
   x: number,
   y: number,
   heading: number,
-  radius: number,
+  wanted: number,
   colour: Colours
 ): void {
-  context.fillStyle = colour.ground;
+  const radius = Math.max(SMALLEST, wanted);
+  const [cos, sin] = [Math.cos(heading), -Math.sin(heading)];
+  context.fillStyle = colour.body;
   context.strokeStyle = colour.ink;
   context.lineWidth = 2;
   context.beginPath();
   context.arc(x, y, radius, 0, 2 * Math.PI);
   context.fill();
   context.stroke();
-  context.fillStyle = colour.ink;
+  context.fillStyle = colour.ground;
   context.beginPath();
-  const [cos, sin] = [Math.cos(heading), -Math.sin(heading)];
-  context.moveTo(x + radius * cos, y + radius * sin);
-  context.lineTo(x - 0.5 * radius * cos - 0.55 * radius * sin, y - 0.5 * radius * sin + 0.55 * radius * cos);
-  context.lineTo(x - 0.5 * radius * cos + 0.55 * radius * sin, y - 0.5 * radius * sin - 0.55 * radius * cos);
+  context.moveTo(x + 0.9 * radius * cos, y + 0.9 * radius * sin);
+  context.lineTo(x - 0.5 * radius * cos - 0.6 * radius * sin, y - 0.5 * radius * sin + 0.6 * radius * cos);
+  context.lineTo(x - 0.5 * radius * cos + 0.6 * radius * sin, y - 0.5 * radius * sin - 0.6 * radius * cos);
   context.fill();
 }
 
@@ -220,18 +235,100 @@ function lines(
   context.stroke();
 }
 
-function polyline(
+/** The way so far: the older, the paler, with a dot for each second. */
+function trail(
   context: CanvasRenderingContext2D,
-  points: [number, number][],
+  places: Place[],
   px: (x: number) => number,
   py: (y: number) => number,
   colour: string
 ): void {
+  if (!places.length) {
+    return;
+  }
+  const [since, until] = [places[0][2], places[places.length - 1][2]];
+  const band = (place: Place) =>
+    until > since ? Math.min(BANDS - 1, Math.floor((BANDS * (place[2] - since)) / (until - since))) : BANDS - 1;
+  const full = context.globalAlpha;
   context.strokeStyle = colour;
+  context.fillStyle = colour;
+  context.lineWidth = 2.5;
+  for (let number = 1, begin = 0; number <= places.length; number++) {
+    if (number === places.length || band(places[number]) !== band(places[begin])) {
+      context.globalAlpha = full * (0.25 + (0.75 * (band(places[begin]) + 1)) / BANDS);
+      context.beginPath();
+      context.moveTo(px(places[begin][0]), py(places[begin][1]));
+      for (let next = begin + 1; next <= Math.min(number, places.length - 1); next++) {
+        context.lineTo(px(places[next][0]), py(places[next][1]));
+      }
+      context.stroke();
+      for (let next = Math.max(begin, 1); next < number; next++) {
+        if (Math.floor(places[next][2]) !== Math.floor(places[next - 1][2])) {
+          context.fillRect(px(places[next][0]) - 3, py(places[next][1]) - 3, 6, 6);
+        }
+      }
+      begin = number;
+    }
+  }
+  context.globalAlpha = full;
+}
+
+/** Where the scan was seen from, with a line towards its first beam. */
+function origin(
+  context: CanvasRenderingContext2D,
+  [x, y, heading]: Pose,
+  first: number,
+  view: View,
+  colour: Colours
+): void {
+  const [cx, cy] = [view.left + view.scale * x, view.bottom - view.scale * y];
+  const length = Math.max(2 * SMALLEST, 2 * view.scale * RADIUS);
+  context.strokeStyle = colour.beam;
   context.lineWidth = 2;
   context.beginPath();
-  points.forEach(([x, y], number) => (number ? context.lineTo(px(x), py(y)) : context.moveTo(px(x), py(y))));
+  context.moveTo(cx, cy);
+  context.lineTo(cx + length * Math.cos(heading + first), cy - length * Math.sin(heading + first));
   context.stroke();
+  context.fillStyle = colour.beam;
+  context.beginPath();
+  context.arc(cx, cy, 3, 0, 2 * Math.PI);
+  context.fill();
+}
+
+/** Numbers (m) along the lower and the left edge, as far apart as can be read. */
+function axes(context: CanvasRenderingContext2D, view: View, colour: Colours, width: number, height: number): void {
+  const step = [0.1, 0.2, 0.5, 1, 2, 5, 10].find(each => each * view.scale >= APART) ?? 20;
+  const digits = step < 1 ? 1 : 0;
+  const label = (value: number) => (step * value).toFixed(digits).replace('-', '−');
+  context.fillStyle = colour.ground;
+  context.fillRect(0, height - 18, width, 18);
+  context.fillRect(0, 0, 26, height);
+  context.fillStyle = colour.ink;
+  context.strokeStyle = colour.ink;
+  context.lineWidth = 1;
+  context.font = '11px sans-serif';
+  context.textBaseline = 'middle';
+  const [west, north] = toRoom(view, 32, 20);
+  const [east, south] = toRoom(view, width - 46, height - 26);
+  context.beginPath();
+  context.textAlign = 'center';
+  for (let number = Math.ceil(west / step); number * step <= east; number++) {
+    const x = view.left + view.scale * step * number;
+    context.fillText(label(number), x, height - 8);
+    context.moveTo(x, height - 18);
+    context.lineTo(x, height - 15);
+  }
+  context.textAlign = 'right';
+  for (let number = Math.ceil(south / step); number * step <= north; number++) {
+    const y = view.bottom - view.scale * step * number;
+    context.fillText(label(number), 21, y);
+    context.moveTo(23, y);
+    context.lineTo(26, y);
+  }
+  context.stroke();
+  context.fillText('x (m)', width - 8, height - 8);
+  context.textAlign = 'left';
+  context.fillText('y (m)', 2, 8);
 }
 
 function cross(context: CanvasRenderingContext2D, x: number, y: number, colour: string): void {

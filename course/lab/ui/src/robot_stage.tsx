@@ -2,30 +2,49 @@
 
 import * as React from 'react';
 
-import { colours, draw, Ghost, RADIUS, toRoom, View, viewOf } from './robot_picture';
+import { Driver, Way } from './robot_drive';
+import { colours, draw, Ghost, RADIUS, toRoom, View, viewOf, Zoom } from './robot_picture';
 import { Pose, RobotState } from './robot_state';
 
 const STEP = 0.1; // m for an arrow key
 const TURN = Math.PI / 12; // rad
 const AHEAD = 0.8; // m from the robot to an obstacle that a key drops
 const GRIP = 12; // px around the robot where it can be taken, too
+const CLOSEST = 16; // times the whole room
 const KEYS: [string, string][] = [
   ['Space', 'pause, and go on'],
-  ['Arrow keys', `move the robot by ${STEP} m`],
-  ['Q, E', 'turn it to the left, to the right'],
   ['O', `drop an obstacle ${AHEAD} m ahead`],
   ['R', 'reset'],
   ['+, −', 'faster, slower']
+];
+const DRIVE: [string, string][] = [['Arrow keys', 'drive, as long as they are held']];
+const CARRY: [string, string][] = [
+  ['Arrow keys', `move the robot by ${STEP} m`],
+  ['Q, E', 'turn it to the left, to the right']
+];
+const LOOK: [string, string][] = [
+  ['I, U, 0', 'closer, less close, the whole room'],
+  ['Ctrl and wheel', 'closer, less close'],
+  ['Drag', 'move the picture, when it is closer']
+];
+const DRAWN: [string, string][] = [
+  ['orange dots', 'what the laser has measured last'],
+  ['orange line', 'from where the laser was then, towards its first beam'],
+  ['grey line', 'the way: older parts are paler, a dot for each second'],
+  ['crosses', 'collisions']
 ];
 
 interface Props {
   state: RobotState;
   controlled: boolean; // there is a world that takes orders
+  driver: Driver;
+  carrying: boolean; // the robot can be picked up; else arrow keys drive it
   dropping: boolean; // the next place that is chosen is that of an obstacle
   pause: () => void;
   reset: () => void;
   place: (x: number, y: number, heading: number) => Promise<void>;
   drop: (x: number, y: number) => void;
+  drive: (way: Way) => void;
   faster: (by: number) => void;
   cancel: () => void;
 }
@@ -36,8 +55,17 @@ export function Stage(props: Props): JSX.Element {
   now.current = props;
   const ghost = React.useRef<Ghost | null>(null);
   const view = React.useRef<View>({ scale: 1, left: 0, bottom: 0 });
+  const zoom = React.useRef<Zoom>({ factor: 1, at: null });
+  const pan = React.useRef<[number, number] | null>(null); // m: what stays below the pointer
   const wanted = React.useRef<{ pose: Pose; until: number } | null>(null);
-  useDrawing(canvas, props.state, view, ghost);
+  useDrawing(canvas, props.state, view, ghost, zoom);
+  const closer = (by: number) => {
+    const factor = Math.min(CLOSEST, Math.max(1, by * zoom.current.factor));
+    zoom.current = { factor, at: factor > 1 ? zoom.current.at : null };
+    props.state.version++;
+  };
+  const whole = () => closer(0);
+  useWheel(canvas, closer);
 
   /** Where the robot is, or will be when the last order has been followed. */
   const pose = (): Pose | null =>
@@ -51,27 +79,40 @@ export function Stage(props: Props): JSX.Element {
     return toRoom(view.current, event.clientX - box.left, event.clientY - box.top);
   };
   const down = (event: React.PointerEvent) => {
-    if (!props.controlled || event.button !== 0) {
+    if (event.button !== 0) {
       return;
     }
     const [x, y] = at(event);
     const robot = props.state.shown(performance.now());
-    if (props.dropping) {
+    if (props.controlled && props.dropping) {
       ghost.current = { kind: 'obstacle', at: [x, y] };
-    } else if (robot && Math.hypot(x - robot[0], y - robot[1]) <= RADIUS + GRIP / view.current.scale) {
+    } else if (props.controlled && props.carrying && robot && Math.hypot(x - robot[0], y - robot[1]) <= RADIUS + GRIP / view.current.scale) {
       ghost.current = { kind: 'robot', at: [x, y] };
+    } else if (zoom.current.factor > 1) {
+      pan.current = [x, y];
     } else {
       return;
     }
     event.currentTarget.setPointerCapture(event.pointerId);
   };
   const move = (event: React.PointerEvent) => {
+    const robot = props.state.shown(performance.now());
+    if (pan.current && (zoom.current.at || robot)) {
+      const { left, bottom, scale } = view.current;
+      const [x, y] = at(event);
+      const [east, north] = [x - pan.current[0], y - pan.current[1]];
+      const middle = zoom.current.at ?? robot!;
+      zoom.current.at = [middle[0] - east, middle[1] - north];
+      view.current = { scale, left: left + scale * east, bottom: bottom - scale * north }; // there may be more moves
+      props.state.version++;
+    }
     if (ghost.current && event.currentTarget.hasPointerCapture(event.pointerId)) {
       ghost.current.at = at(event);
       props.state.version++;
     }
   };
   const up = (event: React.PointerEvent) => {
+    pan.current = null;
     if (!ghost.current || !event.currentTarget.hasPointerCapture(event.pointerId)) {
       return;
     }
@@ -90,8 +131,27 @@ export function Stage(props: Props): JSX.Element {
       ghost.current = null;
       props.cancel();
     }
-    if (!props.controlled || event.ctrlKey || event.altKey || event.metaKey) {
+    if (event.ctrlKey || event.altKey || event.metaKey || !act(event)) {
       return;
+    }
+    event.preventDefault();
+    event.stopPropagation();
+  };
+  /** Do what a key stands for; false when it stands for nothing. */
+  const act = (event: React.KeyboardEvent): boolean => {
+    const pressed = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+    const way = Driver.way(pressed);
+    const views: { [key: string]: () => void } = { i: () => closer(1.5), u: () => closer(1 / 1.5), 0: whole };
+    if (views[pressed]) {
+      views[pressed]();
+      return true;
+    }
+    if (way && !props.carrying) {
+      props.drive(way);
+      return true;
+    }
+    if (!props.controlled) {
+      return false;
     }
     const robot = pose();
     const moves: { [key: string]: [number, number] } = {
@@ -100,10 +160,9 @@ export function Stage(props: Props): JSX.Element {
       ArrowLeft: [-STEP, 0],
       ArrowRight: [STEP, 0]
     };
-    const pressed = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-    if (robot && moves[pressed]) {
+    if (props.carrying && robot && moves[pressed]) {
       put(robot[0] + moves[pressed][0], robot[1] + moves[pressed][1], robot[2]);
-    } else if (robot && (pressed === 'q' || pressed === 'e')) {
+    } else if (props.carrying && robot && (pressed === 'q' || pressed === 'e')) {
       put(robot[0], robot[1], robot[2] + (pressed === 'q' ? TURN : -TURN));
     } else if (robot && pressed === 'o') {
       props.drop(robot[0] + AHEAD * Math.cos(robot[2]), robot[1] + AHEAD * Math.sin(robot[2]));
@@ -114,11 +173,21 @@ export function Stage(props: Props): JSX.Element {
     } else if (pressed === '+' || pressed === '-') {
       props.faster(pressed === '+' ? 1 : -1);
     } else {
-      return;
+      return false;
     }
-    event.preventDefault();
-    event.stopPropagation();
+    return true;
   };
+  const letGo = (event: React.KeyboardEvent) => {
+    const way = Driver.way(event.key);
+    if (way) {
+      props.driver.release(way);
+    }
+  };
+  const rows = [
+    ...(props.carrying ? CARRY : DRIVE),
+    ...(props.controlled ? KEYS : []),
+    ...LOOK
+  ];
   const keys = React.useId();
   return (
     <>
@@ -134,40 +203,79 @@ export function Stage(props: Props): JSX.Element {
           onPointerDown={down}
           onPointerMove={move}
           onPointerUp={up}
-          onPointerCancel={() => (ghost.current = null)}
+          onPointerCancel={() => (ghost.current = pan.current = null)}
           onKeyDown={key}
+          onKeyUp={letGo}
+          onBlur={() => props.driver.stop()}
         />
+        <div className="ros-Robot-zoom" role="group" aria-label="How close">
+          <button aria-label="Closer" title="Closer (I)" onClick={() => closer(1.5)}>
+            +
+          </button>
+          <button aria-label="Less close" title="Less close (U)" onClick={() => closer(1 / 1.5)}>
+            −
+          </button>
+          <button title="Show the whole room (0)" onClick={whole}>
+            Whole room
+          </button>
+        </div>
       </div>
-      {props.controlled && (
-        <details className="ros-Robot-keys">
-          <summary>Drag the robot, or click on the picture and use keys</summary>
-          <dl id={keys}>
-            {KEYS.map(([name, does]) => (
-              <React.Fragment key={name}>
-                <dt>
-                  <kbd>{name}</kbd>
-                </dt>
-                <dd>{does}</dd>
-              </React.Fragment>
-            ))}
-          </dl>
-        </details>
-      )}
+      <details className="ros-Robot-keys">
+        <summary>Keys, and what is drawn</summary>
+        <dl id={keys}>
+          {rows.map(([name, does]) => (
+            <React.Fragment key={`${name} ${does}`}>
+              <dt>
+                <kbd>{name}</kbd>
+              </dt>
+              <dd>{does}</dd>
+            </React.Fragment>
+          ))}
+        </dl>
+        <dl>
+          {DRAWN.map(([name, is]) => (
+            <React.Fragment key={name}>
+              <dt>{name}</dt>
+              <dd>{is}</dd>
+            </React.Fragment>
+          ))}
+        </dl>
+      </details>
     </>
   );
 }
 
-/** Draw with the screen's own rate while something moves; `data-frames` counts the pictures, for who measures. */
+/** With Ctrl, as for the page, and by a pinch, the wheel brings the picture closer. */
+function useWheel(canvas: React.RefObject<HTMLCanvasElement>, closer: (by: number) => void): void {
+  const now = React.useRef(closer);
+  now.current = closer;
+  React.useEffect(() => {
+    const node = canvas.current!;
+    const turn = (event: WheelEvent) => {
+      if (event.ctrlKey) {
+        event.preventDefault();
+        now.current(1.2 ** -Math.sign(event.deltaY));
+      }
+    };
+    node.addEventListener('wheel', turn, { passive: false }); // React's own listener could not prevent the page's zoom
+    return () => node.removeEventListener('wheel', turn);
+  }, []);
+}
+
+/** Draw with the screen's own rate while something moves; for who measures, `data-frames` counts the
+ * pictures, and `data-view` tells the scale (px in a metre) and the place of x = 0, y = 0 (px).
+ */
 function useDrawing(
   canvas: React.RefObject<HTMLCanvasElement>,
   state: RobotState,
   view: React.MutableRefObject<View>,
-  ghost: React.MutableRefObject<Ghost | null>
+  ghost: React.MutableRefObject<Ghost | null>,
+  zoom: React.MutableRefObject<Zoom>
 ): void {
   React.useEffect(() => {
     const node = canvas.current!;
     const context = node.getContext('2d', { alpha: false })!;
-    let [frames, seen, room, request, size] = [0, -1, state.room, 0, ''];
+    let [frames, seen, request, size] = [0, -1, 0, ''];
     let colour = colours(node);
     const theme = new MutationObserver(() => {
       colour = colours(node);
@@ -183,17 +291,16 @@ function useDrawing(
       if (!changed || !width || !height) {
         return;
       }
-      if (is !== size || state.room !== room || !state.room.walls.length) {
-        if (is !== size) {
-          node.width = Math.round(width * ratio);
-          node.height = Math.round(height * ratio);
-        }
-        view.current = viewOf(state, width, height);
-        [size, room] = [is, state.room];
+      if (is !== size) {
+        node.width = Math.round(width * ratio);
+        node.height = Math.round(height * ratio);
+        size = is;
       }
+      view.current = viewOf(state, width, height, zoom.current, now);
       seen = state.version;
       draw(context, state, view.current, colour, now, ghost.current, state.nodes?.sees.length === 0);
       node.dataset.frames = String(++frames);
+      node.dataset.view = `${view.current.scale} ${view.current.left} ${view.current.bottom}`;
     };
     request = requestAnimationFrame(again);
     return () => {

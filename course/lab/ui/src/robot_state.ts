@@ -12,6 +12,9 @@ export interface Scan {
   sectors: { [name: string]: number | null }; // m; null is free
 }
 
+/** A place of the robot's way: x (m), y (m), and when (s, on a clock of its own). */
+export type Place = [number, number, number];
+
 const TRAIL = 1200; // places
 const JUMP = 0.7; // m between two poses: the robot was put there, it has not driven
 const STALE = 1500; // ms without a scan
@@ -19,6 +22,7 @@ const STALE = 1500; // ms without a scan
 export class RobotState {
   collisions: { count: number; last: string; places: [number, number][] } = { count: 0, last: '', places: [] };
   command: [number | null, number | null] | null = null;
+  idle = ''; // why nobody can drive by hand
   moves: [number | null, number | null] | null = null;
   nodes: { sees: string[]; drives: string[] } | null = null;
   pose: Pose | null = null;
@@ -26,16 +30,24 @@ export class RobotState {
   scan: Scan | null = null;
   says = ''; // the state that the driver logs
   scanAt = 0; // ms, on the page's clock
-  trail: [number, number][] = [];
+  trail: Place[] = [];
   version = 0; // another one whenever something has come
+
+  /** Forget all but the way in this room, and that it was driven: the robot was not looked at for a while. */
+  resume(): void {
+    const { trail, room, _drive, _driven } = this;
+    Object.assign(this, new RobotState(), { trail, room, _drive, _driven });
+  }
 
   /** Take in what is new. */
   take(data: any): void {
     const now = performance.now();
     this.version++;
     if (data.room) {
-      if ((data.room.name !== this.room.name || data.room.began !== this.room.began) && !this._told) {
-        this.trail = [];
+      const drive = `${data.room.name} ${data.room.began}`;
+      if (data.room.name && drive !== this._drive) {
+        this.trail = this._told ? this.trail : [];
+        this._drive = drive;
       }
       this.room = data.room;
     }
@@ -57,6 +69,7 @@ export class RobotState {
       this.command = data.command;
       this._driven = this._driven || data.command !== null;
     }
+    this.idle = data.idle ?? this.idle;
     this.says = data.state ?? this.says;
     this.collisions = data.collisions ?? this.collisions;
     this.nodes = data.nodes ?? this.nodes;
@@ -95,8 +108,9 @@ export class RobotState {
     if (!pose || pose.includes(null as any)) {
       return;
     }
-    const jumped = !this.pose || Math.hypot(pose[0] - this.pose[0], pose[1] - this.pose[1]) > JUMP;
-    this._before = jumped ? null : this.shown(now);
+    const before = this.pose ?? this.trail[this.trail.length - 1];
+    const jumped = !before || Math.hypot(pose[0] - before[0], pose[1] - before[1]) > JUMP;
+    this._before = jumped || !this.pose ? null : this.shown(now);
     this._gap = Math.min(400, Math.max(30, now - this._since));
     this._since = now;
     this.pose = pose;
@@ -108,11 +122,12 @@ export class RobotState {
       this.trail = [];
     }
     if (!last || jumped || Math.hypot(pose[0] - last[0], pose[1] - last[1]) > 0.02) {
-      this.trail.push([pose[0], pose[1]]);
+      this.trail.push([pose[0], pose[1], now / 1000]);
       this.trail.splice(0, this.trail.length - TRAIL);
     }
   }
 
+  private _drive = ''; // the one that the trail is of
   private _driven = false; // a command has come
   private _told = false; // the path comes from the world
   private _before: Pose | null = null;

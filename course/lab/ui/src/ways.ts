@@ -1,6 +1,6 @@
 // The ways to the lab: commands, in the palette and the launcher, and the layout that one begins with.
 
-import { JupyterFrontEnd, JupyterFrontEndPlugin } from '@jupyterlab/application';
+import { ILabShell, JupyterFrontEnd, JupyterFrontEndPlugin } from '@jupyterlab/application';
 import { ICommandPalette } from '@jupyterlab/apputils';
 import { PageConfig, PathExt } from '@jupyterlab/coreutils';
 import { ILauncher } from '@jupyterlab/launcher';
@@ -10,13 +10,14 @@ import { terminalIcon } from '@jupyterlab/ui-components';
 import { DockPanel, Widget } from '@lumino/widgets';
 
 import { ROBOT_VIEW } from './robot';
-import { NARROW } from './robot_command';
 import { post } from './server';
+import { NARROW } from './views';
 
 const CATEGORY = 'ROS course';
 const TERMINAL = 'ros2-course:terminal';
 const ROBOT = 'ros2-course:robot';
 const START_PAGE = 'index.ipynb';
+const ROOMY = 1500; // px of a page that has room for files, notebook and robot side by side
 const ARRANGED = 'ros2-course:arranged'; // in JupyterLab's state: this has been done
 
 export const ways: JupyterFrontEndPlugin<void> = {
@@ -40,7 +41,7 @@ export const ways: JupyterFrontEndPlugin<void> = {
         return app.commands.execute('terminal:create-new', path ? { cwd: PathExt.dirname(path) } : {});
       }
     });
-    const panels = ['robot', 'nodes', 'inspector', 'graph', 'exercise'].map(name => `ros2-course:${name}`);
+    const panels = ['robot', 'plot', 'nodes', 'inspector', 'graph', 'exercise'].map(name => `ros2-course:${name}`);
     const commands = [TERMINAL, ...panels, 'ros2-course:hand-in'];
     commands.forEach((command, rank) => {
       palette?.addItem({ command, category: CATEGORY, rank });
@@ -127,7 +128,8 @@ export const layout: JupyterFrontEndPlugin<void> = {
   description: 'Start page, robot and terminal side by side, the first time that environment/start opens JupyterLab.',
   autoStart: true,
   requires: [INotebookTracker, IStateDB],
-  activate: (app: JupyterFrontEnd, tracker: INotebookTracker, state: IStateDB) => {
+  optional: [ILabShell],
+  activate: (app: JupyterFrontEnd, tracker: INotebookTracker, state: IStateDB, shell: ILabShell | null) => {
     if (PageConfig.getOption('rosCourseArrange') !== 'true') {
       return;
     }
@@ -140,6 +142,9 @@ export const layout: JupyterFrontEndPlugin<void> = {
       await app.restored;
       if ((await state.fetch(ARRANGED)) === undefined) {
         await state.save(ARRANGED, true);
+        if (window.innerWidth < ROOMY) {
+          shell?.collapseLeft(); // the list of files, which the start page's table stands for
+        }
         await app.commands.execute(ROBOT);
         const terminal = await app.commands.execute('terminal:create-new');
         const above = window.innerWidth < NARROW ? panel.id : ROBOT_VIEW;

@@ -1,4 +1,4 @@
-"use strict";(self.rspackChunkros2_course_lab=self.rspackChunkros2_course_lab||[]).push([[319],{770(o,r,e){var a=e(601),t=e.n(a),s=e(314),n=(e.n(s))()(t());n.push([o.id,`/* The inspector and the graph. */
+"use strict";(self.rspackChunkros2_course_lab=self.rspackChunkros2_course_lab||[]).push([[319],{770(o,r,e){var a=e(601),t=e.n(a),s=e(314),i=(e.n(s))()(t());i.push([o.id,`/* The inspector and the graph. */
 
 .ros-Form,
 .ros-Form form,
@@ -322,12 +322,23 @@
   padding-left: 12px;
 }
 
+.ros-Panel .ros-Flows select {
+  flex: none;
+  padding: 2px;
+}
+
+.ros-Flows option {
+  overflow-wrap: anywhere;
+  padding: 2px 4px;
+  white-space: normal;
+}
+
 .ros-Flows {
   display: flex;
   flex-direction: column;
   gap: 6px;
 }
-`,""]),e.d(r,{},{A:n})},646(o,r,e){var a=e(601),t=e.n(a),s=e(314),n=e.n(s),i=e(994),l=n()(t());l.i(i.A),l.push([o.id,`/* The course's part of JupyterLab, in the colours of its theme. */
+`,""]),e.d(r,{},{A:i})},646(o,r,e){var a=e(601),t=e.n(a),s=e(314),i=e.n(s),n=e(994),l=i()(t());l.i(n.A),l.push([o.id,`/* The course's part of JupyterLab, in the colours of its theme. */
 
 .ros-HandIn-body {
   max-width: 60ch;
@@ -414,10 +425,10 @@
 }
 
 .ros-Nodes {
-  flex: 1 1 auto;
+  flex: 0 1 auto;
   list-style: none;
   margin: 0;
-  min-height: 120px;
+  min-height: 60px;
   overflow: auto;
   padding: 0;
 }
@@ -441,7 +452,7 @@
   border: 0;
   color: inherit;
   display: flex;
-  flex: 1 1 130px;
+  flex: 1 1 190px; /* beside its buttons only where a name has room in one line */
   font: inherit;
   gap: 6px;
   min-height: 24px;
@@ -512,18 +523,19 @@
 
 .ros-Log-head {
   align-items: center;
-  display: flex;
-  flex-wrap: wrap;
+  display: grid;
   gap: 4px 8px;
+  grid-template-areas: 'title search' 'node level';
+  grid-template-columns: minmax(0, 1fr) minmax(0, 1fr);
 }
 
 .ros-Log-head select {
-  max-width: 100%;
+  min-width: 0;
 }
 
 .ros-Log-head input {
-  flex: 1 1 80px;
-  min-width: 60px;
+  grid-area: search;
+  min-width: 0;
 }
 
 .ros-Log-lost {
@@ -616,9 +628,15 @@ body[data-jp-theme-light='false'] {
   overflow: auto;
   padding: 0 4px;
 }
-`,""]),e.d(r,{},{A:l})},994(o,r,e){var a=e(601),t=e.n(a),s=e(314),n=(e.n(s))()(t());n.push([o.id,`/* The robot view. */
+
+/* A figure's ground becomes dark and its text light; turned by half a circle, blue stays blue. */
+body[data-jp-theme-light='false'] img.ros-figure {
+  filter: invert(0.92) hue-rotate(180deg);
+}
+`,""]),e.d(r,{},{A:l})},994(o,r,e){var a=e(601),t=e.n(a),s=e(314),i=(e.n(s))()(t());i.push([o.id,`/* The robot view. */
 
 .lm-DockPanel .ros-Panel {
+  container-type: size; /* the picture has no more than its part of the panel's height */
   min-width: 0;
 }
 
@@ -627,7 +645,7 @@ body[data-jp-theme-light='false'] {
   aspect-ratio: 4 / 3;
   flex: none;
   margin: 4px 0;
-  max-height: 70vh;
+  max-height: max(170px, 62cqh);
   overflow: hidden;
   position: relative;
 }
@@ -649,6 +667,89 @@ body[data-jp-theme-light='false'] {
 
 .ros-Robot-canvas.ros-mod-dropping {
   cursor: crosshair;
+}
+
+.ros-Robot-zoom {
+  display: flex;
+  gap: 4px;
+  position: absolute;
+  right: 6px;
+  top: 6px;
+}
+
+.ros-Panel .ros-Robot-zoom button {
+  min-width: 28px;
+}
+
+.ros-Robot-pad {
+  align-items: center;
+  display: flex;
+  flex-wrap: wrap;
+  gap: 4px 16px;
+  margin: 0 0 6px;
+}
+
+.ros-Robot-pad > div:last-child {
+  flex: 1 1 160px;
+  min-width: 0;
+}
+
+.ros-Robot-pad label {
+  align-items: center;
+  display: flex;
+  flex-wrap: wrap;
+  gap: 2px 8px;
+}
+
+.ros-Robot-pad input[type='range'] {
+  flex: 0 1 120px;
+  min-width: 60px;
+  padding: 0;
+}
+
+.ros-Robot-pad p {
+  margin: 2px 0;
+}
+
+.ros-Robot-arrows {
+  display: grid;
+  flex: none;
+  gap: 3px;
+  grid-template-areas: '. forward .' 'left backward right';
+}
+
+.ros-Panel .ros-Robot-arrows button {
+  min-height: 32px;
+  min-width: 44px;
+  touch-action: none;
+  user-select: none;
+}
+
+.ros-Panel .ros-Robot-arrows button:active:not([aria-disabled='true']) {
+  background: var(--ros-robot-ink);
+  color: var(--ros-robot-ground);
+}
+
+.ros-Panel .ros-Robot-arrows button[aria-disabled='true'] {
+  border-style: dashed;
+  cursor: not-allowed;
+  opacity: 0.55;
+}
+
+.ros-Robot-arrows .ros-mod-forward {
+  grid-area: forward;
+}
+
+.ros-Robot-arrows .ros-mod-left {
+  grid-area: left;
+}
+
+.ros-Robot-arrows .ros-mod-backward {
+  grid-area: backward;
+}
+
+.ros-Robot-arrows .ros-mod-right {
+  grid-area: right;
 }
 
 .ros-Robot-facts {
@@ -768,6 +869,74 @@ body[data-jp-theme-light='false'] {
   margin: 0;
 }
 
+/* The plot. */
+
+.ros-Plot-choice {
+  align-items: end;
+  display: flex;
+  flex-wrap: wrap;
+  gap: 4px 8px;
+  margin: 4px 0;
+}
+
+.ros-Plot-choice label {
+  display: flex;
+  flex: 1 1 120px;
+  flex-direction: column;
+  min-width: 0;
+}
+
+.ros-Plot-choice > div {
+  flex: 1 1 100%;
+}
+
+.ros-Plot-stage {
+  border: 1px solid var(--jp-border-color1);
+  flex: 1 1 200px;
+  margin: 4px 0;
+  max-height: 70cqh;
+  min-height: 150px;
+  overflow: hidden;
+  position: relative;
+}
+
+.ros-Plot-stage canvas {
+  display: block;
+  height: 100%;
+  left: 0;
+  position: absolute;
+  top: 0;
+  touch-action: none;
+  width: 100%;
+}
+
+.ros-Plot-stage canvas:focus-visible {
+  outline: 3px solid var(--jp-brand-color1);
+  outline-offset: -3px;
+}
+
+.ros-Plot-series {
+  list-style: none;
+  margin: 0;
+  padding: 0;
+}
+
+.ros-Plot-series li {
+  align-items: center;
+  display: flex;
+  flex-wrap: wrap;
+  gap: 2px 8px;
+}
+
+.ros-Plot-series code {
+  overflow-wrap: anywhere;
+}
+
+.ros-Plot-series output {
+  font-variant-numeric: tabular-nums;
+  min-width: 5em;
+}
+
 /* The colours of course/figures/palette.py, where they have at least 3:1 on the ground (WCAG AA for graphics). */
 body {
   --ros-robot-ground: #ffffff;
@@ -778,7 +947,8 @@ body {
   --ros-robot-right: #a86f00;
   --ros-robot-beam: #d55e00;
   --ros-robot-hit: #b3261e;
-  --ros-robot-trail: #8a8a8a;
+  --ros-robot-trail: #767676;
+  --ros-robot-body: #8e3f8f;
 }
 
 body[data-jp-theme-light='false'] {
@@ -790,6 +960,7 @@ body[data-jp-theme-light='false'] {
   --ros-robot-right: #e69f00;
   --ros-robot-beam: #ff8b4a;
   --ros-robot-hit: #ff9a90;
-  --ros-robot-trail: #8a8a8a;
+  --ros-robot-trail: #9a9a9a;
+  --ros-robot-body: #e08bc9;
 }
-`,""]),e.d(r,{},{A:n})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",a=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),a&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),a&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,a,t,s){"string"==typeof o&&(o=[[null,o,void 0]]);var n={};if(a)for(var i=0;i<this.length;i++){var l=this[i][0];null!=l&&(n[l]=!0)}for(var p=0;p<o.length;p++){var d=[].concat(o[p]);a&&n[d[0]]||(void 0!==s&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=s),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),t&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=t):d[4]="".concat(t)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,a=0;a<r.length;a++)if(r[a].identifier===o){e=a;break}return e}function a(o,a){for(var t={},s=[],n=0;n<o.length;n++){var i=o[n],l=a.base?i[0]+a.base:i[0],p=t[l]||0,d="".concat(l," ").concat(p);t[l]=p+1;var c=e(d),f={css:i[1],media:i[2],sourceMap:i[3],supports:i[4],layer:i[5]};if(-1!==c)r[c].references++,r[c].updater(f);else{var x=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(f,a);a.byIndex=n,r.splice(n,0,{identifier:d,updater:x,references:1})}s.push(d)}return s}o.exports=function(o,t){var s=a(o=o||[],t=t||{});return function(o){o=o||[];for(var n=0;n<s.length;n++){var i=e(s[n]);r[i].references--}for(var l=a(o,t),p=0;p<s.length;p++){var d=e(s[p]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}s=l}}},659(o){var r={};o.exports=function(o,e){var a=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!a)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");a.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var a,t,s;a="",e.supports&&(a+="@supports (".concat(e.supports,") {")),e.media&&(a+="@media ".concat(e.media," {")),(t=void 0!==e.layer)&&(a+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),a+=e.css,t&&(a+="}"),e.media&&(a+="}"),e.supports&&(a+="}"),(s=e.sourceMap)&&"u">typeof btoa&&(a+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(s))))," */")),o.styleTagTransform(a,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var a=e(72),t=e.n(a),s=e(825),n=e.n(s),i=e(659),l=e.n(i),p=e(56),d=e.n(p),c=e(540),f=e.n(c),x=e(113),m=e.n(x),h=e(646),u={};u.styleTagTransform=m(),u.setAttributes=d(),u.insert=l().bind(null,"head"),u.domAPI=n(),u.insertStyleElement=f(),t()(h.A,u),h.A&&h.A.locals&&h.A.locals;var b=e(770),g={};g.styleTagTransform=m(),g.setAttributes=d(),g.insert=l().bind(null,"head"),g.domAPI=n(),g.insertStyleElement=f(),t()(b.A,g),b.A&&b.A.locals&&b.A.locals}}]);
+`,""]),e.d(r,{},{A:i})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",a=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),a&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),a&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,a,t,s){"string"==typeof o&&(o=[[null,o,void 0]]);var i={};if(a)for(var n=0;n<this.length;n++){var l=this[n][0];null!=l&&(i[l]=!0)}for(var p=0;p<o.length;p++){var d=[].concat(o[p]);a&&i[d[0]]||(void 0!==s&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=s),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),t&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=t):d[4]="".concat(t)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,a=0;a<r.length;a++)if(r[a].identifier===o){e=a;break}return e}function a(o,a){for(var t={},s=[],i=0;i<o.length;i++){var n=o[i],l=a.base?n[0]+a.base:n[0],p=t[l]||0,d="".concat(l," ").concat(p);t[l]=p+1;var c=e(d),f={css:n[1],media:n[2],sourceMap:n[3],supports:n[4],layer:n[5]};if(-1!==c)r[c].references++,r[c].updater(f);else{var x=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(f,a);a.byIndex=i,r.splice(i,0,{identifier:d,updater:x,references:1})}s.push(d)}return s}o.exports=function(o,t){var s=a(o=o||[],t=t||{});return function(o){o=o||[];for(var i=0;i<s.length;i++){var n=e(s[i]);r[n].references--}for(var l=a(o,t),p=0;p<s.length;p++){var d=e(s[p]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}s=l}}},659(o){var r={};o.exports=function(o,e){var a=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!a)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");a.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var a,t,s;a="",e.supports&&(a+="@supports (".concat(e.supports,") {")),e.media&&(a+="@media ".concat(e.media," {")),(t=void 0!==e.layer)&&(a+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),a+=e.css,t&&(a+="}"),e.media&&(a+="}"),e.supports&&(a+="}"),(s=e.sourceMap)&&"u">typeof btoa&&(a+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(s))))," */")),o.styleTagTransform(a,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var a=e(72),t=e.n(a),s=e(825),i=e.n(s),n=e(659),l=e.n(n),p=e(56),d=e.n(p),c=e(540),f=e.n(c),x=e(113),m=e.n(x),h=e(646),b={};b.styleTagTransform=m(),b.setAttributes=d(),b.insert=l().bind(null,"head"),b.domAPI=i(),b.insertStyleElement=f(),t()(h.A,b),h.A&&h.A.locals&&h.A.locals;var u=e(770),g={};g.styleTagTransform=m(),g.setAttributes=d(),g.insert=l().bind(null,"head"),g.domAPI=i(),g.insertStyleElement=f(),t()(u.A,g),u.A&&u.A.locals&&u.A.locals}}]);

@@ -1,0 +1,46 @@
+"""Driving by hand: the commands of a page on `cmd_vel`, for as long as the page renews them.
+
+The page holds a dead man's switch: it asks again ten times a second while a key or a button is down.  When it stops
+asking (the key is up, the panel is closed, the page or its computer is gone), the robot is told to stop.
+"""
+
+from course.errors import LiveError
+from course.lab.kernel.panels import Panels
+from course.lab.kernel.robot_listener import RobotListener, listener_in_use
+from course.world.simulation import Robot
+
+TYPE = "geometry_msgs/msg/Twist"
+NO_ROBOT = "No robot takes commands: no node subscribes to /cmd_vel."
+
+
+def add(panels: Panels) -> None:
+    """Offer the method."""
+    panels.methods |= {"robot.drive": drive}
+
+
+def drive(linear: float, angular: float) -> None:
+    """Drive at these speeds (m/s, rad/s) until the next call, for `LIMIT` s at most; 0, 0 stops.
+
+    Raises LiveError when something else drives, or no robot takes commands.
+    """
+    listener = listener_in_use()
+    listener.look()
+    if why := reason(listener):
+        listener.pad.stop()
+        raise LiveError(why)
+    listener.pad.steer(*Robot().limit(float(linear), float(angular)))
+
+
+def reason(listener: RobotListener) -> str:
+    """Return why nobody can drive by hand now, or ""."""
+    if not listener.takes:
+        return NO_ROBOT
+    if wrong := sorted(listener.takes - {TYPE}):
+        return f"The robot takes {wrong[0]} on /cmd_vel. These buttons publish {TYPE}."
+    if listener.commanders:
+        *some, last = listener.commanders
+        names = f"{', '.join(some)} and {last}" if some else last
+        return f"{names} drive{'s' * (not some)} now. Stop {'it' if not some else 'them'} to drive yourself."
+    if listener.fast_world():
+        return "This world is in fast mode: it waits for its driver. Start one in real time to drive yourself."
+    return ""

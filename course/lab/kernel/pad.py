@@ -1,0 +1,74 @@
+"""The commands of who drives by hand, published for as long as somebody renews them: a dead man's switch."""
+
+import threading
+import time
+
+from geometry_msgs.msg import Twist
+from rclpy.exceptions import InvalidHandle
+from rclpy.publisher import Publisher
+
+from course.ros.rclpy_internals import RCLError
+from course.session.live import Session
+
+LIMIT = 0.3  # s after the last news of the page, when the robot is told to stop
+PERIOD = 0.05  # s between two commands
+KEPT = 1.0  # s that the publisher outlasts the last command: nothing is to look like a driver that drives no more
+
+
+class Pad:
+    """The session's publisher of commands, which is there only while somebody drives."""
+
+    def __init__(self, live: Session):
+        self._live = live
+        self._lock = threading.Condition()
+        self._command = (0.0, 0.0)
+        self._until = 0.0  # s of time.monotonic: when the last command ends
+        self._publisher: Publisher | None = None
+
+    @property
+    def publishes(self) -> bool:
+        """Whether the session has a publisher for it now."""
+        return self._publisher is not None
+
+    def command(self) -> tuple[float, float] | None:
+        """The command that holds (m/s, rad/s), or None."""
+        return self._command if time.monotonic() < self._until else None
+
+    def steer(self, linear: float, angular: float) -> None:
+        """Publish this command from now on, for `LIMIT` s at most."""
+        with self._lock:
+            self._command, self._until = (linear, angular), time.monotonic() + LIMIT
+            if self._publisher is None:
+                self._publisher = self._live.node.create_publisher(Twist, "/cmd_vel", 10)
+                threading.Thread(target=self._go_on, name="driving by hand", daemon=True).start()
+            self._lock.notify_all()
+
+    def stop(self) -> None:
+        """Stop the robot at once, if it is driven by hand."""
+        with self._lock:
+            self._until = 0.0
+            self._lock.notify_all()
+
+    def _go_on(self) -> None:
+        """Publish the command while it holds, then once that the robot is to stop; leave after `KEPT` s."""
+        moving, stopped = False, time.monotonic()
+        with self._lock:
+            while self._live.ok and (moving or time.monotonic() < max(self._until, stopped + KEPT)):
+                command = self.command() or (0.0, 0.0)
+                try:
+                    if moving or any(command):
+                        self._publish(*command)
+                except (RCLError, InvalidHandle):  # the session has ended meanwhile
+                    break
+                moving = any(command)
+                stopped = time.monotonic() if moving else stopped
+                self._lock.wait(PERIOD)
+            if self._live.ok and self._publisher is not None:
+                self._live.node.destroy_publisher(self._publisher)
+            self._publisher = None
+
+    def _publish(self, linear: float, angular: float) -> None:
+        message = Twist()
+        message.linear.x, message.angular.z = linear, angular
+        assert self._publisher is not None
+        self._publisher.publish(message)

@@ -1,0 +1,152 @@
+"""The plot: any number in the messages of any topic, over the time at which they came."""
+
+import math
+import re
+import time
+from collections import deque
+from typing import Any
+
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
+
+from course.errors import LiveError
+from course.lab.kernel import forms
+from course.lab.kernel.nodes import of_interest, session
+from course.lab.kernel.panels import Changes, Panels, Topic
+from course.ros.names import full
+from course.session.live import Session, current
+from course.session.logs import decoded
+
+PERIOD = 0.1  # s between two looks
+WAITING = 2000  # messages that are kept between two looks
+POINTS = 100  # of them that are read: of more, evenly some
+LONGEST = 1 << 20  # bytes of a message that is read
+FIELDS = 500  # that are offered of a type
+COMMANDS = "/cmd_vel"
+ANY = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)  # which fits whatever is offered
+NUMBER = re.compile(r"(u?int(8|16|32|64)|float(32|64)|bool|byte|char)\b")
+PART = re.compile(r"([A-Za-z]\w*)((?:\[\d+\])?)")
+
+
+def add(panels: Panels) -> None:
+    """Offer the plot's method and topics."""
+    panels.methods |= {"plot.fields": fields}
+    panels.topics |= {"plot": Topic(PlotFeed, PERIOD), "plot.topics": Topic(lambda: Changes(topics), 0.5)}
+
+
+def topics() -> list[list[str]]:
+    """Return the topics on which somebody publishes, each with its type; none without a session."""
+    if (live := current()) is None:
+        return []
+    found = live.node.get_topic_names_and_types()
+    return sorted(
+        [name, kinds[0]] for name, kinds in found if of_interest(name, kinds[0]) and live.node.count_publishers(name)
+    )
+
+
+def fields(type_name: str) -> list[str]:
+    """Return the paths of the numbers in a message, as `linear.x`; of a list the first, as `ranges[0]`.
+
+    Raises LiveError when the type cannot be imported.
+    """
+    return _paths(forms.fields_of(forms.interface("topic", type_name).message))[:FIELDS]
+
+
+def _paths(found: list[dict[str, Any]], before: str = "") -> list[str]:
+    paths = []
+    for each in found:
+        path = f"{before}{each['name']}"
+        match each["kind"]:
+            case "message":
+                paths += _paths(each["fields"], f"{path}.")
+            case "messages":
+                paths += _paths(each["fields"], f"{path}[0].")
+            case kind if NUMBER.match(each["type"]):
+                paths.append(f"{path}[0]" if kind == "list" else path)
+    return paths
+
+
+def parts_of(path: str) -> list[tuple[str, int | None]]:
+    """Return the names and numbers on the way to a value: `points[2].x` is [("points", 2), ("x", None)].
+
+    Raises LiveError where it cannot be read.
+    """
+    found = [PART.fullmatch(part) for part in path.strip().split(".")]
+    if not all(found):
+        raise LiveError(f"{path!r} is not a field. Write it as in linear.x or ranges[0].")
+    return [(part[1], int(part[2][1:-1]) if part[2] else None) for part in found if part]
+
+
+def value_of(message: Any, parts: list[tuple[str, int | None]]) -> float | None:
+    """Return the number there; None where there is none, or none that JSON can say."""
+    try:
+        for name, number in parts:
+            message = getattr(message, name)
+            message = message if number is None else message[number]
+        value = float(message[0] if isinstance(message, bytes) else message)
+    except (AttributeError, IndexError, TypeError, ValueError):
+        return None
+    return value if math.isfinite(value) else None
+
+
+class PlotFeed:
+    """A feed of one field of one topic."""
+
+    def __init__(self, name: str, field: str):
+        """Read `field` of the topic `name`, as `linear.x` or `ranges[0]`; raises LiveError where it cannot be read."""
+        self._topic, self._parts = name, parts_of(field)
+        self._live: Session | None = None
+        self._kind = ""
+        self._type: type[Any] | None = None
+        self._subscription: Subscription | None = None
+        self._waiting: deque[tuple[float, bytes]] = deque(maxlen=WAITING)
+        self._said: str | None = None
+
+    def read(self) -> dict[str, Any] | None:
+        """{"points": [[s since 1970, value or None], ...], "says": why none come, or ""}, when anything is new."""
+        says = self._listen()
+        waiting = [self._waiting.popleft() for _ in range(len(self._waiting))]
+        step = math.ceil(len(waiting) / POINTS) or 1
+        points = [[round(at, 3), self._read(message)] for at, message in waiting[::step]]
+        if not points and says == self._said:
+            return None
+        self._said = says
+        return {"points": points, "says": says}
+
+    def close(self) -> None:
+        """Hear no more."""
+        if self._live is not None and self._live.ok and self._subscription is not None:
+            self._live.node.destroy_subscription(self._subscription)
+        self._subscription = None
+
+    def _listen(self) -> str:
+        """Subscribe while somebody publishes, and return why nothing can come, or ""."""
+        live = session()
+        if live is not self._live:
+            self._subscription, self._live = None, live
+        kind = dict(live.node.get_topic_names_and_types()).get(self._topic, [""])[0] if self._is_heard(live) else ""
+        if kind != self._kind or (kind and self._subscription not in live.node.subscriptions):
+            self.close()
+            self._kind = kind
+            if kind:
+                self._type = forms.interface("topic", kind).message
+                self._subscription = live.node.create_subscription(self._type, self._topic, self._hear, ANY, raw=True)
+        return "" if kind else f"No node publishes on {self._topic} now."
+
+    def _is_heard(self, live: Session) -> bool:
+        """Return True if a node publishes.
+
+        Publishers of a cell do not count: a public check waits for a subscriber of its own, and must not take the plot
+        for it.  Commands that somebody gives by hand come from there, and count.
+        """
+        own = full(live.node.get_name(), live.node.get_namespace())
+        publishers = live.node.get_publishers_info_by_topic(self._topic)
+        return any(self._topic == COMMANDS or full(each.node_name, each.node_namespace) != own for each in publishers)
+
+    def _hear(self, message: bytes) -> None:
+        self._waiting.append((time.time(), message))
+
+    def _read(self, message: bytes) -> float | None:
+        if self._type is None or len(message) > LONGEST or (read := decoded(message, self._type)) is None:
+            return None
+        return value_of(read, self._parts)

@@ -1,0 +1,379 @@
+// The plot: numbers of any topic over time, which can be paused, scrolled, and saved.
+
+import { LabIcon } from '@jupyterlab/ui-components';
+import { Message } from '@lumino/messaging';
+import * as React from 'react';
+
+import { Current } from './current';
+import { Link } from './link';
+import { FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
+import { add, colourOf, csv, draw, Frame, nameOf, Series, valueAt } from './plot_series';
+
+export const plotIcon = new LabIcon({
+  name: 'ros2-course:plot',
+  svgstr:
+    '<svg xmlns="http://www.w3.org/2000/svg" width="16" viewBox="0 0 24 24"><g class="jp-icon3" fill="#616161">' +
+    '<path d="M3 3h2v16h16v2H3z"/><path d="M6.700 16.300l4-7 4 4 4.600-7.800 1.700 1-5.800 9.900-4-4-2.800 4.900z"/></g></svg>'
+});
+
+const MOST = 8; // series
+const SPANS: [number, string][] = [
+  [10, '10 s'],
+  [30, '30 s'],
+  [120, '2 min'],
+  [600, '10 min']
+];
+const FIRST = ['/cmd_vel', '/odom', '/scan']; // topics that are chosen before others
+const USUAL = 'linear.x'; // and the field
+const STEP = 0.1; // of the frame, for an arrow key
+const PICTURE: [number, number] = [1200, 600]; // px, of a saved picture
+const NUMBERS = 250; // ms between two changes of the numbers, which nobody reads faster
+
+/** What a panel keeps while it is hidden. */
+interface Memory {
+  series: Series[];
+  began: number; // s since 1970
+  span: number; // s
+  until: number | null; // s since 1970, of a paused plot
+}
+
+export class PlotPanel extends SidePanel {
+  constructor(current: Current) {
+    super(current, 'ros2-course-plot', 'Plot', plotIcon);
+    this.title.closable = true;
+  }
+
+  protected draw(): JSX.Element {
+    return <Plot current={this.current} memory={this._memory} />;
+  }
+
+  protected onCloseRequest(message: Message): void {
+    super.onCloseRequest(message);
+    this.dispose();
+  }
+
+  private _memory: Memory = { series: [], began: 0, span: 30, until: null };
+}
+
+function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.Element {
+  const { link } = useCurrent(current);
+  const [, redraw] = React.useReducer((count: number) => count + 1, 0);
+  const [failed, setFailed] = React.useState('');
+  const canvas = React.useRef<HTMLCanvasElement>(null);
+  const message = instead(current, link);
+  const paused = memory.until !== null;
+  useEvery(NUMBERS, redraw);
+  useDrawing(canvas, memory);
+  const change = (changed: Partial<Memory>) => {
+    Object.assign(memory, changed);
+    redraw();
+  };
+  const end = () => memory.series.reduce((last, { times }) => Math.max(last, times[times.length - 1] ?? 0), memory.began);
+  const scroll = (until: number) => change({ until: Math.min(end(), Math.max(memory.began, until)) });
+  const remove = (gone: Series) => change({ series: memory.series.filter(each => each !== gone) });
+  const until = memory.until ?? end();
+  const about = memory.series.map(each => `${nameOf(each)}: ${told(valueAt(each, until))}`).join('; ');
+  return (
+    <>
+      <header className="ros-Panel-head">
+        <h2 className="ros-hidden">Plot</h2>
+      </header>
+      <div className="ros-Panel-message" role="status">
+        {message ?? failed}
+      </div>
+      <FirstCell current={current} link={link} />
+      {message === null && (
+        <Choice
+          link={link!}
+          full={memory.series.length >= MOST}
+          add={(topic, field) => {
+            setFailed('');
+            if (!memory.series.some(each => each.topic === topic && each.field === field)) {
+              const began = memory.series.length ? memory.began : Date.now() / 1000;
+              change({ began, series: [...memory.series, { topic, field, times: [], values: [] }] });
+            }
+          }}
+        />
+      )}
+      {memory.series.length === 0 && message === null && (
+        <p className="ros-quiet">
+          Choose a number of a topic: a distance, a command, an effort. It is drawn from now on, as it comes.
+        </p>
+      )}
+      {memory.series.length > 0 && (
+        <>
+          <div className="ros-Plot-stage">
+            <canvas
+              ref={canvas}
+              role="img"
+              aria-label={`Over the last ${memory.span} s: ${about}`}
+              tabIndex={0}
+              data-lm-suppress-shortcuts="true"
+              onKeyDown={event => {
+                const by = { ArrowLeft: -STEP, ArrowRight: STEP }[event.key];
+                if (by && paused) {
+                  event.preventDefault();
+                  event.stopPropagation();
+                  scroll(until + by * memory.span);
+                }
+              }}
+              onPointerDown={event => event.button === 0 && event.currentTarget.setPointerCapture(event.pointerId)}
+              onPointerMove={event => {
+                if (event.currentTarget.hasPointerCapture(event.pointerId) && event.movementX) {
+                  scroll(until - (event.movementX / event.currentTarget.clientWidth) * memory.span);
+                }
+              }}
+            />
+          </div>
+          <div className="ros-Robot-controls" role="group" aria-label="The plot">
+            <button aria-pressed={paused} onClick={() => change({ until: paused ? null : end() })}>
+              Pause
+            </button>
+            <label>
+              Show
+              <select value={memory.span} onChange={event => change({ span: Number(event.target.value) })}>
+                {SPANS.map(([span, name]) => (
+                  <option key={span} value={span}>
+                    {name}
+                  </option>
+                ))}
+              </select>
+            </label>
+            {paused && (
+              <label>
+                Scroll
+                <input
+                  type="range"
+                  min={0}
+                  max={Math.max(0.1, end() - memory.began)}
+                  step={0.1}
+                  value={until - memory.began}
+                  aria-valuetext={`until ${(until - memory.began).toFixed(1)} s`}
+                  onChange={event => scroll(memory.began + Number(event.target.value))}
+                />
+              </label>
+            )}
+            <button
+              onClick={() =>
+                change({
+                  series: memory.series.map(each => ({ ...each, times: [], values: [] })),
+                  began: Date.now() / 1000,
+                  until: null
+                })
+              }
+            >
+              Begin anew
+            </button>
+            <button onClick={() => picture(canvas.current!, memory)}>Save as PNG</button>
+            <button onClick={() => save(new Blob([csv(memory.series)], { type: 'text/csv' }), 'plot.csv')}>
+              Save as CSV
+            </button>
+          </div>
+          <ul className="ros-Plot-series" aria-label="What is drawn">
+            {memory.series.map((each, place) => (
+              <Row
+                key={nameOf(each)}
+                link={message === null ? link : null}
+                series={each}
+                place={place}
+                value={valueAt(each, until)}
+                remove={() => remove(each)}
+                failed={why => {
+                  remove(each);
+                  setFailed(why);
+                }}
+              />
+            ))}
+          </ul>
+        </>
+      )}
+    </>
+  );
+}
+
+/** Which number to draw next. */
+function Choice(props: { link: Link; full: boolean; add: (topic: string, field: string) => void }): JSX.Element {
+  const { link } = props;
+  const [topics, setTopics] = React.useState<[string, string][]>([]);
+  const [chosen, setChosen] = React.useState('');
+  const [fields, setFields] = React.useState<string[]>([]);
+  const [field, setField] = React.useState('');
+  const [failed, setFailed] = React.useState('');
+  const id = React.useId();
+  useTopic(link, 'plot.topics', {}, setTopics, () => setTopics([]), setFailed);
+  const usual = FIRST.map(name => topics.find(each => each[0] === name)).find(found => found);
+  const [topic, type] = topics.find(each => each[0] === chosen) ?? usual ?? topics[0] ?? ['', ''];
+  React.useEffect(() => {
+    let wanted = true;
+    setFields([]);
+    setField('');
+    setFailed('');
+    if (type) {
+      link.request('plot.fields', { type_name: type }).then(
+        (found: string[]) => {
+          if (wanted) {
+            const usual = found.find(each => each === USUAL || each.endsWith(`.${USUAL}`));
+            setFields(found);
+            setField(usual ?? found.find(each => !each.startsWith('header.')) ?? found[0] ?? '');
+          }
+        },
+        error => wanted && setFailed(error.message)
+      );
+    }
+    return () => {
+      wanted = false;
+    };
+  }, [link, topic, type]);
+  if (!topics.length) {
+    return <p className="ros-quiet">{failed || 'No node publishes a topic yet.'}</p>;
+  }
+  return (
+    <form
+      className="ros-Plot-choice"
+      onSubmit={event => {
+        event.preventDefault();
+        if (field.trim()) {
+          props.add(topic, field.trim());
+        }
+      }}
+    >
+      <label>
+        Topic
+        <select value={topic} onChange={event => setChosen(event.target.value)}>
+          {topics.map(([name]) => (
+            <option key={name}>{name}</option>
+          ))}
+        </select>
+      </label>
+      <label>
+        Field
+        <input
+          list={id}
+          value={field}
+          title="Of a list, the number in brackets says which: ranges[90]"
+          onChange={event => setField(event.target.value)}
+          onFocus={event => event.target.select()}
+        />
+        <datalist id={id}>
+          {fields.map(each => (
+            <option key={each} value={each} />
+          ))}
+        </datalist>
+      </label>
+      <button type="submit" className="ros-mod-main" disabled={!field.trim() || props.full}>
+        Draw it
+      </button>
+      <div role="status">
+        {failed ||
+          (props.full && `${MOST} are enough: take one away first.`) ||
+          (type && !fields.length && !failed && `${type} has no numbers.`)}
+      </div>
+    </form>
+  );
+}
+
+/** A line of the legend, which follows its topic. */
+function Row(props: {
+  link: Link | null;
+  series: Series;
+  place: number;
+  value: number | null | undefined;
+  remove: () => void;
+  failed: (why: string) => void;
+}): JSX.Element {
+  const { series } = props;
+  const now = React.useRef(series);
+  now.current = series; // another one when the plot begins anew
+  const [says, setSays] = React.useState('');
+  useTopic(
+    props.link,
+    'plot',
+    { name: series.topic, field: series.field },
+    data => {
+      add(now.current, data.points);
+      setSays(data.says);
+    },
+    () => {
+      const last = now.current.times[now.current.times.length - 1];
+      add(now.current, last === undefined ? [] : [[last, null]]); // what passed while nobody looked is a gap
+      setSays('');
+    },
+    props.failed
+  );
+  return (
+    <li>
+      <span className="ros-Robot-swatch" style={{ background: `var(${colourOf(props.place)})` }} aria-hidden="true" />
+      <code>{nameOf(series)}</code>
+      <output>{told(props.value)}</output>
+      <span className="ros-quiet">{says}</span>
+      <button aria-label={`Take ${nameOf(series)} away`} title="Take it away" onClick={props.remove}>
+        ×
+      </button>
+    </li>
+  );
+}
+
+function told(value: number | null | undefined): string {
+  return value === undefined ? '–' : value === null ? 'no number' : String(Number(value.toPrecision(5)));
+}
+
+/** Call something again and again while the component is there. */
+function useEvery(period: number, call: () => void): void {
+  React.useEffect(() => {
+    const timer = window.setInterval(call, period);
+    return () => window.clearInterval(timer);
+  }, []);
+}
+
+/** What is shown: the span until now, or until where it was paused; at first the span that will be filled. */
+function frameOf({ began, span, until }: Memory): Frame {
+  const end = Math.max(until ?? Date.now() / 1000, began + span);
+  return { from: end - span, until: end };
+}
+
+/** Draw with the screen's own rate while time goes on, and else when something has changed. */
+function useDrawing(canvas: React.RefObject<HTMLCanvasElement>, memory: Memory): void {
+  React.useEffect(() => {
+    let [request, seen] = [0, ''];
+    const again = () => {
+      request = requestAnimationFrame(again);
+      const node = canvas.current;
+      if (!node?.clientWidth || !node.clientHeight) {
+        return;
+      }
+      const [width, height, ratio] = [node.clientWidth, node.clientHeight, window.devicePixelRatio || 1];
+      const is = [width, height, ratio, memory.until, memory.span, memory.series.length, document.body.dataset.jpThemeName];
+      if (memory.until !== null && is.join() === seen) {
+        return;
+      }
+      seen = is.join();
+      if (node.width !== Math.round(width * ratio) || node.height !== Math.round(height * ratio)) {
+        [node.width, node.height] = [Math.round(width * ratio), Math.round(height * ratio)];
+      }
+      const context = node.getContext('2d', { alpha: false })!;
+      context.setTransform(ratio, 0, 0, ratio, 0, 0);
+      draw(context, memory.series, frameOf(memory), memory.began, memory.until, [width, height], getComputedStyle(node), false);
+    };
+    request = requestAnimationFrame(again);
+    return () => cancelAnimationFrame(request);
+  }, []);
+}
+
+/** Save what is shown as a picture, with the names of what is drawn. */
+function picture(shown: HTMLCanvasElement, memory: Memory): void {
+  const canvas = document.createElement('canvas');
+  [canvas.width, canvas.height] = [2 * PICTURE[0], 2 * PICTURE[1]];
+  const context = canvas.getContext('2d', { alpha: false })!;
+  context.setTransform(2, 0, 0, 2, 0, 0);
+  draw(context, memory.series, frameOf(memory), memory.began, null, PICTURE, getComputedStyle(shown), true);
+  canvas.toBlob(blob => blob && save(blob, 'plot.png'), 'image/png');
+}
+
+/** Have the browser keep a file. */
+function save(blob: Blob, name: string): void {
+  const link = document.createElement('a');
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  window.setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}

@@ -1,0 +1,206 @@
+// What a plot keeps: values over time, and the picture and the table of them.
+
+export interface Series {
+  topic: string;
+  field: string;
+  times: number[]; // s since 1970
+  values: (number | null)[]; // null is a gap
+}
+
+export interface Frame {
+  from: number; // s since 1970
+  until: number;
+}
+
+const MOST = 20000; // values of a series
+const MARGIN = { left: 62, right: 12, top: 10, bottom: 26 }; // px
+const DASHES = [[], [7, 3], [2, 3], [9, 3, 2, 3]];
+const NAMES = ['front', 'beam', 'left', 'body', 'right', 'ink'];
+
+/** The name of a series, as a reader knows it. */
+export function nameOf(series: Series): string {
+  return `${series.topic} ${series.field}`;
+}
+
+/** The colour of a series, by its place in the list, as a variable of the theme. */
+export function colourOf(place: number): string {
+  return `--ros-robot-${NAMES[place % NAMES.length]}`;
+}
+
+/** Add points; the oldest go when there are too many. */
+export function add(series: Series, points: [number, number | null][]): void {
+  for (const [time, value] of points) {
+    series.times.push(time);
+    series.values.push(value);
+  }
+  const more = series.times.length - MOST;
+  if (more > 0) {
+    series.times.splice(0, more);
+    series.values.splice(0, more);
+  }
+}
+
+/** All values as CSV: a row for each time, a column for each series. */
+export function csv(all: Series[]): string {
+  const rows = new Map<number, string[]>();
+  all.forEach((series, place) =>
+    series.times.forEach((time, number) => {
+      const row = rows.get(time) ?? all.map(() => '');
+      row[place] = series.values[number] === null ? '' : String(series.values[number]);
+      rows.set(time, row);
+    })
+  );
+  const quoted = (text: string) => `"${text.replace(/"/g, '""')}"`;
+  const head = ['time (s since 1970)', ...all.map(nameOf)].map(quoted).join(',');
+  const lines = [...rows].sort(([one], [other]) => one - other).map(([time, row]) => [time.toFixed(3), ...row].join(','));
+  return `${[head, ...lines].join('\n')}\n`;
+}
+
+/** The last value until a time; undefined before the first. */
+export function valueAt(series: Series, time: number): number | null | undefined {
+  let [low, high] = [0, series.times.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    [low, high] = series.times[middle] <= time ? [middle + 1, high] : [low, middle];
+  }
+  return low ? series.values[low - 1] : undefined;
+}
+
+/** The lowest and the highest value in a frame, with some room. */
+function range(all: Series[], { from, until }: Frame): [number, number] {
+  let [least, most] = [Infinity, -Infinity];
+  for (const { times, values } of all) {
+    for (let number = times.length - 1; number >= 0 && times[number] >= from; number--) {
+      const value = values[number];
+      if (value !== null && times[number] <= until) {
+        [least, most] = [Math.min(least, value), Math.max(most, value)];
+      }
+    }
+  }
+  if (least > most) {
+    return [0, 1];
+  }
+  const room = least === most ? Math.max(Math.abs(least) * 0.1, 0.1) : 0.08 * (most - least);
+  return [least - room, most + room];
+}
+
+/** A round number, so that about `wanted` of its steps fill a span. */
+function stepOf(span: number, wanted: number): number {
+  const rough = span / Math.max(1, wanted);
+  const power = 10 ** Math.floor(Math.log10(rough));
+  return ([1, 2, 5, 10].find(each => each * power >= rough) ?? 10) * power;
+}
+
+/** Draw what is in a frame.
+ *
+ * `began` is where the time axis has its 0 (s since 1970), `mark` a time with a line of its own; `legend` writes the names.
+ */
+export function draw(
+  context: CanvasRenderingContext2D,
+  all: Series[],
+  frame: Frame,
+  began: number,
+  mark: number | null,
+  [width, height]: [number, number],
+  style: CSSStyleDeclaration,
+  legend: boolean
+): void {
+  const colour = (name: string) => style.getPropertyValue(name).trim();
+  const [ground, ink, line] = ['ground', 'ink', 'line'].map(name => colour(`--ros-robot-${name}`));
+  const top = MARGIN.top + (legend ? 18 * all.length : 0);
+  const [right, bottom] = [width - MARGIN.right, height - MARGIN.bottom];
+  const [low, high] = range(all, frame);
+  const px = (time: number) => MARGIN.left + ((time - frame.from) / (frame.until - frame.from)) * (right - MARGIN.left);
+  const py = (value: number) => bottom - ((value - low) / (high - low)) * (bottom - top);
+  context.fillStyle = ground;
+  context.fillRect(0, 0, width, height);
+  context.font = '11px sans-serif';
+  context.lineWidth = 1;
+  context.strokeStyle = line;
+  context.fillStyle = ink;
+  context.textBaseline = 'middle';
+  context.textAlign = 'right';
+  const rise = stepOf(high - low, (bottom - top) / 40);
+  const digits = Math.min(12, Math.max(0, -Math.floor(Math.log10(rise) + 1e-9)));
+  context.beginPath();
+  for (let number = Math.ceil(low / rise); number * rise <= high; number++) {
+    const value = number * rise;
+    const text = Math.abs(value) >= 1e6 ? value.toExponential(2) : value.toFixed(digits);
+    context.fillText(text.replace('-', '−'), MARGIN.left - 5, py(value));
+    context.moveTo(MARGIN.left, py(value));
+    context.lineTo(right, py(value));
+  }
+  context.textAlign = 'center';
+  const step = stepOf(frame.until - frame.from, (right - MARGIN.left) / 80);
+  for (let number = Math.ceil((frame.from - began) / step); began + number * step <= frame.until; number++) {
+    const time = began + number * step;
+    const text = (number * step).toFixed(step < 1 ? 1 : 0).replace('-', '−');
+    if (px(time) < right - 64) {
+      context.fillText(text, px(time), height - 10);
+    }
+    context.moveTo(px(time), top);
+    context.lineTo(px(time), bottom);
+  }
+  context.stroke();
+  context.textAlign = 'right';
+  context.fillText('time (s)', right, height - 10);
+  context.strokeStyle = ink;
+  context.strokeRect(MARGIN.left, top, right - MARGIN.left, bottom - top);
+  all.forEach((series, place) => {
+    context.strokeStyle = context.fillStyle = colour(colourOf(place));
+    context.lineWidth = 2;
+    context.setLineDash(DASHES[Math.floor(place / NAMES.length) % DASHES.length]);
+    if (legend) {
+      context.textAlign = 'left';
+      context.fillText(`▬ ${nameOf(series)}`, MARGIN.left, MARGIN.top + 18 * place + 6);
+    }
+    context.save();
+    context.beginPath();
+    context.rect(MARGIN.left, top - 2, right - MARGIN.left, bottom - top + 4);
+    context.clip();
+    curve(context, series, frame, px, py);
+    context.restore();
+  });
+  if (mark !== null) {
+    context.strokeStyle = ink;
+    context.lineWidth = 1;
+    context.setLineDash([4, 3]);
+    context.beginPath();
+    context.moveTo(px(mark), top);
+    context.lineTo(px(mark), bottom);
+    context.stroke();
+  }
+  context.setLineDash([]);
+}
+
+function curve(
+  context: CanvasRenderingContext2D,
+  { times, values }: Series,
+  { from, until }: Frame,
+  px: (time: number) => number,
+  py: (value: number) => number
+): void {
+  let begin = times.length;
+  while (begin > 0 && times[begin - 1] >= from) {
+    begin--;
+  }
+  context.beginPath();
+  let pen = false;
+  for (let number = Math.max(0, begin - 1); number < times.length; number++) {
+    const value = values[number];
+    if (value === null) {
+      pen = false;
+    } else {
+      const [x, y] = [px(times[number]), py(value)];
+      if (!pen) {
+        context.fillRect(x - 1, y - 1, 2, 2); // a value between two gaps is seen, too
+      }
+      pen ? context.lineTo(x, y) : context.moveTo(x, y);
+      pen = true;
+    }
+    if (times[number] > until) {
+      break;
+    }
+  }
+  context.stroke();
+}

@@ -1,0 +1,203 @@
+// Driving by hand, with the arrow keys on the picture and with buttons: for as long as one is down.
+
+import * as React from 'react';
+
+export type Way = 'forward' | 'backward' | 'left' | 'right';
+
+const WAYS: { [way in Way]: { name: string; sign: string; linear: number; angular: number } } = {
+  forward: { name: 'Drive forward', sign: '▲', linear: 1, angular: 0 },
+  left: { name: 'Turn left', sign: '◀', linear: 0, angular: 1 },
+  backward: { name: 'Drive backward', sign: '▼', linear: -1, angular: 0 },
+  right: { name: 'Turn right', sign: '▶', linear: 0, angular: -1 }
+};
+const ARROWS: { [key: string]: Way } = {
+  ArrowUp: 'forward',
+  ArrowDown: 'backward',
+  ArrowLeft: 'left',
+  ArrowRight: 'right'
+};
+const AGAIN = 100; // ms between two commands; the kernel stops the robot 300 ms after the last one
+const TURN = 2.5; // rad/s for each m/s
+const PULSE = 500; // ms that a click drives which is no press, as a screen reader makes it
+export const SPEED = { least: 0.1, usual: 0.3, most: 0.5 }; // m/s
+
+/** The one who drives: what is held down, told to the kernel again and again. */
+export class Driver {
+  speed = SPEED.usual;
+
+  constructor(
+    private _send: (linear: number, angular: number) => Promise<unknown>,
+    private _failed: (why: string) => void
+  ) {}
+
+  /** The direction that an arrow key stands for. */
+  static way(key: string): Way | undefined {
+    return ARROWS[key];
+  }
+
+  press(way: Way): void {
+    this._held.add(way);
+    if (!this._busy) {
+      void this._drive();
+    }
+  }
+
+  release(way: Way): void {
+    this._held.delete(way);
+  }
+
+  /** Let go of everything, and stop the robot at once. */
+  stop(): void {
+    this._held.clear();
+    this._wake();
+  }
+
+  private async _drive(): Promise<void> {
+    this._busy = true;
+    try {
+      // One request at a time, or a stop could come before what it stops.
+      while (this._held.size) {
+        const ways = [...this._held].map(way => WAYS[way]);
+        const sum = (of: 'linear' | 'angular') => ways.reduce((total, way) => total + way[of], 0);
+        await this._send(this.speed * sum('linear'), TURN * this.speed * sum('angular'));
+        await new Promise<void>(done => {
+          this._wake = done;
+          window.setTimeout(done, AGAIN);
+        });
+      }
+      await this._send(0, 0);
+    } catch (error) {
+      this._held.clear();
+      this._failed((error as Error).message);
+    }
+    this._busy = false;
+    if (this._held.size) {
+      void this._drive(); // pressed while the stop was on its way
+    }
+  }
+
+  private _busy = false;
+  private _held = new Set<Way>();
+  private _wake = () => {};
+}
+
+/** A driver for as long as the component is there; it lets go when the page is left. */
+export function useDriver(
+  send: (linear: number, angular: number) => Promise<unknown>,
+  failed: (why: string) => void
+): Driver {
+  const now = React.useRef({ send, failed });
+  now.current = { send, failed };
+  const driver = React.useMemo(
+    () =>
+      new Driver(
+        (linear, angular) => now.current.send(linear, angular),
+        why => now.current.failed(why)
+      ),
+    []
+  );
+  React.useEffect(() => {
+    const stop = () => driver.stop();
+    window.addEventListener('blur', stop);
+    document.addEventListener('visibilitychange', stop);
+    return () => {
+      window.removeEventListener('blur', stop);
+      document.removeEventListener('visibilitychange', stop);
+      stop();
+    };
+  }, [driver]);
+  return driver;
+}
+
+/** Buttons to drive with; `idle` is why nobody can, or "". */
+export function Pad({ driver, idle }: { driver: Driver; idle: string }): JSX.Element {
+  const [speed, setSpeed] = React.useState(driver.speed);
+  const why = React.useId();
+  React.useEffect(() => {
+    if (idle) {
+      driver.stop();
+    }
+  }, [idle]);
+  const press = (way: Way) => (idle ? undefined : driver.press(way));
+  return (
+    <div
+      className="ros-Robot-pad"
+      role="group"
+      aria-label="Drive"
+      data-lm-suppress-shortcuts="true"
+      onKeyDown={event => {
+        const way = Driver.way(event.key);
+        if (way && !(event.target instanceof HTMLInputElement)) {
+          event.preventDefault();
+          event.stopPropagation();
+          press(way);
+        }
+      }}
+      onKeyUp={event => {
+        const way = Driver.way(event.key);
+        if (way) {
+          driver.release(way);
+        }
+      }}
+      onBlur={() => driver.stop()}
+    >
+      <div className="ros-Robot-arrows">
+        {(Object.keys(WAYS) as Way[]).map(way => (
+          <button
+            key={way}
+            className={`ros-mod-${way}`}
+            aria-label={WAYS[way].name}
+            aria-describedby={idle ? why : undefined}
+            aria-disabled={idle !== ''}
+            title={`${WAYS[way].name}, as long as it is pressed`}
+            onPointerDown={event => {
+              if (event.button === 0) {
+                event.currentTarget.setPointerCapture(event.pointerId);
+                press(way);
+              }
+            }}
+            onLostPointerCapture={() => driver.release(way)}
+            onContextMenu={event => event.preventDefault()}
+            onKeyDown={event => {
+              if (event.key === ' ' || event.key === 'Enter') {
+                event.preventDefault();
+                press(way);
+              }
+            }}
+            onKeyUp={event => {
+              if (event.key === ' ' || event.key === 'Enter') {
+                event.preventDefault(); // in Firefox it would be a click, too
+                driver.release(way);
+              }
+            }}
+            onClick={event => {
+              if (event.detail === 0) {
+                press(way);
+                window.setTimeout(() => driver.release(way), PULSE);
+              }
+            }}
+          >
+            <span aria-hidden="true">{WAYS[way].sign}</span>
+          </button>
+        ))}
+      </div>
+      <div>
+        <label>
+          Drive at {speed.toFixed(1)} m/s
+          <input
+            type="range"
+            min={SPEED.least}
+            max={SPEED.most}
+            step={0.1}
+            value={speed}
+            aria-valuetext={`${speed.toFixed(1)} m/s`}
+            onChange={event => setSpeed((driver.speed = Number(event.target.value)))}
+          />
+        </label>
+        <p id={why} className="ros-quiet" role="status">
+          {idle || 'Hold a button, or click on the picture and hold an arrow key.'}
+        </p>
+      </div>
+    </div>
+  );
+}

@@ -1,0 +1,79 @@
+"""The plot, from the kernel's side: which fields there are, and what comes of one."""
+
+import pytest
+
+from course.errors import LiveError
+from course.lab.kernel import plot
+
+NODE = """from geometry_msgs.msg import Twist, Vector3
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+class Wheels(Node):
+    def __init__(self):
+        super().__init__('wheels')
+        self.effort = self.create_publisher(JointState, 'joint_states', 10)
+        self.create_timer(0.02, self.tell)
+    def tell(self):
+        self.effort.publish(JointState(name=['left', 'right'], effort=[1.5, float('nan')]))"""
+
+
+def points_of(page, wanted: int) -> list:
+    """The points that a plot is told, so many of them at least."""
+    points: list = []
+    while len(points) < wanted:
+        points += page.event()["data"]["points"]
+    return points
+
+
+def test_every_number_of_a_type_is_a_field():
+    assert plot.fields("geometry_msgs/msg/Twist") == [
+        f"{kind}.{axis}" for kind in ("linear", "angular") for axis in "xyz"
+    ]
+    scan = plot.fields("sensor_msgs/msg/LaserScan")
+    assert {"range_max", "ranges[0]", "header.stamp.sec"} <= set(scan)
+    assert "header.frame_id" not in scan
+    assert plot.fields("std_msgs/msg/Bool") == ["data"]
+    assert "points[0].x" in plot.fields("visualization_msgs/msg/Marker")
+    with pytest.raises(LiveError, match="linear.x or ranges"):
+        plot.parts_of("ranges[-1]")
+
+
+def test_the_topics_that_are_published_are_offered(kernel, page):
+    kernel.run(f"{NODE}\nros.start(Wheels)")
+    page.subscribe("plot.topics")
+    while ["/joint_states", "sensor_msgs/msg/JointState"] not in page.event()["data"]:
+        pass
+
+
+@pytest.mark.parametrize(("field", "value"), [("effort[0]", 1.5), ("effort[1]", None), ("effort[7]", None)])
+def test_each_value_of_a_field_comes_with_its_time(kernel, page, field, value):
+    kernel.run(f"{NODE}\nros.start(Wheels)\nimport time\nbegan = time.time()")
+    page.subscribe("plot", name="/joint_states", field=field)
+    points = points_of(page, 5)
+    assert {told for _, told in points} == {value}
+    times = [at for at, _ in points]
+    assert times == sorted(times)
+    assert kernel.run(f"print(began <= {times[-1]} <= time.time())") == "True"
+
+
+def test_a_plot_says_when_nobody_publishes_and_goes_on_when_somebody_does(kernel, page):
+    """It listens only to what nodes publish: a public check must not take it for the subscriber that it waits for."""
+    kernel.run(f"ros.stop()\n{NODE}\nbench = ros.node.create_publisher(JointState, 'joint_states', 10)")
+    page.subscribe("plot", name="/joint_states", field="effort[0]")
+    assert page.event()["data"] == {"points": [], "says": "No node publishes on /joint_states now."}
+    assert kernel.run("print(bench.get_subscription_count())") == "0"
+    kernel.run("ros.start(Wheels)")
+    points_of(page, 3)
+    page.close()
+    assert kernel.run("print(ros.until(lambda: not bench.get_subscription_count()))") == "True"
+    kernel.run("ros.node.destroy_publisher(bench)")
+
+
+def test_a_flood_is_thinned_and_a_wrong_field_is_told(kernel, page):
+    kernel.run(f"{NODE}\nnode = ros.start(Wheels).node")
+    page.subscribe("plot", name="/joint_states", field="effort[0]")
+    points_of(page, 1)
+    kernel.run("for _ in range(1500): node.tell()")
+    assert max(len(page.event()["data"]["points"]) for _ in range(5)) <= plot.POINTS
+    answer = page.ask("subscribe", topic="plot", options={"name": "/joint_states", "field": "effort.0"})
+    assert "is not a field" in answer["error"]
