@@ -208,6 +208,8 @@ export function Stage(props: Props): JSX.Element {
           onKeyUp={letGo}
           onBlur={() => props.driver.stop()}
         />
+      </div>
+      <div className="ros-Robot-under">
         <div className="ros-Robot-zoom" role="group" aria-label="How close">
           <button aria-label="Closer" title="Closer (I)" onClick={() => closer(1.5)}>
             +
@@ -219,28 +221,28 @@ export function Stage(props: Props): JSX.Element {
             Whole room
           </button>
         </div>
+        <details className="ros-Robot-keys">
+          <summary>Keys, and what is drawn</summary>
+          <dl id={keys}>
+            {rows.map(([name, does]) => (
+              <React.Fragment key={`${name} ${does}`}>
+                <dt>
+                  <kbd>{name}</kbd>
+                </dt>
+                <dd>{does}</dd>
+              </React.Fragment>
+            ))}
+          </dl>
+          <dl>
+            {DRAWN.map(([name, is]) => (
+              <React.Fragment key={name}>
+                <dt>{name}</dt>
+                <dd>{is}</dd>
+              </React.Fragment>
+            ))}
+          </dl>
+        </details>
       </div>
-      <details className="ros-Robot-keys">
-        <summary>Keys, and what is drawn</summary>
-        <dl id={keys}>
-          {rows.map(([name, does]) => (
-            <React.Fragment key={`${name} ${does}`}>
-              <dt>
-                <kbd>{name}</kbd>
-              </dt>
-              <dd>{does}</dd>
-            </React.Fragment>
-          ))}
-        </dl>
-        <dl>
-          {DRAWN.map(([name, is]) => (
-            <React.Fragment key={name}>
-              <dt>{name}</dt>
-              <dd>{is}</dd>
-            </React.Fragment>
-          ))}
-        </dl>
-      </details>
     </>
   );
 }
