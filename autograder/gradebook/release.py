@@ -118,8 +118,10 @@ def hand_out(folder: Path, released: Iterable[Path]) -> None:
     (folder / "notebooks" / START_PAGE).write_text(start_page(), encoding="utf-8")
     for name in ("LICENSE", ".dockerignore"):
         shutil.copy(root / name, folder)
-    (folder / ".devcontainer").mkdir(exist_ok=True)  # where Codespaces and editors look for it
-    shutil.copy(root / "environment" / DEVCONTAINER, folder / ".devcontainer")
+    # Where Codespaces and editors look for it, and where Binder does.
+    for name, where in ((DEVCONTAINER, ".devcontainer"), ("Dockerfile", "binder")):
+        (folder / where).mkdir(exist_ok=True)
+        shutil.copy(root / "environment" / name, folder / where)
     (folder / "pyproject.toml").write_text(_students_project(root / "pyproject.toml"), encoding="utf-8")
     for path, page in pages().items():
         (folder / path).parent.mkdir(exist_ok=True)

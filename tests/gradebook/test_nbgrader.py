@@ -369,6 +369,7 @@ def test_what_students_get_can_be_set_up_and_holds_no_answer(course, tmp_path):
         ".dockerignore",
         ".devcontainer/devcontainer.json",
         "environment/Dockerfile",
+        "binder/Dockerfile",
         "notebooks/index.ipynb",
         *(f"notebooks/{where}/{name}.ipynb" for name in release.names() for where in (name, f".released/{name}")),
     }
