@@ -28,6 +28,8 @@ def load_ipython_extension(shell: "InteractiveShell") -> None:
     shell.register_magic_function(exercise, magic_kind="cell", magic_name="exercise")  # type: ignore[call-arg]
     # IPython takes `%%exercise` below another line for a line magic of this name.
     shell.register_magic_function(_not_first, magic_kind="line", magic_name="%exercise")  # type: ignore[call-arg, arg-type]
+    # From Python 3.13 on, a program that a kernel starts colours its tracebacks, which hints and readers of logs read.
+    os.environ.setdefault("PYTHON_COLORS", "0")
     kept.use(Path())  # a package of this folder can be imported before there is a session
     if sys.flags.safe_path and "" not in sys.path:
         sys.path.append("")  # the kernel's folder comes last: a file in it takes the place of nothing installed

@@ -13,7 +13,7 @@ from course.foundation.cells import Cell
 
 SESSION = "ros"  # what the notebooks call the session
 MAGIC = "%%exercise"
-AT_ONCE = {"listcomp", "setcomp", "dictcomp", "genexpr"}  # scopes of their own that run where they stand
+AT_ONCE = "genexpr"  # a scope of its own that runs where it stands
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ def names_of(source: str) -> Names:
     used: set[str] = set()
     called: set[str] = set()
     for statement in tree.body:
-        table = symtable.symtable(ast.unparse(statement), "cell", "exec")
+        table = symtable.symtable(ast.unparse(_Comprehensions().visit(statement)), "cell", "exec")
         makes = {symbol.get_name() for symbol in table.get_symbols() if symbol.is_assigned() or symbol.is_imported()}
         reads = set(_read(table, later=False))
         if isinstance(statement, ast.AugAssign):
@@ -51,9 +51,22 @@ def names_of(source: str) -> Names:
     return Names(made, used - set(dir(builtins)))
 
 
+class _Comprehensions(ast.NodeTransformer):
+    """Makes generator expressions of all comprehensions: from Python 3.12 on, the others have no scope of their own."""
+
+    def visit_ListComp(self, node: ast.ListComp | ast.SetComp) -> ast.AST:  # ast's own name
+        return self.generic_visit(ast.GeneratorExp(node.elt, node.generators))
+
+    visit_SetComp = visit_ListComp  # noqa: N815
+
+    def visit_DictComp(self, node: ast.DictComp) -> ast.AST:
+        pair = ast.Tuple([node.key, node.value], ast.Load())
+        return self.generic_visit(ast.GeneratorExp(pair, node.generators))
+
+
 def _read(table: symtable.SymbolTable, *, later: bool, inside: bool = False) -> Iterator[str]:
     """The names of the cell's own scope that a statement reads: at once, or `later`, in the functions it defines."""
-    inside = inside or (table.get_type() == "function" and table.get_name() not in AT_ONCE)
+    inside = inside or (table.get_type() == "function" and table.get_name() != AT_ONCE)
     if inside == later:
         for symbol in table.get_symbols():
             if symbol.is_referenced() and (table.get_type() == "module" or symbol.is_global()):

@@ -206,6 +206,7 @@ def _last_traceback(output: str, path: Path, *, first: bool = False) -> tuple[st
         elif line and not line.startswith(" ") and re.match(r"[\w.]+", line):
             first_line = re.sub(r" \(/\S+\)$", "", line)  # without where Python has found a module
             first_line = first_line.removesuffix(" The following argument types are supported:")
+            first_line = first_line.removesuffix(" and no __dict__ for setting new attributes")  # Python 3.13
             many = "incompatible function arguments" in line  # and below it, all that C++ would take
             message = [first_line] if many else [first_line, *_continued(rest[number + 1 :])]
             return "\n".join(message), _once(list(_without_main(frames)))

@@ -47,6 +47,13 @@ def test_a_server_is_replaced_when_its_cell_runs_again(kernel):
     assert kernel.run("print(ros.nodes())") == "['/asked']"
 
 
+def test_what_a_cell_starts_has_no_coloured_traceback(kernel):
+    """From Python 3.13 on it would have: a kernel asks every program for colours, and hints read the traceback."""
+    broken = "import subprocess, sys\nprint(repr(subprocess.getoutput(f'{sys.executable} -c 1/0')))"
+    assert "\\x1b" not in kernel.run(broken)
+    assert kernel.run("import os\nprint(os.environ['FORCE_COLOR'], os.environ.get('PYTHON_COLORS'))") == "1 0"
+
+
 def test_a_client_is_only_written_and_runs_in_the_kernels_domain(kernel):
     kernel.run("%%exercise Ask.srv\nint32 a\n---\nint32 b\n")
     kernel.run(SERVER.format(sign="+"))

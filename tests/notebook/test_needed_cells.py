@@ -56,6 +56,7 @@ def test_a_name_that_a_cell_changes_is_needed_from_before():
         ("class A(B):\n    def m(self, z):\n        return z + w", {"A"}, {"B", "w"}),
         ("x += 1", {"x"}, {"x"}),
         ("a = [b + c for b in d]", {"a"}, {"c", "d"}),
+        ("a = {[b for b in c] for c in d} | {e: f for e, f in g}", {"a"}, {"d", "g"}),
         ("for i in range(n):\n    print(i)", {"i"}, {"n"}),
         ("with open(p) as f:\n    t = f.read()", {"f", "t"}, {"p"}),
         ("def f(x=k):\n    y = x\n    return f(y)", {"f"}, {"k"}),

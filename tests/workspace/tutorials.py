@@ -302,6 +302,48 @@ FILES = {
     "needs the interfaces": "  <exec_depend>tutorial_interfaces</exec_depend>\n",
 }
 
+PACKAGE = """
+1$ mkdir -p ~/ros2_ws/src
+1$ cd ~/ros2_ws/src
+1$ ros2 pkg create --build-type ament_python --license Apache-2.0 --node-name my_node my_package
+    going to create a new package
+    package name: my_package
+    destination directory:
+    package format: 3
+    version: 0.0.0
+    description: TODO: Package description
+    maintainer: ['
+    licenses: ['Apache-2.0']
+    build type: ament_python
+    dependencies: []
+    node_name: my_node
+    creating folder ./my_package
+    creating ./my_package/package.xml
+    creating source folder
+    creating folder ./my_package/my_package
+    creating ./my_package/setup.py
+    creating ./my_package/setup.cfg
+    creating folder ./my_package/resource
+    creating ./my_package/resource/my_package
+    creating ./my_package/my_package/__init__.py
+    creating folder ./my_package/test
+    creating ./my_package/test/test_copyright.py
+    creating ./my_package/test/test_flake8.py
+    creating ./my_package/test/test_pep257.py
+    creating ./my_package/my_package/my_node.py
+1$ cd ~/ros2_ws
+1$ colcon build
+    Summary: 1 package finished
+1$ colcon build --packages-select my_package
+    Summary: 1 package finished
+2$ cd ~/ros2_ws
+2$ source install/local_setup.bash
+2$ ros2 run my_package my_node
+    Hi from my_package.
+2$ ls src/my_package
+    my_package  package.xml  resource  setup.cfg  setup.py  test
+"""
+
 PUBSUB = """
 1$ source /opt/ros/jazzy/setup.bash
     nothing is to be sourced
@@ -600,6 +642,7 @@ ENVIRONMENT = """
 LIBRARIES = "Beginner-Client-Libraries"
 TUTORIALS = [
     Tutorial("Configuring environment", "Beginner-CLI-Tools/Configuring-ROS2-Environment", ENVIRONMENT),
+    Tutorial("Creating a package", f"{LIBRARIES}/Creating-Your-First-ROS2-Package", PACKAGE),
     Tutorial(
         "Writing a simple publisher and subscriber (Python)",
         f"{LIBRARIES}/Writing-A-Simple-Py-Publisher-And-Subscriber",
