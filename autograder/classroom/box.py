@@ -23,6 +23,8 @@ EXCHANGE = "/srv/exchange"
 GRADING = "grading"  # nbgrader's course folder, in the home of each instructor
 CONFIGURATION = "/opt/classroom"  # of Jupyter, in place of what the environment says
 SERVER = f"{CONFIGURATION}/serve.py"
+# What holds a box for a server that is forked into it: it writes to the socket that it reads from, and ends with that.
+HOLD = ["sh", "-c", "echo >&0; read -r _ || :"]
 TEMPORARY, SHARED_MEMORY = GIB, GIB // 4  # bytes of /tmp and of /dev/shm
 FILE = 2 * GIB  # bytes of one file
 DESCRIPTORS = 1024  # of a student's process: all their processes together cannot take those of the whole machine
@@ -51,7 +53,6 @@ def command(classroom: Classroom, member: Member, argv: list[str], to_read: Call
     `to_read` makes a descriptor, which the command inherits, of a file's content.
     """
     uid, gid = accounts.ids(classroom, member)
-    limits = classroom.limits_of(member)
     bwrap = ["bwrap", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try", "--hostname", "classroom"]
     bwrap += ["--die-with-parent", "--cap-drop", "ALL"]
     bwrap += [word for name in ("SETUID", "SETGID", "SETPCAP") for word in ("--cap-add", f"CAP_{name}")]
@@ -65,13 +66,19 @@ def command(classroom: Classroom, member: Member, argv: list[str], to_read: Call
             bwrap += ["--seccomp", to_read(seccomp.program())]
         become += ["--clear-groups", "--bounding-set=-all", "--no-new-privs"]
     bwrap += _view(classroom, member, to_read)
-    # `data`, not `as`: Fast DDS and malloc reserve far more addresses than they use
-    limited = ["prlimit", f"--nproc={limits.tasks}", f"--data={limits.memory}", f"--fsize={FILE}", "--core=0"]
-    limited += [*([] if member.instructor else [f"--nofile={DESCRIPTORS}"]), "--"]
+    limited = ["prlimit", *(f"--{name}={most}" for name, most in limits(classroom, member).items()), "--"]
     inner = [*bwrap, "--", *become, "--", "env", f"--chdir={home(member)}", *limited, *argv]
     terminals = "" if member.instructor else f"{MOUNT_TERMINALS}\n"
     script = f"ip -batch - <<'END'\n{networks.SET_UP}END\n{terminals}exec {shlex.join(inner)}"
     return [*ALONE, "sh", "-ec", script]
+
+
+def limits(classroom: Classroom, member: Member) -> dict[str, int]:
+    """The limits of each of a member's processes, named as for prlimit(1)."""
+    most = classroom.limits_of(member)
+    # `data`, not `as`: Fast DDS and malloc reserve far more addresses than they use
+    found = {"nproc": most.tasks, "data": most.memory, "fsize": FILE, "core": 0}
+    return found if member.instructor else found | {"nofile": DESCRIPTORS}
 
 
 def variables(member: Member) -> dict[str, str]:
@@ -151,6 +158,7 @@ def _configuration(classroom: Classroom, member: Member) -> dict[str, str]:
         "ServerApp": {"jpserver_extensions": servers, "shutdown_no_activity_timeout": idle.server_idle},
         "MappingKernelManager": {"cull_idle_timeout": idle.kernel_idle, "cull_interval": look, "cull_connected": True},
         "TerminalManager": {"cull_inactive_timeout": idle.kernel_idle, "cull_interval": look},
+        "Session": {"username": member.name},
     }
     if member.instructor:  # whose Formgrader is a page in a page
         server["ServerApp"]["tornado_settings"] = {"headers": {"Content-Security-Policy": "frame-ancestors 'self'"}}

@@ -13,7 +13,7 @@ from autograder.classroom.servers import VARIABLE
 from autograder.classroom.spawner import BoxSpawner
 from course.environment import prepare
 
-START, ANSWER = 60, 120  # s until a server's process is started, and until it answers
+START, ANSWER = 900, 120  # s until a server's process is started, with all that start before it, and until it answers
 LOOK = 5  # s between two looks at each server
 
 

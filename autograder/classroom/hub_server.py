@@ -23,6 +23,7 @@ from tornado.web import Application
 from autograder.classroom.class_page import PAGE, ClassPage
 from autograder.classroom.plan import Classroom
 from autograder.classroom.servers import VARIABLE
+from autograder.classroom.spawner import BoxSpawner
 
 MOST = 64  # connections of one user at a time; a server needs a few
 API = "/hub/api"
@@ -77,6 +78,7 @@ class ClassHub(JupyterHub):
 
     async def start(self) -> None:
         """Listen, and start."""
+        BoxSpawner.begin()
         self._members = listen(Classroom.load(Path(os.environ[VARIABLE])).hub_socket, self.tornado_application)
         await super().start()
 

@@ -7,19 +7,19 @@ several large processes loses the largest of them.
 import contextlib
 import os
 import signal
+from collections.abc import Collection
 
-from autograder.sandbox.usage import processes, resident, takes_more, total
+from autograder.sandbox.usage import resident, takes_more, total
 
 
-def bound(root: int, most: int) -> int:
-    """End the largest of process `root` and its descendants when they take more than `most` bytes together.
+def bound(pids: Collection[int], most: int) -> int:
+    """End the largest of some processes when they take more than `most` bytes together.
 
     Its number is returned, or 0 when none was ended.
     """
-    tree = list(processes(root))
-    if not takes_more(tree, most):
+    if not takes_more(pids, most):
         return 0
-    largest = max(tree, key=lambda pid: total([pid], resident))
+    largest = max(pids, key=lambda pid: total([pid], resident))
     with contextlib.suppress(ProcessLookupError):
         os.kill(largest, signal.SIGKILL)
     return largest

@@ -5,8 +5,11 @@ put another in its place.
 """
 
 import asyncio
+import importlib
 import os
+import site
 import socket
+import sys
 
 from tornado.iostream import IOStream
 
@@ -74,8 +77,30 @@ def read_configuration_only_from(folder: str) -> None:
     NbGrader.config_file_paths = property(lambda _: [folder])
 
 
+def look_at_home() -> None:
+    """Have modules that were loaded elsewhere (`template`) take from the environment what they took when loaded.
+
+    Those of `template.FORGOTTEN` are loaded anew; this one has its functions in others that are not.
+    """
+    site.USER_BASE = site.USER_SITE = None  # found again when they are asked for
+    if trash := sys.modules.get("send2trash.plat_other"):  # knows the folder, in which it puts what is deleted
+        importlib.reload(trash)
+
+
+def ask_no_node() -> None:
+    """Keep JupyterLab from asking Node.js, at each start, where packages would come from: it is never built here.
+
+    That takes as much of a processor as all else.  It does without where there is no Node.js.
+    """
+    from jupyterlab import commands  # type: ignore[import-untyped]
+
+    commands._yarn_config = lambda _: {"yarn config": {}, "npm config": {}}
+
+
 def main() -> None:
     """Serve one member; what only the box needs is imported here, and not by the commands that start it."""
+    look_at_home()
+    ask_no_node()
     from jupyter_server.serverapp import ServerApp
     from jupyterhub.singleuser.extension import JupyterHubSingleUser
     from tornado.ioloop import PeriodicCallback

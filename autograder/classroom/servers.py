@@ -7,18 +7,22 @@ does without a hub.
 import contextlib
 import json
 import os
+import select
 import signal
 import socket
+import struct
 import subprocess
 import sys
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Self
 
-from autograder.classroom import box, serve
+from autograder.classroom import accounts, box, serve, template
 from autograder.classroom.members import Member
 from autograder.classroom.plan import Classroom
-from autograder.sandbox import cgroup
+from autograder.sandbox import cgroup, usage
+from autograder.sandbox.forkserver import BEGINS, KEPT, Forkserver, Request
 from autograder.sandbox.memory_files import MemoryFiles
 from course.foundation import processes, storage
 from course.foundation.waiting import wait_until
@@ -26,9 +30,9 @@ from course.foundation.waiting import wait_until
 VARIABLE = "CLASSROOM"  # the environment variable that tells the hub its classroom's folder
 GONE = 10.0  # s until a server that was killed is gone
 LOG = 4 << 20  # bytes that are kept of what one server says
-# Runs a command whose output another process reads: it keeps the first LOG bytes, and goes on reading, because a server
-# whose output nobody reads stops.  Standard input is the pipe to read, output the same pipe to write, error the log.
-LOGGED = f"""
+# Leaves a process that reads what a server says from standard input, and keeps the first LOG bytes in standard output.
+# It goes on reading, because a server whose output nobody reads stops.
+KEEPER = f"""
 keep() {{
     stdbuf -o0 head -c {LOG}
     if [ "$(head -c 1 | wc -c)" -gt 0 ]; then
@@ -38,9 +42,9 @@ keep() {{
     fi
 }}
 exec 3<&0
-(keep <&3 3<&- >&2 2>/dev/null &)
-exec "$@" </dev/null 2>&1 3<&-
+(keep <&3 3<&- 2>/dev/null &)
 """
+MADE, FORKED = 60.0, 30.0  # s until a box is there, and until a server has been forked into it
 
 
 @dataclass(frozen=True)
@@ -70,40 +74,134 @@ class Running:
         cgroup.Group([Path(folder) for folder in self.groups]).close()
 
 
-def start(classroom: Classroom, member: Member, env: dict[str, str]) -> tuple[subprocess.Popen[bytes], Running]:
-    """Start a member's server with JupyterHub's environment variables, after ending one that is left of theirs."""
+def start(
+    classroom: Classroom,
+    member: Member,
+    env: dict[str, str],
+    forkserver: Forkserver | None = None,
+    warn: Callable[[str], None] = lambda _: None,
+) -> tuple[subprocess.Popen[bytes], Running]:
+    """Start a member's server with JupyterHub's environment variables, after ending one that is left of theirs.
+
+    With a `forkserver`, a student's is forked (`template`); when that cannot be, it is started, and `warn` told why.
+    """
     if left := started(classroom).get(member.name):
         forget(classroom, member.name, left)
     limits = classroom.limits_of(member)
     group = cgroup.make(limits.memory, limits.tasks, limits.cores, f"ros2-classroom-{classroom.run.name}-{member.name}")
-    contents = MemoryFiles()
-    log = _open_log(classroom, member)
+    env = env | box.variables(member) | box.configured_by(member)
     said, saying = os.pipe()
-    listening = _listen(classroom.socket(member))
-    try:
+    with contextlib.ExitStack() as ends:
+        for descriptor in (log := _open_log(classroom, member), said, saying):
+            ends.callback(os.close, descriptor)
+        keeper = ["sh", "-c", KEEPER]
+        subprocess.run(group.command(keeper) if group else keeper, stdin=said, stdout=log, start_new_session=True)
+        listening = ends.enter_context(_listen(classroom.socket(member)))
+        process = None
+        if forkserver and not member.instructor:
+            try:
+                process = _fork(classroom, member, env, forkserver, group, saying, listening.fileno())
+            except OSError as error:
+                warn(f"The server of {member.name} was not forked, and loads Python and JupyterLab itself: {error}")
         # -P, -s: nothing in the home folder is a module of the server
-        command = box.command(classroom, member, [sys.executable, "-P", "-s", box.SERVER], contents)
-        logged = ["sh", "-c", LOGGED, "sh", *command]
-        process = subprocess.Popen(
-            group.command(logged) if group else logged,
-            stdin=said,
-            stdout=saying,
-            stderr=log,
+        python = [sys.executable, *template.OPTIONS, box.SERVER]
+        number = listening.fileno()
+        own = env | {serve.SOCKET: str(number)}
+        process = process or _open_box(
+            classroom, member, python, group, subprocess.DEVNULL, saying, env=own, pass_fds=[number]
+        )
+    groups = tuple(map(str, group.folders)) if group else ()
+    running = Running(process.pid, processes.birth(process.pid), groups)
+    storage.replace(_record(classroom, member.name), json.dumps(asdict(running)).encode(), storage.PRIVATE)
+    return process, running
+
+
+def _open_box(
+    classroom: Classroom,
+    member: Member,
+    argv: list[str],
+    group: cgroup.Group | None,
+    reads: int,
+    says: int,
+    *,
+    env: dict[str, str],
+    pass_fds: Sequence[int] = (),
+) -> subprocess.Popen[bytes]:
+    """Run a command in a member's box, with these descriptors as standard input and output."""
+    contents = MemoryFiles()
+    try:
+        command = box.command(classroom, member, argv, contents)
+        return subprocess.Popen(
+            group.command(command) if group else command,
+            stdin=reads,
+            stdout=says,
+            stderr=says,
             start_new_session=True,
-            pass_fds=(*contents.descriptors, listening.fileno()),
-            env=env | box.variables(member) | {serve.SOCKET: str(listening.fileno())} | box.configured_by(member),
+            pass_fds=(*contents.descriptors, *pass_fds),
+            env=env,
             umask=box.umask(member),
             cwd="/",
         )
     finally:
         contents.close()
-        listening.close()
-        for descriptor in (said, saying, log):
-            os.close(descriptor)
-    groups = tuple(map(str, group.folders)) if group else ()
-    running = Running(process.pid, processes.birth(process.pid), groups)
-    storage.replace(_record(classroom, member.name), json.dumps(asdict(running)).encode(), storage.PRIVATE)
-    return process, running
+
+
+def _fork(
+    classroom: Classroom,
+    member: Member,
+    env: dict[str, str],
+    forkserver: Forkserver,
+    group: cgroup.Group | None,
+    says: int,
+    listening: int,
+) -> subprocess.Popen[bytes]:
+    """Have a student's server forked into a box, which ends with it; raises OSError, and leaves nothing then."""
+    if not forkserver.ready():
+        raise ProcessLookupError("the process that has them loaded did not come up")
+    uid, gid = accounts.ids(classroom, member)
+    request = Request(
+        box.SERVER,
+        [],
+        env | template.libraries() | {serve.SOCKET: str(KEPT), "PWD": box.home(member)},
+        box.limits(classroom, member),
+        uid,
+        group=gid,
+        umask=box.umask(member),
+        directory=box.home(member),
+        options=template.OPTIONS,
+        kept=2,  # where it listens, and what ends its box once it is closed
+    )
+    with contextlib.ExitStack() as ends, contextlib.ExitStack() as undo:
+        held, holding = (ends.enter_context(each) for each in socket.socketpair())
+        held.setsockopt(socket.SOL_SOCKET, socket.SO_PASSCRED, 1)
+        held.settimeout(MADE)
+        process = _open_box(classroom, member, box.HOLD, group, holding.fileno(), says, env={"PATH": os.defpath})
+        undo.callback(process.wait)
+        undo.callback(process.kill)  # and all in its namespaces
+        holding.close()
+        sandbox = _holder(held, process.pid)
+        ends.callback(os.close, sandbox)
+        doors = group.doors if group else []
+        report = ends.enter_context(forkserver.run(request, doors, says, sandbox, [listening, held.fileno()]))
+        if not select.select([report], [], [], FORKED)[0] or not report.readline().decode().startswith(BEGINS):
+            raise ChildProcessError("its fork did not begin")
+        undo.pop_all()
+    return process
+
+
+def _holder(held: socket.socket, box_pid: int) -> int:
+    """A pidfd of the process in a box that writes to the other end of `held`; raises OSError."""
+    room = socket.CMSG_SPACE(struct.calcsize("3i"))
+    written, extra, _, _ = held.recvmsg(1, room)
+    if not written or not extra:
+        raise ProcessLookupError("the box could not be made")
+    pid, _, _ = struct.unpack("3i", extra[0][2])  # as this process sees it, see unix(7)
+    sandbox = os.pidfd_open(pid)
+    # It waits until `held` is closed. Had it been killed, its number could be another's by now.
+    if pid not in usage.processes(box_pid) or select.select([sandbox], [], [], 0)[0]:
+        os.close(sandbox)
+        raise ProcessLookupError("the box has ended")
+    return sandbox
 
 
 def forget(classroom: Classroom, name: str, running: Running) -> None:

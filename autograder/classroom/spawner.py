@@ -9,17 +9,22 @@ from collections.abc import AsyncIterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, ClassVar
-from weakref import WeakSet
 
 from jupyterhub.spawner import Spawner
+from traitlets.log import get_logger
 
-from autograder.classroom import memory_limit, servers
+from autograder.classroom import accounts, memory_limit, servers, template
+from autograder.classroom.line import Line
 from autograder.classroom.members import Member
 from autograder.classroom.plan import GIB, Classroom, as_url
 from autograder.classroom.servers import Running
+from autograder.sandbox.forkserver import Forkserver
+from autograder.sandbox.usage import of_user, processes
 
 PORT = 8888  # which a server is told, and does not use
-STARTING = 2.0  # s of a processor that a server takes to start, as measured
+STARTING = 0.8  # s of a processor that a server takes to start, as measured
+AT_ONCE = os.cpu_count() or 1  # servers that are started at a time
+HELD = 15.0  # s at most that one which does not answer keeps the others waiting
 TOLD = 1.0  # s between two messages to who waits
 RETRY = 0.05  # s
 
@@ -27,11 +32,11 @@ RETRY = 0.05  # s
 class BoxSpawner(Spawner):
     """One member's server."""
 
-    _all: ClassVar["WeakSet[BoxSpawner]"] = WeakSet()
+    forkserver: ClassVar[Forkserver | None] = None  # what students' are forked from
+    _line: ClassVar[Line] = Line(AT_ONCE)
 
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
-        self._all.add(self)
         self._running = Running(0, 0)
         self._process: subprocess.Popen[bytes] | None = None
 
@@ -41,21 +46,31 @@ class BoxSpawner(Spawner):
         return Classroom.load(Path(os.environ[servers.VARIABLE]))
 
     async def start(self) -> str:
-        """Start the server; the URL to reach it."""
-        classroom = self.classroom
-        member = classroom.find(self.user.name)
-        self.port = PORT
-        self._process, self._running = servers.start(classroom, member, self.get_env())
-        self._tell_url(classroom, member)
+        """Start the server when it is its turn; the URL to reach it."""
+        async with self._line.turn(self):
+            classroom = self.classroom
+            member = classroom.find(self.user.name)
+            self.port = PORT
+            if not member.instructor:
+                self.begin()
+            env, url = self.get_env(), self.server.base_url
+            self.db.commit()  # what this has changed there: other requests would roll it back
+            self._process, self._running = await asyncio.to_thread(
+                servers.start, classroom, member, env, self.forkserver, self.log.warning
+            )
+            self._tell_url(classroom, member)
+            with contextlib.suppress(OSError, TimeoutError):  # it has ended, or is slow: the hub sees to that
+                async with asyncio.timeout(HELD):
+                    await _answer(classroom.socket(member), url)
         return as_url(classroom.socket(member))
 
     async def progress(self) -> AsyncIterator[dict[str, Any]]:
         """Tell who waits what for, for as long as it takes: the hub's page shows it."""
         begun = asyncio.get_running_loop().time()
         while True:
-            others = sum(each.pending == "spawn" for each in self._all if each is not self)
+            before = self._line.before(self)
             waited = asyncio.get_running_loop().time() - begun
-            yield {"progress": _progress(waited, others), "message": _waiting(others)}
+            yield {"progress": _progress(waited, before), "message": _waiting(before)}
             await asyncio.sleep(TOLD)
 
     async def poll(self) -> int | None:
@@ -106,26 +121,52 @@ class BoxSpawner(Spawner):
         """Bound the server's memory as a control group would."""
         classroom = self.classroom
         with contextlib.suppress(KeyError):  # no longer a member
-            most = classroom.limits_of(classroom.find(self.user.name)).memory
-            if pid := memory_limit.bound(self._running.pid, most):
+            member = classroom.find(self.user.name)
+            most = classroom.limits_of(member).memory
+            # A student's server, if forked, is no child of its box; an instructor's programs have users of their own.
+            own = {} if member.instructor else of_user(accounts.ids(classroom, member)[0])
+            if pid := memory_limit.bound(processes(self._running.pid) | own, most):
                 self.log.warning("%s took more than %.1f GiB: process %d was ended", self.user.name, most / GIB, pid)
+
+    @classmethod
+    def begin(cls) -> None:
+        """Start what students' servers are forked from, before anybody comes; and again if it has ended."""
+        if cls.forkserver and not cls.forkserver.alive:
+            get_logger().warning("The process that students' servers are forked from has ended; it is started again")
+            cls.forkserver.close()
+            cls.forkserver = None
+        if not cls.forkserver:
+            try:
+                cls.forkserver = template.start()
+            except OSError as error:
+                get_logger().warning("Students' servers load Python and JupyterLab for themselves: %s", error)
 
     def _tell_url(self, classroom: Classroom, member: Member) -> None:
         """The hub's database has no place for the path of a socket."""
         self.server.bind_url = as_url(classroom.socket(member))
 
 
-def _seconds(others: int) -> float:
-    """Return how long a start takes (s) while so many others start, if the processors do nothing else."""
-    return STARTING * max(1.0, (others + 1) / (os.cpu_count() or 1))
+async def _answer(path: Path, url: str) -> None:
+    """Wait until the server that listens there answers; raises OSError when it ends."""
+    reader, writer = await asyncio.open_unix_connection(str(path))
+    try:
+        writer.write(f"GET {url}api HTTP/1.1\r\nHost: classroom\r\nConnection: close\r\n\r\n".encode())
+        await reader.read(1)
+    finally:
+        writer.close()
 
 
-def _progress(waited: float, others: int) -> int:
-    return min(95, round(100 * waited / (waited + _seconds(others))))
+def _seconds(before: int) -> float:
+    """Return how long it takes (s) until a server has started before which so many start, if nothing else runs."""
+    return STARTING * max(1.0, (before + 1) / AT_ONCE)
 
 
-def _waiting(others: int) -> str:
-    if not others:
-        return "Python loads JupyterLab."
-    servers = "1 other server starts" if others == 1 else f"{others} other servers start"
-    return f"Python loads JupyterLab. At this moment {servers}, too: that takes about {_seconds(others):.0f} s in all."
+def _progress(waited: float, before: int) -> int:
+    return min(95, round(100 * waited / (waited + _seconds(before))))
+
+
+def _waiting(before: int) -> str:
+    if not before:
+        return "Starting your server."
+    others = "1 other is" if before == 1 else f"{before} others are"
+    return f"Starting your server: {others} before you, which takes about {_seconds(before):.0f} s."

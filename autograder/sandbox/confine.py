@@ -24,9 +24,14 @@ _libc = ctypes.CDLL(None, use_errno=True)
 
 
 def confine(
-    user: int | None, limits: Mapping[str, int], everywhere: Callable[[Callable[[], object]], object] = lambda do: None
+    user: int | None,
+    limits: Mapping[str, int],
+    everywhere: Callable[[Callable[[], object]], object] = lambda do: None,
+    group: int | None = None,
 ) -> None:
-    """Confine this process; it becomes the host user `user`, if that is given.  Raises OSError.
+    """Confine this process; it becomes the host user `user`, if that is given, of the group of that number or `group`.
+
+    Raises OSError.
 
     `limits` are named as for prlimit(1); the one of processes, `nproc`, is for a user of its own alone.  `everywhere`
     calls a function in each of the process's threads but this one: the kernel keeps what a thread may do for each
@@ -39,7 +44,8 @@ def confine(
         everywhere(_drop_bounding_set)
         _drop_bounding_set()
         os.setgroups([])
-        os.setresgid(user, user, user)  # glibc does both in every thread
+        group = user if group is None else group
+        os.setresgid(group, group, group)  # glibc does both in every thread
         os.setresuid(user, user, user)
     everywhere(_drop_capabilities)
     _drop_capabilities()

@@ -1,9 +1,10 @@
-"""Programs that begin with Python and ROS 2 loaded: forks of one process, which is loaded once for many gradings.
+"""Programs that begin with Python and modules loaded: forks of one process, which is loaded once for all of them.
 
-Loading rclpy takes three times the processor that a small program then needs.  The `Forkserver` is a process without
-anything of the grader's: it has a clean environment, and runs nothing of a student's.  Asked for a program, it forks;
-the fork goes into the namespaces that bubblewrap has made for that program, becomes its user, gives up all else
-(`confine`), and has Python run the file as its main program, with no other frame below it.
+Loading rclpy takes three times the processor that a small program then needs, and loading JupyterLab most of what a
+student's server takes to start.  The `Forkserver` is a process without anything of the grader's or the hub's: it has a
+clean environment, and runs nothing of a student's.  Asked for a program, it forks; the fork goes into the namespaces
+that bubblewrap has made for that program, becomes its user, gives up all else (`confine`), and has Python run the file
+as its main program, with no other frame below it.
 
 Such a program can tell that it was not started as `python FILE ARGS`: its parent is process 0, more modules are loaded,
 and among the subclasses of `object` are classes of this module.  It finds nothing there that was meant for somebody
@@ -18,6 +19,7 @@ import builtins
 import contextlib
 import ctypes
 import errno
+import fcntl
 import gc
 import importlib
 import json
@@ -52,13 +54,17 @@ LOADED = """
     rosgraph_msgs.msg sensor_msgs.msg service_msgs.msg std_msgs.msg std_srvs.srv type_description_interfaces.srv
     unique_identifier_msgs.msg
 """
-START = "import sys; sys.path.insert(0, {!r}); from autograder.sandbox import forkserver; forkserver.serve({})"
+START = (
+    "import sys; sys.path.insert(0, {!r}); from autograder.sandbox import forkserver; forkserver.serve({}, {!r}, {!r})"
+)
 ROOM = " " * 4096  # for a program's own arguments and variables
 READY = 60.0  # s until it is loaded, on a busy machine
 LONGEST = 1 << 17  # bytes of a request
 DESCRIPTORS = 16  # that come with a request: output, report, sandbox, control groups
 REAPED = 1000  # of the dead that are buried in one turn, before other requests have theirs
 LEAST = 3  # the same without control groups
+KEPT = 3  # the number of the first descriptor that a program keeps
+ASIDE = 100  # where descriptors are while those from KEPT on are made free
 FAILED = 125  # exit status of a fork that does not come to be a program
 GLANCE = 0.1  # s between two looks at children that nobody has asked for
 
@@ -82,22 +88,50 @@ class Request:
     variables: dict[str, str]
     limits: dict[str, int]
     user: int
-    core: int | None
+    core: int | None = None
+    group: int | None = None  # default: of the same number as the user
+    umask: int | None = None  # default: the forking process's
+    directory: str = view.HOME
+    path: tuple[str, ...] = ()  # of modules, before those that are installed
+    options: tuple[str, ...] = ()  # of Python, which are those of the forking process
+    kept: int = 0  # the number of descriptors that it keeps, from KEPT on
+
+
+@dataclass(frozen=True)
+class Template:
+    """A forking process to start: what it loads, and how."""
+
+    variables: dict[str, str]  # all that it has, and nothing that a program may not know
+    modules: str = LOADED
+    forgotten: str = ""  # modules that a program loads anew, and all in them
+    options: tuple[str, ...] = ()  # of Python
+
+
+def for_programs() -> Template:
+    """The template of what is graded."""
+    return Template(variables.of_program(0, view.HOME, None, view.PROFILE, confined=True))
 
 
 class Forkserver:
     """The process that forks, as the launcher has it."""
 
-    def __init__(self) -> None:
-        """Start it; it ends when this process does, or closes it."""
+    def __init__(self, template: Template | None = None) -> None:
+        """Start it; it ends when this process does, or closes it.  Default: the template of what is graded."""
+        template = template or for_programs()
         self._control, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._modules: frozenset[str] | None = None  # known when it has loaded them
         self._used = re.compile("")  # finds the use of one of them that is in a package
         with theirs:
             self._process = subprocess.Popen(
-                [sys.executable, "-c", START.format(str(PACKAGE.parent), theirs.fileno()), ROOM],
+                [
+                    sys.executable,
+                    *template.options,
+                    "-c",
+                    START.format(str(PACKAGE.parent), theirs.fileno(), template.modules, template.forgotten),
+                    ROOM,
+                ],
                 pass_fds=[theirs.fileno()],
-                env=variables.of_program(0, view.HOME, None, view.PROFILE, confined=True) | {"ROOM": ROOM},
+                env=template.variables | {"ROOM": ROOM},
                 cwd="/",
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
@@ -109,8 +143,13 @@ class Forkserver:
         """Its process id."""
         return self._process.pid
 
-    def runs(self, file: str, files: Mapping[str, bytes]) -> bool:
-        """Return True if the program `file` would be the same as if it was started, with `files` beside it."""
+    @property
+    def alive(self) -> bool:
+        """Return True if it is running."""
+        return self._process.poll() is None
+
+    def ready(self) -> bool:
+        """Wait until it has loaded its modules; False when it cannot, or ends."""
         if self._modules is None:
             self._control.settimeout(READY)
             try:
@@ -125,12 +164,17 @@ class Forkserver:
                 rf"(?<![\w.])({'|'.join(map(re.escape, sorted(inner)))})\b"
                 rf"|^\s*import\s+((?:{'|'.join(sorted(packages))})\s+as)\b"
             )
+        return bool(self._modules)
+
+    def runs(self, file: str, files: Mapping[str, bytes]) -> bool:
+        """Return True if the program `file` would be the same as if it was started, with `files` beside it."""
+        ready = self.ready()
         names = {PurePath(name).name.partition(".")[0] for name in files}
         try:
             texts = {name: content.decode() for name, content in files.items() if name.endswith(".py")}
         except UnicodeDecodeError:
             return False
-        if not self._modules or names & self._modules or "\0" in texts.get(file, "\0"):
+        if not ready or names & (self._modules or set()) or "\0" in texts.get(file, "\0"):
             return False
         return all(self._imports_what_it_uses(text) for text in texts.values())
 
@@ -148,11 +192,14 @@ class Forkserver:
             used |= {found[1] or found[2] for found in self._used.finditer(rest)}
         return all(any(f"{known}.".startswith(f"{name}.") for known in imported) for name in used)
 
-    def run(self, request: Request, groups: Sequence[Path], output: int, sandbox: int) -> IO[bytes]:
+    def run(
+        self, request: Request, groups: Sequence[Path], output: int, sandbox: int, kept: Sequence[int] = ()
+    ) -> IO[bytes]:
         """Run a program that prints to `output`, in the namespaces of the process that the pidfd `sandbox` is of.
 
-        `groups` are the files to go into its control groups by (`cgroup.Group.doors`).  What is returned has lines:
-        BEGINS 0 when it does, and ENDED with its exit status, as `os.waitstatus_to_exitcode` has it.  Raises OSError.
+        `groups` are the files to go into its control groups by (`cgroup.Group.doors`), and `kept` the descriptors that
+        it has from KEPT on, as many as the request says.  What is returned has lines: BEGINS 0 when it does, and ENDED
+        with its exit status, as `os.waitstatus_to_exitcode` has it.  Raises OSError.
         """
         message = json.dumps(asdict(request)).encode()
         if len(message) > LONGEST:
@@ -161,7 +208,7 @@ class Forkserver:
             opened = [doors.enter_context(group.open("wb")).fileno() for group in groups]
             report, report_write = os.pipe()
             try:
-                socket.send_fds(self._control, [message], [output, report_write, sandbox, *opened])
+                socket.send_fds(self._control, [message], [output, report_write, sandbox, *kept, *opened])
             except OSError:
                 os.close(report)
                 raise
@@ -175,17 +222,25 @@ class Forkserver:
         self._process.wait()
 
 
-def serve(control: int) -> None:
-    """The forking process: load modules, tell their names, and do what comes through the socket `control`."""
+def serve(control: int, modules: str, forgotten: str) -> None:
+    """The forking process: load modules, tell their names, and do what comes through the socket `control`.
+
+    A program finds the `forgotten` ones not loaded, nor anything of the grader by its name.
+    """
     channel = socket.socket(fileno=control)
-    own = _path(os.environ["PYTHONPATH"])
-    sys.path[:] = [entry for entry in sys.path[2:] if entry not in own]  # that of this package, and of this command
+    own = _path(os.environ.get("PYTHONPATH", ""))
+    before = {"", str(PACKAGE.parent), *own}  # of this command, and of this package
+    sys.path[:] = [entry for entry in sys.path if entry not in before]
     installed = [*sys.path]
     sys.path[:0] = own
-    for name in LOADED.split():
+    for name in modules.split():
         importlib.import_module(name)
-    for name in [name for name in sys.modules if name.partition(".")[0] in ("autograder", "course")]:
-        del sys.modules[name]  # a program finds nothing of the grader by its name
+    for name in [*sys.modules]:
+        if any(f"{name}.".startswith(f"{each}.") for each in ("autograder", "course", *forgotten.split())):
+            del sys.modules[name]
+            around, _, last = name.rpartition(".")
+            if around in sys.modules:
+                vars(sys.modules[around]).pop(last, None)
     check(_libc.setns(os.pidfd_open(os.getpid()), NEW_UTS))  # fails before Linux 5.8
     channel.send(" ".join(sys.modules).encode())
     gc.collect()
@@ -203,8 +258,8 @@ def _become_program(channel: socket.socket, installed: list[str]) -> tuple[int, 
     """Fork for each request; returns in forks only: how the interpreter is told to run the program."""
     try:
         request = _fork_for_each(channel)
-        sys.path[:] = [view.HOME, *_path(request.variables["PYTHONPATH"]), *installed]
-        return _prepared(request.file, request.args)
+        sys.path[:] = [*request.path, *_path(request.variables.get("PYTHONPATH", "")), *installed]
+        return _prepared(request.options, request.file, request.args)
     except BaseException as error:
         os.write(2, f"{type(error).__name__}: {error}\n".encode(errors="replace"))
         os._exit(FAILED)
@@ -223,14 +278,14 @@ def _fork_for_each(channel: socket.socket) -> Request:
             continue
         message, descriptors = _receive(channel, room)
         if len(descriptors) >= LEAST:
-            output, report, sandbox, *groups = descriptors
+            output, report, sandbox, *more = descriptors
             child = -1
             with contextlib.suppress(OSError):  # the sandbox has ended
                 check(_libc.setns(sandbox, NEW_PID))  # for children alone
                 child = tracing.fork()
             if not child:
                 request = Request(**json.loads(bytes(message)))
-                _confine(request, output, report, sandbox, groups)
+                _confine(request, output, report, sandbox, more)
                 tracing.begin()
                 return request
             check(_libc.setns(home, NEW_PID))
@@ -328,25 +383,32 @@ def _path(variable: str) -> list[str]:
     return [entry for entry in variable.split(os.pathsep) if entry]
 
 
-def _confine(request: Request, output: int, report: int, sandbox: int, groups: list[int]) -> None:
+def _confine(request: Request, output: int, report: int, sandbox: int, more: list[int]) -> None:
     """Go into the program's control groups and namespaces, be confined as it must be, and report that it begins.
 
-    Nothing but what it prints to is open then.
+    `more` are the descriptors that it keeps, and those of its control groups.  Nothing else is open then but what it
+    prints to.
     """
     for standard in (1, 2):
         os.dup2(output, standard)
     os.setsid()
-    for group in groups:
+    for group in more[request.kept :]:
         os.write(group, b"0")
     if request.core is not None:
         os.sched_setaffinity(0, {request.core})
     check(_libc.setns(sandbox, NAMESPACES))
-    os.chdir(view.HOME)
+    report, *kept = (fcntl.fcntl(each, fcntl.F_DUPFD_CLOEXEC, ASIDE) for each in (report, *more[: request.kept]))
     for name in os.listdir("/proc/self/fd"):  # now: what has a number beyond the limit is open all the same
-        if int(name) not in (0, 1, 2, report):
+        if int(name) not in (0, 1, 2, report, *kept):
             with contextlib.suppress(OSError):  # the list's own
                 os.close(int(name))
-    confine(request.user, request.limits)
+    for number, descriptor in enumerate(kept, KEPT):
+        os.dup2(descriptor, number, inheritable=False)
+        os.close(descriptor)
+    confine(request.user, request.limits, group=request.group)
+    os.chdir(request.directory)
+    if request.umask is not None:
+        os.umask(request.umask)
     check(_libc.prctl(PR_SET_DUMPABLE, 1, 0, 0, 0))  # as after execve(2): it may read its own /proc
     _tell(report, BEGINS)
     os.close(report)
@@ -354,7 +416,7 @@ def _confine(request: Request, output: int, report: int, sandbox: int, groups: l
     os.environ.update(request.variables)
     places = Path("/proc/self/stat").read_text().rpartition(")")[2].split()  # see proc(5)
     arguments, variables = (int(places[45]), int(places[46])), (int(places[47]), int(places[48]))
-    _show([sys.executable, request.file, *request.args], *arguments)
+    _show([sys.executable, *request.options, request.file, *request.args], *arguments)
     _show([f"{name}={value}" for name, value in request.variables.items()], *variables)
 
 
@@ -364,13 +426,13 @@ def _show(words: Sequence[str], start: int, end: int) -> None:
     ctypes.memmove(start, text.ljust(end - start, b"\0"), end - start)
 
 
-def _prepared(file: str, args: list[str]) -> tuple[int, bytes, int, None]:
-    """Have this process look like `python FILE ARGS`; returns how PyRun_AnyFileExFlags is told to run it.
+def _prepared(options: Sequence[str], file: str, args: list[str]) -> tuple[int, bytes, int, None]:
+    """Have this process look like `python OPTIONS FILE ARGS`; returns how PyRun_AnyFileExFlags is told to run it.
 
     The interpreter itself runs it, tells of its exceptions, and ends when it says so.
     """
     sys.argv = [file, *args]
-    sys.orig_argv = [sys.executable, *sys.argv]
+    sys.orig_argv = [sys.executable, *options, *sys.argv]
     main = types.ModuleType("__main__")
     vars(main).update(__annotations__={}, __builtins__=builtins)
     vars(sys.modules["__main__"]).clear()  # of the command that this process was started with

@@ -228,7 +228,8 @@ class Sandbox:
         assert self.forkserver
         uid = self._take_user()
         core = None if self._group else self.core
-        request = Request(file, args, self._variables(domain) | {"PWD": view.HOME}, LIMITS, uid, core)
+        known = self._variables(domain) | {"PWD": view.HOME}
+        request = Request(file, args, known, LIMITS, uid, core, path=(view.HOME,))
         groups = self._group.doors if self._group else []
         return (self._confined(HOLD, uid, [], domain, files, status), partial(self.forkserver.run, request, groups))
 

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from autograder.classroom import memory_limit
-from autograder.sandbox.usage import children, resident
+from autograder.sandbox.usage import children, processes, resident
 
 MIB = 1 << 20
 LARGE = 200 * MIB
@@ -31,12 +31,12 @@ def server():
 
 
 def test_whoever_keeps_within_the_limit_is_left_alone(server):
-    assert memory_limit.bound(server.pid, 3 * LARGE) == 0
+    assert memory_limit.bound(processes(server.pid), 3 * LARGE) == 0
     assert len(children(server.pid)) == 2
 
 
 def test_the_largest_process_ends_and_the_others_go_on(server):
     large = max(children(server.pid), key=resident)
-    assert memory_limit.bound(server.pid, LARGE) == large
+    assert memory_limit.bound(processes(server.pid), LARGE) == large
     assert server.stdout.readline() == "-9\n"
     assert len(children(server.pid)) == 1 and server.poll() is None
