@@ -156,6 +156,7 @@ def own_tests(run, name: str) -> None:
     (run.root / f"notebooks/{name}/{name}.py").unlink()  # nbval ran the notebook in its folder
 
 
+@pytest.mark.matrix  # its parts are run by the other tests of this file
 def test_its_own_tests_pass(made, run, confinement):
     own_tests(run, NAME)
 

@@ -4,6 +4,7 @@ import json
 import zipfile
 
 import nbformat
+import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import WAIT
@@ -50,6 +51,7 @@ def test_a_student_works_hands_in_and_keeps_the_archive(lab, page):
     assert SERVER.splitlines()[5] in content["greeter.ipynb"].decode()  # the notebook was saved first
 
 
+@pytest.mark.matrix  # tests/course/test_hand_in.py has the doubts
 def test_a_doubt_is_asked_and_no_is_an_answer(lab, page):
     _, _, served = lab
     write_greeter(served / "doubtful")
@@ -71,6 +73,7 @@ def test_a_doubt_is_asked_and_no_is_an_answer(lab, page):
     assert content["greeter.py"] == b"print('edited elsewhere')\n"
 
 
+@pytest.mark.matrix  # tests/course/test_hand_in.py has the sentences
 def test_what_cannot_be_handed_in_is_told_in_a_sentence(lab, page):
     _, _, served = lab
     write_greeter(served / "empty")

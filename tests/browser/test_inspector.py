@@ -3,6 +3,7 @@
 import re
 
 import nbformat
+import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import WAIT
@@ -113,6 +114,7 @@ def visited(page) -> set[str]:
     return found
 
 
+@pytest.mark.matrix  # tests/lab/test_inspector.py publishes at a rate
 def test_a_message_is_published_at_a_rate_and_stops_with_the_panel(lab, page):
     panel = begin(page, lab, "repeated")
     panel.get_by_label("What to do").select_option("Publish a message")

@@ -96,6 +96,7 @@ def test_instructors_and_developers_see_all_of_nbgrader_but_what_needs_an_exchan
     assert tabs(page) == {"Formgrader", "Course List", "Create assignment"}
 
 
+@pytest.mark.matrix  # tests/course/test_shell.py has it without a browser
 def test_a_terminal_follows_the_notebook_in_front(lab, page):
     address, token, served = lab
     source = "import course\nros = course.live()\nopen('domain', 'w').write(str(ros.domain_id))\nprint('live')"

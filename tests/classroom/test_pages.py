@@ -82,6 +82,7 @@ def tools(page: Page) -> set[str]:
     return found & TOOLS
 
 
+@pytest.mark.matrix  # each step has a test of its own, and tests/browser/test_handing_in.py is the student's loop
 @pytest.mark.long("the whole loop, by clicks of three people")
 @pytest.mark.timeout(1500)
 def test_from_the_work_to_the_returned_feedback(page, classroom, come_in, kernel):

@@ -150,6 +150,7 @@ def test_diagrams_are_drawings(site, chromium):
         assert "sequenceDiagram" not in page
 
 
+@pytest.mark.matrix  # test_no_link_is_dead builds the pages
 def test_pages_open_from_the_disk_in_light_and_dark(site, chromium):
     """No page asks for anything but files, none is wider than a telephone, and a folded answer unfolds."""
     grounds = {}

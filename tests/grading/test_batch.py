@@ -118,6 +118,7 @@ def test_a_second_coordinator_on_the_same_folder_refuses(confinement, submitted,
     assert scores(tmp_path / "out") == {name: score for name, score in ALL.items() if name != "bob"}
 
 
+@pytest.mark.matrix  # that what is done is kept shows SIGKILL
 def test_ctrl_c_stops_with_what_is_done_kept(confinement, submitted, tmp_path):
     process = begin(submitted, tmp_path / "out", "--jobs", "1", start_new_session=True)
     assert wait_until(lambda: results(tmp_path / "out"), 2 * SLOW)
@@ -284,6 +285,7 @@ def test_a_worker_that_dies_loses_nothing(confinement, submitted, dask_cluster, 
     assert scores(tmp_path / "out") == ALL
 
 
+@pytest.mark.matrix  # tests/grading/test_judging.py has it without a cluster
 def test_a_submission_that_kills_two_workers_is_given_up(confinement, submitted, dask_cluster, tmp_path):
     """The rest of the class is graded."""
     shutil.copytree(SOLUTIONS / "parameters", submitted / "bob" / "parameters")
