@@ -8,12 +8,12 @@ only what that member's own server may know (`forkserver`).
 import os
 import sys
 
-from autograder.sandbox.forkserver import Forkserver, Template
+from autograder.sandbox.forkserver import SUPPORTED, Forkserver, Template
 
 # Of what is loaded, some takes a home folder, a user's name or the hub's address from the environment at once.  It
 # finds these there, which belong to nobody, and by which a test finds who has taken them.
 NOBODY = "nobody-at-all"
-# What a server loads, as sys.modules of a running one has it; with a test that tells what is missing.
+# What a server loads, as sys.modules of a running one has it.  What is missing is loaded by each server.
 LOADED = """
     jupyterhub.singleuser.extension jupyter_server.serverapp jupyterlab.labapp jupyter_lsp jupyter_server_terminals
     nbgrader.apps nbgrader.server_extensions.assignment_list notebook.app notebook_shim.nbserver
@@ -36,6 +36,8 @@ OPTIONS = ("-P", "-s")  # nothing in the home folder is a module of the server
 
 def start() -> Forkserver:
     """Start the process; raises OSError."""
+    if not SUPPORTED:
+        raise OSError("none is forked with this Python")
     own = {
         "HOME": f"/{NOBODY}",
         "JUPYTERHUB_API_URL": f"http://{NOBODY}/hub/api",

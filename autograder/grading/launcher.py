@@ -18,7 +18,7 @@ from pathlib import Path
 
 from autograder.records import UNSAFE, Ended, Job, from_line, to_line
 from autograder.sandbox import networks, users
-from autograder.sandbox.forkserver import Forkserver
+from autograder.sandbox.forkserver import SUPPORTED, Forkserver
 from autograder.sandbox.launching import LaunchServer
 from autograder.sandbox.machine_load import Load
 from autograder.sandbox.sandbox import MEMORY, Sandbox
@@ -59,7 +59,7 @@ class Launcher:
                 stdin=subprocess.DEVNULL,
             )
         theirs.close()
-        self._forkserver = Forkserver() if confinement == "root" else None
+        self._forkserver = Forkserver() if confinement == "root" and SUPPORTED else None
         numbers = range(1, DOMAINS + 1)
         self._networks = None if confinement == UNSAFE else dict(zip(numbers, networks.make(DOMAINS), strict=True))
 

@@ -65,6 +65,9 @@ REAPED = 1000  # of the dead that are buried in one turn, before other requests 
 LEAST = 3  # the same without control groups
 KEPT = 3  # the number of the first descriptor that a program keeps
 ASIDE = 100  # where descriptors are while those from KEPT on are made free
+# From Python 3.13 on, Py_Exit breaks down (SIGSEGV) in a fork of a thread that is not the one Python began with, and so
+# would each program at its end: each is started then.
+SUPPORTED = sys.version_info < (3, 13)
 FAILED = 125  # exit status of a fork that does not come to be a program
 GLANCE = 0.1  # s between two looks at children that nobody has asked for
 

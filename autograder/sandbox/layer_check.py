@@ -11,7 +11,7 @@ from typing import Any
 from autograder import paths
 from autograder.errors import SandboxError, SandboxUnavailable
 from autograder.sandbox import cgroup, networks, seccomp, users, view
-from autograder.sandbox.forkserver import Forkserver
+from autograder.sandbox.forkserver import SUPPORTED, Forkserver
 from autograder.sandbox.program import Program
 from autograder.sandbox.sandbox import CONFINEMENTS, LIMITS, Sandbox, choose
 from autograder.sandbox.variables import ros_prefixes
@@ -129,6 +129,9 @@ def refused(layers: list[Layer]) -> bool:
 def _forked(probe: str) -> Layer:
     """A program that is forked: the same layers must hold for it."""
     name = "forked programs"
+    if not SUPPORTED:
+        seen = "this Python cannot (3.11 and 3.12 can): each program loads ROS 2 for itself, which takes longer"
+        return Layer(name, False, seen, required=False)
     server = Forkserver()
     (network,) = networks.make(1)
     try:

@@ -16,10 +16,12 @@ import pytest
 from autograder.classroom import accounts, box, serve, servers, template
 from autograder.classroom.servers import Running
 from autograder.classroom.spawner import BoxSpawner
+from autograder.sandbox.forkserver import SUPPORTED
 from autograder.sandbox.usage import of_user
 from course.foundation.waiting import wait_until
 from tests.sandbox.test_forkserver import WORLD
 
+pytestmark = pytest.mark.skipif(not SUPPORTED, reason="this Python forks no programs")
 SECONDS = 60.0  # in which a process begins or ends on a busy machine
 # What a server can see beside what any forked program can.
 MORE = """

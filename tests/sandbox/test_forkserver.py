@@ -11,12 +11,15 @@ import pytest
 
 from autograder.errors import SandboxError
 from autograder.sandbox import networks
-from autograder.sandbox.forkserver import Forkserver
+from autograder.sandbox.forkserver import SUPPORTED, Forkserver
 from autograder.sandbox.program import Program
 from autograder.sandbox.sandbox import LIMITS, Sandbox
 from course.foundation.waiting import wait_until
 
-pytestmark = pytest.mark.usefixtures("forks")
+pytestmark = [
+    pytest.mark.usefixtures("forks"),
+    pytest.mark.skipif(not SUPPORTED, reason="this Python forks no programs"),
+]
 ENDED = 30.0  # s
 
 # What a program can see of itself and of the machine.  Numbers of processes, descriptors and users differ by chance.
