@@ -10,7 +10,7 @@ from contextlib import asynccontextmanager
 
 
 class Line:
-    """Whose turn it is."""
+    """The turns of those who wait."""
 
     def __init__(self, places: int):
         """At most so many have their turn at a time."""

@@ -184,7 +184,7 @@ def _fork(
         doors = group.doors if group else []
         report = ends.enter_context(forkserver.run(request, doors, says, sandbox, [listening, held.fileno()]))
         if not select.select([report], [], [], FORKED)[0] or not report.readline().decode().startswith(BEGINS):
-            raise ChildProcessError("its fork did not begin")
+            raise ProcessLookupError("its fork did not begin")
         undo.pop_all()
     return process
 

@@ -27,7 +27,7 @@ class Pad:
 
     @property
     def publishes(self) -> bool:
-        """Whether the session has a publisher for it now."""
+        """Return True if the session has a publisher for it now."""
         return self._publisher is not None
 
     def command(self) -> tuple[float, float] | None:
