@@ -97,7 +97,6 @@ def hand_in_and_return(services: Path, folder: Path) -> str:
     return run("course", "feedback", folder / name, cwd=services)
 
 
-@pytest.mark.matrix  # the notebook's loop runs the same commands
 def test_from_the_work_to_the_feedback_in_the_terminal(confinement, tmp_path):
     (tmp_path / "work/services").mkdir(parents=True)
     shutil.copy(ROOT / "notebooks/services/services.ipynb", tmp_path / "work/services")
@@ -105,6 +104,7 @@ def test_from_the_work_to_the_feedback_in_the_terminal(confinement, tmp_path):
     assert "relay: 4.5 of 10 points" in said and "What to mend:" in said
 
 
+@pytest.mark.matrix  # test_from_the_work_to_the_feedback_in_the_terminal runs the same commands
 @pytest.mark.long("the whole loop of one student, with a grading")
 def test_from_the_work_to_the_feedback_in_the_notebook(student, confinement, page, tmp_path):
     address, token, work, _ = student

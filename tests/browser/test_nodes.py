@@ -103,7 +103,6 @@ def test_ten_thousand_lines_a_second_leave_the_page_responsive_and_are_counted(l
     expect(panel.get_by_role("button", name="/flood stopped")).to_be_visible()
 
 
-@pytest.mark.matrix  # test_robot.py restarts a kernel under a panel
 def test_a_kernel_that_is_killed_is_told_and_the_next_one_is_found(lab, page):
     panel = begin(page, lab, "killed")
     run_cell(page, CHECKS, "import os, signal\nos.kill(os.getpid(), signal.SIGKILL)")

@@ -89,6 +89,7 @@ def place(canvas: Locator, x: float, y: float) -> tuple[float, float]:
     return box["x"] + left + scale * x, box["y"] + bottom - scale * y
 
 
+@pytest.mark.matrix  # tests/lab/test_robot.py and test_plot.py have what the view shows and does, without a browser
 @pytest.mark.long("all that can be done in the view, one after the other")
 def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_runs(lab, page):
     view = begin(page, lab, "driven")
@@ -163,7 +164,7 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
         assert figure.evaluate("image => getComputedStyle(image).filter").startswith(filtered)
 
     run_cell(page, 2, COMMANDS)
-    expect(view.locator(".ros-Robot-facts")).to_contain_text("0.20 m/s")
+    expect(view.locator(".ros-Robot-facts")).to_contain_text("command0.20 m/s")
     page.get_by_role("button", name="Interrupt the kernel").click()
     expect(view.locator(".ros-Robot-facts")).to_contain_text("stopped: no commands come")
     page.get_by_role("button", name="Restart the kernel", exact=True).click()
