@@ -1,5 +1,6 @@
 """The tests that this run has chosen, for fixtures that begin at once all that these tests will ask for."""
 
+from collections.abc import Collection, Iterable
 from typing import Any
 
 import pytest
@@ -14,3 +15,8 @@ def parameters(request: pytest.FixtureRequest, name: str) -> list[dict[str, Any]
 def values(request: pytest.FixtureRequest, name: str) -> set[Any]:
     """Return what the parameter `name` is in the chosen tests of the requesting file."""
     return {each[name] for each in parameters(request, name)}
+
+
+def cases(every: Iterable[Any], nightly: Collection[Any]) -> list[Any]:
+    """Return parameters, of which the nightly ones belong to the matrix."""
+    return [pytest.param(each, marks=pytest.mark.matrix if each in nightly else ()) for each in every]

@@ -12,7 +12,7 @@ from tests.processes import programs_left
 
 from .programs import ALIKE, ATTACKS, DAEMONS, IDLE_SERVER, LARGE, REPOSITORY, handed_in
 
-CASES = [pytest.param(name, marks=pytest.mark.matrix if name in ALIKE else ()) for name in ATTACKS]
+CASES = chosen.cases(ATTACKS, ALIKE)
 
 
 @pytest.fixture(scope="module")

@@ -249,9 +249,7 @@ def little(request, grade):
     }
 
 
-@pytest.mark.parametrize(
-    "kind", [pytest.param(kind, marks=pytest.mark.matrix if kind in ALIKE else ()) for kind in LITTLE]
-)
+@pytest.mark.parametrize("kind", chosen.cases(LITTLE, ALIKE))
 def test_whoever_does_nothing_or_confuses_the_grader_is_graded_and_earns_little(little, kind):
     report = little[kind].result()
     earned = {test.id: test.points for test in report.tests if test.points}

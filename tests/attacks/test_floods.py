@@ -91,9 +91,7 @@ def reports(request, grade):
     return begun | {"honest": grade(REFERENCE, "services")}
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.matrix if name in ALIKE else ()) for name in ATTACKS]
-)
+@pytest.mark.parametrize("name", chosen.cases(ATTACKS, ALIKE))
 def test_it_is_judged_and_sets_nothing_of_the_graders(reports, name):
     report = reports[name].result()
     assert report.status == GRADED

@@ -19,7 +19,7 @@ from autograder.classroom.spawner import BoxSpawner
 from autograder.sandbox.forkserver import SUPPORTED
 from autograder.sandbox.usage import of_user
 from course.foundation.waiting import wait_until
-from tests.sandbox.test_forkserver import WORLD
+from tests.sandbox.test_forkserver import SEARCH, WORLD
 
 pytestmark = pytest.mark.skipif(not SUPPORTED, reason="this Python forks no programs")
 SECONDS = 60.0  # in which a process begins or ends on a busy machine
@@ -45,28 +45,6 @@ END = "=== the end ==="
 HOLD = "import time\nprint('here', flush=True)\ntime.sleep(600)"
 
 
-SEARCH = """
-def is_in(content, first, second):
-    at = content.find(first)
-    while at >= 0 and not content.startswith(second, at + len(first)):
-        at = content.find(first, at + 1)
-    return at >= 0
-
-found = set()
-memory = open('/proc/self/mem', 'rb', 0)
-for line in open('/proc/self/maps'):
-    span, rights, *_ = line.split()
-    if rights.startswith('rw'):
-        start, end = (int(word, 16) for word in span.split('-'))
-        memory.seek(start)
-        content = memory.read(end - start)
-        for pair in PAIRS:
-            if is_in(content, *(half.encode() for half in pair)):
-                found.add(pair[0])
-        known = 'not secret'  # read in the regions that follow, or the next time
-        del content
-print(found)
-"""
 # Looks through what modules, their classes and functions have kept, once all that a server loads is there.
 TAKEN = """
 import importlib, traitlets, types

@@ -56,6 +56,29 @@ world = dict(
 )
 print(json.dumps(world, default=str))
 """
+# Looks in all that a program may write for PAIRS of halves, and prints the first half of those that it finds.
+SEARCH = """
+def is_in(content, first, second):
+    at = content.find(first)
+    while at >= 0 and not content.startswith(second, at + len(first)):
+        at = content.find(first, at + 1)
+    return at >= 0
+
+found = set()
+memory = open('/proc/self/mem', 'rb', 0)
+for line in open('/proc/self/maps'):
+    span, rights, *_ = line.split()
+    if rights.startswith('rw'):
+        start, end = (int(word, 16) for word in span.split('-'))
+        memory.seek(start)
+        content = memory.read(end - start)
+        for secret in PAIRS:
+            if is_in(content, *(half.encode() for half in secret)):
+                found.add(secret[0])
+        known = 'not secret'  # read in the regions that follow, or the next time
+        del content
+print(found)
+"""
 
 
 @pytest.fixture(scope="module")
@@ -192,28 +215,8 @@ def test_its_memory_holds_no_secret(confinement, monkeypatch):
     server = Forkserver()
     run(server, f"print({''.join(secrets[2:4])!r})", "".join(secrets[4:]))
     # It never puts the two halves together itself, or it would find its own.
-    text = f"""
-def is_in(content, first, second):
-    at = content.find(first)
-    while at >= 0 and not content.startswith(second, at + len(first)):
-        at = content.find(first, at + 1)
-    return at >= 0
-
-found = set()
-memory = open('/proc/self/mem', 'rb', 0)
-for line in open('/proc/self/maps'):
-    span, rights, *_ = line.split()
-    if rights.startswith('rw'):
-        start, end = (int(word, 16) for word in span.split('-'))
-        memory.seek(start)
-        content = memory.read(end - start)
-        for secret in ({secrets[:2]}, {secrets[2:4]}, {secrets[4:]}, ['not se', 'cret']):
-            if is_in(content, *(half.encode() for half in secret)):
-                found.add(secret[0])
-        known = 'not secret'  # read in the regions that follow, or the next time
-        del content
-print(found)
-"""
+    pairs = [secrets[:2], secrets[2:4], secrets[4:], ["not se", "cret"]]
+    text = f"PAIRS = {pairs}\n{SEARCH}"
     assert run(server, text).output == "{'not se'}\n"
     server.close()
 

@@ -139,7 +139,7 @@ class PlotFeed:
         Publishers of a cell do not count: a public check waits for a subscriber of its own, and must not take the plot
         for it.  Commands that somebody gives by hand come from there, and count.
         """
-        own = full(live.node.get_name(), live.node.get_namespace())
+        own = live.node.get_fully_qualified_name()
         publishers = live.node.get_publishers_info_by_topic(self._topic)
         return any(self._topic == COMMANDS or full(each.node_name, each.node_namespace) != own for each in publishers)
 

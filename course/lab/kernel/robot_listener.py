@@ -100,7 +100,7 @@ class RobotListener:
             node = self.live.node
             for topic, (kind, qos) in TOPICS.items():
                 found = {
-                    (f"{each.node_namespace.rstrip('/')}/{each.node_name}", tuple(each.endpoint_gid))
+                    (full(each.node_name, each.node_namespace), tuple(each.endpoint_gid))
                     for each in node.get_publishers_info_by_topic(topic)
                 }
                 if topic == "/cmd_vel":
@@ -116,9 +116,9 @@ class RobotListener:
                     node.destroy_subscription(self._subscriptions.pop(topic))
 
     def _look_at_commands(self, names: list[str]) -> None:
-        """See who takes commands, and who gives them: nodes, the `ros2` command, and cells by the session's own node."""
+        """See who takes commands, and who gives them: nodes, the `ros2` command, cells by the session's own node."""
         node = self.live.node
-        own = full(node.get_name(), node.get_namespace())
+        own = node.get_fully_qualified_name()
         takers = node.get_subscriptions_info_by_topic("/cmd_vel")
         self.takes = {each.topic_type for each in takers if not is_hidden(each.node_name)}
         others = {"the ros2 command" if name.startswith("/_ros2cli") else name for name in names if name != own}
