@@ -125,7 +125,8 @@ class PlotFeed:
         if live is not self._live:
             self._subscription, self._live = None, live
         kind = dict(live.node.get_topic_names_and_types()).get(self._topic, [""])[0] if self._is_heard(live) else ""
-        if kind != self._kind or (kind and self._subscription not in live.node.subscriptions):
+        heard = self._subscription is not None and self._subscription in live.node.subscriptions
+        if kind != self._kind or (kind and not heard):
             self.close()
             self._kind = kind
             if kind:
