@@ -48,7 +48,7 @@ class RobotFeed:
         self._path = _Path()
 
     def read(self) -> dict[str, Any] | None:
-        """What has changed of `scan`, `robot`, `command`, `state`, `collisions`, `room`, `path`, `nodes`, `idle`.
+        """The changed ones of `scan`, `robot`, `command`, `state`, `collisions`, `room`, `path`, `nodes`, `idle`.
 
         `idle` is why nobody can drive by hand, or "".
         """
