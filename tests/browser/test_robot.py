@@ -89,7 +89,6 @@ def place(canvas: Locator, x: float, y: float) -> tuple[float, float]:
     return box["x"] + left + scale * x, box["y"] + bottom - scale * y
 
 
-@pytest.mark.matrix  # tests/lab/test_robot.py and test_plot.py have what the view shows and does, without a browser
 @pytest.mark.long("all that can be done in the view, one after the other")
 def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_runs(lab, page):
     view = begin(page, lab, "driven")

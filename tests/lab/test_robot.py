@@ -158,6 +158,20 @@ def test_a_drive_that_is_over_at_once_is_shown_with_its_path(kernel, page):
         data = page.event()["data"]
 
 
+def test_commands_that_a_cell_publishes_with_the_sessions_own_node_are_shown(kernel, page):
+    page.subscribe("robot")
+    kernel.run("ros.start(World)")
+    kernel.run(
+        "from geometry_msgs.msg import Twist, Vector3\n"
+        "forward = ros.node.create_publisher(Twist, 'cmd_vel', 10)\n"
+        "timer = ros.node.create_timer(0.1, lambda: forward.publish(Twist(linear=Vector3(x=0.2))))"
+    )
+    shown_until(page, lambda known: known.get("command") == [0.2, 0.0])
+    kernel.run("timer.cancel()")
+    shown_until(page, lambda known: "command" in known and known["command"] is None)
+    kernel.run("ros.node.destroy_publisher(forward)")
+
+
 HIT = """import math
 from geometry_msgs.msg import Twist, Vector3
 from course.world.node import latest

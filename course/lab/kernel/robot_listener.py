@@ -1,7 +1,7 @@
 """The robot's state as its topics tell it: its scan, odometry, commands and collisions, and the walls around it.
 
 It listens only to topics on which some node publishes, so that a session without a robot looks as it does without the
-view; the session's own hidden node does not count.
+view; the session's own hidden node does not count, except where a cell publishes commands with it.
 """
 
 import bisect
@@ -109,10 +109,11 @@ class RobotListener:
                 self.publishers[topic] = tuple(sorted(each for each in found if not is_hidden(each[0])))
                 if topic == "/collision" and not known & set(self.publishers[topic]):
                     self._forget_hits(before)
-                if self.publishers[topic] and topic not in self._subscriptions:
+                speaks = bool(self.commanders if topic == "/cmd_vel" else self.publishers[topic])
+                if speaks and topic not in self._subscriptions:
                     hear = cast(Callable[[bytes], None], self._hear(topic))  # which takes the message's info, too
                     self._subscriptions[topic] = node.create_subscription(kind, topic, hear, qos, raw=True)
-                elif not self.publishers[topic] and topic in self._subscriptions:
+                elif not speaks and topic in self._subscriptions:
                     node.destroy_subscription(self._subscriptions.pop(topic))
 
     def _look_at_commands(self, names: list[str]) -> None:
