@@ -12,23 +12,28 @@ from typing import Any
 
 from autograder.classroom import assignments, course_files
 from autograder.classroom.plan import Classroom
+from autograder.errors import UsageError
 from autograder.gradebook import extensions
 
 
 def overview(classroom: Classroom, now: datetime) -> dict[str, Any]:
-    """Return what the page shows; raises AutograderError."""
+    """Return what the page shows; raises AutograderError, but not for a file of extensions that cannot be read."""
     rows = [
         asdict(row)
         | {what: assignments.said(time) for what, time in asdict(row.dates).items()}
         | {"open": row.state not in (assignments.DRAFT, assignments.DATED)}
         for row in assignments.table(classroom, now)
     ]
-    path = classroom.grading / extensions.FILE
-    given = extensions.parse(course_files.read_grading(classroom, path.name), path)
+    path, given, unreadable = classroom.grading / extensions.FILE, extensions.Given(), ""
+    try:
+        given = extensions.parse(course_files.read_grading(classroom, path.name), path)
+    except UsageError as error:
+        unreadable = str(error)
     keys = ("student", "exercise", "more")
     return {
         "rows": rows,
         "extensions": [dict(zip(keys, each, strict=True)) for each in extensions.listed(given)],
+        "unreadable": unreadable,
         "students": {each.name: f"{each.first_name} {each.last_name}".strip() for each in classroom.students},
     }
 

@@ -9,6 +9,10 @@ from autograder.errors import CannotExport
 from autograder.gradebook.exporter import DONE, Exporter, Grade, Grades, Rows, harmless, number
 from autograder.platforms import MOODLE
 
+NO_FORMULA = re.compile(  # a key that looks like a formula and is none: no sum, and no cell's name
+    r"[-+@](?![A-Za-z]{1,3}\d{1,7}$)[\w.]+|[-+@][\w.+-]*[^\W\d][\w.+-]*@[\w.-]+"
+)
+
 
 class MoodleExporter(Exporter):
     """The file that Moodle imports with Grades > Import > CSV file.
@@ -51,7 +55,7 @@ class MoodleExporter(Exporter):
             key = self._key(next(iter(mine.values())).student)
             if not key:
                 without_key.append(student)
-            elif harmless(key) != key and not re.fullmatch(r"[-+@][\w.@+-]*", key):
+            elif harmless(key) != key and not NO_FORMULA.fullmatch(key):
                 unsafe.append(student)
             elif key in key_of:
                 raise CannotExport(f"{key_of[key]} and {student} have the same {self.user}, {key}")

@@ -250,6 +250,17 @@ def test_moodle_by_email_leaves_out_what_would_be_run(book, tmp_path, caplog):
     assert "1 without a line in the file, because the gradebook does not have their email: ada" in caplog.text
 
 
+@pytest.mark.parametrize(
+    ("email", "kept"),
+    [("-ada@uni.edu", True), ("+491234", True), ("-ada", True), ("@ada-b+c@uni.edu", True), ("@SUM", True)]
+    + [(email, False) for email in ("+1-1", "-A1", "+1+A1@", "-1@2-3")],
+)
+def test_moodle_writes_a_name_that_looks_like_a_formula_only_if_it_is_none(book, tmp_path, email, kept):
+    book.update_or_create_student("ada", email=email)
+    lines = exported(MoodleExporter(user="email"), book, tmp_path)
+    assert (email in [line[0] for line in lines]) is kept
+
+
 def test_moodle_by_idnumber_with_feedback(book, tmp_path):
     book.update_or_create_student("cy", lms_user_id="")
     comment = book.find_submission_notebook("calculator", "calculator", "bob").comments
