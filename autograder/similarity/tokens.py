@@ -58,7 +58,7 @@ def tokens(text: str) -> list[Token]:
 
 def _raw(text: str) -> Iterator[tokenize.TokenInfo]:
     """Python's own tokens; after an error those from the next line on."""
-    lines = text.split("\n")
+    lines = text.encode(errors="replace").decode().split("\n")  # half of a pair of surrogates has no UTF-8
     done = 0  # lines
     for _ in range(MAX_RESTARTS):
         reached = 0

@@ -9,6 +9,7 @@ import contextlib
 import json
 import os
 import socket
+import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -22,6 +23,8 @@ from course.ros.rclpy_internals import unwatched
 
 REQUESTS = 16  # of a page at a time
 AHEAD = 2  # events of a subscription that the page may have not taken in yet
+# Since Python 3.13 asyncio removes a server's socket, and finds it by the name it was bound with, see protocol.address.
+BY_US: dict[str, Any] = {"cleanup_socket": False} if sys.version_info >= (3, 13) else {}
 
 
 class Bridge:
@@ -53,7 +56,7 @@ class Bridge:
 
     def _run(self) -> None:
         asyncio.set_event_loop(self._loop)
-        serving = asyncio.start_unix_server(self._page, sock=self._socket, limit=protocol.LINE)
+        serving = asyncio.start_unix_server(self._page, sock=self._socket, limit=protocol.LINE, **BY_US)
         self._serving = self._loop.create_task(serving)  # a session may be closed before that is done
         self._loop.run_forever()
         for task in asyncio.all_tasks(self._loop):
