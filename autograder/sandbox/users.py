@@ -7,6 +7,7 @@ import contextlib
 import fcntl
 import logging
 import os
+import secrets
 import signal
 import subprocess
 from collections.abc import Iterator, Mapping
@@ -19,7 +20,6 @@ from course.foundation.waiting import wait_until
 INSIDE = 65534  # what a program is inside a user namespace, where it is started by anybody but root
 SPARE = range(60600, 61100)  # left alone by Debian's and systemd's own allocations
 LOCKS = Path("/run/lock/ros2-autograder")
-TAKEN = b"taken\n"  # in a lock's file until nothing of its user is left
 GONE = 5.0  # s until the processes of a user that were killed are gone
 
 log = logging.getLogger("autograder")
@@ -50,21 +50,22 @@ def borrowed(confinement: str) -> Iterator[int | None]:
 def take() -> tuple[int, int]:
     """A user id that no other program on this machine has, and the open lock that keeps it: `give_back` frees the id.
 
-    No process of that user is left: the kernel would count it among the next program's.  Raises SandboxError when all
-    are taken, and SandboxUnavailable when the locks are not root's.
+    No process of that user is left: the kernel would count it among the next program's.  Other containers' graders are
+    counted by the same kernel and have locks of their own, so each looks from another id on.  Raises SandboxError when
+    all are taken, and SandboxUnavailable when the locks are not root's.
     """
     _make_folder()
-    for uid in SPARE:
+    first = secrets.randbelow(len(SPARE))
+    for uid in (*SPARE[first:], *SPARE[:first]):
         lock = os.open(LOCKS / str(uid), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             os.close(lock)
             continue
-        if os.fstat(lock).st_size and not _is_unused(uid):  # whoever had it was killed, or could not end all of it
+        if not _is_unused(uid):  # another container's, or whoever had it was killed, or could not end all of it
             os.close(lock)
             continue
-        os.pwrite(lock, TAKEN, 0)
         return uid, lock
     raise SandboxError(f"all {len(SPARE)} user ids for students' programs are taken: end another grading first")
 
@@ -77,11 +78,8 @@ def give_back(taken: Mapping[int, int]) -> None:
     """
     wait_until(lambda: not _end_all(taken), GONE, alert=False)
     for uid, lock in taken.items():
-        left = of_user(uid)
-        if left:
+        if left := of_user(uid):
             log.warning("processes %s of user %d have not ended: it gets no program until they have", [*left], uid)
-        else:
-            os.ftruncate(lock, 0)
         os.close(lock)
 
 
