@@ -2,10 +2,11 @@
 
 import asyncio
 import contextlib
+import math
 import os
 import signal
 import subprocess
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable, Coroutine
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, ClassVar
@@ -20,12 +21,17 @@ from autograder.classroom.plan import GIB, Classroom, as_url
 from autograder.classroom.servers import Running
 from autograder.sandbox.forkserver import Forkserver
 from autograder.sandbox.usage import of_user, processes
+from course.foundation.processes import processor_time
 
 PORT = 8888  # which a server is told, and does not use
 STARTING = 0.8  # s of a processor that a server takes to start, as measured
 AT_ONCE = os.cpu_count() or 1  # servers that are started at a time
 HELD = 15.0  # s at most that one which does not answer keeps the others waiting
+IDLE = 1.0  # s for which it does nothing, after which it does so no longer
+TAKES = 4 * STARTING  # s of a processor for a forked one, the same
+LOOK = 0.25  # s between two looks at what it does
 TOLD = 1.0  # s between two messages to who waits
+LONGER = 4.0  # times as long as it usually takes, after which that is said
 RETRY = 0.05  # s
 
 
@@ -59,9 +65,14 @@ class BoxSpawner(Spawner):
                 servers.start, classroom, member, env, self.forkserver, self.log.warning
             )
             self._tell_url(classroom, member)
+            forked = self.forkserver is not None and not member.instructor
             with contextlib.suppress(OSError, TimeoutError):  # it has ended, or is slow: the hub sees to that
                 async with asyncio.timeout(HELD):
-                    await _answer(classroom.socket(member), url)
+                    await _while_it_starts(
+                        _answer(classroom.socket(member), url),
+                        lambda: self._processor_time(classroom, member),
+                        TAKES if forked else math.inf,
+                    )
         return as_url(classroom.socket(member))
 
     async def progress(self) -> AsyncIterator[dict[str, Any]]:
@@ -70,7 +81,7 @@ class BoxSpawner(Spawner):
         while True:
             before = self._line.before(self)
             waited = asyncio.get_running_loop().time() - begun
-            yield {"progress": _progress(waited, before), "message": _waiting(before)}
+            yield {"progress": _progress(waited, before), "message": _waiting(before, waited)}
             await asyncio.sleep(TOLD)
 
     async def poll(self) -> int | None:
@@ -117,6 +128,10 @@ class BoxSpawner(Spawner):
         super().clear_state()
         self._running, self._process = Running(0, 0), None
 
+    def _processor_time(self, classroom: Classroom, member: Member) -> float:
+        own = {} if member.instructor else of_user(accounts.ids(classroom, member)[0])
+        return sum(map(processor_time, processes(self._running.pid) | own))
+
     def _bound_memory(self) -> None:
         """Bound the server's memory as a control group would."""
         classroom = self.classroom
@@ -146,6 +161,25 @@ class BoxSpawner(Spawner):
         self.server.bind_url = as_url(classroom.socket(member))
 
 
+async def _while_it_starts(answer: Coroutine[Any, Any, None], used: Callable[[], float], most: float) -> None:
+    """Wait for a server's answer, but not when it does nothing, or has `used` more than `most` s of a processor.
+
+    Whoever made it so, on purpose or not, is not to keep all others waiting.
+    """
+    answering, loop = asyncio.ensure_future(answer), asyncio.get_running_loop()
+    before, active = 0.0, loop.time()
+    try:
+        while not (await asyncio.wait([answering], timeout=LOOK))[0]:
+            now = await asyncio.to_thread(used)
+            if now > before:
+                before, active = now, loop.time()
+            if now > most or loop.time() - active > IDLE:
+                return
+        await answering
+    finally:
+        answering.cancel()
+
+
 async def _answer(path: Path, url: str) -> None:
     """Wait until the server that listens there answers; raises OSError when it ends."""
     reader, writer = await asyncio.open_unix_connection(str(path))
@@ -165,8 +199,10 @@ def _progress(waited: float, before: int) -> int:
     return min(95, round(100 * waited / (waited + _seconds(before))))
 
 
-def _waiting(before: int) -> str:
+def _waiting(before: int, waited: float) -> str:
+    longer = " It takes longer than usual." if waited > LONGER * _seconds(before) else ""
     if not before:
-        return "Starting your server."
+        return f"Starting your server.{longer}"
     others = "1 other is" if before == 1 else f"{before} others are"
-    return f"Starting your server: {others} before you, which takes about {_seconds(before):.0f} s."
+    takes = longer or f" It takes about {_seconds(before):.0f} s."
+    return f"Starting your server: {others} before you.{takes}"
