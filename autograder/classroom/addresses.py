@@ -13,6 +13,7 @@ from urllib.parse import unquote, urlsplit
 
 from jupyterhub.handlers.base import BaseHandler
 from jupyterhub.proxy import ConfigurableHTTPProxy
+from tornado import web
 from traitlets.config import Config
 
 from autograder.classroom import hub
@@ -77,6 +78,9 @@ class StudentsProxy(ConfigurableHTTPProxy):
         return dict(await self._staff.get_all_routes()) | dict(await super().get_all_routes())
 
 
+READING = ("GET", "HEAD", "OPTIONS")
+
+
 def owner(routespec: str) -> str:
     """Return whose server a route leads to; '' for the hub."""
     _, kind, name, *_ = [*routespec.split("/"), "", ""]
@@ -102,6 +106,16 @@ def keep_apart(c: Config, classroom: Classroom) -> None:
         return user if belongs(classroom, user.name in instructors, handler.request.host) else None
 
     BaseHandler.get_current_user_cookie = at_own_address
+    prepare = BaseHandler.prepare
+
+    async def prepare_own(handler: BaseHandler) -> None:
+        """Also for who is not logged in: no page of another address logs a visitor in as somebody else."""
+        origin = handler.request.headers.get("Origin")
+        if handler.request.method not in READING and elsewhere(origin, handler.request.host):
+            raise web.HTTPError(403, "A page of another address has asked for this: open the page of your class")
+        await prepare(handler)
+
+    BaseHandler.prepare = prepare_own
 
 
 def elsewhere(origin: str | None, host: str) -> bool:

@@ -147,6 +147,18 @@ def test_a_page_of_another_port_of_the_same_name_does_nothing_in_an_instructors_
     assert ask(instructor, student="carol", take_back="yes", origin=instructor.hub.rstrip("/")).ok
 
 
+def test_a_page_of_another_address_logs_nobody_in(classroom):
+    """It could have planted a token against forgery of its own: somebody would work in another's name."""
+    visitor = Visitor(classroom.address_of(classroom.find("ada")), "ada")
+    password = hub.shared_passwords(classroom)["students"]
+    visitor.session.headers["Origin"] = "http://elsewhere.example"
+    assert not visitor.log_in(password)
+    assert visitor.answer is not None and visitor.answer.status_code == 403
+    assert visitor.session.get(f"{visitor.hub}hub/home").url.partition("?")[0].endswith("/hub/login")
+    visitor.session.headers["Origin"] = visitor.hub.rstrip("/")
+    assert visitor.log_in(password)
+
+
 def test_a_class_at_the_same_address_with_a_member_of_the_same_name_is_told(quiet, tmp_path, capsys):
     """Browsers send the log-in of the one class to the other's servers."""
     other = replace(quiet, folder=tmp_path / "other", host="localhost", members=(Member("bob"), Member("tom", True)))
