@@ -1,5 +1,7 @@
 """The student's programs, all started before the first test waits for any of them."""
 
+import math
+
 import pytest
 
 from autograder.hidden.calculator.conversation import Calculator, Call, ClientRuns, Counterpart
@@ -28,18 +30,24 @@ def runs(bench: Bench) -> ClientRuns:
     a, b = (rng.choice([-1, 1]) * (rng.randrange(10, 900) + rng.choice([0.25, 0.5, 0.75])) for _ in "ab")
     operation = rng.choice(["subtract", "multiply", "divide"])
     result = -rng.randrange(1_000_000, 9_000_000) - 0.5
-    # As a message may be: long, with capitals and punctuation.  With a result, which means nothing in a refusal.
-    reason = f"{word(6).capitalize()} {word(4).upper()}: {word(7)} ({word(5)}), {word(8)}-{word(3)}. {word(6)}!"
+    # As a message may be: longer than a line, with capitals and punctuation.  With a result, which means nothing in a
+    # refusal.
+    start = f"{word(6).capitalize()} {word(4).upper()}: {word(7)} ({word(5)}), {word(8)}-{word(3)}"
+    reason = f"{start}; {' '.join(word(7) for _ in range(12))}. {word(6)}!"
     noise = word(6)
     bench.hide(noise)
     answering = Counterpart(bench, result=result, success=True, message=word(9))
     refusing = Counterpart(bench, result=-rng.randrange(1000, 9000) - 0.5, success=False, message=reason)
+    zero = Counterpart(bench, result=0.0, success=True, message=word(9))
+    infinite = Counterpart(bench, result=math.inf, success=True, message=word(9))
     silent = Counterpart(bench, result=1.0, success=True, message=word(9), silent=True)
     p, q = (str(rng.randrange(10, 900)) for _ in "pq")
     return ClientRuns(
         answered=Call(answering, str(a), str(b), operation),
         refused=Call(refusing, p, "0", "divide"),
-        unusual=Call(silent, f"{p}e-5", f"+{q}", word(5).capitalize(), *FOR_ROS),
+        nameless=Call(zero, p, q, ""),
+        unknown=Call(infinite, p, q, word(6)),
+        unusual=Call(silent, f"{p}e-12", f"+{q}", f" {word(5).capitalize()} ", *FOR_ROS),
         absent=bench.early["absent"],
         misused={
             "with too few arguments": refusing.run(p, q),

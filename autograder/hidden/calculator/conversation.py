@@ -209,6 +209,21 @@ class Calculator(Server):
 
         return wait_until(named, limit)
 
+    def logs_each(self, question: Question, limit: float) -> bool:
+        """Whether asking this twice, one right after the other, adds two lines with a and b to the log or more.
+
+        The lines are counted where the log is printed and on /rosout, each by itself: a line may stand in both.
+        """
+        a, _, b = question
+        for _ in "12":
+            self.ask(*question)
+
+        def logged() -> bool:
+            logs = (map(numbers, log.splitlines()) for log in (self.program.output, self.ros.rosout))
+            return any(sum({abs(a), abs(b)} <= set(map(abs, line)) for line in log) > 1 for log in logs)
+
+        return wait_until(logged, limit)
+
     def logs_refusal(self, a: float, operation: str, b: float, limit: float) -> bool:
         """Whether a refusal adds its message to the log within `limit` s; True also when nothing is refused in words.
 
@@ -317,7 +332,7 @@ class Counterpart:
         self._bench = bench
         self._domain = bench.new_domain()
         self.response = Calculate.Response(result=result, success=success, message=message)
-        bench.hide(result, *message.split())
+        bench.hide(*[result] * (math.isfinite(result) and result != 0.0), *message.split())
         self.requests: list[Any] = []
         service: Any = bench.enter(self._domain).node.create_service(Calculate, SERVICE, self._answer)
         if silent:
@@ -390,14 +405,30 @@ class ClientRuns:
 
     answered: Call
     refused: Call  # the server answers with success False
+    nameless: Call  # an operation without a name; the result is 0
+    unknown: Call  # an operation that only the server knows; the result is inf
     unusual: Call  # numbers and an operation as nobody writes them, arguments for ROS, and no answer
     absent: Run  # there is no server
     misused: dict[str, Run]  # with a wrong command line, by what is wrong with it
 
     @cached_property
     def unanswered(self) -> Call:
-        """A call that gets no answer: the unusual one, or an ordinary one from a client that cannot make that."""
-        return self.unusual if self.unusual.reached else self.unusual.with_words(*self.answered.sent)
+        """A call that gets no answer."""
+        return self._reaching(self.unusual)
+
+    @cached_property
+    def zero(self) -> Call:
+        """A call whose result is 0."""
+        return self._reaching(self.nameless)
+
+    @cached_property
+    def infinite(self) -> Call:
+        """A call whose result is inf."""
+        return self._reaching(self.unknown)
+
+    def _reaching(self, call: Call) -> Call:
+        """The call, or an ordinary one to the same server from a client that cannot make it."""
+        return call if call.reached else call.with_words(*self.answered.sent)
 
     def expect_call(self) -> None:
         """The client has called the server when it was called rightly: only then its failures are judged."""

@@ -10,7 +10,7 @@ import contextlib
 import math
 import random
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any
 
@@ -22,6 +22,7 @@ from autograder.hidden.calculator.conversation import (
     ROUNDING,
     SERVICE,
     Calculator,
+    Call,
     ClientRuns,
     about_right,
     has_right_result,
@@ -31,6 +32,7 @@ from autograder.hidden.calculator.conversation import (
     same,
     told,
 )
+from autograder.sandbox.cleaning import CONTROL
 from autograder.suitekit import TimedOut, Wrong, expect_patience, expect_words, numbers, points, twice
 from course.interfaces import InterfaceError, parse
 from course.interfaces.definition import Field
@@ -40,6 +42,7 @@ RESPONSE = [("float64", "result"), ("bool", "success"), ("string", "message")]
 FLOAT64 = 1e-15  # of the numbers' size: several ways to compute the same are right, rounding to 14 digits is not
 LEAST = 5e-324  # the smallest float64 above 0
 SHOWN = 0.06  # what rounding to one decimal may cost a result that the client prints
+INFINITE = re.compile(r"(?<![a-z])inf(inity)?(?![a-z])|∞", re.IGNORECASE)  # and not as in "[INFO]"
 FOUND = 1.0  # s for which the client must wait for a server, by the task
 WRITTEN = 3.0  # s until a log line has arrived
 LETTERS = "bdfgklmnp"  # of words that are no operation
@@ -178,6 +181,10 @@ def test_precision(calculator: Calculator, rng: random.Random) -> None:
     if "divide" in operations:
         about = "the smallest numbers that float64 has (only 0 itself is 0)"
         calculator.expect(3 * LEAST, "divide", LEAST, about, FLOAT64, operations["divide"])
+    if "multiply" in operations:
+        about = "small numbers (a float64 holds a result as small as theirs)"
+        a, b = rng.randrange(3, 100) * 2.0**-540, 2.0**-530
+        calculator.expect(a, "multiply", b, about, LEAST, operations["multiply"])
 
 
 @points(4.5, cell="calculator-server")
@@ -267,7 +274,23 @@ def test_each_answer_stands_alone(calculator: Calculator, rng: random.Random) ->
                 f"'{operation}' it does not.",
                 f"{operation} {b} {a}: got {response}",
             )
+    expect_all_digits_matter(calculator, rng)
     expect_same_for_two_clients(calculator, rng)
+
+
+def expect_all_digits_matter(calculator: Calculator, rng: random.Random) -> None:
+    """A request that differs from an earlier one only in a late digit gets an answer of its own."""
+    a, b = calculator.new_numbers(rng)
+    for operation in calculator.abilities:
+        first, second = (a + 0.1111111, operation, b), (a + 0.1111112, operation, b)
+        before, right = calculator.ask(*first).result, ANSWERS[operation](first[0], b)
+        # Rounded results, which other tests judge, may well be the same.
+        if math.isclose(before, right, rel_tol=1e-12) and (response := calculator.ask(*second)).result == before:
+            raise Wrong(
+                f"With '{operation}', and with a number that differs only in its seventh decimal from that of an "
+                "earlier request, the answer must fit the new number. It has the result of the earlier request.",
+                f"{second}: got {response}",
+            )
 
 
 def expect_same_for_two_clients(calculator: Calculator, rng: random.Random) -> None:
@@ -327,10 +350,16 @@ def test_logs_requests(calculator: Calculator, rng: random.Random) -> None:
         a, b = numbers_like_no_others()
         expect_log_of_request(calculator, (a, operation, b), f"a request with '{operation}'")
     a, b = numbers_like_no_others()
-    word = "".join(rng.choices(LETTERS, k=9))
+    word = "".join(rng.choices(LETTERS, k=9)).capitalize()
     for refused, about in [((a, "divide", 0.0), "a division by zero"), ((b, word, a), "an unknown operation")]:
         if calculator.gets_answer(refused):  # that it gets one, other tests judge
             expect_log_of_request(calculator, refused, about)
+    a, b = numbers_like_no_others()
+    if not calculator.logs_each((a, calculator.abilities[0], b), calculator.bench.clock.allow(WRITTEN)):
+        raise Wrong(
+            "When the same request comes twice, one right after the other, the server must log (or print) a line with "
+            "a, b and the operation for each of the two. The log has fewer lines with both numbers."
+        )
 
 
 def expect_log_of_request(calculator: Calculator, question: tuple[float, str, float], kind: str) -> None:
@@ -341,7 +370,7 @@ def expect_log_of_request(calculator: Calculator, question: tuple[float, str, fl
         if {abs(a), abs(b)} <= logged:
             raise Wrong(
                 f"After {kind}, the server must have logged (or printed) a line with a, b and the operation. Both "
-                "numbers are in the log, but not in one line with the operation's name."
+                "numbers are in the log, but not in one line with the operation's name as it was asked."
             )
         missing = " and ".join(name for name, number in (("a", a), ("b", b)) if abs(number) not in logged)
         raise Wrong(
@@ -415,6 +444,13 @@ def test_client_sends(runs: ClientRuns) -> None:
             f"sent {len(call.requests)} requests.",
             call.run.output,
         )
+    if not (call := runs.nameless).reached or call.requests[0].operation:
+        call.run.finish("with an empty operation")
+        raise Wrong(
+            "Which operations there are, only the server decides, also with an empty one (python3 "
+            f'calculator_client.py 3 4 ""): it must go to {SERVICE} as it is given. {call.what_it_did}',
+            call.run.output,
+        )
 
 
 @points(1, cell="calculator-client")
@@ -428,6 +464,29 @@ def test_client_shows_result(runs: ClientRuns) -> None:
             f"decimal at most. {runs.answered.what_it_did} {how_shown(runs)}",
             f"answered {runs.answered.response}, shown: {output}",
         )
+    for call, name, shown in specials(runs):
+        if not call.comes_to(lambda call=call, shown=shown: shown(call.run.output)):  # type: ignore[misc]
+            output = call.run.finish(answered(call, name)).output
+            raise Wrong(
+                f"When success is True, the client must show the result of the response, also {answered(call, name)}. "
+                f"{call.what_it_did}",
+                f"answered {call.response}, shown: {output}",
+            )
+
+
+def specials(runs: ClientRuns) -> list[tuple[Call, str, Callable[[str], bool]]]:
+    """Return each call whose result is a special one, with its name, and how the output is seen to show it."""
+    return [
+        (runs.infinite, "inf", lambda output: bool(INFINITE.search(CONTROL.sub("", output.partition("Traceback")[0])))),
+        (runs.zero, "0", lambda output: any(abs(number) < SHOWN for number in numbers(CONTROL.sub("", output)))),
+    ]
+
+
+def answered(call: Call, result: str) -> str:
+    """Return which call this is, for the student."""
+    operation = call.sent[2]
+    kind = "an operation" if operation in ANSWERS else "an operation that only the server knows"
+    return f"with {kind if operation else 'an empty operation'} and the result {result}"
 
 
 def shows_result(runs: ClientRuns) -> bool:
@@ -493,7 +552,7 @@ def test_client_without_answer(runs: ClientRuns) -> None:
         UNANSWERED,
         f"say that {SERVICE} did not answer",
         beside=in_other_cases(runs),
-        ignoring=(*ANSWERS, call.sent[2]),  # a line that repeats the operation says nothing new by it
+        ignoring=(*ANSWERS, call.sent[2].strip()),  # a line that repeats the operation says nothing new by it
     )
 
 
@@ -531,6 +590,10 @@ def test_client_exit_status(runs: ClientRuns) -> None:
     status = runs.answered.run.status("with a server that answers")
     if status and not runs.answered.run.raised:
         raise Wrong(f"When the server has answered with success True, the exit status must be 0. It is {status}.")
+    for call, name, _ in specials(runs):
+        doing = answered(call, name)
+        if (status := call.run.status(doing)) and not call.run.raised:
+            raise Wrong(f"{doing[0].upper()}{doing[1:]}, the exit status must be 0. It is {status}.")
     with_server = {"with a server that refuses": runs.refused.run, **runs.misused}
     statuses = {doing: run.status(doing) for doing, run in with_server.items()}
     for doing, run in {"without a server": runs.absent, UNANSWERED: runs.unanswered.run}.items():
@@ -552,7 +615,12 @@ def differences(sent: Any, right: Any) -> str:
     for name in ("a", "b"):
         value, wanted = getattr(sent, name), getattr(right, name)
         if value != wanted:
-            parts.append(f"{values[value]} in the place of {name}" if value in values else f"another number as {name}")
-    if sent.operation != right.operation:
+            another = (
+                "a rounded number" if value in (round(wanted, digits) for digits in range(15)) else "another number"
+            )
+            parts.append(f"{values[value]} in the place of {name}" if value in values else f"{another} as {name}")
+    if sent.operation == right.operation.strip() != right.operation:
+        parts.append("the operation without the blanks around it")
+    elif sent.operation != right.operation:
         parts.append(f"{quoted(sent.operation)} as operation")
     return " and ".join(parts)

@@ -512,6 +512,20 @@ WRONG = {
     ),
     # From one request to the next, again
     "keeps results by operation and a": (keeps("(request.operation, request.a)"), {"each_answer_stands_alone"}),
+    "keeps results by six digits of the numbers": (
+        keeps("f'{request.a:g} {request.operation} {request.b:g}'"),
+        {"each_answer_stands_alone"},
+    ),
+    "refuses a result that is very small": (
+        server(
+            (
+                RETURN,
+                "        if 0.0 < abs(response.result) < 2e-308:\n            response.success = False\n"
+                "            response.message = 'The result is too small'\n" + RETURN,
+            )
+        ),
+        {"precision"},
+    ),
     "keeps results by operation and numbers in any order": (
         keeps("(request.operation, *sorted([request.a, request.b]))"),
         {"each_answer_stands_alone"},
@@ -611,6 +625,21 @@ WRONG = {
     ),
     "logs requests in whole numbers": (
         server(("a={request.a} b={request.b}", "a={request.a:.0f} b={request.b:.0f}")),
+        {"logs_requests"},
+    ),
+    "logs the operation in small letters": (
+        server(("operation={request.operation}", "operation={request.operation.lower()}")),
+        {"logs_requests"},
+    ),
+    "logs a request only when it is another than the one before": (
+        server(
+            (
+                LOG_REQUEST,
+                "        if (asked := (request.a, request.b, request.operation)) != getattr(self, 'asked', None):\n    "
+                + indented(LOG_REQUEST)
+                + "        self.asked = asked\n",
+            )
+        ),
         {"logs_requests"},
     ),
     "logs the results of additions alone": (
@@ -870,6 +899,58 @@ WRONG = {
         client(("operation=operation", "operation=operation.lower()")),
         {"client_sends"},
     ),
+    "client sends the operation without blanks": (
+        client(("operation=operation", "operation=operation.strip()")),
+        {"client_sends"},
+    ),
+    "client takes an empty operation for a missing one": (
+        client(
+            (
+                "        a, b = float(a)",
+                "        if not operation:\n            raise ValueError\n        a, b = float(a)",
+            )
+        ),
+        {"client_sends"},
+    ),
+    "client sends six decimals": (
+        client(("float(a), float(b)", "round(float(a), 6), round(float(b), 6)")),
+        {"client_sends"},
+    ),
+    "client takes a result of 0 for a failure": (
+        client(("if not response.success:", "if not (response.success and response.result):")),
+        {"client_shows_result", "client_exit_status"},
+    ),
+    "client makes a result a whole number when it is one": (
+        client(
+            (
+                "    print(f'{a} {operation}",
+                (
+                    "    if response.result == int(response.result):\n        print(int(response.result))\n"
+                    "        return 0\n    print(f'{a} {operation}"
+                ),
+            )
+        ),
+        {"client_shows_result"},
+    ),
+    "client knows the signs of the four operations": (
+        client(
+            (
+                "    print(f'{a} {operation}",
+                (
+                    "    signs = {'add': '+', 'subtract': '-', 'multiply': '*', 'divide': '/'}\n"
+                    "    print(f'{a} {signs[operation]}"
+                ),
+            )
+        ),
+        {"client_shows_result"},
+    ),
+    "client wraps the message": (
+        client(
+            ("import sys\n", "import sys\nimport textwrap\n"),
+            ("print(f'{operation} failed: {response.message}')", "print(textwrap.fill(f'Failed: {response.message}'))"),
+        ),
+        {"client_shows_message"},
+    ),
     "client knows the four operations": (
         client(
             (
@@ -1104,16 +1185,24 @@ DETAIL = {
     "a response kept",
     "a message kept",
     "keeps results by operation and a",
+    "keeps results by six digits of the numbers",
+    "refuses a result that is very small",
     "request in the node, many threads",
     "adds with math.fsum",
     "writes its log in ASCII",
     "logs nothing",
     "logs no refused requests",
     "logs no refusals",
+    "logs the operation in small letters",
+    "logs a request only when it is another than the one before",
     "client asks three times",
     "client counts the arguments for ROS",
     "client knows a number by its digits",
     "client sends the operation in small letters",
+    "client sends the operation without blanks",
+    "client takes an empty operation for a missing one",
+    "client makes a result a whole number when it is one",
+    "client wraps the message",
     "client shows six digits",
     "client writes the message in small letters",
     "client refuses a division by zero itself",
