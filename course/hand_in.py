@@ -67,10 +67,14 @@ class HandIn:
     def _told(self) -> Any:
         return json.loads(read_regular(Path(os.environ[DATES]), MOST_DATES))[self.assignment]
 
+    def is_over(self, now: datetime) -> bool:
+        """Return True if hand-ins end before `now`."""
+        return UNTIL in self.dates and now > self.dates[UNTIL]
+
     def lateness(self, now: datetime) -> str:
         """Return whether a hand-in of now is in time, in a sentence; '' when there is no date."""
         dates = self.dates
-        if UNTIL in dates and now > dates[UNTIL]:
+        if self.is_over(now):
             told = "It is not collected any more" if known() else "Ask your instructor whether it counts"
             return f"This is too late: it ended on {dates[UNTIL]:{SHOWN}}. {told}."
         if DUE not in dates:
@@ -91,12 +95,22 @@ class HandedIn:
     checks: dict[str, str]  # how each public check has ended, by name; empty when they were not run
     unchecked: str = ""  # why they could not be run
     lateness: str = ""  # whether it is in time, in a sentence
+    over: bool = False  # whether hand-ins have ended
 
     @property
     def summary(self) -> str:
         """Return how many checks have passed, or why they could not be run; '' when they were not requested."""
         passed = sum(outcome == cells.PASSED for outcome in self.checks.values())
         return f"{passed} of {len(self.checks)} public checks passed." if self.checks else self.unchecked
+
+    @property
+    def kept(self) -> str:
+        """Return the message to the student about the archive."""
+        receipt = "Keep the archive: it is your receipt."
+        if self.over:
+            return receipt
+        sent = "It is in the exchange of your class. " if known() else ""
+        return f"{sent}{receipt} You can hand in again; the newest counts."
 
 
 def _times(read: Callable[[], Any]) -> dict[str, datetime]:
@@ -107,12 +121,6 @@ def _times(read: Callable[[], Any]) -> dict[str, datetime]:
         return {key: time.astimezone(UTC) for key, time in found.items()}
     except (OSError, KeyError, TypeError, ValueError, AttributeError, RecursionError, OverflowError):
         return {}
-
-
-def kept() -> str:
-    """Return the message to the student about an archive that was written."""
-    sent = "It is in the exchange of your class. " if known() else ""
-    return f"{sent}Keep the archive: it is your receipt. You can hand in again; the newest counts."
 
 
 def student() -> str:
@@ -157,7 +165,7 @@ def hand_in(folder: Path, name: str, *, yes: bool, check: bool) -> int:
         console.print(done.summary)
     if done.lateness:
         console.print(done.lateness)
-    console.print(kept())
+    console.print(done.kept)
     return 0
 
 
@@ -187,7 +195,7 @@ def deliver(
             warn(unchecked)
     now = datetime.now(UTC)
     written = write(found, folder, name, checks, now)
-    return HandedIn(written, list(found.files), checks, unchecked, found.lateness(now))
+    return HandedIn(written, list(found.files), checks, unchecked, found.lateness(now), found.is_over(now))
 
 
 def read(folder: Path) -> HandIn:

@@ -141,6 +141,14 @@ def ids(classroom: Classroom, member: Member) -> tuple[int, int]:
     return user.pw_uid, user.pw_gid
 
 
+def made(classroom: Classroom) -> bool:
+    """Return True if the class's Unix users are there: `up` makes them, and `down` removes them."""
+    try:
+        return all(ids(classroom, member) for member in classroom.instructors[:1])
+    except KeyError:
+        return False
+
+
 def staff_id(classroom: Classroom) -> int:
     """The number of the instructors' group."""
     return grp.getgrnam(classroom.staff).gr_gid

@@ -90,7 +90,10 @@ def up(
     ] = 60,
     dry_run: DryRun = False,
 ) -> None:
-    """Start the class, or start it again with another roster or other settings; nobody's server is ended."""
+    """Start the class, or start it again with another roster or other settings.
+
+    Servers go on, but for those of members who are no longer in the roster.
+    """
     _root()
     if passwords not in PASSWORDS:
         raise UsageError(f"--passwords {passwords}: it is pam or dummy")
@@ -204,6 +207,9 @@ def status(folder: Folder = DEFAULT) -> None:
     up_ = hub.running(classroom) is not None
     alive = sorted(name for name, server in servers.started(classroom).items() if server.alive)
     print(f"The hub {f'is at {classroom.url}' if up_ else 'does not run; `environment/classroom up` starts it'}.")
+    if not accounts.made(classroom):
+        print(f"The class is down: it has no Unix users. Its files are in {classroom.folder}.")
+        raise typer.Exit(1)
     print(_addresses(classroom))
     _warn_of_certificate(classroom)
     _warn_of_namesakes(classroom)

@@ -8,8 +8,9 @@ import sys
 from pathlib import Path
 
 import pytest
+import typer
 
-from autograder.classroom import hub, members
+from autograder.classroom import cli, hub, members
 from autograder.errors import UsageError
 from tests.classroom.conftest import COMMAND, ROSTER, run_classroom
 from tests.ports import free_port
@@ -128,6 +129,15 @@ def test_without_root(able):
     if "Permission denied" in done.stderr or "No module named 'autograder'" in done.stderr:
         pytest.skip("the checkout can be read by root alone")
     assert done.returncode == 2 and "run it as root" in done.stderr
+
+
+def test_status_of_a_class_that_is_down_says_so(quiet, capsys):
+    with pytest.raises(typer.Exit) as ended:
+        cli.status(quiet.folder)
+    assert ended.value.exit_code == 1
+    said = capsys.readouterr().out
+    assert "The hub does not run; `environment/classroom up` starts it." in said
+    assert f"The class is down: it has no Unix users. Its files are in {quiet.folder}." in said
 
 
 def test_status_and_down_where_there_is_no_classroom(able, tmp_path):

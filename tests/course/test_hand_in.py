@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import zipfile
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -247,6 +248,10 @@ def test_a_class_on_one_server_tells_ones_own_dates(folder, tmp_path, monkeypatc
     assert found.lateness(NOW + timedelta(days=9)).endswith(
         "ended on 2026-11-10 09:30 UTC. It is not collected any more."
     )
+    assert [found.is_over(NOW + timedelta(days=days)) for days in (5, 9)] == [False, True]
+    done = hand_in.HandedIn(tmp_path, [], {})
+    assert "in the exchange of your class" in done.kept and "You can hand in again" in done.kept
+    assert replace(done, over=True).kept == "Keep the archive: it is your receipt."
     for content in ("", "[]", '{"greeter": 7}', '{"greeter": {"due": 7}}'):
         dates.write_text(content)
         assert "late by 5.0 days: it was due on 2026-11-02" in found.lateness(NOW + timedelta(days=5))

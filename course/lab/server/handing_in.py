@@ -62,7 +62,7 @@ class HandingIn(Beside):
                 )
                 archive = str(Path(path).parent / done.archive.name)
                 tell({"done": {"archive": archive, "files": done.files, "checks": done.checks,
-                               "said": [*filter(None, [done.summary, done.lateness]), hand_in.kept()]}})  # fmt: skip
+                               "said": [*filter(None, [done.summary, done.lateness]), done.kept]}})  # fmt: skip
             except HandInError as error:
                 tell({"error": str(error)})
             finally:
