@@ -55,7 +55,7 @@ def take() -> tuple[int, int]:
     all are taken, and SandboxUnavailable when the locks are not root's.
     """
     _make_folder()
-    first = secrets.randbelow(len(SPARE))
+    first = secrets.randbelow(len(SPARE) or 1)
     for uid in (*SPARE[first:], *SPARE[:first]):
         lock = os.open(LOCKS / str(uid), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
         try:
@@ -63,7 +63,12 @@ def take() -> tuple[int, int]:
         except BlockingIOError:
             os.close(lock)
             continue
-        if not _is_unused(uid):  # another container's, or whoever had it was killed, or could not end all of it
+        try:
+            unused = _is_unused(uid)
+        except OSError:
+            os.close(lock)
+            raise
+        if not unused:  # another container's, or whoever had it was killed, or could not end all of it
             os.close(lock)
             continue
         return uid, lock
