@@ -19,6 +19,8 @@ from traitlets.config import Config
 from autograder.classroom import hub
 from autograder.classroom.plan import Classroom, as_url
 
+READING = ("GET", "HEAD", "OPTIONS")  # methods that change nothing
+
 
 class StaffProxy(ConfigurableHTTPProxy):
     """Leads to the hub, and to the instructors' servers."""
@@ -76,9 +78,6 @@ class StudentsProxy(ConfigurableHTTPProxy):
     async def get_all_routes(self) -> dict[str, Any]:
         """The routes of both."""
         return dict(await self._staff.get_all_routes()) | dict(await super().get_all_routes())
-
-
-READING = ("GET", "HEAD", "OPTIONS")
 
 
 def owner(routespec: str) -> str:

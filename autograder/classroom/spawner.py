@@ -70,7 +70,7 @@ class BoxSpawner(Spawner):
                 async with asyncio.timeout(HELD):
                     await _while_it_starts(
                         _answer(classroom.socket(member), url),
-                        lambda: self._processor_time(classroom, member),
+                        lambda: sum(map(processor_time, self._processes(classroom, member))),
                         TAKES if forked else math.inf,
                     )
         return as_url(classroom.socket(member))
@@ -128,9 +128,11 @@ class BoxSpawner(Spawner):
         super().clear_state()
         self._running, self._process = Running(0, 0), None
 
-    def _processor_time(self, classroom: Classroom, member: Member) -> float:
+    def _processes(self, classroom: Classroom, member: Member) -> dict[int, int]:
+        """Return what runs of the server, as `processes` does."""
+        # A student's server, if forked, is no child of its box; an instructor's programs have users of their own.
         own = {} if member.instructor else of_user(accounts.ids(classroom, member)[0])
-        return sum(map(processor_time, processes(self._running.pid) | own))
+        return processes(self._running.pid) | own
 
     def _bound_memory(self) -> None:
         """Bound the server's memory as a control group would."""
@@ -138,9 +140,7 @@ class BoxSpawner(Spawner):
         with contextlib.suppress(KeyError):  # no longer a member
             member = classroom.find(self.user.name)
             most = classroom.limits_of(member).memory
-            # A student's server, if forked, is no child of its box; an instructor's programs have users of their own.
-            own = {} if member.instructor else of_user(accounts.ids(classroom, member)[0])
-            if pid := memory_limit.bound(processes(self._running.pid) | own, most):
+            if pid := memory_limit.bound(self._processes(classroom, member), most):
                 self.log.warning("%s took more than %.1f GiB: process %d was ended", self.user.name, most / GIB, pid)
 
     @classmethod

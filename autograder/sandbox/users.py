@@ -57,21 +57,16 @@ def take() -> tuple[int, int]:
     _make_folder()
     first = secrets.randbelow(len(SPARE) or 1)
     for uid in (*SPARE[first:], *SPARE[:first]):
-        lock = os.open(LOCKS / str(uid), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            os.close(lock)
-            continue
-        try:
-            unused = _is_unused(uid)
-        except OSError:
-            os.close(lock)
-            raise
-        if not unused:  # another container's, or whoever had it was killed, or could not end all of it
-            os.close(lock)
-            continue
-        return uid, lock
+        with contextlib.ExitStack() as undo:
+            lock = os.open(LOCKS / str(uid), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
+            undo.callback(os.close, lock)
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                continue
+            if _is_unused(uid):  # or another container's, or whoever had it was killed, or could not end all of it
+                undo.pop_all()
+                return uid, lock
     raise SandboxError(f"all {len(SPARE)} user ids for students' programs are taken: end another grading first")
 
 
