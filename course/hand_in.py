@@ -211,9 +211,10 @@ def read(folder: Path) -> HandIn:
         if any(cell.solution and written_by(cell) for cell in known):
             found[path] = known
     if not found:
+        where = _below(folder) or ["notebooks/calculator"]
         raise HandInError(
             f"there is no notebook with an exercise in {folder.absolute()}: go to the exercise's folder, or name it: "
-            "`course hand-in notebooks/calculator`"
+            + " or ".join(f"`course hand-in {each}`" for each in where)
         )
     if len(found) > 1:
         names = " and ".join(path.name for path in found)
@@ -230,6 +231,12 @@ def read(folder: Path) -> HandIn:
     if another := _another_name(notebook.stem, folder.absolute().name):
         doubts = {notebook.name: another, **doubts}
     return HandIn(notebook.stem, known, files, doubts)
+
+
+def _below(folder: Path) -> list[str]:
+    """Return the folders of exercises in `folder`, or in a folder `notebooks` there."""
+    found = (path for place in ("*", "notebooks/*") for path in sorted(folder.glob(f"{place}/*.ipynb")))
+    return [str(path.parent) for path in found if path.stem == path.parent.name]
 
 
 def _another_name(name: str, folder: str) -> str:

@@ -156,7 +156,7 @@ def staff_id(classroom: Classroom) -> int:
 
 
 def remove(classroom: Classroom) -> list[str]:
-    """End all processes of the users that were made, and remove these users and the group; their names."""
+    """End all processes of the users that were made, remove them and their groups, and return the users' names."""
     known = _known(classroom)
     _keep_passwords(classroom)
     uids = {pwd.getpwnam(name).pw_uid for name in known if _exists(name)}
@@ -169,7 +169,6 @@ def remove(classroom: Classroom) -> list[str]:
             removed.append(name)
         elif _group(name):
             _run("groupdel", name)
-            removed.append(name)
     (classroom.state / ACCOUNTS).unlink(missing_ok=True)
     return removed
 

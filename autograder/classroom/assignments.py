@@ -9,17 +9,21 @@ import os
 import stat
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
-from datetime import datetime
+from datetime import UTC, datetime
 
 from autograder.classroom import accounts, course_files
 from autograder.classroom.plan import COURSE_ID, Classroom
 from autograder.errors import UsageError
 from autograder.gradebook.release import names as exercises
+from autograder.submissions.times import parse_time
 from course.foundation import storage
+from course.hand_in import UNTIL
 
 DATES = "assignments.json"
+OWN = "dates"  # in the exchange, beside nbgrader's own: for each student a file with the dates that are told to them
 DRAFT, DATED, OPEN, DUE, OVER = "draft", "dated", "released", "past the due date", "over"
 SHOWN = "%Y-%m-%d %H:%M UTC"
+LAST = datetime.max.replace(tzinfo=UTC)
 
 
 @dataclass(frozen=True)
@@ -38,7 +42,7 @@ class Row:
     name: str
     state: str  # DRAFT, DATED, OPEN, DUE or OVER
     dates: Dates
-    # How many students have done so, or been returned their page by the exchange:
+    # How many students have done so before their end, or have been returned their page by the exchange:
     handed_in: int
     graded: int
     returned: int
@@ -124,17 +128,36 @@ def _state(dates: Dates, there: bool, now: datetime) -> str:
     return OPEN
 
 
-def _handed_in(classroom: Classroom) -> dict[str, set[int]]:
-    """The Unix users who have handed in each exercise: those who own what lies there, whatever its name says."""
-    found: dict[str, set[int]] = {}
-    users = {accounts.ids(classroom, member)[0] for member in classroom.students}
+def _handed_in(classroom: Classroom) -> dict[str, set[str]]:
+    """Return who has handed in each exercise before their end: whoever owns what lies there, whatever its name says."""
+    found: dict[str, set[str]] = {}
+    users = {accounts.ids(classroom, member)[0]: member.name for member in classroom.students}
+    ends = {name: _ends(classroom, name) for name in users.values()}
     try:
         entries = list(os.scandir(classroom.exchange / COURSE_ID / "inbound"))
     except OSError:
         return found
     for entry in entries:
-        _, _, rest = entry.name.partition("+")
+        _, exercise, time, *_ = [*entry.name.split("+"), "", "", ""]
         status = entry.stat(follow_symlinks=False)
-        if stat.S_ISDIR(status.st_mode) and status.st_uid in users:
-            found.setdefault(rest.partition("+")[0], set()).add(status.st_uid)
+        student = users.get(status.st_uid)
+        if student and stat.S_ISDIR(status.st_mode) and _came(time, status) <= ends[student].get(exercise, LAST):
+            found.setdefault(exercise, set()).add(student)
     return found
+
+
+def _came(time: str, status: os.stat_result) -> datetime:
+    """Return when something was handed in, as collecting does: what its name says, or else its last change."""
+    try:
+        return parse_time(time)
+    except UsageError:
+        return datetime.fromtimestamp(status.st_ctime, UTC)
+
+
+def _ends(classroom: Classroom, student: str) -> dict[str, datetime]:
+    """Return when each exercise is over for a student, with their extension, as they are told; {} before they are."""
+    try:
+        told = json.loads((classroom.exchange / COURSE_ID / OWN / f"{student}.json").read_text())
+    except FileNotFoundError:
+        return {}
+    return {name: datetime.fromisoformat(each[UNTIL]) for name, each in told.items() if each.get(UNTIL)}

@@ -1,5 +1,6 @@
 """Releases exercises at their dates, and tells extensions; a service of the hub, which starts and ends it."""
 
+import contextlib
 import os
 import sys
 import threading
@@ -46,4 +47,5 @@ def main(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    with contextlib.suppress(KeyboardInterrupt):  # with which the hub ends it
+        main(Path(sys.argv[1]))

@@ -4,6 +4,8 @@ import asyncio
 import json
 import math
 import sys
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 from jupyterhub.handlers.base import BaseHandler
@@ -42,12 +44,13 @@ class ClassPage(BaseHandler):
     async def post(self) -> None:
         """Give more time, or take it back, and show what came of it."""
         classroom, member = self._instructor()
+        asked = {name: self.get_body_argument(name, "") for name in ARGUMENTS}
         try:
-            command = extend(classroom, {name: self.get_body_argument(name, "") for name in ARGUMENTS})
+            command = extend(classroom, asked)
             await asyncio.to_thread(course_files.run, classroom, member, command)
         except (UsageError, ClassroomError) as error:
             self.set_status(400)
-            await self._show(str(error))
+            await self._show(str(error), asked)
             return
         self.redirect(f"{self.hub.base_url}{PAGE}", status=303)
 
@@ -59,9 +62,9 @@ class ClassPage(BaseHandler):
             raise web.HTTPError(403, "This page is for the instructors of the class.")
         return classroom, found[0]
 
-    async def _show(self, problem: str = "") -> None:
+    async def _show(self, problem: str = "", asked: Mapping[str, str] = MappingProxyType({})) -> None:
         known = await overview(self._folder)
-        html = await self.render_template("class.html", **known, everything=ALL, problem=problem)
+        html = await self.render_template("class.html", **known, everything=ALL, problem=problem, asked=asked)
         self.finish(html)
 
 

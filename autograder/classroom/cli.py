@@ -162,7 +162,7 @@ def _up(classroom: Classroom) -> None:
         print("Installed the hub's proxy.")
     new = accounts.make(classroom)
     if new:
-        print(f"Made {len(new)} Unix users: {_listed([classroom.user(member) for member in new])}.")
+        print(f"Made {_counted(len(new), 'Unix user')}: {_listed([classroom.user(member) for member in new])}.")
     course_files.make_shared(classroom)
     if instructors_left and (aside := course_files.set_aside_configuration(classroom)):
         print(
@@ -181,9 +181,9 @@ def _up(classroom: Classroom) -> None:
     if classroom.passwords == "pam":
         if without := accounts.without_password(classroom, new):
             written = accounts.set_passwords(classroom, without)
-            print(f"Gave passwords to {len(without)} members; they are in {written}.")
+            print(f"Gave passwords to {_counted(len(without), 'member')}; they are in {written}.")
         if kept := len(new) - len([member for member in new if member in without]):
-            print(f"Kept the passwords that {kept} members had before `down`.")
+            print(f"Kept the passwords that {_counted(kept, 'member')} had before `down`.")
     else:
         known = hub.shared_passwords(classroom)
         print("FOR TRYING ONLY: whoever knows this password can come in as any student.")
@@ -324,7 +324,9 @@ def down(
     _root()
     classroom = Classroom.load(folder.resolve())
     if dry_run:
-        print(f"Would end the hub and {len(servers.started(classroom))} servers, and remove their Unix users.")
+        print(
+            f"Would end the hub and {_counted(len(servers.started(classroom)), 'server')}, and remove their Unix users."
+        )
         print(f"Would {'remove' if delete_homes else 'keep'} {classroom.folder}.")
         return
     with hub.alone(classroom):
@@ -477,7 +479,7 @@ def _before(classroom: Classroom) -> Classroom | None:
 def _tell_plan(classroom: Classroom, new: list[members.Member]) -> None:
     limits = classroom.limits
     users = _listed([classroom.user(member) for member in new])
-    print(f"Would make {len(new)} Unix users{f': {users}' if new else ''}.")
+    print(f"Would make {_counted(len(new), 'Unix user')}{f': {users}' if new else ''}.")
     print(f"Would keep the class in {classroom.folder}: homes, exchange, grading, state.")
     print(f"Would install the hub's proxy with npm: {'no, it is there' if hub.proxy().exists() else 'yes'}.")
     print("Would copy the released notebooks into each new home; it releases none: `environment/classroom release`.")
@@ -486,6 +488,10 @@ def _tell_plan(classroom: Classroom, new: list[members.Member]) -> None:
         f"{limits.cores:g} processors, and end idle kernels after {limits.kernel_idle / 60:g} min."
     )
     print(f"Would start JupyterHub at {classroom.url}, with {'passwords of ' + classroom.passwords}.")
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def _listed(names: list[str], most: int = 8) -> str:

@@ -14,7 +14,6 @@ from autograder.classroom.plan import COURSE_ID, Classroom
 from course.foundation import storage
 from course.hand_in import DUE, UNTIL
 
-FOLDER = "dates"  # in the exchange, beside nbgrader's own
 TOLD = "told.json"  # in `Classroom.state`: what the files there were made of
 SOURCES = ("extensions.json", "nbgrader_config.py")  # of nbgrader's course folder: who has more time
 
@@ -38,7 +37,7 @@ def tell(classroom: Classroom, enter: Collection[str] = ()) -> None:
         students = sorted(known["students"])
         asked = {"enter": entered, "dates": dates, "students": students}
         dates, own = course_files.enter_dates(classroom, asked)
-    folder = classroom.exchange / COURSE_ID / FOLDER  # root's, in a folder of root's
+    folder = classroom.exchange / COURSE_ID / assignments.OWN  # root's, in a folder of root's
     folder.mkdir(exist_ok=True)
     folder.chmod(0o711)
     for path in folder.iterdir():

@@ -32,7 +32,8 @@ NO_TIME = datetime(1970, 1, 1)  # as nbgrader has times: UTC, without saying so
 class OwnersCollect(ExchangeCollect):
     """A submission is that of the user who owns its folder, whatever the folder's name says; links are left out.
 
-    What came after the end of the exercise, and after its student's extension, is not collected.
+    What came after the end of the exercise, and after its student's extension, is not collected; nor is what belongs
+    to nobody whom this machine knows, as after a student has left the class.
 
     nbgrader's own takes any folder called as a student for this student's submission, and copies what a link leads to,
     for example a solution that only the instructor may read.
@@ -42,18 +43,14 @@ class OwnersCollect(ExchangeCollect):
 
     def _path_to_record(self, path: str) -> dict[str, Any]:
         try:
-            number = os.lstat(path).st_uid
+            owner = _owner(path)
         except OSError:  # it was there a moment ago
             return {"filename": os.path.basename(path), "timestamp": NO_TIME, "username": ""}
-        try:
-            owner = pwd.getpwuid(number).pw_name
-        except KeyError:
-            owner = f"user-{number}"
         try:
             record: dict[str, Any] = super()._path_to_record(path)
         except (ValueError, OverflowError):  # what should be a time is not: the oldest
             record = {"filename": os.path.basename(path), "timestamp": NO_TIME, "username": ""}
-        if owner != record["username"]:
+        if owner and owner != record["username"]:
             self.log.warning("%s was put there by %s, and is taken for theirs", shown(path), owner)
         return record | {"username": owner}
 
@@ -88,6 +85,8 @@ class OwnersCollect(ExchangeCollect):
         path = self._path(record)
         if not is_folder(path):
             return "it is not a folder"
+        if not record["username"]:
+            return "its owner is not in the class any more; it is collected again once they are"
         if not os.access(path, os.R_OK | os.X_OK, effective_ids=True):
             return "its owner has closed it, and must open or remove it"
         return self._too_late(record, path)
@@ -155,6 +154,15 @@ class OwnersCollect(ExchangeCollect):
             self.log.warning(
                 "%s says %s, and was last changed at %s%s", shown(src), claimed, changed.replace(microsecond=0), after
             )
+
+
+def _owner(path: str) -> str:
+    """Return the name of the user who owns what is there; '' when there is no such user.  Raises OSError."""
+    number = os.lstat(path).st_uid
+    try:
+        return pwd.getpwuid(number).pw_name
+    except KeyError:
+        return ""
 
 
 def _changed(path: str | int) -> datetime:

@@ -53,6 +53,13 @@ def test_an_instructor_gives_more_time_and_takes_it_back(instructor, classroom):
     assert refused.status_code == 400 and "there is no exercise &#39;nonsense&#39;" in refused.text
 
 
+def test_what_was_chosen_stays_when_something_is_missing(instructor):
+    page = ask(instructor, student="carol", exercise="actions", until="2099-01-01T10:00", days="2")
+    assert page.status_code == 400 and "say how much" in page.text
+    assert re.search(r'<option value="carol" selected>', page.text) and "<option selected>actions</option>" in page.text
+    assert 'value="2099-01-01T10:00"' in page.text and re.search(r'name="days"[^>]* value="2"', page.text)
+
+
 def test_nobody_else_is_let_in(instructor, classroom):
     student = Visitor(classroom.address_of(classroom.find("ada")), "ada")
     assert student.log_in(hub.shared_passwords(classroom)["students"])

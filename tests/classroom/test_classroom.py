@@ -9,6 +9,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+import requests
 from nbgrader.api import Gradebook
 
 from autograder.classroom import accounts, hub, servers
@@ -125,6 +126,8 @@ def test_when_the_hub_is_killed_work_goes_on_and_up_finds_it_again(up, classroom
     live.run("kept = 17")
     before = servers.started(classroom)
     os.kill(hub.running(classroom).pid, signal.SIGKILL)
+    page = requests.get(classroom.url)
+    assert page.status_code == 503 and "Your work is safe" in page.text and "try again" in page.text
     os.kill(int(hub.proxy_pid(classroom).read_text()), signal.SIGKILL)
     status = run_classroom("status", "--folder", str(classroom.folder))
     assert status.returncode == 1 and "does not run" in status.stdout

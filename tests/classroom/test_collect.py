@@ -3,10 +3,12 @@
 import contextlib
 import ctypes
 import os
+import pwd
 import resource
 import struct
 import subprocess
 from datetime import UTC, datetime, timedelta
+from types import SimpleNamespace
 
 import pytest
 from nbgrader.auth import Authenticator
@@ -19,17 +21,23 @@ from autograder.sandbox.confine import CAPABILITIES_V3
 from course.environment import prepare
 from course.foundation.waiting import wait_until
 
-ADA, EVE, BOB = 61001, 61002, 61003  # users that this machine does not have
+ADA, EVE, BOB, GONE = 61001, 61002, 61003, 61009  # users that this machine does not have
 READ_CLOSED = 1 << 1 | 1 << 2  # CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH
 TIME = "2026-01-0{} 10:00:00.000000 UTC"
 
 
 @pytest.fixture
-def inbound(tmp_path):
+def inbound(tmp_path, monkeypatch):
     if os.geteuid() != 0:
         pytest.skip("hand-ins of several users take root")
     folder = tmp_path / "exchange" / "ros2" / "inbound"
     folder.mkdir(parents=True)
+    of = pwd.getpwuid
+
+    def known(number: int):
+        return of(number) if number in (0, GONE) else SimpleNamespace(pw_name=f"user-{number}")
+
+    monkeypatch.setattr(pwd, "getpwuid", known)
     yield folder
     subprocess.run(["rm", "-rf", folder], check=True)  # pytest's own way does not go deep enough
 
@@ -132,6 +140,15 @@ def test_folders_too_deep_and_files_too_many(inbound, collect):
     assert collect() == {
         f"user-{who}: a.py": f"{name}'s".encode() for who, name in ((ADA, "ada"), (EVE, "eve"), (EVE + 1, "mallory"))
     }
+
+
+def test_who_has_left_the_class_is_named_and_not_graded_under_a_number(inbound, collect, caplog):
+    hand_in(inbound, ADA, f"ada+calculator+{TIME.format(1)}+x", a="ada's")
+    hand_in(inbound, GONE, f"gone+calculator+{TIME.format(2)}+x", a="left")
+    hand_in(inbound, GONE, f"ada+calculator+{TIME.format(3)}+x", a="forged")
+    assert collect() == {f"user-{ADA}: a.py": b"ada's"}
+    left = [line for line in caplog.messages if "its owner is not in the class any more" in line]
+    assert len(left) >= 2 and {line.partition("inbound/")[2].partition("+")[0] for line in left} == {"gone", "ada"}
 
 
 @contextlib.contextmanager

@@ -13,7 +13,7 @@ from nbgrader.utils import notebook_hash
 from autograder.classroom import accounts, assignments, calendar, course_files, hub, telling
 from autograder.classroom.assignments import DATED, DRAFT, DUE, OPEN, OVER, Dates
 from autograder.errors import ClassroomError, UsageError
-from autograder.gradebook import ends
+from autograder.gradebook import ends, extensions
 from tests.classroom.conftest import run_classroom
 
 NOW = datetime.now(UTC).replace(microsecond=0)
@@ -86,6 +86,18 @@ def test_exercises_are_drafts_until_each_is_released_and_have_their_dates(classr
     done = release(classroom, "parameters", "--due", said(NOW + 2 * DAY), "--until", said(NOW + 3 * DAY))
     assert done.returncode == 0, done.stderr
     assert "1 handed in, 1 graded, 1 returned" in done.stdout
+
+    # After the end, nobody has handed in; with an extension, in time again.
+    late = inbound / f"bob+parameters+{NOW + 4 * DAY:%Y-%m-%d %H:%M:%S.%f} UTC+x"
+    late.mkdir()
+    os.chown(late, *accounts.ids(classroom, classroom.find("bob")))
+    assert row(classroom, "parameters") == (1, 1, 1)
+    extensions.change(classroom.grading, ["bob"], "parameters", 2.0)
+    telling.tell(classroom)
+    assert row(classroom, "parameters") == (2, 1, 1)
+    late.rmdir()
+    extensions.change(classroom.grading, ["bob"], "parameters", None)
+    telling.tell(classroom)
     with Gradebook(f"sqlite:///{classroom.grading / 'gradebook.db'}") as book:
         assert book.find_assignment("parameters").duedate == (NOW + 2 * DAY).replace(tzinfo=None, second=0)
         assert {one.id for one in book.students} == {"ada", "bob"}

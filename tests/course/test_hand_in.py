@@ -152,6 +152,17 @@ def test_what_cannot_be_handed_in_is_told_in_a_line(folder, break_it, says):
     assert list(folder.glob("*.zip")) == []
 
 
+@pytest.mark.parametrize("where", ["notebooks/greeter", "greeter"])
+def test_where_no_exercise_lies_the_folders_that_have_one_are_named(folder, monkeypatch, where):
+    top = folder / "course"
+    (top / where).mkdir(parents=True)
+    for path in folder.glob("*.*"):
+        path.rename(top / where / path.name)
+    monkeypatch.chdir(top)
+    with pytest.raises(HandInError, match=f"or name it: `course hand-in {where}`$"):
+        hand_in.read(Path())
+
+
 def test_handing_in_twice_in_a_second_keeps_both(folder):
     found = hand_in.read(folder)
     first = hand_in.write(found, folder, "ada", {}, NOW)
