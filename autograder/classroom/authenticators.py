@@ -12,6 +12,7 @@ from jupyterhub.apihandlers.base import APIHandler
 from jupyterhub.apihandlers.users import UserTokenListAPIHandler
 from jupyterhub.auth import Authenticator, PAMAuthenticator
 from jupyterhub.authenticators.shared import SharedPasswordAuthenticator
+from jupyterhub.handlers.base import BaseHandler
 from tornado.web import HTTPError
 from traitlets import Float, Unicode
 
@@ -82,6 +83,8 @@ class Careful(Authenticator):
 
     def get_handlers(self, app: Any) -> list[tuple[str, type[Any]]]:
         """Return the handlers of the log-in, and what comes before the hub's own."""
+        # The hub (6.1) asks whether a request came by a token when `refresh_user` says no, and has no answer for cookies.
+        BaseHandler._token_authenticated = getattr(BaseHandler, "_token_authenticated", False)
         for kind in (orm.Share, orm.ShareCode, orm.Group):  # of before
             for each in app.db.query(kind):
                 app.db.delete(each)

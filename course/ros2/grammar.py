@@ -82,10 +82,13 @@ def nonnegative_int(text: str) -> int:
 
 
 def positive_float(text: str) -> float:
-    """Return a number above 0; raises ValueError for any other."""
-    value = float(text)
+    """Return a number above 0; raises ArgumentTypeError, whose message argparse prints."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError("Expects a floating point number") from None
     if value <= 0.0:
-        raise ValueError("Value must be positive")
+        raise argparse.ArgumentTypeError("Value must be positive")
     return value
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from autograder.classroom import attempts, hub
+from autograder.classroom import accounts, attempts, hub
 from autograder.classroom.attempts import EVERYWHERE, FREE, FREE_TOGETHER, LONGEST, MOST, Attempts
 from tests.classroom.conftest import run_classroom
 from tests.classroom.visitor import Visitor
@@ -81,6 +81,17 @@ def test_twelve_wrong_ones_lock_and_an_instructor_unlocks(classroom):
     visitor.session.get(f"{classroom.url}hub/logout").raise_for_status()
     assert visitor.log_in(right), "a browser in which erin has been is kept out"
     attempts.unlock(classroom, "erin")
+
+
+def test_after_a_new_password_a_former_login_leads_to_the_login_page(classroom):
+    visitor = Visitor(classroom.url, "erin")
+    assert visitor.log_in(hub.shared_passwords(classroom)["students"])
+    assert visitor.session.get(f"{classroom.url}hub/home").url.endswith("/hub/home")
+    renewed = classroom.state / accounts.RENEWED
+    renewed.mkdir(exist_ok=True)
+    (renewed / "erin").touch()  # as `password` does, which this class, for trying, does not have
+    page = visitor.session.get(f"{classroom.url}hub/home")
+    assert page.ok and "/hub/login" in page.url
 
 
 def test_nobody_else_can_be_unlocked(classroom):

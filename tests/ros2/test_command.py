@@ -61,7 +61,7 @@ def test_usage_errors(alone):
     )
     assert "invalid choice: 'nothing'" in verb.stderr
     assert "ros2 param get: error: the following arguments are required: node_name, parameter_name" in missing.stderr
-    assert "argument -r/--rate: invalid positive_float value: '0'" in value.stderr
+    assert "argument -r/--rate: Value must be positive" in value.stderr
     assert [done.returncode for done in (command, verb, missing, value)] == [2] * 4
 
 
