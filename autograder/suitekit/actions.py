@@ -21,7 +21,7 @@ from rclpy.qos import QoSProfile
 from unique_identifier_msgs.msg import UUID
 
 from autograder.errors import Fault
-from autograder.suitekit.ros import Ros, graph, sensible
+from autograder.suitekit.ros import Ros, graph, published, sensible
 from autograder.suitekit.topics import Heard
 from course.foundation.waiting import wait_until
 from course.ros.names import type_name
@@ -148,7 +148,7 @@ class ActionCaller:
 
     def _hear(self, message: Any, info: dict[str, int]) -> None:
         if goal := self._goals.get(bytes(message.goal_id.uuid)):
-            goal.on_feedback(message, 1e-9 * info["source_timestamp"])
+            goal.on_feedback(message, published(info))
 
 
 def offered_actions(ros: Ros) -> list[str]:

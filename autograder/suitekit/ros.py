@@ -4,7 +4,7 @@ import secrets
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 import rclpy
@@ -21,6 +21,7 @@ from course.session.spinner import Spinner
 
 AGAIN = 3.0  # s without an answer until a request is sent again
 ALIVE = 0.1  # s between two looks at whether a silent program is still alive
+LATEST = 1.0  # s that a message may have been under way, on a busy machine
 HEARD = 1000  # log messages that are kept
 LOG_LENGTH = 1000  # characters of a log message that are kept
 LONGEST = 100_000  # characters or elements of a field: no right answer comes near
@@ -122,6 +123,15 @@ def graph(query: Callable[..., list[Any]], *names: str) -> list[Any]:
         return query(*names)
     except (NodeNameNonExistentError, RCLError, UnicodeDecodeError, NameValidationException):
         return []
+
+
+def published(info: Mapping[str, int]) -> float:
+    """Return when a message was published, by its program's clock (s), of what rclpy tells a callback of its times.
+
+    A program can shift its clock: a time after the message came, or more than `LATEST` before, is not believed.
+    """
+    came, said = 1e-9 * info["received_timestamp"], 1e-9 * info["source_timestamp"]
+    return min(max(said, came - LATEST), came)
 
 
 def sensible(message: Any) -> Any:

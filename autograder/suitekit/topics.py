@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeVar, cast
 
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from autograder.suitekit.ros import Ros, graph, sensible
+from autograder.suitekit.ros import Ros, graph, published, sensible
 from course.foundation.waiting import wait_until
 
 PUBLISH, SUBSCRIBE = True, False
@@ -91,7 +91,7 @@ class Listener:
 
     def _hear(self, message: Any, info: dict[str, int]) -> None:
         with self._news:
-            self.heard.append(Heard(time.monotonic(), sensible(message), 1e-9 * info["source_timestamp"]))
+            self.heard.append(Heard(time.monotonic(), sensible(message), published(info)))
             self._news.notify_all()
 
 

@@ -10,6 +10,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 
 from autograder.suitekit import ActionCaller, Goal, Heard, Ros, offered_actions, sought_actions
+from autograder.suitekit.ros import published
 from course.foundation.waiting import wait_until
 from course.session.domains import claim_domain
 
@@ -45,6 +46,16 @@ def test_what_a_client_asks_for_is_told(pair):
     ActionClient(student, Lift, "/elevator")
     assert wait_until(lambda: sought_actions(ros), FOUND) == ["the action /elevator (course_interfaces/action/Lift)"]
     assert offered_actions(ros) == []
+
+
+@pytest.mark.parametrize(
+    ("said", "counts"),
+    [(99.9, 99.9), (99.2, 99.2), (90.0, 99.0), (0.0, 99.0), (100.5, 100.0)],
+    ids=["honest", "on a busy machine", "long before it came", "never", "after it came"],
+)
+def test_a_program_that_shifts_its_clock_is_not_believed(said, counts):
+    times = {"received_timestamp": round(100e9), "source_timestamp": round(said * 1e9)}
+    assert published(times) == pytest.approx(counts)
 
 
 def test_a_goal_tells_how_far_it_has_come():
