@@ -13,6 +13,7 @@ from jupyterhub.apihandlers.users import UserTokenListAPIHandler
 from jupyterhub.auth import Authenticator, PAMAuthenticator
 from jupyterhub.authenticators.shared import SharedPasswordAuthenticator
 from jupyterhub.handlers.base import BaseHandler
+from jupyterhub.handlers.login import LogoutHandler
 from tornado.web import HTTPError
 from traitlets import Float, Unicode
 
@@ -42,6 +43,16 @@ class Refused(APIHandler):
     async def prepare(self) -> None:
         """Refuse whatever is asked."""
         raise HTTPError(403, "The servers of a class are shared with nobody, and there are no groups.")
+
+
+class EndsLogins(LogoutHandler):
+    """Ends all log-ins of whoever logs out: a cookie that somebody has kept is good for nothing then."""
+
+    async def handle_logout(self) -> None:
+        """Renew what the cookies of a user are made of."""
+        if user := self.current_user:
+            user.orm_user.cookie_id = secrets.token_hex(16)
+            self.db.commit()
 
 
 class Careful(Authenticator):
@@ -83,14 +94,18 @@ class Careful(Authenticator):
 
     def get_handlers(self, app: Any) -> list[tuple[str, type[Any]]]:
         """Return the handlers of the log-in, and what comes before the hub's own."""
-        # The hub (6.1) asks whether a request came by a token when `refresh_user` says no, and has no answer for cookies.
+        # When `refresh_user` says no, the hub (6.1) asks whether a request came by a token: by a cookie, it fails.
         BaseHandler._token_authenticated = getattr(BaseHandler, "_token_authenticated", False)
         for kind in (orm.Share, orm.ShareCode, orm.Group):  # of before
             for each in app.db.query(kind):
                 app.db.delete(each)
         app.db.commit()
         refused = (r"/api/(?:shares|share-codes|groups)(?:/.*)?", r"/api/users/[^/]+/shared(?:/.*)?")
-        own = [(r"/api/users/([^/]+)/tokens", OwnTokens), *((path, Refused) for path in refused)]
+        own = [
+            (r"/logout", EndsLogins),
+            (r"/api/users/([^/]+)/tokens", OwnTokens),
+            *((path, Refused) for path in refused),
+        ]
         return [*super().get_handlers(app), *own]
 
     async def check(self, handler: Any, data: dict[str, str]) -> bool:

@@ -1,6 +1,7 @@
 """Wrong passwords: some at once, then ever more slowly; nobody keeps another one out for long."""
 
 import pytest
+import requests
 
 from autograder.classroom import accounts, attempts, hub
 from autograder.classroom.attempts import EVERYWHERE, FREE, FREE_TOGETHER, LONGEST, MOST, Attempts
@@ -92,6 +93,16 @@ def test_after_a_new_password_a_former_login_leads_to_the_login_page(classroom):
     (renewed / "erin").touch()  # as `password` does, which this class, for trying, does not have
     page = visitor.session.get(f"{classroom.url}hub/home")
     assert page.ok and "/hub/login" in page.url
+
+
+def test_a_cookie_that_was_kept_is_good_for_nothing_after_logging_out(classroom):
+    visitor = Visitor(classroom.url, "erin")
+    assert visitor.log_in(hub.shared_passwords(classroom)["students"])
+    kept = requests.Session()
+    kept.cookies.update(visitor.session.cookies)
+    assert kept.get(f"{classroom.url}hub/home").url.endswith("/hub/home")
+    visitor.session.get(f"{classroom.url}hub/logout").raise_for_status()
+    assert "/hub/login" in kept.get(f"{classroom.url}hub/home").url
 
 
 def test_nobody_else_can_be_unlocked(classroom):
