@@ -37,8 +37,9 @@ def judges() -> list[psutil.Process]:
     for process in psutil.Process().children(recursive=True):
         with contextlib.suppress(psutil.Error):
             loaded = process.parent()
-            is_fork = JUDGE in process.cmdline() and JUDGE in loaded.cmdline()[:6]
-            if is_fork and JUDGE not in loaded.parent().cmdline()[:6]:
+            above = loaded and loaded.parent()  # None: one of them has ended meanwhile
+            is_fork = above and JUDGE in process.cmdline() and JUDGE in loaded.cmdline()[:6]
+            if is_fork and JUDGE not in above.cmdline()[:6]:
                 found.append(process)
     return found
 

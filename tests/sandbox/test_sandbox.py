@@ -60,7 +60,7 @@ print(json.dumps(dict(
     others=[path for folder in ({str(PACKAGE)!r}, '/root', '/var', '/run') for path in others(folder)],
     usr=tried(lambda: open('/usr/x', 'w')), root=tried(lambda: open('/x', 'w')), dev=tried(lambda: open('/dev/x', 'w')),
     own=tried(lambda: open('{SERVER}', 'a')), beside=tried(lambda: open('notes.txt', 'w')),
-    tmp=tried(lambda: open('/tmp/x', 'w')), mine=tried(lambda: os.listdir('/tmp')),
+    tmp=tried(lambda: open('/tmp/new-of-the-program', 'w')), mine=tried(lambda: os.listdir('/tmp')),
     large=tried(lambda: open('/tmp/large', 'w').truncate(1 << 30)),
     out=tried(lambda: socket.create_connection(('192.0.2.1', 80), 1)), parent=tried(lambda: os.kill(1, 9)),
     memory=tried(lambda: os.memfd_create('x')),
