@@ -139,7 +139,10 @@ def _handed_in(classroom: Classroom) -> dict[str, set[str]]:
         return found
     for entry in entries:
         _, exercise, time, *_ = [*entry.name.split("+"), "", "", ""]
-        status = entry.stat(follow_symlinks=False)
+        try:
+            status = entry.stat(follow_symlinks=False)
+        except OSError:  # its owner has just moved it
+            continue
         student = users.get(status.st_uid)
         if student and stat.S_ISDIR(status.st_mode) and _came(time, status) <= ends[student].get(exercise, LAST):
             found.setdefault(exercise, set()).add(student)

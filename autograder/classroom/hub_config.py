@@ -32,8 +32,8 @@ def configure(c: Config, classroom: Classroom) -> None:
     c.JupyterHub.cookie_secret_file = str(state / "cookie_secret")
     c.JupyterHub.cleanup_servers = False  # they outlive the hub, which finds them again
     c.JupyterHub.spawner_class = BoxSpawner
-    pages = Path(__file__).with_name("error_pages")  # for when the hub is away, or a server
-    c.ConfigurableHTTPProxy.command = [str(hub.node()), str(hub.proxy()), "--error-path", str(pages)]
+    page = Path(__file__).with_name("proxy") / "nothing_answers.mjs"  # for when the hub is away
+    c.ConfigurableHTTPProxy.command = [str(hub.node()), "--import", page.as_uri(), str(hub.proxy())]
     c.ConfigurableHTTPProxy.api_url = as_url(classroom.run / "proxy.sock")
     c.ConfigurableHTTPProxy.pid_file = str(hub.proxy_pid(classroom))
     # Whatever answers behind a student's address is the student's: nobody else is to be logged in at that address.

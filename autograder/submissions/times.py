@@ -14,4 +14,7 @@ def parse_time(text: str) -> datetime:
         raise UsageError(f"{text!r} is not a time: write it as '2026-11-20 23:59 UTC'") from None
     if time.tzinfo is None:
         raise UsageError(f"{text!r} has no time zone: write '{text} UTC', or an offset as in '{text}+01:00'")
-    return time.astimezone(UTC)
+    try:
+        return time.astimezone(UTC)
+    except OverflowError:
+        raise UsageError(f"{text!r} is not a time that a calendar has") from None

@@ -1,8 +1,10 @@
 """A class over a term: drafts are seen by nobody, exercises are released at once or at a date, and have due dates."""
 
+import contextlib
 import json
 import os
 import subprocess
+import sys
 import threading
 from datetime import UTC, datetime, timedelta
 
@@ -54,6 +56,24 @@ def has(classroom, name: str) -> bool:
     return (classroom.home(classroom.find("ada")) / "notebooks" / name / f"{name}.ipynb").exists()
 
 
+MOVES = """
+import os
+while True:
+    for name in ("a", "b"):
+        os.rename(f"eve+{'b' if name == 'a' else 'a'}", f"eve+{name}")
+"""
+
+
+@contextlib.contextmanager
+def moved_about(classroom, inbound):
+    """While a student gives folders of theirs other names, all the time."""
+    (inbound / "eve+b").mkdir()
+    with subprocess.Popen([sys.executable, "-c", MOVES], cwd=inbound) as moving:
+        yield
+        assert moving.poll() is None
+        moving.kill()
+
+
 @pytest.mark.long("exercises are released, at once and at their dates, one after the other")
 def test_exercises_are_drafts_until_each_is_released_and_have_their_dates(classroom):
     assert set(states(classroom).values()) == {DRAFT} and len(states(classroom)) >= 5
@@ -96,6 +116,13 @@ def test_exercises_are_drafts_until_each_is_released_and_have_their_dates(classr
     telling.tell(classroom)
     assert row(classroom, "parameters") == (2, 1, 1)
     late.rmdir()
+    impossible = inbound / "bob+parameters+9999-12-31 23:59:59 -2300+x"
+    impossible.mkdir()
+    os.chown(impossible, *accounts.ids(classroom, classroom.find("bob")))
+    assert row(classroom, "parameters") == (2, 1, 1)  # by the folder's own time
+    impossible.rmdir()
+    with moved_about(classroom, inbound):
+        assert all(row(classroom, "parameters") == (1, 1, 1) for _ in range(20))
     extensions.change(classroom.grading, ["bob"], "parameters", None)
     telling.tell(classroom)
     with Gradebook(f"sqlite:///{classroom.grading / 'gradebook.db'}") as book:
