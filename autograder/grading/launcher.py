@@ -23,7 +23,7 @@ from autograder.sandbox.launching import LaunchServer
 from autograder.sandbox.machine_load import Load
 from autograder.sandbox.sandbox import MEMORY, Sandbox
 from autograder.sandbox.supervision import GLANCE
-from autograder.sandbox.usage import children, of_sandbox, of_user, processes, takes_more
+from autograder.sandbox.usage import children, of_sandbox, of_user, processes, running, takes_more
 from course.foundation.waiting import wait_until
 
 JUDGE = f"{__package__}.judge_process"  # loads ROS 2 and pytest, which this process does not need
@@ -117,7 +117,7 @@ class Launcher:
                 return None
             if not stopped and time.monotonic() > look:
                 look = time.monotonic() + GLANCE
-                load.look()
+                load.look(lambda: running(processes(os.getpid())))  # no program makes its own machine busy
                 stopped = self._too_much(user, end)
                 if stopped:
                     self._control.send(b"end")

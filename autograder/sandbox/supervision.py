@@ -10,14 +10,16 @@ import re
 import signal
 import subprocess
 import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import IO
 
 from autograder.sandbox.forkserver import BEGINS, ENDED
-from autograder.sandbox.usage import parent, takes_more
+from autograder.sandbox.usage import parent, running, takes_more
 
 GLANCE = 0.1  # s between two looks at memory and processes
+BUSY, BUSY_SECONDS = 10, 2.0  # threads that all run or could for so long: they take the processor from others
 WHY = 300  # characters of why a program was ended: with them an End fits into any pipe at once
 
 # Run by bubblewrap in place of a program: tells that the sandbox is there, and keeps it until stdin ends.
@@ -170,8 +172,15 @@ class Process:
         return int(found[1]) if found else None
 
     def _watch(self, most_memory: int, most_tasks: int) -> None:
+        calm = time.monotonic()
         while self.alive:
             tasks = self._measured(self._process.pid)
+            if sum(tasks.values()) < BUSY or running(tasks) < BUSY:
+                calm = time.monotonic()
+            elif time.monotonic() > calm + BUSY_SECONDS:
+                self.stop(
+                    f"it kept {BUSY} processes or threads busy for {BUSY_SECONDS:.0f} s; let them wait, or end them"
+                )
             if sum(tasks.values()) >= most_tasks:
                 self.stop(f"it started {most_tasks} processes and threads; do not start processes in an endless loop")
             if takes_more(tasks, most_memory):

@@ -66,6 +66,16 @@ def children(pid: int) -> list[int]:
     return found
 
 
+def running(pids: Iterable[int]) -> int:
+    """Return how many threads of some processes run, or could (proc(5), state R)."""
+    found = 0
+    for pid in pids:
+        with contextlib.suppress(OSError):  # it has ended meanwhile
+            for task in os.listdir(f"/proc/{pid}/task"):
+                found += Path(f"/proc/{pid}/task/{task}/stat").read_text().rpartition(")")[2].split()[0] == "R"
+    return found
+
+
 def takes_more(pids: Iterable[int], most: int) -> bool:
     """Return True if processes together take more than `most` bytes: the quick measure first, which overestimates."""
     pids = list(pids)

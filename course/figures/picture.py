@@ -16,6 +16,8 @@ from course.foundation.waiting import wait_until
 from course.recorders import Recorder
 
 WIDTH = 8.0  # inches: the width of a notebook
+DPI = 100  # pixels of a page for each inch
+SHARP = 2  # pixels of a still figure for each of the page's, which screens and paper show
 
 
 class Picture:
@@ -25,6 +27,7 @@ class Picture:
         """`height` in inches; draw on `figure`, and say in `alt` what it shows, for readers who do not see it."""
         self.name = name
         self.alt = ""
+        self.sharpness = SHARP
         self.figure = Figure(figsize=(WIDTH, height), facecolor=GROUND, layout="constrained")
         FigureCanvasAgg(self.figure)
 
@@ -32,11 +35,11 @@ class Picture:
         return f"<figure: {self.name}>"
 
     @plain
-    def _repr_png_(self) -> tuple[bytes, dict[str, str]]:
-        """Return the picture, and its alternative text as the output's metadata."""
+    def _repr_png_(self) -> tuple[bytes, dict[str, str | int]]:
+        """Return the picture, and as the output's metadata its alternative text and its width on the page (pixels)."""
         file = io.BytesIO()
-        self.figure.savefig(file, format="png", dpi=100)
-        return file.getvalue(), {"alt": self.alt}
+        self.figure.savefig(file, format="png", dpi=DPI * self.sharpness)
+        return file.getvalue(), {"alt": self.alt, "width": round(WIDTH * DPI)}
 
     def tell(self, title: str, *facts: str) -> None:
         """Make the alternative text: the title, then what the data say."""
@@ -76,14 +79,16 @@ class Live:
 
         return wait_until(done, timeout)
 
-    def _update(self) -> None:
+    def _update(self, sharpness: int = 1) -> None:
         self._rows = len(self._recorder)
         if self._shown is not None:  # None outside IPython
-            self._shown.update(self._draw())
+            picture = self._draw()
+            picture.sharpness = sharpness
+            self._shown.update(picture)
         self._drawn = time.monotonic()
 
     def __exit__(self, *exception: object) -> None:
-        self._update()
+        self._update(SHARP)
 
 
 def live(figure: Callable[[Recorder], Picture], recorder: Recorder, rate: float = 8.0) -> Live:

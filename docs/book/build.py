@@ -94,7 +94,7 @@ def _shown(stored: Path, released: Path) -> nbformat.NotebookNode:
         if cell.cell_type == "code" and not cell.metadata.get("nbgrader", {}).get("solution"):
             cell.outputs = outputs.get(cell.id, [])
             if alt := _alternative(cell.outputs):
-                cell.metadata["mystnb"] = {"image": {"alt": alt}}
+                cell.metadata["mystnb"] = {"image": {"alt": alt, "width": "800px"}}
     return notebook
 
 

@@ -160,6 +160,35 @@ def test_what_has_another_parent_counts(server, filtered, monkeypatch, attack, p
     assert not usage.of_user(user)
 
 
+# Takes the processor from whoever is graded beside it, and would be judged again: its machine is busy.
+BURNER = """
+import os
+for _ in range(20):
+    if not os.fork():
+        while True:
+            pass
+os.wait()
+"""
+# Many threads, of which few have something to do, as those of ROS 2.
+WAITING = """
+import threading, time
+for _ in range(30):
+    threading.Thread(target=time.sleep, args=(4,)).start()
+end = time.monotonic() + 4
+while time.monotonic() < end:
+    pass
+print('done', flush=True)
+"""
+
+
+def test_many_busy_processes_are_ended_and_threads_that_wait_are_not(filtered, server):
+    if not filtered:
+        pytest.skip("the filter changes nothing here")
+    with running(server, BURNER) as (burner, _), running(server, WAITING) as (waiting, _):
+        assert burner.wait(ENDED) and "processes or threads busy" in burner.stopped
+        assert waiting.wait(ENDED) and (waiting.output, waiting.stopped) == ("done\n", "")
+
+
 # A worker's part, as an ordinary user has it: starts the program that is its argument, and says why it was stopped.
 ORDINARY = """
 import sys

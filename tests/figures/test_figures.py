@@ -91,7 +91,10 @@ DRAWN = {
 def test_every_figure_is_a_picture_with_a_constant_text(name):
     first, second = DRAWN[name](), DRAWN[name]()
     png, metadata = first._repr_png_()
-    assert png.startswith(b"\x89PNG") and metadata == {"alt": first.alt}
+    assert png.startswith(b"\x89PNG") and metadata == {"alt": first.alt, "width": 800}
+    assert (
+        int.from_bytes(png[16:20], "big") == 1600
+    )  # twice the pixels of the page, for screens and paper that show them
     assert repr(first) == repr(second) and "0x" not in repr(first)
 
 

@@ -21,6 +21,7 @@ from autograder.grading.launcher import JUDGE
 from autograder.paths import HIDDEN, PACKAGE
 from autograder.records import BUSY_MACHINE, FAILED, GRADED, KILLED_JUDGE, NOT_RUN, PASSED, Submission, Verdict
 from autograder.sandbox import machine_load, seccomp, users
+from autograder.sandbox.usage import running
 from autograder.submissions import exercises
 from course.foundation.waiting import wait_until
 from tests.hidden.answers.services import REFERENCE
@@ -241,6 +242,15 @@ def test_check_says_why_it_judges_again(monkeypatch, tmp_path, caplog):
     assert "3 tests not passed while the machine was busy" in line and "2 of 3 at most" in line
 
 
+def test_what_a_grading_s_own_programs_do_makes_no_machine_busy(monkeypatch):
+    load, cores = machine_load.Load(), len(os.sched_getaffinity(0))
+    monkeypatch.setattr(machine_load, "runnable", lambda: 8.0)
+    load.look(lambda: 7 * cores)
+    assert load.average == 1.0
+    monkeypatch.setattr(machine_load, "runnable", lambda: 1.0)
+    load.look(lambda: pytest.fail("a calm machine is not looked through"))
+
+
 def test_a_busy_machine_is_seen():
     endless = [sys.executable, "-c", "while True: pass"]
     busy = [subprocess.Popen(endless) for _ in range(8 * len(os.sched_getaffinity(0)))]
@@ -253,6 +263,7 @@ def test_a_busy_machine_is_seen():
 
         assert wait_until(seen, 20)
         assert not machine_load.wait_for_calm(0.0)
+        assert running(process.pid for process in busy) == len(busy)
     finally:
         for process in busy:
             process.kill()
