@@ -18,6 +18,7 @@ from course.foundation import storage
 REMEMBERED = ".roster.csv"  # in the folder of the submissions
 STUDENT = "student"  # the column that names the folder
 ROLE, INSTRUCTOR = "role", "instructor"  # a column of the class's server, and who in it hands in nothing
+LONGEST = 120  # bytes of a name from a file: what is made of it, as NAME-EXERCISE.html, is called in 255 at most
 ID = re.compile(r"[\w.@+-]+(?: [\w.@+-]+)*")
 
 
@@ -145,8 +146,9 @@ def table(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
 
 
 def folder_name(name: str) -> str:
-    """A name as that of a folder: the letters, digits and `._-` of it, never hidden."""
-    return re.sub(r"[^\w.@+-]+", "_", unicodedata.normalize("NFC", name)).strip("._")[:100]
+    """Return a name as that of a folder: its letters, digits and `._-`, never hidden, at most LONGEST bytes."""
+    plain = re.sub(r"[^\w.@+-]+", "_", unicodedata.normalize("NFC", name)).strip("._")
+    return plain.encode()[:LONGEST].decode(errors="ignore")
 
 
 def _plain(name: str) -> str:

@@ -1,5 +1,6 @@
 """`autograder return`: each page goes to the student whose work it is about, with marks by hand and lateness in it."""
 
+import json
 import subprocess
 import sys
 import zipfile
@@ -48,6 +49,11 @@ def graded(submitted: Path, out: Path, *reports: Report) -> Path:
     return out
 
 
+def receipt_of(student: str) -> bytes:
+    """Return a receipt that somebody may have written, with any name."""
+    return json.dumps({"student": student, "assignment": "services"}).encode()
+
+
 def moodle(path: Path, *names: str) -> Path:
     """A bulk download with a file of each student."""
     return archive(path, {f"{name}_assignsubmission_file_/relay.py": name.encode() for name in names})
@@ -66,6 +72,20 @@ def submitted(tmp_path) -> Path:
     sources = [moodle(tmp_path / "moodle.zip", "Zoë Müller_55", "Jim Roe_56"), archive(tmp_path / "canvas.zip", canvas)]
     collect([*sources, handed_in(tmp_path / "in", "ada")], tmp_path / "submitted")
     return tmp_path / "submitted"
+
+
+@pytest.mark.parametrize("letters", [80, 100])
+def test_a_name_that_takes_many_bytes_is_collected_and_returned_beside_the_others(tmp_path, letters):
+    """Three bytes a letter: as a file's name it would be longer than a file system takes."""
+    long = "+" + "\u4e2d" * letters  # the first of all
+    (tmp_path / "in").mkdir()
+    archive(tmp_path / "in" / "long.zip", {**FILES, "receipt.json": receipt_of(long)})
+    handed_in(tmp_path / "in", "zed")
+    collected = collect([tmp_path / "in"], tmp_path / "out")
+    students = sorted(each.student for each in collected.laid_out)
+    assert students[1] == "zed" and len(students[0].encode()) <= 120 and long.startswith(students[0])
+    out = graded(tmp_path / "out", tmp_path / "results", *map(report, students))
+    assert sum(give_back(out, tmp_path / "returned").made.values()) == 2
 
 
 def test_each_page_goes_back_the_way_its_submission_came(submitted, tmp_path):
