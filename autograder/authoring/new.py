@@ -1,8 +1,8 @@
 """`autograder new`: the folders and files of a new exercise, complete and ready to grade.
 
 They hold a small exercise, such as a service that greets, which the author then replaces part by part; docs/ADDING.md
-walks through it.  The templates beside this file make them, a folder for each kind.  The notebook is run before it is
-stored, as every notebook of the course is.
+walks through it.  They are made from the templates beside this file, one folder for each kind.  The notebook is run
+before it is stored, as every notebook of the course is.
 """
 
 import importlib.util
@@ -20,7 +20,7 @@ from autograder.paths import PACKAGE, repository
 from course.foundation.cells import content
 
 TEMPLATES = Path(__file__).with_name("templates")
-WORTH = re.compile(r"^@points\((\d+)", re.MULTILINE)  # in a suite
+WORTH = re.compile(r"^@points\((\d+)", re.MULTILINE)  # a decorator in a suite
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 CELL = re.compile(r"^=== (?P<kind>\w+) (?P<id>[\w-]+)(?: (?P<points>\d+))?\n", re.MULTILINE)
 CELL_TIMEOUT = 120  # s
@@ -72,7 +72,7 @@ def _places(name: str) -> dict[str, Path]:
 
 
 def _render(template: str, name: str, like: Kind) -> str:
-    """A template of the kind, or else the one that all kinds share, with the exercise's name in it."""
+    """Return the kind's own template, or the one that all kinds share, filled in with the exercise's name."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
@@ -90,7 +90,7 @@ def _render(template: str, name: str, like: Kind) -> str:
 
 
 def _notebook(text: str) -> Any:
-    """The notebook (nbformat's) that the template describes: each cell begins with a line `=== KIND ID [POINTS]`."""
+    """Return the nbformat notebook that the template describes: each cell begins with a line `=== KIND ID [POINTS]`."""
     from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 
     cells = []
@@ -127,7 +127,7 @@ def _cells(text: str) -> Iterator[tuple[re.Match[str], str]]:
 
 
 def _run(notebook: Any) -> None:
-    """Run the notebook from top to bottom, in a folder that is removed with the files that its cells write.
+    """Run the notebook from top to bottom, in a temporary folder that takes the files its cells write.
 
     Raises UsageError when a cell fails: this machine cannot run the course.
     """
@@ -140,15 +140,15 @@ def _run(notebook: Any) -> None:
             notebook, timeout=CELL_TIMEOUT, record_timing=False, resources={"metadata": {"path": folder}}
         )
         try:
-            client.execute(stderr=subprocess.DEVNULL)  # warnings of the kernel's own
+            client.execute(stderr=subprocess.DEVNULL)  # hides the kernel's own warnings
         except (CellControlSignal, RuntimeError) as error:
             last = str(error).strip().splitlines()[-1:]
             raise UsageError(f"the new notebook does not run here: {' '.join(last)}; see `course doctor`") from None
-    notebook.metadata = metadata  # without the version of this machine's Python
+    notebook.metadata = metadata  # the template's: does not name this machine's Python version
 
 
 def _solution(notebook: Any) -> str:
-    """The file that the exercise's cell writes: the reference answer."""
+    """Return the reference answer: the file that the exercise's cell writes."""
     source = next(cell.source for cell in notebook.cells if cell.source.startswith("%%exercise"))
     return content(source.partition("\n")[2] + "\n")
 

@@ -1,7 +1,7 @@
-"""`autograder try`: the answers that an instructor has written to an exercise, and what its hidden tests say of them.
+"""`autograder try`: runs an exercise's hidden tests on right and wrong answers that an instructor has written.
 
-FOLDER/right has a folder for each right answer, FOLDER/wrong one for each wrong one.  A file that an answer does not
-have is that of the solution.
+FOLDER/right has a folder for each right answer, FOLDER/wrong one for each wrong answer.  A file missing from an answer
+is taken from the solution.
 """
 
 import secrets
@@ -24,10 +24,10 @@ RIGHT, WRONG = "right", "wrong"
 
 @dataclass(frozen=True)
 class Trial:
-    """The reports on all answers, and what they miss."""
+    """The reports on all answers, and the hidden tests that no wrong answer fails."""
 
     reports: dict[str, Report]  # by right/NAME or wrong/NAME
-    untouched: list[str]  # hidden tests that no wrong answer loses
+    untouched: list[str]  # hidden tests whose points no wrong answer loses
 
     @property
     def right(self) -> bool:
@@ -35,7 +35,7 @@ class Trial:
         return not self.untouched and not any(map(surprising, self.reports.items()))
 
     def describe(self) -> str:
-        """Return what an instructor wants to read: a line for each answer, and below it what it loses."""
+        """Return the text for the instructor: a line for each answer, and below it the points it loses."""
         lines = []
         for name, report in sorted(self.reports.items()):
             lines.append(f"{one_line(name)}: {score(report)}{_judged(name, report)}")
@@ -79,7 +79,7 @@ def run(folder: Path, exercise_name: str, pool: Pool, seed: int | None) -> Trial
 
 
 def _complete(folder: Path, exercise: exercises.Exercise, place: Path) -> Iterator[tuple[str, Path]]:
-    """Each answer's name, and a copy of it in `place` that has all files."""
+    """Copy each answer into `place`, completed with the solution's files; return the copies by name."""
     solution = repository() / "solutions" / exercise.name
     for kind in (RIGHT, WRONG):
         for answer in sorted((folder / kind).glob("*/")):

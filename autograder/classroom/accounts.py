@@ -1,6 +1,6 @@
-"""The Unix users of a classroom: one for each member, made by root, written down, and removed again.
+"""The Unix users of a classroom: one for each member, made by root, recorded, and removed again.
 
-Their shell is nologin: a member comes in by the hub, into a box, and in no other way.
+Their shell is nologin: a member can log in only through the hub, and then works in their box.
 """
 
 import contextlib
@@ -21,15 +21,15 @@ from course.foundation import processes, storage
 from course.foundation.waiting import wait_until
 
 ACCOUNTS, PASSWORDS = "accounts.json", "passwords.csv"
-KEPT = "kept_passwords.json"  # hashes, of members whose Unix users `down` has removed
-NUMBERS = (1000, 60000)  # of people's users, as login.defs has them on Debian and Ubuntu
-RENEWED = "renewed"  # a file for each member whose former logins the hub has not ended yet
+KEPT = "kept_passwords.json"  # password hashes of members whose Unix users `down` has removed
+NUMBERS = (1000, 60000)  # user ids of people, as in login.defs on Debian and Ubuntu
+RENEWED = "renewed"  # a folder: a file for each member whose old logins the hub has yet to end
 SHADOW = Path("/etc/shadow")
-ENDED = 20.0  # s until processes that were killed are gone
+ENDED = 20.0  # s to wait until killed processes are gone
 
 
 def missing(classroom: Classroom) -> list[Member]:
-    """The members who have no Unix user yet; raises UsageError when a name is somebody else's."""
+    """Return the members without a Unix user; raises UsageError when a user of that name was not made by this class."""
     known = _known(classroom)
     found = []
     for member in classroom.members:
@@ -44,13 +44,13 @@ def missing(classroom: Classroom) -> list[Member]:
 
 
 def make(classroom: Classroom) -> list[Member]:
-    """Make the group, and the users that are missing, with home folders; the new ones are returned."""
+    """Make the group and the missing users, with home folders; return the members whose users are new."""
     new = missing(classroom)
     staff = classroom.staff
     users = {classroom.user(member): classroom.home(member) for member in new}
     _make_groups(classroom, {staff: classroom.grading} | users)
     former = {member: classroom.home(member).stat().st_uid for member in new if classroom.home(member).exists()}
-    # Who can have their number again gets it first: nobody else of the class is to have it.
+    # Members who can have their old user id back go first, so that nobody else in the class gets it.
     for member in sorted(new, key=lambda member: not former.get(member) or _is_user(former[member])):
         _make_user(classroom, member, former.get(member, 0))
     _hand_on(classroom, former)
@@ -68,9 +68,9 @@ def make(classroom: Classroom) -> list[Member]:
 
 
 def without_password(classroom: Classroom, new: list[Member]) -> list[Member]:
-    """The members who have none yet: the `new` ones, and whoever the file of passwords does not name.
+    """Return the members without a password: the `new` ones, and those missing from the file of passwords.
 
-    Who had one before `down` gets that back.
+    A member who had a password before `down` gets it back.
     """
     path = classroom.state / PASSWORDS
     named = {line.partition(",")[0] for line in path.read_text().splitlines()} if path.exists() else set()
@@ -81,7 +81,7 @@ def without_password(classroom: Classroom, new: list[Member]) -> list[Member]:
 
 
 def _give_back(classroom: Classroom, new: list[Member]) -> list[Member]:
-    """Give new Unix users the passwords that their members had before `down`; return whose there were."""
+    """Give new Unix users the passwords that their members had before `down`; return the members who had one."""
     path = classroom.state / KEPT
     kept: dict[str, str] = json.loads(path.read_text()) if path.exists() else {}
     back = [member for member in new if member.name in kept]
@@ -91,21 +91,21 @@ def _give_back(classroom: Classroom, new: list[Member]) -> list[Member]:
 
 
 def _keep_passwords(classroom: Classroom) -> None:
-    """Keep the hashes of the members' passwords, for root alone: with the Unix users they would be gone.
+    """Save the hashes of the members' passwords, readable by root only, before the Unix users are removed.
 
-    They are those of the system, so what somebody has set with `passwd` is kept, too.
+    They come from the system, so a password that was changed with `passwd` is kept, too.
     """
     path = classroom.state / KEPT
     kept: dict[str, str] = json.loads(path.read_text()) if path.exists() else {}
     shadow = dict(line.split(":")[:2] for line in SHADOW.read_text().splitlines() if ":" in line)
     for member in classroom.members:
-        if (word := shadow.get(classroom.user(member), "")).startswith("$"):  # otherwise there is none
+        if (word := shadow.get(classroom.user(member), "")).startswith("$"):  # anything else is not a password hash
             kept[member.name] = word
     storage.replace(path, json.dumps(kept).encode(), storage.PRIVATE)
 
 
 def set_passwords(classroom: Classroom, members: list[Member]) -> Path:
-    """Give each of `members` a new password, and add it to the file that is returned, for root to hand out."""
+    """Give each of `members` a new password, write it to a file for root to hand out, and return that file."""
     path = classroom.state / PASSWORDS
     lines = path.read_text().splitlines() if path.exists() else ["student,password"]
     given = {member.name: secrets.token_urlsafe(9) for member in members}
@@ -118,7 +118,7 @@ def set_passwords(classroom: Classroom, members: list[Member]) -> Path:
 
 
 def renew(classroom: Classroom, member: Member) -> Path:
-    """Set a new password as `set_passwords` does; whoever is logged in with the former one is to be logged out."""
+    """Set a new password as `set_passwords` does, and have logins with the old one ended."""
     written = set_passwords(classroom, [member])
     folder = classroom.state / RENEWED
     folder.mkdir(storage.PRIVATE_FOLDER, exist_ok=True)
@@ -127,7 +127,7 @@ def renew(classroom: Classroom, member: Member) -> Path:
 
 
 def take_renewal(classroom: Classroom, name: str) -> bool:
-    """Return True, once, when a member has a new password."""
+    """Return True, once only, if a member has been given a new password."""
     try:
         (classroom.state / RENEWED / name).unlink()
     except FileNotFoundError:
@@ -136,13 +136,13 @@ def take_renewal(classroom: Classroom, name: str) -> bool:
 
 
 def ids(classroom: Classroom, member: Member) -> tuple[int, int]:
-    """The numbers of a member's user and group."""
+    """Return the user id and group id of a member."""
     user = pwd.getpwnam(classroom.user(member))
     return user.pw_uid, user.pw_gid
 
 
 def made(classroom: Classroom) -> bool:
-    """Return True if the class's Unix users are there: `up` makes them, and `down` removes them."""
+    """Return True if the class's Unix users exist: `up` makes them, and `down` removes them."""
     try:
         ids(classroom, classroom.instructors[0])
     except KeyError:
@@ -151,7 +151,7 @@ def made(classroom: Classroom) -> bool:
 
 
 def staff_id(classroom: Classroom) -> int:
-    """The number of the instructors' group."""
+    """Return the id of the instructors' group."""
     return grp.getgrnam(classroom.staff).gr_gid
 
 
@@ -174,7 +174,7 @@ def remove(classroom: Classroom) -> list[str]:
 
 
 def _hand_on(classroom: Classroom, former: dict[Member, int]) -> None:
-    """Give what members have in the folders that the class shares to the numbers that they have now."""
+    """Change the owner of members' files in the shared folders to their present user ids."""
     now = {number: ids(classroom, member)[0] for member, number in former.items()}
     moved = {number: new for number, new in now.items() if number and number != new}
     for shared in (classroom.grading, classroom.exchange) if moved else ():
@@ -183,7 +183,7 @@ def _hand_on(classroom: Classroom, former: dict[Member, int]) -> None:
 
 
 def _unused(classroom: Classroom) -> int:
-    """Return a number that no user and no group has, and nobody who has left the class had."""
+    """Return an id that no user or group has, and that nobody who has left the class had."""
     inbound = classroom.exchange / COURSE_ID / "inbound"
     left = [path.lstat() for folder in (classroom.homes, inbound) if folder.exists() for path in folder.iterdir()]
     had = {number for each in left for number in (each.st_uid, each.st_gid)}
@@ -194,7 +194,7 @@ def _unused(classroom: Classroom) -> int:
 
 
 def _make_user(classroom: Classroom, member: Member, former: int) -> None:
-    """Make a member's user, with the `former` number if nobody else has it now."""
+    """Make a member's user, with the `former` user id if it is free."""
     number = former if former and not _is_user(former) else _unused(classroom)
     name, home = classroom.user(member), classroom.home(member)
     command = ["useradd", "--no-create-home", "--home-dir", str(home), "--gid", name, "--no-log-init"]
@@ -203,14 +203,14 @@ def _make_user(classroom: Classroom, member: Member, former: int) -> None:
 
 
 def _make_groups(classroom: Classroom, kept: dict[str, Path]) -> None:
-    """Make groups; each has the number again that a folder of its still has, unless another group has that now."""
+    """Make groups; each gets the id that its kept folder still has, unless another group has taken that id."""
     known = _known(classroom)
     for name in kept:
         if _group(name) and name not in known:
             raise UsageError(
                 f"the Unix group {name} exists, and this classroom did not make it: remove it, or give another --prefix"
             )
-    for again in (True, False):  # first those, so that no other group is given their numbers
+    for again in (True, False):  # these first, so that no other group is given their ids
         for name, folder in kept.items():
             number = folder.stat().st_gid if folder.exists() else 0
             free = bool(number) and not _is_group(number)
@@ -220,7 +220,7 @@ def _make_groups(classroom: Classroom, kept: dict[str, Path]) -> None:
 
 
 def _end(uids: set[int]) -> bool:
-    """Kill what these users run; whether there was anything."""
+    """Kill the processes of these users; return True if there were any."""
     found = False
     for process in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):
@@ -236,7 +236,7 @@ def _known(classroom: Classroom) -> list[str]:
 
 
 def _note(classroom: Classroom, name: str) -> None:
-    """Write down what is about to be made, before it is: so `down` finds it, whatever happens."""
+    """Record a name before its user or group is made, so that `down` finds it whatever happens."""
     names = json.dumps([*dict.fromkeys([*_known(classroom), name])])
     storage.replace(classroom.state / ACCOUNTS, names.encode(), storage.PRIVATE)
 

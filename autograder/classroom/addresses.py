@@ -1,11 +1,11 @@
-"""The addresses of the servers, such that no page of a student's can act as the instructor who opens it.
+"""The addresses of the servers: chosen so that a student's page cannot act as the instructor who opens it.
 
-What answers below /user/NAME is in the hands of that student, and its pages may do what a browser lets a page do with
-all that has the same address.  Where names allow it, each server has a name of its own, and the hub another one.
+Each student controls what is served below /user/NAME, and a browser lets a page act on everything of the same origin.
+Where DNS allows it, each server has a host name of its own, and the hub has another one.
 
-Otherwise there are two proxies.  The one on the class's address leads to the hub and to the
-students' servers, and the hub takes nobody there for an instructor.  The other one, on the machine itself alone, leads
-to the hub and to the instructors' servers.
+Otherwise there are two proxies.  One, on the class's address, leads to the hub and to the students' servers; no
+instructor can log in there.  The other, which only this machine can reach, leads to the hub and to the instructors'
+servers.
 """
 
 from typing import Any
@@ -19,11 +19,11 @@ from traitlets.config import Config
 from autograder.classroom import hub
 from autograder.classroom.plan import Classroom, as_url
 
-READING = ("GET", "HEAD", "OPTIONS")  # methods that change nothing
+READING = ("GET", "HEAD", "OPTIONS")  # HTTP methods that change nothing
 
 
 class StaffProxy(ConfigurableHTTPProxy):
-    """Leads to the hub, and to the instructors' servers."""
+    """The proxy that leads to the hub and to the instructors' servers."""
 
     instructors: frozenset[str] = frozenset()
 
@@ -34,7 +34,7 @@ class StaffProxy(ConfigurableHTTPProxy):
 
 
 class StudentsProxy(ConfigurableHTTPProxy):
-    """Leads to the hub, and to the students' servers; the instructors' proxy is started, told and ended with it."""
+    """The proxy that leads to the hub and to the students' servers; it also controls the instructors' proxy."""
 
     classroom: Classroom
 
@@ -54,13 +54,13 @@ class StudentsProxy(ConfigurableHTTPProxy):
         self._staff.instructors = frozenset(member.name for member in self.classroom.instructors)
 
     async def start(self) -> None:
-        """Start both; each looks after itself then."""
+        """Start both proxies; each then checks its own process."""
         await super().start()
         if self._staff.proxy_process is None:
             await self._staff.start()
 
     def stop(self) -> None:
-        """End both."""
+        """Stop both proxies."""
         super().stop()
         self._staff.stop()
 
@@ -71,23 +71,23 @@ class StudentsProxy(ConfigurableHTTPProxy):
         await self._staff.add_route(routespec, target, dict(data or {}))
 
     async def delete_route(self, routespec: str) -> None:
-        """Delete a route from both."""
+        """Delete a route from both proxies."""
         await super().delete_route(routespec)
         await self._staff.delete_route(routespec)
 
     async def get_all_routes(self) -> dict[str, Any]:
-        """The routes of both."""
+        """Return the routes of both proxies."""
         return dict(await self._staff.get_all_routes()) | dict(await super().get_all_routes())
 
 
 def owner(routespec: str) -> str:
-    """Return whose server a route leads to; '' for the hub."""
+    """Return the member whose server a route leads to; '' for the hub."""
     _, kind, name, *_ = [*routespec.split("/"), "", ""]
     return unquote(name) if kind == "user" else ""
 
 
 def keep_apart(c: Config, classroom: Classroom) -> None:
-    """Have the hub take members for who they are at their own address alone, and route to the servers accordingly."""
+    """Configure the hub to accept each member's log-in only at that member's address, and the routes to match."""
     if classroom.host:
         c.JupyterHub.subdomain_host = classroom.url.rstrip("/")
         c.JupyterHub.cookie_host_prefix_enabled = bool(classroom.certificate)  # such cookies need HTTPS
@@ -108,7 +108,7 @@ def keep_apart(c: Config, classroom: Classroom) -> None:
     prepare = BaseHandler.prepare
 
     async def prepare_own(handler: BaseHandler) -> None:
-        """Also for who is not logged in: no page of another address logs a visitor in as somebody else."""
+        """Refuse changes from pages of another origin, so that none of them logs a visitor in as somebody else."""
         origin = handler.request.headers.get("Origin")
         if handler.request.method not in READING and elsewhere(origin, handler.request.host):
             raise web.HTTPError(403, "A page of another address has asked for this: open the page of your class")
@@ -118,14 +118,14 @@ def keep_apart(c: Config, classroom: Classroom) -> None:
 
 
 def elsewhere(origin: str | None, host: str) -> bool:
-    """Return True if a page of another address asks: browsers keep cookies for a name, whatever the port."""
+    """Return True if the request comes from another origin: browsers send cookies to all ports of a host name."""
     return origin is not None and urlsplit(origin).netloc.lower() != host.lower()
 
 
 def belongs(classroom: Classroom, instructor: bool, address: str) -> bool:
-    """Return True if somebody may come in at the address that a request's header `Host` says.
+    """Return True if somebody may log in at the address in a request's `Host` header.
 
-    With a name for each server the hub has one, too; it would answer below the others, where students' pages are.
+    Where each server has a host name, so has the hub, and it must not be used at the others: students' pages are there.
     """
     if classroom.host:
         return address.lower() == urlsplit(classroom.url).netloc.lower()

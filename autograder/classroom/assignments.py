@@ -1,7 +1,7 @@
-"""The exercises of a class over a term: a draft until it is released, and then due, and perhaps over.
+"""The exercises of a class over a term: each is a draft until it is released, later due, and perhaps over.
 
-`up` releases nothing.  The dates are in `state/assignments.json`; what is released is what lies in nbgrader's exchange,
-and what an instructor released there by hand counts, too.
+`up` releases nothing.  The dates are in `state/assignments.json`.  An exercise counts as released when it is in
+nbgrader's exchange, even if an instructor put it there by hand.
 """
 
 import json
@@ -28,7 +28,7 @@ LAST = datetime.max.replace(tzinfo=UTC)
 
 @dataclass(frozen=True)
 class Dates:
-    """The times at which an exercise is released, due, and over, in ISO 8601 (UTC); "" where there is none."""
+    """The times at which an exercise is released, due and over, in ISO 8601 (UTC); "" for a time that is not set."""
 
     release: str = ""
     due: str = ""
@@ -61,10 +61,10 @@ def change(
     due: datetime | None = None,
     until: datetime | str | None = None,
 ) -> dict[str, Dates]:
-    """Set those dates that are given, and return those of the named.
+    """Set the dates that are given, and return all dates of the named exercises.
 
-    `release` has its date of each exercise that is not released yet; `ends.NONE` takes an end away.  Raises UsageError,
-    and changes nothing, when the dates of one are in no order.
+    `release` has a date for each exercise that is not released yet; `ends.NONE` removes an end.  Raises UsageError, and
+    changes nothing, when the dates of an exercise are not in order.
     """
     known = read(classroom)
     changed = {}
@@ -82,7 +82,7 @@ def change(
 
 
 def to_release(classroom: Classroom, now: datetime) -> list[str]:
-    """The exercises whose time has come and that are not released yet."""
+    """Return the exercises that should be released by now and are not."""
     there = course_files.released(classroom)
     return [
         name
@@ -92,7 +92,7 @@ def to_release(classroom: Classroom, now: datetime) -> list[str]:
 
 
 def table(classroom: Classroom, now: datetime) -> list[Row]:
-    """The state of each exercise."""
+    """Return the state of each exercise."""
     there, dates, handed_in = course_files.released(classroom), read(classroom), _handed_in(classroom)
     graded, returned = course_files.judged(classroom)
     rows = []
@@ -104,12 +104,12 @@ def table(classroom: Classroom, now: datetime) -> list[Row]:
 
 
 def said(time: str) -> str:
-    """A date as people read it; "" where there is none."""
+    """Return a date as people read it; "" for none."""
     return f"{datetime.fromisoformat(time):{SHOWN}}" if time else ""
 
 
 def shown(row: Row) -> str:
-    """A row as a line of text."""
+    """Return a row as a line of text."""
     dates = {"released on": row.dates.release, "due": row.dates.due, "until": row.dates.until}
     if row.state != DATED:
         del dates["released on"]

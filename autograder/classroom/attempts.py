@@ -1,8 +1,8 @@
-"""A limit on attempts with wrong passwords: some at once, then ever more slowly.
+"""A limit on attempts with wrong passwords: the first few at once, then ever longer waits.
 
-Wrong ones are counted for a name and where they come from, so that whoever guesses keeps the owner out nowhere else.
-Where many addresses guess for one name, they are counted together.  A browser in which the owner has logged in before
-counts for itself alone: nobody else can make it wait.
+Wrong passwords are counted by user name and address, so that guessing from one address does not lock the owner out at
+another.  Guesses at one name from all addresses are also counted together.  A browser in which the owner has logged in
+before has a count of its own: nobody else can make it wait.
 """
 
 import json
@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from autograder.classroom.plan import Classroom
 from course.foundation import storage
 
-FREE, FREE_TOGETHER = 5, 50  # wrong passwords until one has to wait: from one place, and from all places together
-FIRST, LONGEST = 10.0, 300.0  # s to wait: then, and at most; it doubles with each
-FORGOTTEN = 3600.0  # s after the last one, it begins anew
-MOST = 20_000  # counts that are kept
-UNLOCKED = "unlocked.json"  # in `Classroom.state`: when whom an instructor let try again
-EVERYWHERE = ""  # the place of what is counted together
+FREE, FREE_TOGETHER = 5, 50  # wrong passwords before a wait: from one place, and from all places together
+FIRST, LONGEST = 10.0, 300.0  # s to wait: the first time, and at most; doubles each time
+FORGOTTEN = 3600.0  # s after the last wrong password, the count starts again at 0
+MOST = 20_000  # counts that are kept; the oldest is dropped first
+UNLOCKED = "unlocked.json"  # in `Classroom.state`: by user name, when an instructor unlocked it
+EVERYWHERE = ""  # stands for all places together
 
 
 @dataclass
@@ -29,24 +29,24 @@ class Count:
     last: float = 0.0  # s
 
     def wait(self, free: int, now: float) -> float:
-        """Seconds until the next one may be tried."""
+        """Return how many seconds must pass until the next password may be tried."""
         if self.wrong < free:
             return 0.0
         return max(0.0, self.last + min(LONGEST, FIRST * 2.0 ** min(self.wrong - free, 10)) - now)
 
 
 class Attempts:
-    """The attempts since the hub was started."""
+    """The wrong passwords since the hub was started."""
 
     def __init__(self, clock: Callable[[], float] = time.time):
         self._clock = clock
         self._counts: dict[tuple[str, str], Count] = {}
 
     def begin(self, name: str, place: str, known: bool) -> float:
-        """Seconds to wait before somebody may try a password; 0 when it may be tried now.
+        """Return how many seconds somebody must wait before trying a password; 0 if it may be tried now.
 
-        Then it counts as a wrong one until it has `succeeded`, so that many at the same time are not more than one
-        after the other.  `known` says that the owner has been at this place before.
+        If so, it counts as wrong until `succeeded` is called, so that parallel attempts gain nothing.  `known` says
+        that the owner has logged in at this place before.
         """
         now = self._clock()
         self._forget(now)
@@ -59,13 +59,13 @@ class Attempts:
         return 0.0
 
     def succeeded(self, name: str, place: str) -> None:
-        """Forget what was counted for this place; all places together have one wrong password less."""
+        """Clear the count of this place, and count one wrong password less for all places together."""
         self._counts.pop((name, place), None)
         if together := self._counts.get((name, EVERYWHERE)):
             together.wrong = max(0, together.wrong - 1)
 
     def forget_before(self, name: str, moment: float) -> None:
-        """Forget what was tried for a name before a moment (s, of the clock)."""
+        """Clear the counts of a user name whose last attempt was before `moment` (s, of the clock)."""
         for key in [key for key, count in self._counts.items() if key[0] == name and count.last <= moment]:
             del self._counts[key]
 
@@ -77,14 +77,14 @@ class Attempts:
 
 
 def unlock(classroom: Classroom, name: str) -> None:
-    """Let somebody try at once again; the hub looks there."""
+    """Let a member try passwords at once again; writes a file that the hub reads."""
     path = classroom.state / UNLOCKED
     known = json.loads(path.read_text()) if path.exists() else {}
     storage.replace(path, json.dumps(known | {name: time.time()}).encode(), storage.PRIVATE)
 
 
 def unlocked(classroom: Classroom, name: str) -> float:
-    """Return when somebody was let try again, in seconds; 0 when never."""
+    """Return when a member was last unlocked (s since the epoch); 0 if never."""
     try:
         return float(json.loads((classroom.state / UNLOCKED).read_text())[name])
     except (OSError, ValueError, KeyError):

@@ -1,4 +1,4 @@
-"""Authenticators of the hub: with the right password, after not too many wrong ones, and at their own address."""
+"""Authenticators of the hub: they check the password, limit wrong attempts, and send members to their own address."""
 
 import asyncio
 import contextlib
@@ -22,15 +22,15 @@ from autograder.classroom.plan import Classroom
 
 KNOWN = "classroom-known"  # the cookie of a browser in which somebody has logged in
 DAYS = 200
-AT_ONCE = 32  # passwords that are tried at the same time
-FROM_ONE_PLACE = 8  # of which so many are of one address; more of them wait, and keep nobody else waiting
+AT_ONCE = 32  # passwords that are checked at the same time
+FROM_ONE_PLACE = 8  # of these, at most so many from one address; its others wait, and delay nobody else
 
 
 class OwnTokens(UserTokenListAPIHandler):
-    """Makes tokens of whoever asks, and of nobody else: an instructor's for others would outlive their being one."""
+    """Lets users make API tokens only for themselves: those for others would outlive the role of their maker."""
 
     def get_scope_filter(self, req_scope: str) -> Callable[..., bool]:
-        """Return what tells for whom something is allowed."""
+        """Return the function that says for which users a scope holds."""
         allowed: Callable[..., bool] = super().get_scope_filter(req_scope)
         if req_scope != "tokens":
             return allowed
@@ -38,10 +38,10 @@ class OwnTokens(UserTokenListAPIHandler):
 
 
 class Refused(APIHandler):
-    """Servers are shared with nobody, and there are no groups: both would outlive the rights of whoever made them."""
+    """Refuses shared servers and groups: both would outlive the rights of the user who made them."""
 
     async def prepare(self) -> None:
-        """Refuse whatever is asked."""
+        """Refuse every request."""
         raise HTTPError(403, "The servers of a class are shared with nobody, and there are no groups.")
 
 
@@ -56,10 +56,10 @@ class EndsLogins(LogoutHandler):
 
 
 class Careful(Authenticator):
-    """Counts wrong passwords, and sends instructors to their own address; `check` tries a password."""
+    """A base that counts wrong passwords, and sends instructors to their own address; `check` tries a password."""
 
     classroom: Classroom
-    auth_refresh_age = Float(1e-6)  # s: each request looks whether there is a new password; 0 would be never
+    auth_refresh_age = Float(1e-6)  # s: each request checks for a new password; 0 would mean never
 
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
@@ -67,7 +67,7 @@ class Careful(Authenticator):
         self._places: WeakValueDictionary[str, asyncio.Semaphore] = WeakValueDictionary()
 
     async def authenticate(self, handler: Any, data: dict[str, str]) -> str | None:
-        """The member's name when the password is right; raises HTTPError when it is not even tried."""
+        """Return the member's name if the password is right, or None; raises HTTPError when it is not even tried."""
         name = self.normalize_username(data.get("username", ""))
         try:
             member = self.classroom.find(name)
@@ -117,9 +117,9 @@ class Careful(Authenticator):
         return super().validate_username(username) and any(each.name == username for each in self.classroom.members)
 
     async def refresh_user(self, user: Any, handler: Any = None) -> bool:
-        """Return False when somebody has come in by a password that is not theirs any more.
+        """Return False if a user logged in with a password that has been replaced.
 
-        Who is an instructor is in the class's roster, whatever an instructor has told the hub.
+        The class's roster alone decides who is an instructor, whatever was set in the hub.
         """
         instructor = any(each.name == user.name for each in self.classroom.instructors)
         if bool(user.orm_user.admin) is not instructor:
@@ -129,7 +129,7 @@ class Careful(Authenticator):
         return not self._end_logins(user)
 
     def _end_logins(self, user: Any) -> bool:
-        """End all that was logged in as a user before a new password was set; False when there is nothing to end."""
+        """End a user's logins from before a new password was set; return False if there is nothing to end."""
         if not accounts.take_renewal(self.classroom, user.name):
             return False
         user.orm_user.cookie_id = secrets.token_hex(16)
@@ -140,18 +140,18 @@ class Careful(Authenticator):
 
 
 class MembersPAM(Careful, PAMAuthenticator):
-    """Passwords of the Unix users, whose names have a prefix; nobody types it."""
+    """Checks passwords of the Unix users, whose names have a prefix that nobody has to type."""
 
     prefix = Unicode().tag(config=True)
 
     async def check(self, handler: Any, data: dict[str, str]) -> bool:
-        """Return True if PAM knows the password."""
+        """Return True if PAM accepts the password."""
         return bool(
             await PAMAuthenticator.authenticate(self, handler, data | {"username": self.prefix + data["username"]})
         )
 
     def system_user_exists(self, user: Any) -> bool:
-        """A member's Unix user was made before the hub was started; it is called otherwise than the member."""
+        """Return True: each member's Unix user, whose name is not the member's, was made before the hub was started."""
         return True
 
 
@@ -159,12 +159,12 @@ class SharedPassword(Careful, SharedPasswordAuthenticator):
     """One password for all students, and one for the instructors."""
 
     async def check(self, handler: Any, data: dict[str, str]) -> bool:
-        """Return True if it is theirs."""
+        """Return True if the password is that of the member's role."""
         return bool(await SharedPasswordAuthenticator.authenticate(self, handler, data))
 
 
 def _browser(handler: Any, name: str) -> str:
-    """Return what tells a browser in which somebody has logged in before; '' for another one."""
+    """Return the cookie of a browser in which this user has logged in before; '' for any other browser."""
     with contextlib.suppress(ValueError):
         found = (handler.get_secure_cookie(KNOWN, max_age_days=DAYS) or b"").decode()
         if found.startswith(f"{name}:"):

@@ -1,6 +1,6 @@
-"""A class in one file: everybody's work, what was handed in and graded, the settings, and the passwords.
+"""A backup of a class in one file: everybody's work, hand-ins, grades, settings and passwords.
 
-The class must be down meanwhile: tar walks the homes as root, and nobody may change them under its feet.
+The class must be down: tar reads the homes as root, and nobody may change them meanwhile.
 """
 
 import json
@@ -18,12 +18,12 @@ from autograder.classroom.plan import SETTINGS, Classroom
 from autograder.errors import ClassroomError, UsageError
 from course.foundation import storage
 
-TAR = ["tar", "--gzip", "--file=-", "--numeric-owner", "--warning=no-file-ignored"]  # sockets are nothing to keep
-LONGEST = os.pathconf("/", "PC_PATH_MAX") // 2  # bytes of a path in the class; `restore` may lay it out deeper
+TAR = ["tar", "--gzip", "--file=-", "--numeric-owner", "--warning=no-file-ignored"]  # sockets need no backup
+LONGEST = os.pathconf("/", "PC_PATH_MAX") // 2  # bytes of a path in the class: a restored path may be longer
 
 
 def write(classroom: Classroom, file: Path) -> tuple[int, list[str]]:
-    """Write the class to `file`, which must not be there; return its bytes, and the folders that go too deep for it.
+    """Write the class to the new file `file`; return its size (bytes), and the folders left out as too deep.
 
     Raises UsageError while the class is up, and ClassroomError when it cannot be written; then there is no file.
     """
@@ -51,9 +51,9 @@ def write(classroom: Classroom, file: Path) -> tuple[int, list[str]]:
 
 
 def _list(folder: Path, names: IO[bytes]) -> list[str]:
-    """Write what is in the class's folder to `names`, each with a zero byte; return the folders that are left out.
+    """Write the paths in the class's folder to `names`, each with a null byte; return the folders that are left out.
 
-    A path that is too long could be written, and not be laid out again.
+    A path that is too long could be written, but not restored.
     """
     opened, too_deep = os.open(folder, homes.FOLDER), []
     try:
@@ -65,7 +65,7 @@ def _list(folder: Path, names: IO[bytes]) -> list[str]:
                 too_deep.append(os.path.normpath(path))
                 below.clear()
             else:
-                # Processes that ran are nothing to a machine on which others have their numbers.
+                # Records of running processes are useless, because other processes may have their ids after a restore.
                 kept = [name for name in files if path != "./state" or not name.endswith(".pid")]
                 kept += [
                     name for name in below if stat.S_ISLNK(os.stat(name, dir_fd=at, follow_symlinks=False).st_mode)
@@ -77,9 +77,9 @@ def _list(folder: Path, names: IO[bytes]) -> list[str]:
 
 
 def read(file: Path, folder: Path) -> Classroom:
-    """Lay a class out in `folder`, which must not be there; it is down, and closed to all but root.
+    """Restore a class into the new folder `folder`; it is down, and closed to all but root.
 
-    Raises UsageError when `file` holds no class, ClassroomError when that cannot be laid out; no folder is made then.
+    Raises UsageError when `file` holds no class, ClassroomError when it cannot be restored; no folder is made then.
     """
     if folder.exists():
         raise UsageError(f"{folder} exists; name another folder with --folder, or move it away")
@@ -108,14 +108,14 @@ def read(file: Path, folder: Path) -> Classroom:
 
 
 def _take_from_who_left(folder: Path, members: set[str]) -> None:
-    """Give root the homes of who is in the class no more: somebody else may have their number on this machine."""
+    """Give root the homes of former members: somebody else may have their user id on this machine."""
     for home in (folder / "homes").iterdir():
         if home.name not in members:
             homes.give(home, 0, 0)
 
 
 def _run(command: list[str], folder: Path, **streams: Any) -> None:
-    """Run tar in a folder; raises ClassroomError with the first thing that it says."""
+    """Run tar in a folder; raises ClassroomError with tar's first line of errors."""
     environment = os.environ | {"LC_ALL": "C"}
     done = subprocess.run(command, cwd=folder, env=environment, stderr=subprocess.PIPE, text=True, **streams)
     if done.returncode:

@@ -1,9 +1,10 @@
-"""The box of a member: all that their server, kernels, nodes and terminals see of this machine.
+"""The box of a member: a bubblewrap sandbox around their server, kernels, nodes and terminals.
 
-Each box has a network of its own, in which there is nobody else, a /tmp and a /dev/shm, processes of its own, and the
-system read-only.  It is reached by Unix sockets alone.  A student sees their home folder, nbgrader's exchange, the
-environment of the course and the package `course`; of the grader, the solutions and the other members nothing.  An
-instructor sees the whole checkout, and the folder in which the class is graded.
+Not to be confused with the sandbox of a graded program (`autograder.sandbox`).  Each box has its own network and
+process namespaces, its own /tmp and /dev/shm, and a read-only system.  It can be reached only through Unix sockets.  A
+student sees their home folder, nbgrader's exchange, the environment of the course and the package `course`, but nothing
+of the grader, the solutions or the other members.  An instructor sees the whole checkout, and the folder in which the
+class is graded.
 """
 
 import json
@@ -21,43 +22,43 @@ from course import environment
 
 EXCHANGE = "/srv/exchange"
 GRADING = "grading"  # nbgrader's course folder, in the home of each instructor
-CONFIGURATION = "/opt/classroom"  # of Jupyter, in place of what the environment says
+CONFIGURATION = "/opt/classroom"  # Jupyter's configuration, in place of the environment's
 SERVER = f"{CONFIGURATION}/serve.py"
-# What holds a box for a server that is forked into it: it writes to the socket that it reads from, and ends with that.
+# The first program of a box into which a server is forked: it writes to its socket, and ends when that is closed.
 HOLD = ["sh", "-c", "echo >&0; read -r _ || :"]
 TEMPORARY, SHARED_MEMORY = GIB, GIB // 4  # bytes of /tmp and of /dev/shm
 FILE = 2 * GIB  # bytes of one file
-DESCRIPTORS = 1024  # of a student's process: all their processes together cannot take those of the whole machine
-TERMINALS = 64  # pseudo-terminals of a student's box, of which the machine has some thousands for all
-# A network and processes of its own, which all end with the process that is started first.
+DESCRIPTORS = 1024  # of one process of a student, so that a student cannot use up those of the whole machine
+TERMINALS = 64  # pseudo-terminals of a student's box; the machine has only some thousands for all
+# A network namespace, and a process namespace that ends with its first process.
 ALONE = ["unshare", "--net", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc", "--"]
-# Laid over those of bubblewrap, which sets no limit.
+# Mounted over bubblewrap's own file systems, which have no size limit.
 MOUNT_TERMINALS = f"mount -t devpts -o newinstance,ptmxmode=0666,mode=620,max={TERMINALS} devpts /dev/pts"
 STAFFS = {"assignment-list": True, "course-list": True, "create-assignment": True, "formgrader": True}
 STUDENTS = {"assignment-list": True, "course-list": False, "create-assignment": False, "formgrader": False}
 
 
 def home(member: Member) -> str:
-    """The home folder, as the member sees it."""
+    """Return the path of the home folder, as the member sees it."""
     return f"/home/{member.name}"
 
 
 def notebooks(member: Member) -> str:
-    """Return where a member's notebooks are, and assignments come to."""
+    """Return the folder that a member's notebooks are in, and that fetched assignments go into."""
     return f"{home(member)}/notebooks"
 
 
 def command(classroom: Classroom, member: Member, argv: list[str], to_read: Callable[[bytes], str]) -> list[str]:
-    """The command line, for root, that runs `argv` in a member's box.
+    """Return the command line, to be run by root, that runs `argv` in a member's box.
 
-    `to_read` makes a descriptor, which the command inherits, of a file's content.
+    `to_read` turns a file's content into a descriptor that the command inherits.
     """
     uid, gid = accounts.ids(classroom, member)
     bwrap = ["bwrap", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try", "--hostname", "classroom"]
     bwrap += ["--die-with-parent", "--cap-drop", "ALL"]
     bwrap += [word for name in ("SETUID", "SETGID", "SETPCAP") for word in ("--cap-add", f"CAP_{name}")]
     become = ["setpriv", f"--reuid={uid}", f"--regid={gid}", "--inh-caps=-all"]
-    # An instructor grades, which takes namespaces: they are made by who still may become root in them.
+    # An instructor grades.  Grading makes namespaces, and needs to become root in them, so this box must allow both.
     if member.instructor:
         become += ["--init-groups"]
     else:
@@ -74,7 +75,7 @@ def command(classroom: Classroom, member: Member, argv: list[str], to_read: Call
 
 
 def limits(classroom: Classroom, member: Member) -> dict[str, int]:
-    """The limits of each of a member's processes, named as for prlimit(1)."""
+    """Return the limits of each process of a member, named as for prlimit(1)."""
     most = classroom.limits_of(member)
     # `data`, not `as`: Fast DDS and malloc reserve far more addresses than they use
     found = {"nproc": most.tasks, "data": most.memory, "fsize": FILE, "core": 0}
@@ -82,7 +83,7 @@ def limits(classroom: Classroom, member: Member) -> dict[str, int]:
 
 
 def variables(member: Member) -> dict[str, str]:
-    """The environment variables of a member's processes."""
+    """Return the environment variables of a member's processes."""
     return {
         "COURSE_EXCHANGE": COURSE_ID,
         "COURSE_DATES": f"{EXCHANGE}/{COURSE_ID}/dates/{member.name}.json",
@@ -97,12 +98,12 @@ def variables(member: Member) -> dict[str, str]:
 
 
 def configured_by(member: Member) -> dict[str, str]:
-    """The variable of a student's server that keeps it from reading configuration at home; an instructor's does."""
+    """Return the variable that keeps a student's server from reading configuration at home; none for an instructor."""
     return {} if member.instructor else {serve.ALONE: CONFIGURATION}
 
 
 def umask(member: Member) -> int:
-    """Return what others may not do with a member's new files: instructors share theirs."""
+    """Return the umask of a member's processes: instructors share new files, students do not."""
     return 0o007 if member.instructor else 0o077
 
 
@@ -113,7 +114,7 @@ def _view(classroom: Classroom, member: Member, to_read: Callable[[bytes], str])
     options = view.system(_system_files(classroom, known), to_read, shared_memory, temporary)
     if member.instructor:
         options += ["--perms", "0755", "--dir", view.STORE]
-        options += ["--bind", "/proc", "/proc"]  # a namespace in it may have a /proc only when it sees a whole one
+        options += ["--bind", "/proc", "/proc"]  # a nested namespace can mount /proc only if it sees a whole one here
         shown = {repository(): True}
         hidden: list[Path] = []
     else:
@@ -136,7 +137,7 @@ def _view(classroom: Classroom, member: Member, to_read: Callable[[bytes], str])
 
 
 def _system_files(classroom: Classroom, known: tuple[Member, ...]) -> Mapping[str, str]:
-    """A member is called by their own name; nbgrader looks there for who has handed something in."""
+    """Return /etc/passwd and the like with the members' own names, which nbgrader takes for the owners of hand-ins."""
     staff = ",".join(member.name for member in classroom.instructors)
     people = {member.name: accounts.ids(classroom, member) for member in known}
     users = "".join(f"{name}:x:{uid}:{gid}::/home/{name}:/bin/bash\n" for name, (uid, gid) in people.items())
@@ -148,10 +149,10 @@ def _system_files(classroom: Classroom, known: tuple[Member, ...]) -> Mapping[st
 
 
 def _configuration(classroom: Classroom, member: Member) -> dict[str, str]:
-    """Jupyter's and nbgrader's configuration files, by their path in CONFIGURATION."""
+    """Return Jupyter's and nbgrader's configuration files, by their path in CONFIGURATION."""
     extensions = STAFFS if member.instructor else STUDENTS
     servers = {f"nbgrader.server_extensions.{name.replace('-', '_')}": on for name, on in extensions.items()}
-    servers.pop("nbgrader.server_extensions.create_assignment")  # which has none
+    servers.pop("nbgrader.server_extensions.create_assignment")  # it has no server extension
     idle = classroom.limits
     look = serve.every(idle.kernel_idle)
     server: dict[str, dict[str, object]] = {
@@ -160,13 +161,13 @@ def _configuration(classroom: Classroom, member: Member) -> dict[str, str]:
         "TerminalManager": {"cull_inactive_timeout": idle.kernel_idle, "cull_interval": look},
         "Session": {"username": member.name},
     }
-    if member.instructor:  # whose Formgrader is a page in a page
+    if member.instructor:  # JupyterLab shows Formgrader in an iframe
         server["ServerApp"]["tornado_settings"] = {"headers": {"Content-Security-Policy": "frame-ancestors 'self'"}}
     disabled = {f"@jupyter/nbgrader:{name}": not on for name, on in extensions.items()}
     page = {
         "disabledExtensions": disabled | {"@jupyterlab/apputils-extension:announcements": True},  # of the internet
         "buildAvailable": False,
-        "buildCheck": False,  # with node, for each page that is opened
+        "buildCheck": False,  # would run Node.js for each page that is opened
     }
     nbgrader = [
         "c = get_config()",
@@ -198,7 +199,7 @@ def _scratch(path: str, size: int) -> list[str]:
 
 
 def _folders_to(folder: Path) -> list[str]:
-    """bubblewrap would make them readable to root alone."""
+    """Return options that make the folders above: bubblewrap itself would make them readable by root only."""
     return [
         word for each in [*reversed(folder.parents[:-1]), folder] for word in ("--perms", "0755", "--dir", str(each))
     ]

@@ -1,4 +1,4 @@
-"""Releases exercises at their dates, and tells extensions; a service of the hub, which starts and ends it."""
+"""Releases exercises at their dates, and tells students their dates; a service that the hub starts and ends."""
 
 import contextlib
 import os
@@ -11,7 +11,7 @@ from autograder.classroom import assignments, course_files, hub, telling
 from autograder.classroom.plan import Classroom
 from autograder.errors import AutograderError
 
-LOOK, AGAIN = 10.0, 60.0  # s between two looks at the dates, and until the next when something is wrong
+LOOK, AGAIN = 10.0, 60.0  # s between two looks at the dates, and after an error
 
 
 def release_what_is_due(folder: Path) -> list[str]:
@@ -35,7 +35,7 @@ def release_what_is_due(folder: Path) -> list[str]:
 def main(folder: Path) -> None:
     """Look at the dates for as long as the hub runs."""
     parent, said = os.getppid(), ""
-    while os.getppid() == parent:  # a hub that was killed has left this behind
+    while os.getppid() == parent:  # ends when the hub was killed and this process was left behind
         try:
             release_what_is_due(folder)
             said = ""

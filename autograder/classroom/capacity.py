@@ -1,4 +1,4 @@
-"""`environment/classroom capacity`: what a class of a given size needs, reckoned from measured figures."""
+"""`environment/classroom capacity`: the resources that a class needs, calculated from measured figures."""
 
 import math
 import tomllib
@@ -8,18 +8,18 @@ from typing import Any
 
 FIGURES = Path(__file__).with_name("measured.toml")
 PASSES = 3  # how often a student runs each cell of a page
-SPARE = 1.5  # so much more than reckoned: peaks, the system, pages that files are read into
+SPARE = 1.5  # factor on top, for peaks, the system and the page cache
 EXERCISES = 5
 
 
 @dataclass(frozen=True)
 class Wishes:
-    """The way in which a class works."""
+    """The size of a class, and the way in which it works."""
 
     students: int
-    at_once: float = 1.0  # the share of them that works at the same time
-    minutes: float = 30.0  # that one page takes them
-    hours: float = 1.0  # in which everybody's hand-in of one exercise shall be graded
+    at_once: float = 1.0  # the share of students who work at the same time
+    minutes: float = 30.0  # that a student spends on one page
+    hours: float = 1.0  # within which all hand-ins of one exercise are to be graded
     machine_memory: float = 64.0  # GiB of one machine
     machine_cores: int = 16
 
@@ -30,20 +30,20 @@ class Needs:
 
     kernels: int
     memory: float  # GiB while they work
-    cores: float  # kept busy while they work
-    graders: float  # cores that grade
+    cores: float  # that are busy while they work
+    graders: float  # cores for grading
     grading_memory: float  # GiB
     disk: float  # GiB
     machines: int
 
 
 def figures() -> dict[str, dict[str, Any]]:
-    """The measured figures, each group with its origin."""
+    """Return the measured figures, each group with its origin."""
     return tomllib.loads(FIGURES.read_text(encoding="utf-8"))
 
 
 def reckon(wishes: Wishes, known: dict[str, dict[str, Any]] | None = None) -> Needs:
-    """Return what a class needs, by the figures measured or by others of the same form."""
+    """Return what a class needs, calculated from the measured figures or from others of the same form."""
     known = known or figures()
     student, hub, grader = known["student"], known["hub"], known["grader"]
     kernels = math.ceil(wishes.students * wishes.at_once)

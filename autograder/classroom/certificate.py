@@ -1,4 +1,4 @@
-"""The certificate for HTTPS that a class is given, with its key: tried before anything is changed."""
+"""The HTTPS certificate of a class and its key: both are checked before anything is changed."""
 
 import ssl
 from datetime import datetime, timedelta
@@ -8,7 +8,7 @@ from cryptography import x509
 
 from autograder.errors import UsageError
 
-SOON = timedelta(days=14)  # before its end, a certificate should be renewed
+SOON = timedelta(days=14)  # before a certificate expires, it should be renewed
 
 
 def paths(certificate: Path | None, key: Path | None) -> tuple[str, str]:
@@ -25,7 +25,7 @@ def paths(certificate: Path | None, key: Path | None) -> tuple[str, str]:
 
 
 def check_covers(certificate: Path, host: str) -> None:
-    """Raise UsageError unless a certificate holds for a name and its subdomains."""
+    """Raise UsageError unless a certificate covers a host name and its subdomains."""
     try:
         found = x509.load_pem_x509_certificates(certificate.read_bytes())[0]
         names = found.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
@@ -37,11 +37,11 @@ def check_covers(certificate: Path, host: str) -> None:
 
 
 def warning(certificate: str, now: datetime) -> str:
-    """Return what an instructor should know about the certificate at this path, '' for none; '' when all is well."""
+    """Return a warning about the certificate at this path, or about having none (path ''); '' when all is well."""
     if not certificate:
         return "Without a certificate: passwords and pages go over the network as they are."
     try:
-        found = x509.load_pem_x509_certificates(Path(certificate).read_bytes())[0]  # its issuers' may follow
+        found = x509.load_pem_x509_certificates(Path(certificate).read_bytes())[0]  # its issuers' follow it
     except (OSError, ValueError):
         return f"The certificate {certificate} is not there any more, or cannot be read."
     if now < found.not_valid_before_utc:
@@ -54,7 +54,7 @@ def warning(certificate: str, now: datetime) -> str:
 
 
 def _load(certificate: Path, key: Path) -> None:
-    """Load both, as the hub's proxy will; raises UsageError."""
+    """Load certificate and key, as the hub's proxy will; raises UsageError."""
 
     def locked() -> str:
         raise UsageError(f"{key} is locked with a password: write it without one, `openssl pkey -in {key} -out NEW`")

@@ -18,20 +18,20 @@ from autograder.errors import ClassroomError, UsageError
 from autograder.gradebook.extensions import ALL
 
 PAGE = "class"  # below the hub's own prefix
-LONGEST = 60.0  # s until the state of all exercises is known
+LONGEST = 60.0  # s that finding the state of all exercises may take
 
 
 def start_page(handler: BaseHandler) -> str:
-    """Return where somebody begins after logging in; "" for the hub's own default."""
+    """Return the URL that somebody sees after logging in; "" for the hub's own default."""
     user = handler.current_user
     return f"{handler.hub.base_url}{PAGE}" if user and user.admin else ""
 
 
 class ClassPage(BaseHandler):
-    """Shows how far the class is, and gives students more time."""
+    """The page that shows the state of each exercise, and gives students more time."""
 
     def initialize(self, classroom: Classroom) -> None:
-        """Take the class, whose settings may change while the hub runs."""
+        """Keep the class; its settings may change while the hub runs."""
         self._folder = classroom.folder
 
     @web.authenticated
@@ -42,7 +42,7 @@ class ClassPage(BaseHandler):
 
     @web.authenticated
     async def post(self) -> None:
-        """Give more time, or take it back, and show what came of it."""
+        """Give more time, or take it back, and show the result."""
         classroom, member = self._instructor()
         asked = {name: self.get_body_argument(name, "") for name in ARGUMENTS}
         try:
@@ -96,7 +96,7 @@ def extend(classroom: Classroom, asked: dict[str, str]) -> list[str]:
 
 
 async def overview(folder: Any) -> dict[str, Any]:
-    """Return what the page shows, from a process of its own; raises HTTPError when that fails."""
+    """Return what the page shows, found by a separate process; raises HTTPError when that fails."""
     process = await asyncio.create_subprocess_exec(
         sys.executable, "-P", "-m", "autograder.classroom.overview", str(folder),
         stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE,

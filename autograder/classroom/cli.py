@@ -33,9 +33,9 @@ PASSWORDS = ("pam", "dummy")
 LOOPBACK = "127.0.0.1"
 USAGE, FAILED = 2, 3  # exit codes
 MIB = 1 << 20
-LISTED = 5  # folders that a backup has left out
-MOST = 5  # members who are named for what they have on the disk
-# typer carries a click of its own, and gives click's UsageError no name.
+LISTED = 5  # folders that are named when a backup leaves some out
+MOST = 5  # members who are named as taking most of the disk
+# typer has a copy of click of its own, and does not export click's UsageError.
 UsageProblem = cast(type[typer.BadParameter], typer.BadParameter.__base__)
 
 app = typer.Typer(
@@ -131,7 +131,7 @@ def up(
 
 
 def _members(folder: Path, roster_file: Path | None, instructors: list[str]) -> tuple[members.Member, ...]:
-    """The members: those of the roster, or without one those of before."""
+    """Return the members of the roster, or without a roster those that the class had before."""
     if roster_file:
         return tuple(members.read(roster_file, instructors))
     if not (folder / "state" / SETTINGS).exists():
@@ -145,13 +145,13 @@ def _members(folder: Path, roster_file: Path | None, instructors: list[str]) -> 
 def _up(classroom: Classroom) -> None:
     course_files.make_folders(classroom)
     instructors_left: list[str] = []
-    with contextlib.suppress(UsageError):  # there is none yet
+    with contextlib.suppress(UsageError):  # there is no class yet
         roles = {member.name: member.instructor for member in classroom.members}
         before = Classroom.load(classroom.folder)
         gone = {member.name for member in before.members if roles.get(member.name) is not member.instructor}
         instructors_left = sorted(member.name for member in before.instructors if member.name in gone)
         left = servers.started(classroom)
-        # A server was told its address, and the hub's, when it was started.
+        # A running server knows only the addresses that it was started with, its own and the hub's.
         moved = before.host != classroom.host or (bool(classroom.host) and before.url != classroom.url)
         for name in sorted(left if moved else left.keys() & gone):
             servers.forget(classroom, name, left[name])
@@ -173,7 +173,7 @@ def _up(classroom: Classroom) -> None:
     course_files.enrol(classroom)
     try:
         telling.tell(classroom)
-    except ClassroomError as error:  # a mistake in nbgrader's course folder keeps nobody from working
+    except ClassroomError as error:  # a mistake in nbgrader's course folder must not stop the class
         print(f"Students are not told their dates: {error}")
     for line in course_files.hand_out_notebooks(classroom):
         print(line)
@@ -437,7 +437,7 @@ def _root() -> None:
 
 
 def _warn_of_namesakes(classroom: Classroom) -> None:
-    """Browsers send cookies to all ports of a name, so a member's log-in reaches their namesake's server."""
+    """Warn of equal names in two classes: browsers send cookies to all ports of a host, so log-ins would be shared."""
     own = {member.name for member in classroom.members}
     for other in hub.others(classroom):
         same = sorted(own & {member.name for member in other.members})
@@ -455,7 +455,7 @@ def _warn_of_certificate(classroom: Classroom) -> None:
 
 
 def _addresses(classroom: Classroom) -> str:
-    """Return what keeps a student's pages from acting as whoever opens them, in a line."""
+    """Return a line that says what keeps a student's pages from acting as the person who opens them."""
     if classroom.host:
         names = f"NAME.{classroom.host}"
         return f"Each server has an address of its own, {names}: no page of a student's acts as who opens it."
@@ -466,7 +466,7 @@ def _addresses(classroom: Classroom) -> str:
 
 
 def _before(classroom: Classroom) -> Classroom | None:
-    """The classroom that the hub in this folder serves now, if it runs, or has served until it was killed."""
+    """Return the classroom that the hub in this folder serves, or served until it was killed; None if there is none."""
     try:
         before = Classroom.load(classroom.folder)
     except UsageError:

@@ -1,6 +1,6 @@
 """The files that the class works with: the released notebooks in each home folder, and nbgrader's exchange.
 
-Whatever nbgrader does, it does in the box of an instructor, whose files these are.
+nbgrader runs only in the box of an instructor, who owns these files.
 """
 
 import contextlib
@@ -24,16 +24,16 @@ from autograder.sandbox.memory_files import MemoryFiles
 from course.foundation import storage
 from course.notebook.stubs import RELEASED
 
-# Who may do what there: nbgrader asks for these modes.  The first bit of `inbound` keeps students from removing what
-# others have handed in; that nobody can list it keeps them from finding it.
+# The file modes that nbgrader asks for.  The sticky bit of `inbound` keeps students from removing what others have
+# handed in; without the right to list the folder they cannot find it.
 EXCHANGE = {"outbound": 0o2775, "inbound": 0o3773, "feedback": 0o2771}
-MODULE = ("python", "-P", "-m")  # a module of what is installed, whatever lies in the folder
-ENROLLED = "enrolled.json"  # in `Classroom.state`: whom the gradebook knows
+MODULE = ("python", "-P", "-m")  # runs an installed module, whatever is in the working folder
+ENROLLED = "enrolled.json"  # in `Classroom.state`: the students who are in the gradebook
 LONGEST = 300  # s that one command in a box may take
 
 
 def make_folders(classroom: Classroom) -> None:
-    """The folders of the classroom, each open to those who need it."""
+    """Make the folders of the classroom, each open to those who need it."""
     for folder, mode in (
         (classroom.folder, 0o711),
         (classroom.homes, 0o711),
@@ -54,15 +54,15 @@ def make_folders(classroom: Classroom) -> None:
 
 
 def close(classroom: Classroom) -> None:
-    """Close the folders of a class whose users are removed: the next users and groups may get their numbers."""
+    """Close the folders of a class whose users are removed: new users and groups may get their ids."""
     classroom.folder.chmod(0o700)
 
 
 def make_shared(classroom: Classroom) -> None:
-    """The folders that instructors share, and those of the exchange.  Raises ClassroomError."""
+    """Make the folders that instructors share, and those of the exchange.  Raises ClassroomError."""
     staff = accounts.staff_id(classroom)
     classroom.grading.mkdir(exist_ok=True)
-    former = classroom.grading.stat().st_gid  # of the instructors' group, before `down` has removed it
+    former = classroom.grading.stat().st_gid  # the id of the instructors' group before `down` removed it
     if former != staff:
         for shared in (classroom.grading, classroom.exchange):
             homes.hand_on(shared, int, lambda gid: staff if gid == former else gid)
@@ -82,11 +82,11 @@ def make_shared(classroom: Classroom) -> None:
         raise ClassroomError(f"{course / name}: {error.strerror}; move it away, and give the command again") from None
     finally:
         os.close(opened)
-    # What who is no instructor any more has released or graded, an instructor has now.
+    # The files of former instructors, released or graded, go to a present one.
     owners = [accounts.ids(classroom, member)[0] for member in classroom.instructors]
     for shared in (classroom.grading, course / "outbound", course / "feedback"):
         homes.hand_on(shared, lambda uid: uid if uid in (0, *owners) else owners[0])
-    for member in classroom.instructors:  # where it is seen; who puts the box together would make it as root
+    for member in classroom.instructors:  # as a mount point: making the box would create it as root
         homes.make_folder(classroom.home(member), *accounts.ids(classroom, member), box.GRADING)
 
 
@@ -96,9 +96,9 @@ def released(classroom: Classroom) -> set[str]:
 
 
 def release(classroom: Classroom, wanted: Iterable[str]) -> list[str]:
-    """Release those notebooks that are not yet in the exchange; their names.
+    """Release the notebooks that are not yet in the exchange; return their names.
 
-    Without any, nbgrader's course folder is set up.
+    Also sets up nbgrader's course folder if it is missing.
     """
     there = released(classroom)
     new = [name for name in wanted if name not in there]
@@ -108,9 +108,9 @@ def release(classroom: Classroom, wanted: Iterable[str]) -> list[str]:
 
 
 def judged(classroom: Classroom) -> tuple[dict[str, set[str]], dict[str, set[str]]]:
-    """Return whose hand-ins are graded, and who was returned a page by the exchange: students, by exercise.
+    """Return the students whose hand-in is graded, and those whose page is in the exchange, both by exercise.
 
-    An instructor's files tell it, so they are read as one.  Raises ClassroomError.
+    Found in an instructor's files, which are read as that user.  Raises ClassroomError.
     """
     uid, gid = accounts.ids(classroom, classroom.instructors[0])
     pages = os.open(classroom.exchange / COURSE_ID / "feedback", homes.FOLDER)
@@ -126,7 +126,7 @@ def judged(classroom: Classroom) -> tuple[dict[str, set[str]], dict[str, set[str
 
 
 def _judged(grading: int, pages: int) -> bytes:
-    """For `act`: students by exercise, of what nbgrader has laid into its course folder and into the exchange."""
+    """For `act`: return students by exercise, as found in nbgrader's course folder and in the exchange, as JSON."""
     os.fchdir(grading)
     graded: dict[str, list[str]] = {}
     for path in Path("autograded").glob("*/*/"):
@@ -140,7 +140,7 @@ def _judged(grading: int, pages: int) -> bytes:
 
 
 def page_key(feedback: Path, notebook: str) -> str:
-    """Return what nbgrader calls the page of a notebook in the exchange, see `nbgrader.utils.notebook_hash`."""
+    """Return nbgrader's name for the page of a notebook in the exchange, see `nbgrader.utils.notebook_hash`."""
     with contextlib.suppress(OSError):
         secret = (feedback / "submission_secret.txt").read_bytes()
         return hashlib.md5(secret + notebook.encode(), usedforsecurity=False).hexdigest()
@@ -148,9 +148,9 @@ def page_key(feedback: Path, notebook: str) -> str:
 
 
 def enter_dates(classroom: Classroom, asked: Mapping[str, object]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Enter dates in nbgrader's course folder, as `dating` is asked to; return what it prints.  Raises ClassroomError.
+    """Enter dates in nbgrader's course folder by `dating`; return what that prints.  Raises ClassroomError.
 
-    These are everybody's dates, and those of students who have an extension.
+    It prints the dates for everybody, and those of students with an extension.
     """
     command = [*MODULE, "autograder.classroom.dating", box.GRADING]
     everybody, own = json.loads(run(classroom, classroom.instructors[0], command, json.dumps(asked)))
@@ -169,7 +169,7 @@ def read_grading(classroom: Classroom, name: str) -> bytes:
 
 
 def enrol(classroom: Classroom) -> None:
-    """Enter the students in nbgrader's gradebook, whose pages call them by their names; those who have left stay."""
+    """Enter the students with their names in nbgrader's gradebook; those who have left the class stay in it."""
     students = {each.name: {"first_name": each.first_name, "last_name": each.last_name} for each in classroom.students}
     text = json.dumps(students)
     done = classroom.state / ENROLLED
@@ -179,9 +179,9 @@ def enrol(classroom: Classroom) -> None:
 
 
 def hand_out_notebooks(classroom: Classroom) -> list[str]:
-    """Lay what students get into each home folder; what is there already is left as it is.
+    """Copy what students get into each home folder; nothing that is there already is changed.
 
-    Returns a line for each member whose home folder could not take it.
+    Returns a line for each member whose home folder had no place for it.
     """
     things = {"notebooks/" + START_PAGE: {"": start_page().encode()}}
     for path, content in _outbound(classroom).items():
@@ -205,16 +205,16 @@ def hand_out_notebooks(classroom: Classroom) -> list[str]:
 
 
 def disk(classroom: Classroom) -> dict[str, int | None]:
-    """Bytes on the disk in the home folder of each member who has one, the largest first; None where it takes long."""
+    """Return the disk space (bytes) of each member's home folder, the largest first; None where counting takes long."""
     there = [member for member in classroom.members if classroom.home(member).exists()]
     found = homes.sizes({member.name: (classroom.home(member), *accounts.ids(classroom, member)) for member in there})
     return dict(sorted(found.items(), key=lambda each: -math.inf if each[1] is None else -each[1]))
 
 
 def remove(classroom: Classroom) -> None:
-    """Remove all files of the class, once nobody of it has a process; raises ClassroomError.
+    """Remove all files of the class, once no member has a process; raises ClassroomError.
 
-    `rm` follows no link, and goes as deep as somebody has made folders.
+    Uses `rm`, which follows no links and copes with folders of any depth.
     """
     done = subprocess.run(["rm", "-rf", "--one-file-system", "--", classroom.folder], capture_output=True, text=True)
     if done.returncode:
@@ -222,7 +222,7 @@ def remove(classroom: Classroom) -> None:
 
 
 def run(classroom: Classroom, member: Member, argv: list[str], text: str = "") -> str:
-    """Run one of the environment's programs in a member's box, with `text` to read; what it printed, without errors.
+    """Run one of the environment's programs in a member's box, with `text` as its input; return its standard output.
 
     Raises ClassroomError.
     """
@@ -259,7 +259,7 @@ def set_aside_configuration(classroom: Classroom) -> list[str]:
 
 
 def _set_aside(grading: int) -> bytes:
-    """For `act`: give configuration files, which are programs, names that nothing reads."""
+    """For `act`: rename configuration files, which are programs, so that nothing runs them."""
     from autograder.gradebook.exchange_collect import CONFIGURATION
 
     os.fchdir(grading)
@@ -272,13 +272,13 @@ def _set_aside(grading: int) -> bytes:
 
 
 def _outbound(classroom: Classroom) -> dict[str, bytes]:
-    """The released files, by their paths in the exchange, as an instructor reads them."""
+    """Return the released files by their paths in the exchange, read as an instructor."""
     uid, gid = accounts.ids(classroom, classroom.instructors[0])
     return homes.read(classroom.exchange / COURSE_ID, "outbound", uid, gid, [accounts.staff_id(classroom)])
 
 
 def _share(folder: int, name: str, staff: int, mode: int) -> None:
-    """Open a folder to the instructors; raises OSError, also when it is a link, or not root's."""
+    """Open a folder to the instructors; raises OSError, also when it is a link, or does not belong to root."""
     opened = os.open(name, homes.FOLDER, dir_fd=folder)
     try:
         if os.fstat(opened).st_uid:

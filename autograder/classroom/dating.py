@@ -1,7 +1,7 @@
-"""Run in an instructor's box: enters dates, read as JSON, in nbgrader's course folder, and prints students' own.
+"""Run in an instructor's box: reads dates as JSON, enters them in nbgrader's course folder, and prints all dates.
 
-Due dates go into the gradebook and ends into `ends.json`.  Printed is, as JSON, what is due and over when: for
-everybody, and for those who have an extension.
+Due dates go into the gradebook and ends into `ends.json`.  Prints, as JSON, the due dates and ends for everybody, and
+those of students with an extension.
 """
 
 import json
@@ -17,13 +17,13 @@ from autograder.gradebook import database, ends
 from autograder.gradebook.late import LatePolicy, course_config
 from course.hand_in import DUE, UNTIL
 
-Dates = dict[str, dict[str, str]]  # by exercise: DUE and UNTIL, in ISO 8601; an UNTIL of "" has been taken away
+Dates = dict[str, dict[str, str]]  # by exercise: DUE and UNTIL, in ISO 8601; "" for an UNTIL that was removed
 
 
 def enter(course: Path, new: Dates, dates: Dates) -> Dates:
-    """Enter the exercises' `new` dates, and return `dates` with what is due as the gradebook has it, in UTC.
+    """Enter the exercises' `new` dates, and return `dates` with the due dates in the gradebook, in UTC.
 
-    Somebody may have changed that in Formgrader.
+    Somebody may have changed them in Formgrader.
     """
     database.read_version_in_process()
     with Gradebook(f"sqlite:///{course.resolve() / 'gradebook.db'}") as book:
@@ -37,7 +37,7 @@ def enter(course: Path, new: Dates, dates: Dates) -> Dates:
 
 
 def own(course: Path, dates: Dates, students: list[str]) -> dict[str, Dates]:
-    """Return the dates that are another student's than everybody's, by student."""
+    """Return the dates of students that differ from everybody's, by student."""
     policy = LatePolicy(config=course_config(course / "submitted"))
     found: dict[str, Dates] = {}
     for student in students:
@@ -50,7 +50,7 @@ def own(course: Path, dates: Dates, students: list[str]) -> dict[str, Dates]:
 
 
 def main(course: Path, asked: dict[str, Any]) -> None:
-    """Enter the dates that are asked for, and print everybody's; a mistake in the configuration is a line."""
+    """Enter the dates asked for, and print all dates; a mistake in the configuration ends it with one line."""
     try:
         dates = enter(course, asked["enter"], asked["dates"])
         print(json.dumps([dates, own(course, dates, asked["students"])]))

@@ -1,4 +1,4 @@
-"""Run in an instructor's box: enters the students, read as JSON, in the gradebook of nbgrader's course folder."""
+"""Run in an instructor's box: reads the students as JSON and enters them in the gradebook of the course folder."""
 
 import json
 import sys
@@ -10,7 +10,7 @@ from autograder.gradebook import database
 
 
 def main(course: Path, students: dict[str, dict[str, str]]) -> None:
-    """Enter each student by the name in the class; whoever has no other name is called by that one."""
+    """Enter each student with id and names; a student without a first and last name is shown by the id."""
     database.read_version_in_process()
     with Gradebook(f"sqlite:///{course.resolve() / 'gradebook.db'}") as book:
         for student, names in students.items():

@@ -1,7 +1,7 @@
-"""Root's work in members' folders: a child does it that has become their owner, with no capability left.
+"""Root's work in members' folders: done in a child process that has become their owner and has no capabilities.
 
-A member may turn any path below a folder of theirs elsewhere, at any moment.  So root opens that folder, which lies in
-one of root's, and acts on nothing below it; the child goes down from there, and follows no link.
+A member can redirect any path below their own folder at any moment, by a link.  So root opens only that folder, which
+lies in one of root's, and touches nothing below it; the child starts from there, and follows no links.
 """
 
 import contextlib
@@ -23,11 +23,11 @@ from pathlib import Path, PurePosixPath
 from autograder.errors import ClassroomError
 from autograder.sandbox.networks import check
 
-LONGEST = 60.0  # s that one child may take
-MOST_FILES, MOST_BYTES = 2000, 200 << 20  # that are read of one folder
-MOST_SMALL = 1 << 20  # bytes of a file of settings
-DEEPEST = 100  # folders in each other whose owner is changed
-COUNTED = 100.0  # s in which the files of all homes are counted
+LONGEST = 60.0  # s that a child process may take
+MOST_FILES, MOST_BYTES = 2000, 200 << 20  # read from one folder
+MOST_SMALL = 1 << 20  # bytes of a settings file
+DEEPEST = 100  # nested folders whose owner is changed
+COUNTED = 100.0  # s that counting the files of all homes may take
 FOLDER = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC
 FILE = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
 NO_NEW_PRIVILEGES = 38  # PR_SET_NO_NEW_PRIVS of prctl(2)
@@ -39,7 +39,7 @@ _libc = ctypes.CDLL(None, use_errno=True)
 def act(
     folder: Path, uid: int, gid: int, work: Callable[[int], bytes], groups: Sequence[int] = (), seconds: float = LONGEST
 ) -> bytes:
-    """Run `work` with an open `folder` as another user, in a child of this process; what it returned.
+    """Run `work` on the open `folder` as another user, in a child process; return what it returned.
 
     Raises ClassroomError when `work` fails, or takes longer than `seconds`.
     """
@@ -73,21 +73,21 @@ def act(
 
 
 def lay(home: Path, uid: int, gid: int, things: Mapping[str, Mapping[str, bytes]]) -> list[str]:
-    """Lay files into a home folder, as its owner; return those for which there is no place.  Raises ClassroomError.
+    """Write files into a home folder, as its owner; return the things that had no place.  Raises ClassroomError.
 
-    Each thing is left out when there is something of its name: it has no place when that, or what leads to it, is of
-    another kind.  It is a file, by the name '', or a folder of files.
+    A thing is a folder of files by path, or a single file, with the path ''.  It is left out if its name is taken; it
+    has no place if what is there, or a folder on the way to it, is of another kind.
     """
     return act(home, uid, gid, lambda opened: _lay(opened, things)).decode().splitlines()
 
 
 def make_folder(home: Path, uid: int, gid: int, name: str) -> None:
-    """Make a folder in a home folder, as its owner, unless it is there; raises ClassroomError."""
+    """Make a folder in a home folder, as its owner, unless it exists; raises ClassroomError."""
     act(home, uid, gid, lambda opened: _make(opened, name))
 
 
 def read(folder: Path, name: str, uid: int, gid: int, groups: Sequence[int]) -> dict[str, bytes]:
-    """The regular files in `folder`/`name`, read as a user who may, by their paths in it; raises ClassroomError.
+    """Return the regular files in `folder`/`name` by their paths in it, read as that user; raises ClassroomError.
 
     Links are left out.
     """
@@ -96,7 +96,7 @@ def read(folder: Path, name: str, uid: int, gid: int, groups: Sequence[int]) -> 
 
 
 def small_file(folder: int, name: str) -> bytes:
-    """Return a regular file in an open folder, b"" when there is none; raises OSError for a large one, and for others.
+    """Return the content of a small regular file in an open folder, b"" if there is none; raises OSError for others.
 
     For `act`.
     """
@@ -112,9 +112,9 @@ def small_file(folder: int, name: str) -> bytes:
 
 
 def sizes(homes: Mapping[str, tuple[Path, int, int]]) -> dict[str, int | None]:
-    """Bytes on the disk in home folders, by the name of each, which comes with its owner; None where that takes long.
+    """Return the disk space (bytes) of home folders, given by name with path and owner; None where counting takes long.
 
-    What an owner has closed to themselves is not counted.
+    Folders that their own owner cannot read are not counted.
     """
     end = time.monotonic() + COUNTED
     command = ["du", "--summarize", "--one-file-system", "--block-size=1", "."]
@@ -143,10 +143,10 @@ def sizes(homes: Mapping[str, tuple[Path, int, int]]) -> dict[str, int | None]:
 
 
 def give(home: Path, uid: int, gid: int) -> None:
-    """Give a home folder that was kept, and all of its former owner's in it, to a user who has nothing running yet.
+    """Give a kept home folder, and its former owner's files in it, to a user who has no processes yet.
 
-    Each file is changed by a descriptor that was looked at, never by its path.  One with names outside of the home is
-    left to its owner, and runs as nobody but who starts it from then on.
+    Each file is changed through a descriptor that was checked, never by its path.  A file with hard links outside the
+    home keeps its owner, but loses its set-user-id and set-group-id bits.
     """
     opened = os.open(home, FOLDER)
     try:
@@ -157,9 +157,9 @@ def give(home: Path, uid: int, gid: int) -> None:
 
 
 def walk(folder: int) -> Iterator[tuple[str, list[str], list[str], int]]:
-    """All folders below an open one, and itself, down to DEEPEST: each takes a descriptor while one is below it.
+    """Yield an open folder and all below it, as `os.fwalk` does, down to DEEPEST: each level takes a descriptor.
 
-    As with `os.fwalk`, a link to a folder counts as a folder, and is not followed.
+    A link to a folder counts as a folder, and is not followed.
     """
     for path, below, names, at in os.fwalk(".", dir_fd=folder, follow_symlinks=False):
         if path.count("/") >= DEEPEST:
@@ -168,9 +168,9 @@ def walk(folder: int) -> Iterator[tuple[str, list[str], list[str], int]]:
 
 
 def hand_on(folder: Path, user: Callable[[int], int], group: Callable[[int], int] = int) -> None:
-    """Give what lies in a folder that several users share to other users or groups: `user(uid)` and `group(gid)`.
+    """Change the owners and groups in a folder that several users share, to `user(uid)` and `group(gid)`.
 
-    As in `give`: by descriptors that were looked at, and no file with names elsewhere.
+    As in `give`: through descriptors that were checked, and no file with hard links elsewhere.
     """
     opened = os.open(folder, FOLDER)
     try:
@@ -180,8 +180,8 @@ def hand_on(folder: Path, user: Callable[[int], int], group: Callable[[int], int
 
 
 def _change_below(folder: int, owner: Callable[[int, int], tuple[int, int]]) -> None:
-    """Change an open folder, and the folders and files below it: `owner` tells user and group by those before."""
-    named = Counter[tuple[int, int]]()  # how often a file with several names is named below
+    """Change the owners of an open folder and all below it: `owner` maps the old user and group to the new ones."""
+    named = Counter[tuple[int, int]]()  # hard links that each file has below the folder
     for _, below, names, at in walk(folder):
         for name in (*below, *names):
             with contextlib.suppress(OSError):
@@ -199,7 +199,7 @@ def _change_below(folder: int, owner: Callable[[int, int], tuple[int, int]]) -> 
 
 
 def _change(file: int, owner: Callable[[int, int], tuple[int, int]], named: Counter[tuple[int, int]]) -> None:
-    """Change what a descriptor is of, a link itself too, unless it has names that were not counted in `named`."""
+    """Change the owner of a descriptor's file, or of a link itself, unless it has hard links not counted in `named`."""
     known = os.fstat(file)
     uid, gid = owner(known.st_uid, known.st_gid)
     if (uid, gid) == (known.st_uid, known.st_gid):
@@ -214,7 +214,7 @@ def _become(uid: int, gid: int, groups: Sequence[int]) -> None:
     check(_libc.prctl(NO_NEW_PRIVILEGES, 1, 0, 0, 0))
     os.setgroups(groups)
     os.setresgid(gid, gid, gid)
-    os.setresuid(uid, uid, uid)  # which takes all capabilities
+    os.setresuid(uid, uid, uid)  # which drops all capabilities
     os.umask(0o077)
 
 
@@ -230,7 +230,7 @@ def _lay(home: int, things: Mapping[str, Mapping[str, bytes]]) -> bytes:
         *above, name = PurePosixPath(thing).parts
         try:
             folder = _below(home, above)
-        except OSError:  # what leads there is a link, or no folder
+        except OSError:  # something on the way there is a link, or not a folder
             without_place.append(thing)
             continue
         try:
@@ -256,7 +256,7 @@ def _write(folder: int, path: PurePosixPath, content: bytes) -> None:
 
 
 def _below(folder: int, names: Sequence[str]) -> int:
-    """A folder below an open one, made where need be; no link is followed.  Raises OSError."""
+    """Open a folder below an open one, made if needed; follows no links.  Raises OSError."""
     at = os.dup(folder)
     for name in names:
         try:
@@ -270,7 +270,7 @@ def _below(folder: int, names: Sequence[str]) -> int:
 
 
 def _kind(folder: int, name: str) -> int:
-    """Return what is there under a name, a file, a folder or something else (`stat.S_IFMT`); 0 for nothing."""
+    """Return the kind of what has this name in the folder (`stat.S_IFMT`); 0 for nothing."""
     with contextlib.suppress(FileNotFoundError):
         return stat.S_IFMT(os.stat(name, dir_fd=folder, follow_symlinks=False).st_mode)
     return 0
@@ -291,7 +291,7 @@ def _tree(folder: int, name: str) -> bytes:
 
 
 def _read(descriptor: int, end: float) -> bytes:
-    """Return what comes until the other side is closed; b'' when that takes too long."""
+    """Return all bytes until the other side is closed; b'' when that takes too long."""
     parts: list[bytes] = []
     while True:
         ready, _, _ = select.select([descriptor], [], [], max(0.0, end - time.monotonic()))

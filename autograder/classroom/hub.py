@@ -1,4 +1,4 @@
-"""JupyterHub and its proxy as processes of this machine: installed, started, looked for and ended."""
+"""JupyterHub and its proxy as processes on this machine: functions that install, start, find and end them."""
 
 import contextlib
 import fcntl
@@ -25,32 +25,32 @@ from course.foundation.waiting import wait_until
 
 LOG, RECORD, SHARED, LOCK = "hub.log", "hub.json", "shared_passwords.json", "lock"
 UP = 120.0  # s until the hub answers
-PATIENCE = 120.0  # s to wait for another command
-END = 15.0  # s until the hub has ended by itself
+PATIENCE = 120.0  # s to wait for another command to finish
+END = 15.0  # s to wait for the hub to end by itself
 
 
 def node() -> Path:
-    """The program of Node.js, which the profile `classroom` of environment/install brings as a wheel."""
+    """Return the path of Node.js, a wheel that the profile `classroom` of environment/install installs."""
     return _node_folder() / "bin" / "node"
 
 
 def proxy() -> Path:
-    """The program of the proxy, once it is installed."""
+    """Return the path of the proxy's program, once it is installed."""
     return _proxy_folder() / "node_modules" / "configurable-http-proxy" / "bin" / "configurable-http-proxy"
 
 
 def proxy_pid(classroom: Classroom) -> Path:
-    """The file in which the hub writes the number of the proxy's process."""
+    """Return the file into which the hub writes the proxy's process id."""
     return classroom.state / "proxy.pid"
 
 
 def staff_proxy_pid(classroom: Classroom) -> Path:
-    """The same of the instructors' proxy, where they have one of their own."""
+    """Return the same for the instructors' proxy, if they have one."""
     return classroom.state / "staff-proxy.pid"
 
 
 def missing_tools() -> list[str]:
-    """Return what must be installed before a classroom can be started, a line each."""
+    """Return what must be installed before a classroom can be started, one line each."""
     packages = {"bwrap": "bubblewrap", "unshare": "util-linux", "ip": "iproute2", "useradd": "passwd"}
     found = [f"{tool} is not installed (package {each})" for tool, each in packages.items() if not shutil.which(tool)]
     if not os.access(node(), os.X_OK):
@@ -59,7 +59,7 @@ def missing_tools() -> list[str]:
 
 
 def install_proxy() -> bool:
-    """Install the pinned proxy with npm, in `.venv`, unless it is there; whether it was done.  Raises UsageError."""
+    """Install the pinned proxy with npm, in `.venv`; return False if it was there already.  Raises UsageError."""
     wanted = repository() / "environment" / "proxy"
     lock = (wanted / "package-lock.json").read_bytes()
     folder = _proxy_folder()
@@ -80,7 +80,7 @@ def install_proxy() -> bool:
 
 
 def shared_passwords(classroom: Classroom) -> dict[str, str]:
-    """The two passwords for trying, of the students and of the instructors; made when there are none."""
+    """Return the two passwords of a trial class, the students' and the instructors'; makes them if there are none."""
     path = classroom.state / SHARED
     if not path.exists():
         made = {"students": secrets.token_urlsafe(9), "instructors": secrets.token_urlsafe(24)}
@@ -89,7 +89,7 @@ def shared_passwords(classroom: Classroom) -> dict[str, str]:
 
 
 def taken_port(classroom: Classroom, before: Classroom | None) -> int:
-    """The port of the classroom on which somebody else listens, or 0; those of `before` are its own."""
+    """Return the port of the classroom that another program listens on, or 0; the ports of `before` do not count."""
     wanted = {(classroom.ip, classroom.port)} | (
         {("127.0.0.1", classroom.staff_port)} if classroom.staff_address else set()
     )
@@ -106,7 +106,7 @@ def taken_port(classroom: Classroom, before: Classroom | None) -> int:
 
 
 def others(classroom: Classroom) -> Iterator[Classroom]:
-    """The other classes that are up on this machine."""
+    """Yield the other classes that are up on this machine."""
     for path in RUN.glob(f"*/{WHOSE}"):
         with contextlib.suppress(OSError, UsageError):
             found = Classroom.load(Path(path.read_text()))
@@ -115,7 +115,7 @@ def others(classroom: Classroom) -> Iterator[Classroom]:
 
 
 def running(classroom: Classroom) -> servers.Running | None:
-    """The hub, if it runs."""
+    """Return the hub's process if it runs, or None."""
     with contextlib.suppress(OSError, ValueError, TypeError, KeyError):
         process = servers.Running.from_fields(json.loads((classroom.state / RECORD).read_text()))
         return process if process.alive else None
@@ -123,12 +123,12 @@ def running(classroom: Classroom) -> servers.Running | None:
 
 
 def left(classroom: Classroom) -> bool:
-    """Return True if the hub runs, or a proxy that a killed hub has left behind: its ports are the classroom's own."""
+    """Return True if the hub runs, or a proxy that a killed hub left behind: then the class itself uses its ports."""
     return running(classroom) is not None or any(_proxies(classroom))
 
 
 def _proxies(classroom: Classroom) -> Iterator[int]:
-    """The numbers of the proxies that run for this classroom."""
+    """Yield the process ids of the proxies that run for this classroom."""
     for path in (proxy_pid(classroom), staff_proxy_pid(classroom)):
         with contextlib.suppress(OSError, ValueError):
             pid = int(path.read_text())
@@ -175,7 +175,7 @@ def stop(classroom: Classroom) -> None:
             os.kill(process.pid, signal.SIGKILL)
             wait_until(lambda: not process.alive, END, alert=False)
     for pid in _proxies(classroom):
-        with contextlib.suppress(OSError):  # it has ended meanwhile
+        with contextlib.suppress(OSError):  # it has already ended
             os.kill(pid, signal.SIGKILL)
             wait_until(lambda pid=pid: not Path(f"/proc/{pid}/exe").exists(), END, alert=False)  # type: ignore[misc]
     for path in (proxy_pid(classroom), staff_proxy_pid(classroom)):
@@ -185,9 +185,9 @@ def stop(classroom: Classroom) -> None:
 
 @contextlib.contextmanager
 def alone(classroom: Classroom) -> Iterator[None]:
-    """Nobody else changes the classroom meanwhile; raises UsageError when somebody does so for long.
+    """Lock the classroom against other commands; raises UsageError when another command holds the lock for long.
 
-    A release at its date, which the hub makes by itself, is waited for.
+    Waits for a scheduled release, which the hub makes by itself.
     """
     classroom.state.mkdir(storage.PRIVATE_FOLDER, parents=True, exist_ok=True)
     with open(classroom.state / LOCK, "w") as file:
@@ -211,7 +211,7 @@ def _begin(module: str, *arguments: str, **options: Any) -> subprocess.Popen[byt
 
 
 def _make_room(log: Path) -> int:
-    """Put a long log aside; return where the next line will be."""
+    """Move a long log aside; return the offset of the next line."""
     size = log.stat().st_size if log.exists() else 0
     if size > log_keeper.MOST // 2:
         log.replace(log.with_name(f"{log.name}.1"))
@@ -220,7 +220,7 @@ def _make_room(log: Path) -> int:
 
 
 def _ready(log: Path, begin: int) -> bool:
-    with contextlib.suppress(FileNotFoundError), open(log, "rb") as file:  # the first line makes it
+    with contextlib.suppress(FileNotFoundError), open(log, "rb") as file:  # missing until the first line is written
         file.seek(begin)
         return b"JupyterHub is now running" in file.read()
     return False

@@ -1,4 +1,4 @@
-"""JupyterHub's configuration for a classroom, whose folder the environment names; `hub` starts JupyterHub with it."""
+"""JupyterHub's configuration for the classroom whose folder is in the environment; `hub` starts JupyterHub with it."""
 
 import json
 import os
@@ -13,7 +13,7 @@ from autograder.classroom.servers import VARIABLE
 from autograder.classroom.spawner import BoxSpawner
 from course.environment import prepare
 
-START, ANSWER = 900, 120  # s until a server's process is started, with all that start before it, and until it answers
+START, ANSWER = 900, 120  # s until a server's process is started, the queue included, and until it answers
 LOOK = 5  # s between two looks at each server
 
 
@@ -30,13 +30,13 @@ def configure(c: Config, classroom: Classroom) -> None:
     c.Spawner.hub_connect_url = as_url(classroom.hub_socket)
     c.JupyterHub.db_url = f"sqlite:///{state / 'jupyterhub.sqlite'}"
     c.JupyterHub.cookie_secret_file = str(state / "cookie_secret")
-    c.JupyterHub.cleanup_servers = False  # they outlive the hub, which finds them again
+    c.JupyterHub.cleanup_servers = False  # servers outlive the hub, and the next hub finds them
     c.JupyterHub.spawner_class = BoxSpawner
     page = Path(__file__).with_name("proxy") / "nothing_answers.mjs"  # for when the hub is away
     c.ConfigurableHTTPProxy.command = [str(hub.node()), "--import", page.as_uri(), str(hub.proxy())]
     c.ConfigurableHTTPProxy.api_url = as_url(classroom.run / "proxy.sock")
     c.ConfigurableHTTPProxy.pid_file = str(hub.proxy_pid(classroom))
-    # Whatever answers behind a student's address is the student's: nobody else is to be logged in at that address.
+    # A student controls everything at their address: nobody else may be logged in there.
     addresses.keep_apart(c, classroom)
     c.Spawner.disable_user_config = True
     c.Spawner.start_timeout, c.Spawner.http_timeout = START, ANSWER
@@ -55,12 +55,12 @@ def configure(c: Config, classroom: Classroom) -> None:
     c.Authenticator.allowed_users = names
     instructors = {member.name for member in classroom.instructors}
     c.Authenticator.admin_users = instructors
-    c.Authenticator.allow_existing_users = False  # who has left the class stays outside
-    c.Authenticator.delete_invalid_users = True  # and finds no old cookie or token good when they come back
+    c.Authenticator.allow_existing_users = False  # former members cannot log in
+    c.Authenticator.delete_invalid_users = True  # and their old cookies and tokens stay invalid when they return
     c.Authenticator.post_auth_hook = lambda _, handler, known: known | {"admin": known["name"] in instructors}
     authenticators.Careful.classroom = classroom
     if classroom.passwords == "pam":
-        c.PAMAuthenticator.executor_threads = authenticators.AT_ONCE  # PAM lets a wrong password wait for 2 s
+        c.PAMAuthenticator.executor_threads = authenticators.AT_ONCE  # PAM delays the answer to a wrong password by 2 s
         c.MembersPAM.prefix = classroom.prefix
         c.JupyterHub.authenticator_class = authenticators.MembersPAM
     else:

@@ -1,8 +1,8 @@
-"""JupyterHub for a classroom: it has a socket for the proxy, and another one for the members' servers.
+"""JupyterHub for a classroom, with one socket for the proxy and another for the members' servers.
 
-Each member's processes see the second socket.  It leads to the hub's API alone, and has room for everybody.  Whatever
-else the hub serves, browsers ask for by the proxy, whose socket no member sees: what the proxy says of where a request
-comes from is true.
+Members' processes see the second socket, which leads to the hub's API only; the connections of each user are limited.
+Everything else is served through the proxy, whose socket no member sees, so the proxy's headers on a request's origin
+can be trusted.
 """
 
 import os
@@ -25,26 +25,26 @@ from autograder.classroom.plan import Classroom
 from autograder.classroom.servers import VARIABLE
 from autograder.classroom.spawner import BoxSpawner
 
-MOST = 64  # connections of one user at a time; a server needs a few
+MOST = 64  # simultaneous connections of one user; a server needs a few
 API = "/hub/api"
 
 
 class ApiAlone(Router):
-    """Leads to an application's API; whatever else is asked for is not found, and not logged."""
+    """Routes requests to an application's API; anything else is not found, and not logged."""
 
     def __init__(self, application: Application):
         self._application = application
 
     def find_handler(self, request: HTTPServerRequest, **options: Any) -> HTTPMessageDelegate | None:
-        """Return what answers a request, if it is one of the API."""
+        """Return the handler of a request to the API, or None for any other."""
         if request.path == API or request.path.startswith(f"{API}/"):
             return self._application.find_handler(request, **options)
         return None
 
 
 def listen(path: Path, application: Application) -> HTTPServer:
-    """Serve an application's API at a socket that everybody may connect to who sees it."""
-    server = HTTPServer(ApiAlone(application))  # which believes no header about where a request comes from
+    """Serve an application's API at a socket that everybody who sees it may connect to."""
+    server = HTTPServer(ApiAlone(application))  # trusts no header about a request's origin
     opened: defaultdict[int, list[socket.socket]] = defaultdict(list)
 
     def accept(connection: socket.socket, address: Any) -> None:
@@ -62,22 +62,22 @@ def listen(path: Path, application: Application) -> HTTPServer:
 
 
 def owner(connection: socket.socket) -> int:
-    """Return the user at the other end of a Unix socket (unix(7), SO_PEERCRED)."""
+    """Return the user id at the other end of a Unix socket (unix(7), SO_PEERCRED)."""
     _, user, _ = struct.unpack("3i", connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12))
     return int(user)
 
 
 class ClassHub(JupyterHub):
-    """JupyterHub, which listens at the members' socket as well, and has a page for the instructors."""
+    """JupyterHub that also listens at the members' socket, and has a page for the instructors."""
 
     def init_handlers(self) -> None:
-        """Add the page."""
+        """Add the instructors' page."""
         super().init_handlers()
         page = (f"/{PAGE}", ClassPage, {"classroom": Classroom.load(Path(os.environ[VARIABLE]))})
         self.handlers[:0] = self.add_url_prefix(self.hub_prefix, [page])
 
     async def start(self) -> None:
-        """Listen, and start."""
+        """Listen at the members' socket, and start."""
         BoxSpawner.begin()
         self._members = listen(Classroom.load(Path(os.environ[VARIABLE])).hub_socket, self.tornado_application)
         await super().start()

@@ -1,7 +1,7 @@
-"""The line of those who wait for their server: a few are started at a time, in the order of coming.
+"""The queue of members who wait for their server: a few are started at a time, first come, first served.
 
-Thirty that start at once on two processors are all there after a minute; one after the other, the first is there after
-two seconds, and the last no later.
+Thirty servers that start at once on two cores are all ready after a minute; one after the other, the first is ready
+after two seconds, and the last no later than before.
 """
 
 import asyncio
@@ -10,20 +10,20 @@ from contextlib import asynccontextmanager
 
 
 class Line:
-    """The turns of those who wait."""
+    """A queue in which a limited number have their turn at a time."""
 
     def __init__(self, places: int):
-        """At most so many have their turn at a time."""
+        """Let at most `places` have their turn at a time."""
         self._places = places
-        self._turns: dict[object, asyncio.Event] = {}  # in the order of coming
+        self._turns: dict[object, asyncio.Event] = {}  # in order of arrival
 
     def before(self, who: object) -> int:
-        """Return how many are before somebody and have not left; 0 for who does not stand in line."""
+        """Return how many are ahead of `who` in the queue; 0 if `who` is not in it."""
         return [*self._turns].index(who) if who in self._turns else 0
 
     @asynccontextmanager
     async def turn(self, who: object) -> AsyncIterator[None]:
-        """Wait for somebody's turn, which lasts until the block has ended."""
+        """Wait for the turn of `who`, which lasts until the block has ended."""
         turn = self._turns[who] = asyncio.Event()
         try:
             self._tell()

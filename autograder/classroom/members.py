@@ -1,6 +1,6 @@
 """The roster of the class, a CSV file with the columns `student` and, for instructors, `role`.
 
-The columns `first_name` and `last_name`, if there are any, are what instructors see in Formgrader.
+Formgrader shows the names in the columns `first_name` and `last_name`, if there are any.
 """
 
 import re
@@ -12,14 +12,14 @@ from autograder.submissions.roster import table
 
 INSTRUCTOR = "instructor"
 ROLES = ("", "student", INSTRUCTOR)
-LONGEST = 24  # letters of a name: with the prefix it must fit into the 32 of a Unix user
-STAFF = "staff"  # behind the class's prefix, the group of its instructors
+LONGEST = 24  # characters of a name: with the prefix it must fit into the 32 of a Unix user
+STAFF = "staff"  # with the class's prefix, the name of its instructors' group
 NAME = re.compile(r"[a-z][a-z0-9_-]*")
 
 
 @dataclass(frozen=True)
 class Member:
-    """Somebody in the class."""
+    """A student or instructor of the class."""
 
     name: str
     instructor: bool = False
@@ -28,7 +28,7 @@ class Member:
 
 
 def read(path: Path, instructors: list[str]) -> list[Member]:
-    """The members that a roster names, and `instructors`, who need not be in it; raises UsageError."""
+    """Return the members in a roster, and `instructors`, who need not be in it; raises UsageError."""
     members = {}
     for number, line in table(path):
         name, role = (line.get("student") or "").strip(), (line.get("role") or "").strip().lower()
@@ -53,7 +53,7 @@ def read(path: Path, instructors: list[str]) -> list[Member]:
 
 
 def wrong(name: str) -> str:
-    """Return why a name cannot be that of a member's Unix user; '' when it can."""
+    """Return why a name cannot be used for a member's Unix user; '' if it can."""
     if not NAME.fullmatch(name):
         return f"{name!r} is not a valid Unix user name: write a lower-case letter first, then letters, digits, - and _"
     if name == STAFF:

@@ -1,4 +1,4 @@
-"""A limit on the memory of a student's processes together, where no control group holds it.
+"""A limit on the total memory of a student's processes, for machines without control groups.
 
 Each process has a limit of its own (`box`), at which the kernel of a notebook gets a MemoryError.  A student with
 several large processes loses the largest of them.
@@ -15,7 +15,7 @@ from autograder.sandbox.usage import resident, takes_more, total
 def bound(pids: Collection[int], most: int) -> int:
     """End the largest of some processes when they take more than `most` bytes together.
 
-    Its number is returned, or 0 when none was ended.
+    Returns its process id, or 0 if none was ended.
     """
     if not takes_more(pids, most):
         return 0

@@ -1,6 +1,6 @@
 """Run by the hub for the instructors' page: prints the state of each exercise, and who has more time, as JSON.
 
-It forks children that act as an instructor, which the hub, with its threads, had better not do.
+It forks children that act as an instructor; a process with threads, such as the hub, should not fork.
 """
 
 import json
@@ -17,7 +17,7 @@ from autograder.gradebook import extensions
 
 
 def overview(classroom: Classroom, now: datetime) -> dict[str, Any]:
-    """Return what the page shows; raises AutograderError, but not for a file of extensions that cannot be read."""
+    """Return what the page shows, an unreadable file of extensions included; raises AutograderError."""
     rows = [
         asdict(row)
         | {what: assignments.said(time) for what, time in asdict(row.dates).items()}

@@ -1,4 +1,4 @@
-"""The plan of a classroom: its members, files and settings; kept as JSON for the hub and for `down`."""
+"""The members, files and settings of a classroom; kept as JSON for the hub and for `down`."""
 
 import hashlib
 import json
@@ -13,10 +13,10 @@ from course.foundation import storage
 
 COURSE_ID = "ros2"  # nbgrader's name for the course, as in `autograder.gradebook.config`
 SETTINGS = "classroom.json"
-WHOSE = "folder"  # a file in a class's folder of sockets: where the class is
-RUN = Path("/run/ros2-classroom")  # sockets: a path in here is short enough for one, and gone after a restart
+WHOSE = "folder"  # a file in a class's folder of sockets: the path of the class
+RUN = Path("/run/ros2-classroom")  # for sockets: the paths are short enough, and gone after a reboot
 GIB = 1 << 30
-LOCAL = "localhost"  # whose subdomains browsers look for on their own machine
+LOCAL = "localhost"  # browsers resolve its subdomains to their own machine
 STAFF_HOST = f"instructors.{LOCAL}"
 
 
@@ -26,7 +26,7 @@ class Limits:
 
     memory: int = 3 * GIB  # bytes
     tasks: int = 1000  # processes and threads
-    cores: float = 2.0  # processors' time
+    cores: float = 2.0  # processor time, in cores
     kernel_idle: int = 3600  # s until a kernel that does nothing is ended, with its nodes
     server_idle: int = 7200  # s until a server without kernels and terminals is ended
 
@@ -37,54 +37,54 @@ class Classroom:
 
     folder: Path
     members: tuple[Member, ...]
-    ip: str = "127.0.0.1"  # where the hub listens; '' on every address of the machine
+    ip: str = "127.0.0.1"  # that the hub listens on; '' for every address of the machine
     port: int = 8000
     certificate: str = ""
     key: str = ""
     passwords: str = "pam"
     prefix: str = "ros-"  # of the Unix users
     limits: Limits = Limits()
-    host: str = ""  # whose subdomains are the servers' addresses, one each; '' when they share that of the hub
-    staff_port: int = 0  # without `host`: where the instructors' own address is, on the machine itself alone
+    host: str = ""  # each server has a subdomain of it; '' if the servers share the hub's address
+    staff_port: int = 0  # without `host`: the port of the instructors' address, on this machine only
 
     @property
     def students(self) -> list[Member]:
-        """The members who are not instructors."""
+        """Return the members who are not instructors."""
         return [member for member in self.members if not member.instructor]
 
     @property
     def instructors(self) -> list[Member]:
-        """The instructors, of whom there is one at least."""
+        """Return the instructors, at least one."""
         return [member for member in self.members if member.instructor]
 
     @property
     def state(self) -> Path:
-        """Return what only root may read: settings, the hub's database, logs, passwords, and what was made."""
+        """Return the folder that only root may read: settings, database, logs, passwords, and users that were made."""
         return self.folder / "state"
 
     @property
     def homes(self) -> Path:
-        """The home folders."""
+        """Return the folder of the home folders."""
         return self.folder / "homes"
 
     @property
     def exchange(self) -> Path:
-        """nbgrader's exchange."""
+        """Return the folder of nbgrader's exchange."""
         return self.folder / "exchange"
 
     @property
     def grading(self) -> Path:
-        """nbgrader's course folder, for instructors alone."""
+        """Return nbgrader's course folder, which only instructors can open."""
         return self.folder / "grading"
 
     @property
     def run(self) -> Path:
-        """The folder of the sockets."""
+        """Return the folder of the sockets."""
         return RUN / hashlib.sha256(str(self.folder).encode()).hexdigest()[:8]
 
     @property
     def hub_socket(self) -> Path:
-        """Return the hub's socket for the members' servers, which see the folder that it is in."""
+        """Return the hub's socket for the members' servers, in a folder that they see."""
         return self.run / "hub" / "hub.sock"
 
     @property
@@ -94,52 +94,52 @@ class Classroom:
 
     @property
     def url(self) -> str:
-        """Return where a browser on this machine finds it."""
+        """Return the URL of the class for a browser on this machine."""
         scheme, usual = ("https", 443) if self.certificate else ("http", 80)
         port = "" if self.port == usual else f":{self.port}"
         return f"{scheme}://{self.host or self.ip or LOCAL}{port}/"
 
     @property
     def staff_address(self) -> str:
-        """Return the instructors' address when the servers share one: as the header `Host` says it; '' otherwise.
+        """Return the `Host` header of the instructors' address if the servers share an address; '' otherwise.
 
-        It is a name of its own, because browsers send cookies to all ports of a name.
+        It has a host name of its own, because browsers send cookies to all ports of a host.
         """
         return "" if self.host else f"{STAFF_HOST}:{self.staff_port}"
 
     def address_of(self, member: Member) -> str:
-        """The URL at which a member finds the class."""
+        """Return the URL at which a member finds the class."""
         return f"http://{self.staff_address}/" if member.instructor and self.staff_address else self.url
 
     def home(self, member: Member) -> Path:
-        """The home folder of a member, as this machine sees it."""
+        """Return the home folder of a member, as a path on this machine."""
         return self.homes / member.name
 
     def socket(self, member: Member) -> Path:
-        """Return where a member's server listens."""
+        """Return the socket that a member's server listens on."""
         return self.run / "servers" / f"{member.name}.sock"
 
     def user(self, member: Member) -> str:
-        """A member's Unix user."""
+        """Return the name of a member's Unix user."""
         return self.prefix + member.name
 
     @property
     def staff(self) -> str:
-        """The Unix group of the instructors."""
+        """Return the name of the instructors' Unix group."""
         return f"{self.prefix}{STAFF}"
 
     def find(self, name: str) -> Member:
-        """The member of that name; raises KeyError."""
+        """Return the member of that name; raises KeyError."""
         return {member.name: member for member in self.members}[name]
 
     def save(self) -> None:
-        """Write the settings down; raises OSError."""
+        """Save the settings; raises OSError."""
         fields = asdict(self) | {"folder": str(self.folder)}
         storage.replace(self.state / SETTINGS, json.dumps(fields, indent=1).encode(), storage.PRIVATE)
 
     @classmethod
     def load(cls, folder: Path) -> Self:
-        """Return what `save` wrote; raises UsageError when there is nothing."""
+        """Return the classroom that `save` wrote; raises UsageError when there is none."""
         try:
             fields: dict[str, Any] = json.loads((folder / "state" / SETTINGS).read_text(encoding="utf-8"))
         except FileNotFoundError:
@@ -156,7 +156,7 @@ class Classroom:
             ) from None
 
     def limits_of(self, member: Member) -> Limits:
-        """Return what a member's server may take."""
+        """Return the limits of a member's server."""
         own = self.limits
         if not member.instructor:
             return own
@@ -164,5 +164,5 @@ class Classroom:
 
 
 def as_url(socket: Path) -> str:
-    """The URL of a server that listens on a Unix socket, as JupyterHub and its proxy write it."""
+    """Return the URL of a server on a Unix socket, in the form of JupyterHub and its proxy."""
     return f"http+unix://{quote(str(socket), safe='')}"

@@ -24,7 +24,7 @@ def main(course: Path, names: list[str]) -> None:
         sys.exit(str(error))
     database.share(course / "gradebook.db")
     app = NbGrader()
-    app.load_config_file()  # which says where the exchange is
+    app.load_config_file()  # names the exchange
     nbgrader = NbGraderAPI(config=app.config)
     for name in names:
         done = nbgrader.release_assignment(name)

@@ -1,7 +1,7 @@
-"""Starts a member's Jupyter server, in its box, on the socket that it was given.
+"""Starts a member's Jupyter server, in the member's box, on the socket that it inherits.
 
-This file is laid into the box: of the grader it may import nothing.  The socket was made outside, where no student can
-put another in its place.
+This file is copied into the box, so it must not import the grader.  The socket is made outside the box, where no
+student can replace it.
 """
 
 import asyncio
@@ -13,24 +13,24 @@ import sys
 
 from tornado.iostream import IOStream
 
-SOCKET = "CLASSROOM_SOCKET"  # the environment variable with its descriptor
-ALONE = "CLASSROOM_CONFIGURATION"  # the same for the only folder in which configuration is looked for, if there is one
+SOCKET = "CLASSROOM_SOCKET"  # the environment variable with the socket's descriptor
+ALONE = "CLASSROOM_CONFIGURATION"  # the variable with the only folder to read configuration from, if any
 
-LINGER = 5.0  # s at most that a connection stays half open
+LINGER = 5.0  # s at most for which a connection stays half closed
 CHUNK = 65536  # bytes
 
 
 def every(idle: float) -> int:
-    """Return how often (s) to look for what has been idle for so long (s)."""
+    """Return the interval (s) at which to look for what has been idle for `idle` (s)."""
     return max(1, min(60, round(idle / 4)))
 
 
 def close_gently() -> None:
-    """Have this process close what it writes to a Unix socket first, and what it reads once the other side has closed.
+    """Have this process close Unix sockets in two steps: for writing first, and fully once the other side has closed.
 
-    The proxy asks for each connection to be closed after the response.  A Unix socket that is closed at once refuses
-    what the proxy has yet to write, be it empty, and the proxy then answers 503 in place of the response, although the
-    request was served.  A server should close in these two steps (RFC 9112, section 9.6).
+    The proxy asks for each connection to be closed after the response.  If a Unix socket is closed at once, the proxy's
+    next write fails, even an empty one, and the proxy answers 503 instead of the response, although the request was
+    served.  A server should close in these two steps (RFC 9112, section 9.6).
     """
     IOStream.close_fd = _close_fd  # type: ignore[method-assign, assignment]
 
@@ -67,9 +67,9 @@ def _close_fd(stream: IOStream) -> None:
 
 
 def read_configuration_only_from(folder: str) -> None:
-    """Read nbgrader's configuration there, and in no home folder, as `Spawner.disable_user_config` has Jupyter's read.
+    """Read nbgrader's configuration only from `folder`, as `Spawner.disable_user_config` does for Jupyter's.
 
-    Its assignment list runs `nbgrader_config.py` of the server's folder and of the assignment's, too.
+    Its assignment list would also run `nbgrader_config.py` in the server's and the assignment's folder.
     """
     from nbgrader.apps import NbGrader
 
@@ -78,19 +78,19 @@ def read_configuration_only_from(folder: str) -> None:
 
 
 def look_at_home() -> None:
-    """Have modules that were loaded elsewhere (`template`) take from the environment what they took when loaded.
+    """Have modules that were loaded before the fork (`template`) read this server's environment again.
 
-    Those of `template.FORGOTTEN` are loaded anew; this one has its functions in others that are not.
+    The modules in `template.FORGOTTEN` are imported again; these here cannot be, because others hold their functions.
     """
-    site.USER_BASE = site.USER_SITE = None  # found again when they are asked for
-    if trash := sys.modules.get("send2trash.plat_other"):  # knows the folder, in which it puts what is deleted
+    site.USER_BASE = site.USER_SITE = None  # computed again when needed
+    if trash := sys.modules.get("send2trash.plat_other"):  # has the path of the trash folder
         importlib.reload(trash)
 
 
 def ask_no_node() -> None:
-    """Keep JupyterLab from asking Node.js, at each start, where packages would come from: it is never built here.
+    """Keep JupyterLab from asking Node.js at each start for the package registry: nothing is ever built here.
 
-    That takes as much of a processor as all else.  It does without where there is no Node.js.
+    That takes as much processor time as the rest of the start.  JupyterLab also works without Node.js.
     """
     from jupyterlab import commands  # type: ignore[import-untyped]
 
@@ -98,7 +98,7 @@ def ask_no_node() -> None:
 
 
 def main() -> None:
-    """Serve one member; what only the box needs is imported here, and not by the commands that start it."""
+    """Serve one member; imports here what is needed only in the box, not by the commands that start it."""
     look_at_home()
     ask_no_node()
     from jupyter_server.serverapp import ServerApp
@@ -106,7 +106,7 @@ def main() -> None:
     from tornado.ioloop import PeriodicCallback
 
     class Server(ServerApp):
-        """A Jupyter server that listens where it was told."""
+        """A Jupyter server that listens on the inherited socket."""
 
         def _bind_http_server(self) -> None:
             listening = socket.socket(fileno=int(os.environ.pop(SOCKET)))
@@ -115,14 +115,14 @@ def main() -> None:
             self.http_server.add_socket(listening)
 
         def init_shutdown_no_activity(self) -> None:
-            """End when nobody has been here for long; jupyter_server looks once a minute, however short that is."""
+            """End after the idle time; jupyter_server alone would look only once a minute, however short that is."""
             if self.shutdown_no_activity_timeout > 0:
                 PeriodicCallback(self.shutdown_no_activity, 1000 * every(self.shutdown_no_activity_timeout)).start()
 
     if folder := os.environ.pop(ALONE, ""):
         read_configuration_only_from(folder)
     close_gently()
-    JupyterHubSingleUser.serverapp_class = Server  # not in a subclass: an extension is found by its class's package
+    JupyterHubSingleUser.serverapp_class = Server  # not in a subclass: extensions are found by the package of the class
     JupyterHubSingleUser.launch_instance()
 
 

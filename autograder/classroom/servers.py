@@ -1,7 +1,6 @@
-"""The members' servers: each is started in the box of its member, outlives the hub, and is ended with its nodes.
+"""The members' servers: each is started in its member's box, outlives the hub, and is ended with its nodes.
 
-What was started is written down in `Classroom.state`/servers: the hub that is started next finds it again, and `down`
-does without a hub.
+Started servers are recorded in `Classroom.state`/servers, so that the next hub finds them, and `down` needs no hub.
 """
 
 import contextlib
@@ -29,9 +28,9 @@ from course.foundation.waiting import wait_until
 
 VARIABLE = "CLASSROOM"  # the environment variable that tells the hub its classroom's folder
 GONE = 10.0  # s until a server that was killed is gone
-LOG = 4 << 20  # bytes that are kept of what one server says
-# Leaves a process that reads what a server says from standard input, and keeps the first LOG bytes in standard output.
-# It goes on reading, because a server whose output nobody reads stops.
+LOG = 4 << 20  # bytes kept of the output of one server
+# Leaves a process behind that copies a server's output from stdin to stdout, and keeps the first LOG bytes. It goes on
+# reading, because a server whose output nobody reads stops.
 KEEPER = f"""
 keep() {{
     stdbuf -o0 head -c {LOG}
@@ -44,7 +43,7 @@ keep() {{
 exec 3<&0
 (keep <&3 3<&- 2>/dev/null &)
 """
-MADE, FORKED = 60.0, 30.0  # s until a box is there, and until a server has been forked into it
+MADE, FORKED = 60.0, 30.0  # s until a box is made, and until a server has been forked into it
 
 
 @dataclass(frozen=True)
@@ -52,21 +51,21 @@ class Running:
     """A process that was started: a server, or the hub."""
 
     pid: int
-    born: int  # what tells it from a later process of the same number, see `processes.birth`
+    born: int  # distinguishes it from a later process of the same id, see `processes.birth`
     groups: tuple[str, ...] = ()  # the folders of its control group
 
     @classmethod
     def from_fields(cls, fields: dict[str, Any]) -> Self:
-        """Return what `asdict` made, as it comes back from JSON."""
+        """Return the instance that `asdict` made `fields` of, after a way through JSON."""
         return cls(fields["pid"], fields["born"], tuple(fields.get("groups", ())))
 
     @property
     def alive(self) -> bool:
-        """Return True if its process is there."""
+        """Return True if the process runs."""
         return self.pid > 0 and processes.alive(self.pid, self.born)
 
     def end(self) -> None:
-        """End it with all that runs in its box."""
+        """End the process, and everything in its box."""
         if self.alive:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(self.pid, signal.SIGKILL)
@@ -81,9 +80,9 @@ def start(
     forkserver: Forkserver | None = None,
     warn: Callable[[str], None] = lambda _: None,
 ) -> tuple[subprocess.Popen[bytes], Running]:
-    """Start a member's server with JupyterHub's environment variables, after ending one that is left of theirs.
+    """Start a member's server with JupyterHub's environment variables, after ending an earlier one of the same member.
 
-    With a `forkserver`, a student's is forked (`template`); when that cannot be, it is started, and `warn` told why.
+    With a `forkserver`, a student's server is forked (`template`); if that fails, `warn` is told why and it is started.
     """
     if left := started(classroom).get(member.name):
         forget(classroom, member.name, left)
@@ -103,7 +102,7 @@ def start(
                 process = _fork(classroom, member, env, forkserver, group, saying, listening.fileno())
             except OSError as error:
                 warn(f"The server of {member.name} was not forked, and loads Python and JupyterLab itself: {error}")
-        # -P, -s: nothing in the home folder is a module of the server
+        # -P, -s: the server imports nothing from the home folder
         python = [sys.executable, *template.OPTIONS, box.SERVER]
         number = listening.fileno()
         own = env | {serve.SOCKET: str(number)}
@@ -155,7 +154,7 @@ def _fork(
     says: int,
     listening: int,
 ) -> subprocess.Popen[bytes]:
-    """Have a student's server forked into a box, which ends with it; raises OSError, and leaves nothing then."""
+    """Fork a student's server into a new box, which ends with it; raises OSError, and then leaves nothing behind."""
     if not forkserver.ready():
         raise ProcessLookupError("the process that has them loaded did not come up")
     uid, gid = accounts.ids(classroom, member)
@@ -169,7 +168,7 @@ def _fork(
         umask=box.umask(member),
         directory=box.home(member),
         options=template.OPTIONS,
-        kept=2,  # where it listens, and what ends its box once it is closed
+        kept=2,  # the listening socket, and the one whose closing ends the box
     )
     with contextlib.ExitStack() as ends, contextlib.ExitStack() as undo:
         held, holding = (ends.enter_context(each) for each in socket.socketpair())
@@ -177,7 +176,7 @@ def _fork(
         held.settimeout(MADE)
         process = _open_box(classroom, member, box.HOLD, group, holding.fileno(), says, env={"PATH": os.defpath})
         undo.callback(process.wait)
-        undo.callback(process.kill)  # and all in its namespaces
+        undo.callback(process.kill)  # with everything in its namespaces
         holding.close()
         sandbox = _holder(held, process.pid)
         ends.callback(os.close, sandbox)
@@ -190,14 +189,14 @@ def _fork(
 
 
 def _holder(held: socket.socket, box_pid: int) -> int:
-    """A pidfd of the process in a box that writes to the other end of `held`; raises OSError."""
+    """Return a pidfd of the process in the box that writes to the other end of `held`; raises OSError."""
     room = socket.CMSG_SPACE(struct.calcsize("3i"))
     written, extra, _, _ = held.recvmsg(1, room)
     if not written or not extra:
         raise ProcessLookupError("the box could not be made")
     pid, _, _ = struct.unpack("3i", extra[0][2])  # as this process sees it, see unix(7)
     sandbox = os.pidfd_open(pid)
-    # It waits until `held` is closed. Had it been killed, its number could be another's by now.
+    # It waits until `held` is closed.  If it was killed, its process id could belong to another process by now.
     if pid not in usage.processes(box_pid) or select.select([sandbox], [], [], 0)[0]:
         os.close(sandbox)
         raise ProcessLookupError("the box has ended")
@@ -205,7 +204,7 @@ def _holder(held: socket.socket, box_pid: int) -> int:
 
 
 def forget(classroom: Classroom, name: str, running: Running) -> None:
-    """End a server and remove what it leaves, unless that belongs to a later one already."""
+    """End a server and remove its record, unless a later server has replaced it."""
     if started(classroom).get(name) != running:
         return
     running.end()
@@ -214,7 +213,7 @@ def forget(classroom: Classroom, name: str, running: Running) -> None:
 
 
 def started(classroom: Classroom) -> dict[str, Running]:
-    """The servers that were started and not forgotten, by member; some may have ended."""
+    """Return the recorded servers by member; some may have ended."""
     found = {}
     for path in (classroom.state / "servers").glob("*.json"):
         found[path.stem] = Running.from_fields(json.loads(path.read_text()))
@@ -222,7 +221,7 @@ def started(classroom: Classroom) -> dict[str, Running]:
 
 
 def _open_log(classroom: Classroom, member: Member) -> int:
-    """Return a descriptor of the member's log, where a server adds to what the one before said."""
+    """Open the member's log, to which each server appends; return the descriptor."""
     path = classroom.state / "servers" / f"{member.name}.log"
     with contextlib.suppress(FileNotFoundError):
         if path.stat().st_size > LOG:

@@ -23,22 +23,22 @@ from autograder.sandbox.forkserver import Forkserver
 from autograder.sandbox.usage import of_user, processes
 from course.foundation.processes import processor_time
 
-PORT = 8888  # which a server is told, and does not use
-STARTING = 0.8  # s of a processor that a server takes to start, as measured
+PORT = 8888  # passed to a server, which does not use it
+STARTING = 0.8  # s of processor time that a server takes to start, as measured
 AT_ONCE = os.cpu_count() or 1  # servers that are started at a time
-HELD = 15.0  # s at most that one which does not answer keeps the others waiting
-IDLE = 1.0  # s for which it does nothing, after which it does so no longer
-TAKES = 4 * STARTING  # s of a processor for a forked one, the same
-LOOK = 0.25  # s between two looks at what it does
-TOLD = 1.0  # s between two messages to who waits
-LONGER = 4.0  # times as long as it usually takes, after which that is said
+HELD = 15.0  # s at most for which a server that does not answer delays the others
+IDLE = 1.0  # s without processor time, after which it no longer delays the others
+TAKES = 4 * STARTING  # s of processor time, after which a forked one no longer delays the others
+LOOK = 0.25  # s between two looks at its processor time
+TOLD = 1.0  # s between two messages to a member who waits
+LONGER = 4.0  # times the usual wait, after which the message says that it takes longer
 RETRY = 0.05  # s
 
 
 class BoxSpawner(Spawner):
-    """One member's server."""
+    """The spawner of one member's server."""
 
-    forkserver: ClassVar[Forkserver | None] = None  # what students' are forked from
+    forkserver: ClassVar[Forkserver | None] = None  # students' servers are forked from it
     _line: ClassVar[Line] = Line(AT_ONCE)
 
     def __init__(self, **kwargs: Any):
@@ -48,11 +48,11 @@ class BoxSpawner(Spawner):
 
     @property
     def classroom(self) -> Classroom:
-        """The classroom, with its settings of now."""
+        """Return the classroom with its present settings."""
         return Classroom.load(Path(os.environ[servers.VARIABLE]))
 
     async def start(self) -> str:
-        """Start the server when it is its turn; the URL to reach it."""
+        """Start the server when its turn comes; return its URL."""
         async with self._line.turn(self):
             classroom = self.classroom
             member = classroom.find(self.user.name)
@@ -60,13 +60,13 @@ class BoxSpawner(Spawner):
             if not member.instructor:
                 self.begin()
             env, url = self.get_env(), self.server.base_url
-            self.db.commit()  # what this has changed there: other requests would roll it back
+            self.db.commit()  # otherwise other requests would roll these changes back
             self._process, self._running = await asyncio.to_thread(
                 servers.start, classroom, member, env, self.forkserver, self.log.warning
             )
             self._tell_url(classroom, member)
             forked = self.forkserver is not None and not member.instructor
-            with contextlib.suppress(OSError, TimeoutError):  # it has ended, or is slow: the hub sees to that
+            with contextlib.suppress(OSError, TimeoutError):  # it has ended, or is slow: the hub handles that
                 async with asyncio.timeout(HELD):
                     await _while_it_starts(
                         _answer(classroom.socket(member), url),
@@ -76,7 +76,7 @@ class BoxSpawner(Spawner):
         return as_url(classroom.socket(member))
 
     async def progress(self) -> AsyncIterator[dict[str, Any]]:
-        """Tell who waits what for, for as long as it takes: the hub's page shows it."""
+        """Yield messages for the member who waits, until the server has started; the hub's page shows them."""
         begun = asyncio.get_running_loop().time()
         while True:
             before = self._line.before(self)
@@ -85,7 +85,7 @@ class BoxSpawner(Spawner):
             await asyncio.sleep(TOLD)
 
     async def poll(self) -> int | None:
-        """None while it runs, otherwise its exit status, or 0 when that is not known."""
+        """Return None while it runs, otherwise its exit status, or 0 if that is unknown."""
         status = self._process.poll() if self._process else None
         if self._running.alive and status is None:
             if not self._running.groups:
@@ -97,7 +97,7 @@ class BoxSpawner(Spawner):
         return status or 0
 
     async def stop(self, now: bool = False) -> None:
-        """End it, with its kernels, terminals and nodes."""
+        """End the server, with its kernels, terminals and nodes."""
         running = self._running
         with contextlib.suppress(ProcessLookupError):
             if running.alive:
@@ -107,15 +107,15 @@ class BoxSpawner(Spawner):
             await asyncio.sleep(RETRY)
 
     async def get_url(self) -> str:
-        """Return where it is, also for a hub that was started after it."""
+        """Return the server's URL; also works in a hub that was started after the server."""
         return str(self.server.url)
 
     def get_state(self) -> dict[str, Any]:
-        """Return what a hub that is started later needs to know."""
+        """Return the state that a later hub needs."""
         return super().get_state() | {"running": asdict(self._running)}
 
     def load_state(self, state: dict[str, Any]) -> None:
-        """Take up what `get_state` gave."""
+        """Restore the state that `get_state` returned."""
         super().load_state(state)
         if "running" in state:
             self._running = Running.from_fields(state["running"])
@@ -124,13 +124,14 @@ class BoxSpawner(Spawner):
                 self._tell_url(self.classroom, self.classroom.find(self.user.name))
 
     def clear_state(self) -> None:
-        """Nothing runs."""
+        """Forget the server, which has ended."""
         super().clear_state()
         self._running, self._process = Running(0, 0), None
 
     def _processes(self, classroom: Classroom, member: Member) -> dict[int, int]:
-        """Return what runs of the server, as `processes` does."""
-        # A student's server, if forked, is no child of its box; an instructor's programs have users of their own.
+        """Return the server's processes with the number of threads of each, as `processes` does."""
+        # A forked server is not a child of its box, so a student's processes are found by their user; an instructor's
+        # graded programs run as other users.
         own = {} if member.instructor else of_user(accounts.ids(classroom, member)[0])
         return processes(self._running.pid) | own
 
@@ -145,7 +146,7 @@ class BoxSpawner(Spawner):
 
     @classmethod
     def begin(cls) -> None:
-        """Start what students' servers are forked from, before anybody comes; and again if it has ended."""
+        """Start the process that students' servers are forked from, before anybody logs in; again if it has ended."""
         if cls.forkserver and not cls.forkserver.alive:
             get_logger().warning("The process that students' servers are forked from has ended; it is started again")
             cls.forkserver.close()
@@ -157,14 +158,14 @@ class BoxSpawner(Spawner):
                 get_logger().warning("Students' servers load Python and JupyterLab for themselves: %s", error)
 
     def _tell_url(self, classroom: Classroom, member: Member) -> None:
-        """The hub's database has no place for the path of a socket."""
+        """Set the server's URL, because the hub's database cannot store the path of a socket."""
         self.server.bind_url = as_url(classroom.socket(member))
 
 
 async def _while_it_starts(answer: Coroutine[Any, Any, None], used: Callable[[], float], most: float) -> None:
-    """Wait for a server's answer, but not when it does nothing, or has `used` more than `most` s of a processor.
+    """Wait for a server's answer, unless it is idle, or has `used` more than `most` s of processor time.
 
-    Whoever made it so, on purpose or not, is not to keep all others waiting.
+    So one member's broken or slow server does not delay all others.
     """
     answering, loop = asyncio.ensure_future(answer), asyncio.get_running_loop()
     before, active = 0.0, loop.time()
@@ -191,7 +192,7 @@ async def _answer(path: Path, url: str) -> None:
 
 
 def _seconds(before: int) -> float:
-    """Return how long it takes (s) until a server has started before which so many start, if nothing else runs."""
+    """Return how long (s) a server takes to start when `before` others start first and nothing else runs."""
     return STARTING * max(1.0, (before + 1) / AT_ONCE)
 
 

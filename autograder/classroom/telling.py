@@ -1,6 +1,6 @@
-"""Tells the gradebook and the students when exercises are due and over.
+"""Writes the due dates and ends of exercises to the gradebook and to a file for each student.
 
-Each student has a file in the exchange that nobody else in the class can read, because extensions are in it.
+No other student can read that file in the exchange, because it includes the student's extensions.
 """
 
 import hashlib
@@ -19,7 +19,7 @@ SOURCES = ("extensions.json", "nbgrader_config.py")  # of nbgrader's course fold
 
 
 def tell(classroom: Classroom, enter: Collection[str] = ()) -> None:
-    """Enter in nbgrader's course folder the dates that have changed, and those of `enter`; tell all students theirs.
+    """Enter changed dates, and those of `enter`, in nbgrader's course folder; write each student's file.
 
     Raises ClassroomError, also for a mistake in the course folder's configuration.
     """
@@ -30,7 +30,7 @@ def tell(classroom: Classroom, enter: Collection[str] = ()) -> None:
     entered |= {name: entered[name] | {UNTIL: ""} for name in ended}
     if not entered and known == told:
         return
-    if told is None:  # a class of before: what is due may have been changed in Formgrader since
+    if told is None:  # from an older version: due dates may have been changed in Formgrader
         entered = {name: each if name in {*enter} else each | {DUE: ""} for name, each in entered.items()}
     own: dict[str, dict[str, dict[str, str]]] = {}
     if dates:
@@ -53,12 +53,12 @@ def tell(classroom: Classroom, enter: Collection[str] = ()) -> None:
 
 
 def stale(classroom: Classroom) -> bool:
-    """Return True if somebody has been told something else than what holds now."""
+    """Return True if the students' files are out of date."""
     return _basis(classroom) != _told(classroom)
 
 
 def _basis(classroom: Classroom) -> dict[str, Any]:
-    """Return what the students' files are made of: everybody's dates, whose files they are, and who has more time."""
+    """Return the data that the students' files are made from: dates, students, and digests of the extensions."""
     there, known = course_files.released(classroom), assignments.read(classroom)
     dates = {
         name: {which: time for which, time in ((DUE, each.due), (UNTIL, each.until)) if time}

@@ -1,8 +1,8 @@
-"""The process that students' servers are forked from: a Python that has loaded JupyterLab's server and its extensions.
+"""The process that students' servers are forked from: Python with JupyterLab's server and its extensions loaded.
 
-A server takes some seconds of a processor to load them, and most of its memory; forks have that memory in common.  The
-process knows nothing of the class: its environment is clean but for where libraries are, and it is told of a member
-only what that member's own server may know (`forkserver`).
+Loading them takes some seconds of processor time and most of a server's memory, which forks share.  The process knows
+nothing of the class: its environment has only the library paths, and a request tells it no more about a member than
+that member's own server may know (`forkserver`).
 """
 
 import os
@@ -10,10 +10,10 @@ import sys
 
 from autograder.sandbox.forkserver import SUPPORTED, Forkserver, Template
 
-# Of what is loaded, some takes a home folder, a user's name or the hub's address from the environment at once.  It
-# finds these there, which belong to nobody, and by which a test finds who has taken them.
+# Some modules read the home folder, the user's name or the hub's address from the environment when they are loaded.
+# They find this placeholder, by which a test notices each such module.
 NOBODY = "nobody-at-all"
-# What a server loads, as sys.modules of a running one has it.  What is missing is loaded by each server.
+# The modules of a running server, from its sys.modules.  Each server itself loads what is missing here.
 LOADED = """
     jupyterhub.singleuser.extension jupyter_server.serverapp jupyterlab.labapp jupyter_lsp jupyter_server_terminals
     nbgrader.apps nbgrader.server_extensions.assignment_list notebook.app notebook_shim.nbserver
@@ -26,16 +26,16 @@ LOADED = """
     jupyter_server.services.shutdown jupyter_server.services.events.handlers jupyter_server.view.handlers
     tornado.platform.asyncio typer traitlets.config.argcomplete_config
 """
-# Of these, what takes something from the environment that differs from student to student.
+# Those of them that read something from the environment that differs between students.
 FORGOTTEN = "jupyterhub.services.auth jupyterhub.singleuser jupyterlab.labapp"
-# Of the environment of the process, what says where libraries are: set once by the wheels of ROS 2, see their
-# `ros_wheels_bootstrapper`, which has each Python started a second time where it is not set.
+# The environment variables for libraries, set by `ros_wheels_bootstrapper` in the wheels of ROS 2; it starts each
+# Python a second time where they are not set.
 LIBRARIES = ("LD_LIBRARY_PATH", "_ROS_WHEELS_BOOTSTRAP_COMPLETE")
-OPTIONS = ("-P", "-s")  # nothing in the home folder is a module of the server
+OPTIONS = ("-P", "-s")  # the server imports nothing from the home folder
 
 
 def start() -> Forkserver:
-    """Start the process; raises OSError."""
+    """Start the process; raises OSError if that is impossible."""
     if not SUPPORTED:
         raise OSError("none is forked with this Python")
     own = {
@@ -50,5 +50,5 @@ def start() -> Forkserver:
 
 
 def libraries() -> dict[str, str]:
-    """The variables that say where libraries are, as this process has them."""
+    """Return this process's values of LIBRARIES."""
     return {name: os.environ[name] for name in LIBRARIES if LIBRARIES[-1] in os.environ and name in os.environ}
