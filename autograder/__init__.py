@@ -1,1 +1,1 @@
-"""The grader: starts a student's files as ROS 2 programs in a sandbox, speaks only ROS to them, and writes verdicts."""
+"""The grader: runs a student's files as ROS 2 programs in a sandbox, talks to them only by ROS, and gives verdicts."""

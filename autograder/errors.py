@@ -35,7 +35,7 @@ class UsageError(AutograderError):
 
 
 class UnknownExercise(UsageError):
-    """There is no hidden suite of that name."""
+    """There is no exercise, and so no hidden suite, of that name."""
 
 
 class BrokenExercise(UsageError):
@@ -43,31 +43,31 @@ class BrokenExercise(UsageError):
 
 
 class Leak(UsageError):
-    """The student version would show what it must not."""
+    """The student version of a notebook would show an answer or a hidden test."""
 
 
 class CannotExport(UsageError):
-    """The export cannot be made as asked."""
+    """The grades cannot be exported as asked."""
 
 
 class NotGradedHere(UsageError):
-    """A notebook has no report of this grader to make a page of."""
+    """A notebook has no report of this grader, so no page can be made."""
 
 
 class RefusedFile(AutograderError, ValueError):
-    """A file that was handed in is not read; the message is for the student."""
+    """A handed-in file was refused; the message is for the student."""
 
 
 class UnknownTime(AutograderError, ValueError):
-    """It is not known when something was handed in; the message says why."""
+    """The time of a hand-in is not known; the message says why."""
 
 
 class Unplaced(AutograderError):
-    """A hand-in has no place among the submissions, or a page no way back; the message says why in a few words."""
+    """A hand-in cannot be placed among the submissions, or a page cannot be returned; the message briefly says why."""
 
 
 class ClassroomError(AutograderError):
-    """The class's server cannot be set up, started or ended; the message is one line for the person who asked."""
+    """The class's server cannot be set up, started or ended; the message is one line for whoever ran the command."""
 
 
 class SandboxUnavailable(AutograderError):
@@ -75,11 +75,11 @@ class SandboxUnavailable(AutograderError):
 
 
 class InfrastructureError(AutograderError):
-    """The grader failed: nothing is known of the submission."""
+    """The grader itself failed: there is no verdict on the submission."""
 
 
 class JudgeDied(InfrastructureError):
-    """The process that judges came to a bad end; `verdicts` are those that it had given."""
+    """The judging process died or had to be ended; `verdicts` are those that it had given."""
 
     def __init__(self, message: str, verdicts: list[Verdict]):
         super().__init__(message)
@@ -87,7 +87,7 @@ class JudgeDied(InfrastructureError):
 
 
 class SandboxError(InfrastructureError):
-    """The sandbox itself failed: no fault of the student's program."""
+    """The sandbox itself failed, not the student's program."""
 
 
 class ClusterError(InfrastructureError):
@@ -95,7 +95,7 @@ class ClusterError(InfrastructureError):
 
 
 class WorkerLost(ClusterError):
-    """A grading was broken off: its worker, or the way to it, is gone."""
+    """A grading was broken off: its worker has died or cannot be reached."""
 
 
 class Fault(AutograderError):
@@ -110,16 +110,16 @@ class Fault(AutograderError):
 
 
 class Wrong(Fault):
-    """It did something other than what the task says."""
+    """The program did something other than the task asks for."""
 
 
 class Crashed(Fault):
-    """It died."""
+    """The program died."""
 
     outcome = CRASHED
 
 
 class TimedOut(Fault):
-    """It did not answer in time."""
+    """The program did not answer in time."""
 
     outcome = TIMED_OUT

@@ -31,7 +31,7 @@ class Trial:
 
     @property
     def right(self) -> bool:
-        """Return True if right answers keep all points, wrong ones do not, and each hidden test has lost its points."""
+        """Return True if right answers keep all points, wrong ones lose some, and each hidden test catches one."""
         return not self.untouched and not any(map(surprising, self.reports.items()))
 
     def describe(self) -> str:

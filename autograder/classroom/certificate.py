@@ -12,7 +12,7 @@ SOON = timedelta(days=14)  # before a certificate expires, it should be renewed
 
 
 def paths(certificate: Path | None, key: Path | None) -> tuple[str, str]:
-    """Return where the two are, or two empty texts without them; raises UsageError when the hub could not use them."""
+    """Return the absolute paths of both, or two empty strings for none; raises UsageError if they are unusable."""
     if (certificate is None) != (key is None):
         raise UsageError("give --certificate and --key, or neither")
     for path in (certificate, key):

@@ -1,1 +1,1 @@
-"""Lays what was handed in out for the grader: archives, folders, and the bulk downloads of learning platforms."""
+"""Lays out hand-ins for the grader, from archives, folders, and the bulk downloads of learning platforms."""

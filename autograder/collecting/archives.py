@@ -1,4 +1,4 @@
-"""Reading submissions from archives, .zip and .tar.gz: ordinary files of sane names, number and size, into bytes."""
+"""Reading submissions from .zip and .tar.gz archives: only regular files of sane names, number and size, as bytes."""
 
 import io
 import zipfile
@@ -15,11 +15,11 @@ from course.foundation.tarball import Entry, Tarball
 from course.foundation.untrusted import Allowance, Archive, shortened
 
 ARCHIVE, TARBALLS = ".zip", (".tar.gz", ".tgz")
-MAX_STUDENT = 50_000_000  # bytes of all that one student handed in, unpacked; an exercise has up to 1,000,000
-MAX_CLASS = 2_000_000_000  # bytes of all that a bulk download holds, unpacked
+MAX_STUDENT = 50_000_000  # unpacked bytes of all that one student handed in; an exercise has up to 1,000,000
+MAX_CLASS = 2_000_000_000  # unpacked bytes of a bulk download
 MAX_FILES = 1_000  # of one student's archive
 MAX_CLASS_FILES = 20_000
-DEEPEST = 8  # folders in each other
+DEEPEST = 8  # nested folders
 JUNK = {"__MACOSX", ".DS_Store", "Thumbs.db", "desktop.ini"}
 
 
@@ -29,7 +29,7 @@ class ArchivedFile:
 
     path: PurePosixPath
     content: bytes
-    changed: datetime  # as the archive says, taken as UTC
+    changed: datetime  # from the archive, taken as UTC
 
 
 @dataclass(frozen=True)
@@ -41,15 +41,15 @@ class Packed:
     _unpack: Callable[[Allowance], bytes]
 
     def unpack(self, allowance: Allowance) -> ArchivedFile:
-        """Read it; raises BadArchive."""
+        """Unpack the file; raises BadArchive."""
         return ArchivedFile(self.path, self._unpack(allowance), self.changed)
 
 
 def contents(file: BinaryIO, most: int = MAX_CLASS_FILES, tarball: Allowance | None = None) -> Iterator[Packed | str]:
-    """The files of an open archive, without what file managers leave; for one of no sane name, what is wrong with it.
+    """Return the files of an open archive, without file managers' leftovers; for a bad name, what is wrong with it.
 
-    A .tar.gz cannot be listed without being unpacked, within the allowance `tarball`; without one it is a .zip.  Raises
-    BadArchive for what is not an archive and for one of more than `most` files.
+    A .tar.gz must be unpacked to be listed, within the allowance `tarball`; without one the archive is a .zip.  Raises
+    BadArchive for a file that is not an archive, or has more than `most` files.
     """
     archive = Tarball(file, tarball, most) if tarball else Archive(file)
     infos: list[Any] = [info for info in archive.files if not is_junk(info.filename)]
@@ -70,7 +70,7 @@ def contents(file: BinaryIO, most: int = MAX_CLASS_FILES, tarball: Allowance | N
 
 
 def members(file: BinaryIO, name: str, allowance: Allowance) -> list[ArchivedFile]:
-    """Unpack one student's archive of that name; raises BadArchive when anything in it is not as it should be."""
+    """Unpack one student's archive, called `name`; raises BadArchive when anything in it is not as it should be."""
     found = list(contents(file, MAX_FILES, allowance if is_tarball(name) else None))
     if wrong := [each for each in found if isinstance(each, str)]:
         raise BadArchive(wrong[0])
@@ -78,12 +78,12 @@ def members(file: BinaryIO, name: str, allowance: Allowance) -> list[ArchivedFil
 
 
 def members_of(content: bytes, name: str, allowance: Allowance) -> list[ArchivedFile]:
-    """Unpack an archive that lay in another; they share the allowance.  Raises BadArchive."""
+    """Unpack an archive that was inside another one; both share the allowance.  Raises BadArchive."""
     return members(io.BytesIO(content), name, allowance)
 
 
 def is_archive(name: str) -> bool:
-    """Return True for the name of an archive that is opened here."""
+    """Return True for the name of a .zip or .tar.gz archive, which this module can open."""
     return name.lower().endswith((ARCHIVE, *TARBALLS))
 
 
@@ -93,13 +93,13 @@ def is_tarball(name: str) -> bool:
 
 
 def stem(path: PurePath) -> str:
-    """An archive's name without what says its kind."""
+    """Return an archive's name without its suffixes."""
     return next((path.name[: -len(end)] for end in TARBALLS if path.name.lower().endswith(end)), path.stem)
 
 
 @contextmanager
 def opened(path: Path) -> Iterator[BinaryIO]:
-    """An archive's file; raises BadArchive when there is none to read."""
+    """Open an archive's file; raises BadArchive when it cannot be read."""
     try:
         with path.open("rb") as file:
             yield file
@@ -108,7 +108,7 @@ def opened(path: Path) -> Iterator[BinaryIO]:
 
 
 def flat(inside: list[ArchivedFile]) -> list[ArchivedFile]:
-    """The files without the folders that are around all of them."""
+    """Return the files without the folders that contain all of them."""
     while inside and len({member.path.parts[0] for member in inside}) == 1 and len(inside[0].path.parts) > 1:
         inside = [replace(member, path=PurePosixPath(*member.path.parts[1:])) for member in inside]
     return inside
@@ -122,6 +122,6 @@ def _changed(info: zipfile.ZipInfo | Entry) -> datetime:
 
 
 def is_junk(name: str) -> bool:
-    """Return True for what file managers leave in a folder."""
+    """Return True for a file that file managers leave in a folder."""
     parts = PurePosixPath(name.replace("\\", "/")).parts
     return any(part in JUNK or part.startswith("._") for part in parts)

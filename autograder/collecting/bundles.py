@@ -37,8 +37,8 @@ from course.foundation.untrusted import Allowance, shortened
 from course.hand_in import RECEIPT
 
 File = TypeVar("File", ArchivedFile, Packed)
-WRAPPED = 3  # archives around each other
-MOST_OTHER = 20  # files of a folder that are named, one by one, as no hand-ins
+WRAPPED = 3  # nested archives
+MOST_OTHER = 20  # files of a folder that are listed one by one as not handed in
 CLOSED = "its owner has closed it, and must open or remove it"
 NO_FORM = "its name matches neither Canvas nor Moodle"
 NOBODYS = "a platform has named it, but not so that it tells one student: their name there may be odd"
@@ -54,7 +54,7 @@ class Loose:
     _file: Path
 
     def unpack(self, allowance: Allowance) -> ArchivedFile:
-        """Read it; raises BadArchive."""
+        """Read the file; raises BadArchive."""
         try:
             content = reading.read_file(self._file, MAX_STUDENT)
         except OSError as error:
@@ -69,18 +69,18 @@ class Loose:
 class Bundle:
     """Files that belong together: one archive, or what one student uploaded."""
 
-    source: str  # where it was found, for messages
-    download: str  # the archive or folder that was given, in which a platform's numbers tell students apart
+    source: str  # the place where it was found, for messages
+    download: str  # the given archive or folder, within which a platform's numbers identify students
     members: list[ArchivedFile]
     origin: Origin | None
-    at: datetime  # it was handed in then or before
-    stamped: bool = False  # `at` is what nbgrader, or an earlier collecting, has noted
+    at: datetime  # the latest time at which it can have been handed in
+    stamped: bool = False  # `at` was recorded by nbgrader or an earlier collecting
     likely: tuple[str, ...] = ()  # names of files and folders around it, one of which may be a student's
-    left: tuple[str, ...] = ()  # what lies there and is no file to read
+    left: tuple[str, ...] = ()  # entries there that are not readable files
 
 
 def bundles(source: Path, unplaced: list[str], without: Path | None = None) -> Iterator[Bundle]:
-    """Yield what belongs together in a source; whatever else lies below it gets a line in `unplaced`.
+    """Yield the bundles of a source; everything else in it gets a line in `unplaced`.
 
     The folder `without` is left out.  Raises UsageError for a source that is not there.
     """
@@ -95,7 +95,7 @@ def bundles(source: Path, unplaced: list[str], without: Path | None = None) -> I
 def _below(
     folder: Path, source: Path, unplaced: list[str], without: Path | None, done: Container[Path] = ()
 ) -> Iterator[Bundle]:
-    """Yield what belongs together in a folder of a source, and in the folders in it but those that are `done`."""
+    """Yield the bundles in a folder of a source, and in the folders below it except those in `done`."""
     if not os.access(folder, os.R_OK | os.X_OK):
         unplaced.append(f"{shortened(str(folder.relative_to(source)))}: {CLOSED}")
         return
@@ -141,15 +141,15 @@ def _why_not(path: PurePath) -> str:
 
 
 def is_other_archive(name: str) -> bool:
-    """Return True for the name of an archive that is not opened here."""
+    """Return True for the name of an archive of a kind that cannot be opened here."""
     return PurePath(name).suffix.lower() in OTHER_ARCHIVES and not is_tarball(name)
 
 
 @contextlib.contextmanager
 def unpacked(path: Path, assignment: str) -> Iterator[Path]:
-    """A folder, for as long as it is needed, with the files of an exercise that an archive has.
+    """Unpack the files of an exercise from an archive into a temporary folder.
 
-    Raises UsageError, also for what says that it is of another exercise.
+    Raises UsageError, also when the archive's receipt names another exercise.
     """
     try:
         allowance = Allowance(MAX_STUDENT)
@@ -169,7 +169,7 @@ def unpacked(path: Path, assignment: str) -> Iterator[Path]:
 
 
 def receipt(content: bytes | None) -> dict[str, Any]:
-    """Return what the receipt of a hand-in says; empty when there is none, without files when it cannot be read."""
+    """Return the content of a hand-in's receipt; empty without a receipt, without files when it cannot be read."""
     try:
         found = json.loads(content) if content is not None else {}
     except (ValueError, RecursionError):
@@ -204,12 +204,12 @@ def _folder(folder: Path, student: str, source: Path) -> Bundle:
 
 
 def files_of(folder: Path) -> Iterator[tuple[Path, bytes]]:
-    """The ordinary files of a submission's folder; the grader names what is missing."""
+    """Yield the regular files of a submission's folder; the grader names those that are missing."""
     return reading.regular_files(folder, notebook.MAX_BYTES)
 
 
 def _downloaded(source: Path, unplaced: list[str]) -> Iterator[Bundle]:
-    """A bulk download that a browser has unpacked: files, or folders of students, with a platform's names."""
+    """Yield the bundles of a bulk download that a browser has unpacked: files or folders with a platform's names."""
     found = []
     for path in sorted(source.iterdir()):
         if path.is_symlink() or not _named_by_platform(path) or (path.is_file() and is_archive(path.name)):
@@ -227,17 +227,17 @@ def _named_by_platform(path: Path) -> bool:
 
 
 def _as_file(path: Path) -> PurePosixPath:
-    """Return how a file at this path, or one in this folder, is called in a download."""
+    """Return the path in a download of the file at this path, or of a file in the folder at this path."""
     return PurePosixPath(path.name, "file") if path.is_dir() else PurePosixPath(path.name)
 
 
 def _archive(
     path: Path, where: str, unplaced: list[str], likely: tuple[str, ...] = (), around: str = ""
 ) -> Iterator[Bundle]:
-    """The bundle of one student's archive, or those of a bulk download.
+    """Yield the bundle of one student's archive, or those of a bulk download.
 
-    What a platform named after a student is that student's, whatever the names in it say; it is of one download with
-    what else the platform has named in the folder `around` it.
+    A file that a platform named after a student belongs to that student, whatever names are inside it.  It belongs to
+    the same download as other files that the platform has named in the folder `around` it.
     """
     whose = origin(PurePosixPath(path.name))
     allowance = Allowance(MAX_STUDENT)
@@ -249,7 +249,7 @@ def _archive(
         return
     try:
         with opened(path) as file:
-            if not whose and not is_tarball(path.name):  # platforms pack a class as .zip
+            if not whose and not is_tarball(path.name):  # platforms pack a class only as .zip
                 found = list(contents(file))
                 packed = [each for each in found if isinstance(each, Packed)]
                 if any(is_traced(each.path) for each in packed) or len(_archives_in(packed)) > 1:
@@ -265,10 +265,11 @@ def _archive(
 
 
 def _of_platform(download: str, inside: Sequence[Packed | Loose], unplaced: list[str]) -> Iterator[Bundle]:
-    """Yield what each student uploaded, of the files of a bulk download.
+    """Yield the bundle of each student from the files of a bulk download.
 
-    One after the other is unpacked, and what is wrong with one does not affect the others.  Where a platform has named
-    some, what it has not named after a student is nobody's: a student writes what is in an archive, its receipt too.
+    They are unpacked one after the other, and an error in one does not affect the others.  If a platform has named some
+    files, a file that it has not named after a student belongs to nobody, because a student controls the content of an
+    archive, including its receipt.
     """
     named = any(is_traced(file.path) for file in inside)
     everybody = Allowance(MAX_CLASS)
@@ -306,7 +307,7 @@ def _of_platform(download: str, inside: Sequence[Packed | Loose], unplaced: list
 
 
 def _unwrapped(inside: list[ArchivedFile], allowance: Allowance, depth: int = WRAPPED) -> list[ArchivedFile]:
-    """The files of what may be an archive around one other archive, such as a hand-in that was zipped again."""
+    """Return the files; unpacks an archive that is alone in another one, such as a hand-in that was zipped again."""
     inner = _archives_in(inside)
     if len(inner) == 1 and all(member.path.suffix.lower() not in (".py", ".ipynb") for member in inside):
         if not depth:
@@ -320,7 +321,7 @@ def _archives_in(inside: list[File]) -> list[File]:
 
 
 def _uploaded(download: str, uploaded: list[tuple[ArchivedFile, Origin]]) -> Bundle:
-    """The files that one student uploaded one by one; of a file that is there twice the later one."""
+    """Return the files that one student uploaded one by one; of files with the same name, the later one."""
     newest: dict[str, ArchivedFile] = {}
     for member, whose in sorted(uploaded, key=lambda each: each[1].upload):
         newest[whose.file] = replace(member, path=PurePosixPath(whose.file))

@@ -1,7 +1,7 @@
-"""`autograder collect`: finds what students handed in, and lays it out as `STUDENT/ASSIGNMENT/FILES`.
+"""`autograder collect`: finds hand-ins, and lays them out as `STUDENT/ASSIGNMENT/FILES`.
 
 Nothing is lost: of several hand-ins the newest on time is laid out, and the others are kept in `.others` beside the
-students, where the grader does not look.  What cannot be placed is named, and stays where it is.
+students' folders, where the grader does not look.  Files that cannot be placed are named, and stay where they are.
 """
 
 import hashlib
@@ -27,10 +27,10 @@ from course.foundation.untrusted import one_line
 
 OTHERS = ".others"  # hand-ins that do not count
 Found = dict[tuple[str, str], list[HandedIn]]  # by student and exercise
-Before = Mapping[tuple[str, str], list[Source]]  # where the hand-ins of these came from that are recorded already
+Before = Mapping[tuple[str, str], list[Source]]  # recorded origins of earlier hand-ins, by student and exercise
 
 INSTEAD = "it came by no platform, and takes the place of one of {}: whose is it?"
-SAME_SECOND = re.compile(r"\d{8}T\d{6}Z-(\d{1,2})\.zip$")  # how `course hand-in` calls a further one of a second
+SAME_SECOND = re.compile(r"\d{8}T\d{6}Z-(\d{1,2})\.zip$")  # `course hand-in` numbers those of one second
 
 
 @dataclass
@@ -39,7 +39,7 @@ class Collection:
 
     laid_out: list[HandedIn]
     kept: list[HandedIn]  # in `.others`
-    unplaced: list[str]  # a line each
+    unplaced: list[str]  # one line each
     missing: dict[str, list[str]] = field(default_factory=dict)  # students of the roster, by exercise
 
 
@@ -51,15 +51,14 @@ def collect(
     assignment: str | None = None,
     end: Callable[[str, str], datetime | None] = lambda student, exercise: None,
 ) -> Collection:
-    """Lay out what is found in `sources`: archives, folders of them, and bulk downloads of Canvas and Moodle.
+    """Lay out the hand-ins in `sources`: archives, folders of them, and bulk downloads of Canvas and Moodle.
 
-    With a `roster`, who is not in it is not laid out; neither is who cannot be told from somebody else.  Of several
-    hand-ins the newest until `due` counts, or the newest of all when none was on time.  Raises UsageError for a source
-    that is not there.
+    With a `roster`, hand-ins of people who are not in it, or who could be mistaken for somebody else, are not laid out.
+    Of several hand-ins the newest until `due` counts, or the newest of all if none was on time.  Raises UsageError for
+    a source that does not exist.
 
     With `assignment`, a hand-in of another exercise is not laid out; neither is one whose known time is after the `end`
-    of the exercise for its student.  Whatever lies below a source is laid out, kept,
-    or has a line in the result.
+    of the exercise for its student.  Every file in a source is laid out, kept, or has a line in the result.
     """
     expected = exercises.load(assignment).name if assignment else None
     unplaced: list[str] = []
@@ -108,7 +107,7 @@ def collect(
 
 
 def _compare(found: Iterable[HandedIn]) -> None:
-    """Note on each that the rest of its download is of another exercise: it may be an upload to the wrong place."""
+    """Note on each hand-in if most of its download is of another exercise: it may be in the wrong place."""
     downloads: dict[str, list[HandedIn]] = defaultdict(list)
     for each in found:
         if each.came.platform:
@@ -121,7 +120,7 @@ def _compare(found: Iterable[HandedIn]) -> None:
 
 
 def _rank(handed_in: HandedIn, due: datetime | None, uploads: bool) -> tuple[bool, int, datetime, int, int]:
-    """Return what sorts hand-ins; where all are uploads to a platform, their numbers say more than their times."""
+    """Return the sort key of a hand-in; if all are uploads to a platform, their numbers count more than times."""
     again = SAME_SECOND.search(handed_in.source)
     on_time, at = _weight(handed_in.at, handed_in.came, due)
     upload = handed_in.came.upload
@@ -129,9 +128,9 @@ def _rank(handed_in: HandedIn, due: datetime | None, uploads: bool) -> tuple[boo
 
 
 def _several_people(found: list[HandedIn], before: list[Source], roster: Roster | None) -> str:
-    """Return why these hand-ins under one name seem to be of several people; '' when they do not.
+    """Return why hand-ins under one name seem to be from several people; '' if they do not.
 
-    A platform's number tells people apart: Canvas's everywhere, Moodle's within one download of an assignment.
+    A platform's user number identifies a person: Canvas's everywhere, Moodle's within one download of an assignment.
     """
     numbers: dict[tuple[str, str], set[str]] = defaultdict(set)
     everywhere = [("", each) for each in before]
@@ -147,10 +146,10 @@ def _several_people(found: list[HandedIn], before: list[Source], roster: Roster 
 
 
 def _take_out_namesakes(found: Found, before: Before, roster: Roster) -> list[str]:
-    """Remove each hand-in that came under a student's name from a number that is not theirs; return a line for each.
+    """Remove each hand-in with a student's name and a platform's number that is not theirs; return a line for each.
 
-    A column of the roster holds a platform's numbers when it has one that a hand-in came from.  Whoever has another
-    number there is another person, whatever they call themselves.
+    A column of the roster is taken to hold a platform's numbers if a number of a hand-in is in it.  A hand-in with
+    another number is from another person, whatever its name.
     """
     columns: dict[tuple[str, str], set[str]] = defaultdict(set)
     for key, those in found.items():
@@ -173,12 +172,12 @@ def _take_out_namesakes(found: Found, before: Before, roster: Roster) -> list[st
 
 
 def _vouched(student: str, came: Source, roster: Roster | None) -> bool:
-    """Return True if the number that a platform has for a hand-in stands in its student's line of the roster."""
+    """Return True if the platform's number of a hand-in is in its student's line of the roster."""
     return bool(roster and came.platform and roster.columns(student, came.user))
 
 
 def _take_out_unvouched(found: Found, before: Before, roster: Roster) -> list[str]:
-    """Remove what came under a student's name from a number that the roster does not have, beside one that it has."""
+    """Remove a student's hand-ins whose number is not in the roster, if they also have one whose number is."""
     lines = []
     for key, those in found.items():
         every = [*(each.came for each in those), *before[key]]
@@ -194,13 +193,13 @@ def _take_out_unvouched(found: Found, before: Before, roster: Roster) -> list[st
 
 
 def _take_out_other_numbers(found: Found, before: Before, roster: Roster | None) -> list[str]:
-    """Remove what came under a student's name from another number than before; return a line for each.
+    """Remove a student's hand-ins whose number differs between downloads; return a line for each.
 
-    Moodle has other numbers for each of its assignments.  In two downloads of one assignment most students have the
-    same number, and whoever has another one is another person; where nobody has the same, they are of two assignments,
-    which is noted on each.  A number that the roster has is nobody else's.
+    Moodle numbers students differently in each assignment.  In two downloads of one assignment most students keep their
+    number, and one with a different number is another person; if nobody keeps their number, the downloads are of two
+    assignments, which is noted on each hand-in.  A number in the roster belongs to that student alone.
     """
-    numbers: dict[tuple[str, str, str], dict[str, str]] = defaultdict(dict)  # by student, of each download's exercise
+    numbers: dict[tuple[str, str, str], dict[str, str]] = defaultdict(dict)  # by student, per exercise and download
     for (student, exercise), those in found.items():
         local = [each for each in those if each.came.platform and not users_are_global(each.came.platform)]
         for each in local:
@@ -209,11 +208,11 @@ def _take_out_other_numbers(found: Found, before: Before, roster: Roster | None)
         for platform in {each.came.platform for each in local}:
             users = [came.user for came in before[student, exercise] if came.platform == platform]
             if users:
-                numbers[platform, exercise, ""][student] = users[-1]  # "": what is there already
+                numbers[platform, exercise, ""][student] = users[-1]  # "": hand-ins laid out before
     lines = []
     for one, other in itertools.combinations(sorted(numbers), 2):
         (platform, exercise, earlier), later = one, other[2]
-        known = numbers.get((platform, exercise, ""), {}) if earlier else {}  # who is compared with what is there
+        known = numbers.get((platform, exercise, ""), {}) if earlier else {}  # numbers to compare with
         common = numbers[one].keys() & numbers[other].keys() - known.keys() if one[:2] == other[:2] else set()
         differ = sorted(student for student in common if numbers[one][student] != numbers[other][student])
         two_assignments = len(differ) > 1 and len(differ) == len(common)
@@ -234,35 +233,35 @@ def _take_out_other_numbers(found: Found, before: Before, roster: Roster | None)
 
 
 def _scope(handed_in: HandedIn) -> tuple[str, str]:
-    """Return where a platform's number of a user means one person: Canvas's everywhere, Moodle's in one download."""
+    """Return the scope in which a user number means one person: everywhere for Canvas, one download for Moodle."""
     platform = handed_in.came.platform
     return platform, "" if users_are_global(platform) else handed_in.download
 
 
 def _weight(at: datetime, came: Source, due: datetime | None) -> tuple[bool, datetime]:
-    """Return what is compared of two hand-ins: on time counts more than late, and then newer more than older.
+    """Return the sort key of two hand-ins to compare: on time before late, then newer before older.
 
-    One that no platform calls late was on time if it was there in time at the latest.
+    A hand-in of unknown time that no platform marks as late is on time if its latest possible time is before `due`.
     """
     in_time = due is None or came.time == ON_TIME or (at <= due and (came.time == KNOWN or not came.late))
     return in_time, at
 
 
-# Where it goes.
+# Laying out.
 
 
 def _place(handed_in: HandedIn, into: Path, due: datetime | None, roster: Roster | None) -> bool:
-    """Lay a hand-in out; False when one that counts more is there already."""
+    """Lay a hand-in out; return False if one that counts more is already there."""
     target = into / handed_in.student / handed_in.assignment
     came = handed_in.came
     if os.path.lexists(target):
         files, at, before = _laid_out(target, into)
         same = files == handed_in.files
         if same and at and (handed_in.ahead or KNOWN not in (came.time, before.time)):
-            if came.platform and before.upload != came.upload:  # its page goes to the newer upload
+            if came.platform and before.upload != came.upload:  # the page goes back to the newer upload
                 provenance.add(into, handed_in.student, handed_in.assignment, replace(came, at=before.at))
             return True  # collected before: a later download does not make it newer
-        somebodys = before.platform == came.platform and before.user != came.user  # nobody has vouched for it then
+        somebodys = before.platform == came.platform and before.user != came.user  # from another number
         if somebodys and _vouched(handed_in.student, came, roster):
             handed_in.notes.append(f"what was laid out before came from the number {before.user}, and is nobody's now")
         elif at and _more(before, at, came, handed_in.at, due):
@@ -282,7 +281,7 @@ def _place(handed_in: HandedIn, into: Path, due: datetime | None, roster: Roster
 
 
 def _more(before: Source, at: datetime, came: Source, newer: datetime, due: datetime | None) -> bool:
-    """Return True if what is laid out counts as much as a hand-in that has come now, or more."""
+    """Return True if the hand-in that is laid out counts as much as the new one, or more."""
     old, new = _weight(at, before, due), _weight(newer, came, due)
     if before.upload and came.upload and before.platform == came.platform:
         return (old[0], before.upload, old[1]) >= (new[0], came.upload, new[1])
@@ -290,7 +289,7 @@ def _more(before: Source, at: datetime, came: Source, newer: datetime, due: date
 
 
 def _laid_out(target: Path, into: Path) -> tuple[dict[str, bytes], datetime | None, Source]:
-    """The files of a submission that is laid out, its time, and where it came from."""
+    """Return the files of a submission that is laid out, its time, and its origin."""
     files = {path.name: content for path, content in files_of(target)}
     came = next(reversed(provenance.read(into, target.parent.name, target.name)), Source("", "", "", ""))
     text = files.pop(reading.TIMESTAMP, b"").decode(errors="replace").strip()
@@ -303,7 +302,7 @@ def _laid_out(target: Path, into: Path) -> tuple[dict[str, bytes], datetime | No
 
 
 def _keep(handed_in: HandedIn, into: Path) -> None:
-    """Keep a hand-in that does not count; one that is kept already is not kept twice."""
+    """Keep a hand-in that does not count, unless it is kept already."""
     folder = into / OTHERS / handed_in.student / handed_in.assignment
     folder.mkdir(parents=True, exist_ok=True)
     digest = hashlib.sha256(repr(sorted(handed_in.files.items())).encode()).hexdigest()[:8]
@@ -336,7 +335,7 @@ def _write(handed_in: HandedIn, target: Path, into: Path) -> None:
 
 
 def describe(collection: Collection) -> str:
-    """Return what came of a collection, in lines for the instructor."""
+    """Return the result of a collection as lines for the instructor."""
     lines = []
     for title, handed_in in (("Laid out:", collection.laid_out), ("Kept, but not counted:", collection.kept)):
         lines += [title] * bool(handed_in)

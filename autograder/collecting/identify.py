@@ -1,4 +1,4 @@
-"""Identification of a hand-in: whose it is, of which exercise, when it was handed in, and what of it counts."""
+"""Identification of a hand-in: its student, its exercise, its time, and the files that count."""
 
 import contextlib
 import hashlib
@@ -23,38 +23,38 @@ from course.hand_in import RECEIPT
 
 TIME = "%Y-%m-%d %H:%M:%S UTC"
 VERIFIED, NONE = "verified", "none"
-SOON = timedelta(minutes=5)  # that a clock may be ahead by
-OURS = {RECEIPT, reading.TIMESTAMP, "submission_secret.txt"}  # beside what was handed in, by us and by nbgrader
+SOON = timedelta(minutes=5)  # a clock may be ahead by as much
+OURS = {RECEIPT, reading.TIMESTAMP, "submission_secret.txt"}  # files that the course and nbgrader add to a hand-in
 LEFT_BY_TOOLS = {"__pycache__"}  # folders that nobody hands in on purpose
-LISTED = 5  # names of files in a line
-# What browsers and file managers call a further copy: `relay (1).py`, `relay copy.py`, `Copy of relay.py`.
+LISTED = 5  # file names in one line
+# The names that browsers and file managers give to a copy: `relay (1).py`, `relay copy.py`, `Copy of relay.py`.
 COPY = re.compile(r"(?:copy of )?(.+?)(?: ?\((\d{1,3})\)|(?: -)? copy(?: \(?\d{1,3}\)?)?)?(\.[a-z]+)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
 class HandedIn:
-    """One hand-in, and what is known of it."""
+    """One hand-in, and what is known about it."""
 
-    source: str  # where it was found, for messages
-    packed: dict[str, bytes]  # compressed: a class must fit into memory, also when one of it hands in zeros
+    source: str  # the place where it was found, for messages
+    packed: dict[str, bytes]  # compressed: a class must fit into memory, even if somebody hands in megabytes of zeros
     student: str
     assignment: str
-    at: datetime  # by which hand-ins are put in order: that of handing in, if KNOWN, and else not before it
-    came: Source  # from where, and whose it is there
+    at: datetime  # orders hand-ins: the time of handing in if KNOWN, otherwise the latest possible one
+    came: Source  # its origin
     download: str = ""
     receipt: str = NONE  # VERIFIED, NONE, or what is wrong with it
-    ahead: datetime | None = None  # what its time says, when that lies in the future
-    notes: list[str] = field(default_factory=list)  # more that an instructor should know
-    not_taken: list[str] = field(default_factory=list)  # names of files that the exercise does not ask for
+    ahead: datetime | None = None  # the hand-in's own time, if it is in the future
+    notes: list[str] = field(default_factory=list)  # further remarks for the instructor
+    not_taken: list[str] = field(default_factory=list)  # names of files that do not belong to the exercise
 
     @property
     def files(self) -> dict[str, bytes]:
-        """Return what was handed in."""
+        """Return the files handed in, unpacked."""
         return {name: zlib.decompress(content) for name, content in self.packed.items()}
 
     @property
     def when(self) -> str:
-        """Return when it was handed in, as far as somebody vouches for it."""
+        """Return the time of handing in as text, as far as it is certain."""
         if self.came.time == KNOWN:
             return f"{self.at:{TIME}}"
         if self.came.time == ON_TIME:
@@ -63,7 +63,7 @@ class HandedIn:
 
     @property
     def remark(self) -> str:
-        """Return what an instructor should know of it."""
+        """Return what an instructor should know about the hand-in."""
         reasons = {
             f"its receipt {self.receipt}": self.receipt not in (VERIFIED, NONE),
             "the platform marks it late": self.came.late,
@@ -75,7 +75,7 @@ class HandedIn:
 def identify(
     bundle: Bundle, roster: Roster | None = None, expected: str | None = None, due: datetime | None = None
 ) -> HandedIn:
-    """Return who handed a bundle in, for which exercise, and when; raises Unplaced, which says what is not known.
+    """Find out who handed in a bundle, for which exercise, and when; raises Unplaced, which says what is unknown.
 
     With `expected`, a hand-in of another exercise has no place.
     """
@@ -98,7 +98,7 @@ def identify(
         time = KNOWN
     came = bundle.origin or Origin((student,), bundle.source)
     if time == KNOWN and came.late and due and at <= due:
-        time = UNKNOWN  # the receipt says when the archive was made; the platform, that it came late
+        time = UNKNOWN  # the receipt has the time when the archive was made, but the platform says that it came late
         notes = [*notes, f"its receipt says {at:{TIME}}"]
     elif time == UNKNOWN and marks_late(came.platform) and not came.late:
         time = ON_TIME
@@ -132,14 +132,14 @@ def identify(
 
 
 def _readable(name: str) -> str:
-    """Return a name that can be written as UTF-8: on a disk, and in a receipt, there are others."""
+    """Return the name with anything that is not UTF-8 replaced: names on a disk or in a receipt can contain that."""
     return name.encode("utf-8", "replace").decode()
 
 
 def named_as_asked(files: dict[str, bytes]) -> tuple[dict[str, bytes], list[str]]:
-    """Return the files with the names that the exercises ask for, and a note on each that had another one.
+    """Return the files under the names that the exercises ask for, and a note on each file that was renamed.
 
-    `relay (1).py` is what a browser makes of a second download of relay.py.
+    A browser names a second download of relay.py `relay (1).py`.
     """
     asked = {name.casefold(): name for exercise in exercises.names() for name in exercises.load(exercise).taken}
     copies: dict[str, list[tuple[int, str]]] = defaultdict(list)
@@ -160,7 +160,7 @@ def named_as_asked(files: dict[str, bytes]) -> tuple[dict[str, bytes], list[str]
 
 
 def _not_taken(names: Iterable[str]) -> list[str]:
-    """The names of files that were handed in and do not count, without what programs leave behind."""
+    """Return the names of files that were handed in and do not count, without programs' leftovers."""
     kept = []
     for name in sorted(names):
         parts = PurePosixPath(name).parts
@@ -170,7 +170,7 @@ def _not_taken(names: Iterable[str]) -> list[str]:
 
 
 def _student(bundle: Bundle, receipt: dict[str, Any], roster: Roster | None, assignment: str) -> tuple[str, list[str]]:
-    """Return whose it is, and a note when that is only likely; raises Unplaced."""
+    """Return the student of a bundle, and a note if that is only likely; raises Unplaced."""
     names = bundle.origin.names if bundle.origin else (str(receipt.get("student") or ""),)
     if any(names):
         student = roster.find(names) if roster else folder_name(names[-1])
@@ -190,7 +190,7 @@ def _student(bundle: Bundle, receipt: dict[str, Any], roster: Roster | None, ass
 
 
 def _assignment(files: dict[str, bytes], receipt: dict[str, Any], expected: str | None) -> str:
-    """The exercise that has these files: the receipt's, or the one that most of them belong to; raises Unplaced."""
+    """Return the exercise of these files: the receipt's, or the one that most files belong to; raises Unplaced."""
     owned = {name: exercises.load(name).taken for name in exercises.names()}
     claimed = receipt.get("assignment")
     if isinstance(claimed, str) and claimed not in owned:
@@ -207,7 +207,7 @@ def _assignment(files: dict[str, bytes], receipt: dict[str, Any], expected: str 
 
 
 def _nothing(files: dict[str, bytes]) -> str:
-    """Return why files are of no exercise."""
+    """Return why the files belong to no exercise."""
     if packed := [name for name in sorted(files) if is_other_archive(name)]:
         return f"{shortened(packed[0])} is an archive of a kind that is not opened: unpack it, and pack it as .zip"
     if not files:
@@ -216,7 +216,7 @@ def _nothing(files: dict[str, bytes]) -> str:
 
 
 def _verify(receipt: dict[str, Any], files: dict[str, bytes], student: str, roster: Roster | None) -> str:
-    """VERIFIED, or what is wrong with a receipt."""
+    """Return VERIFIED, or what is wrong with the receipt."""
     listed = receipt.get("files")
     if not isinstance(listed, dict):
         return "cannot be read"

@@ -1,6 +1,6 @@
-"""The folder `autograded` of a course, as `nbgrader autograde` leaves it: Formgrader and `generate_feedback` read it.
+"""Writes a course's folder `autograded` as `nbgrader autograde` does, for Formgrader and `generate_feedback`.
 
-So a class that `autograder grade` has graded is marked by hand at once, and need not be graded again by nbgrader.
+So a class graded by `autograder grade` can be marked by hand at once, without being graded again by nbgrader.
 """
 
 import json
@@ -19,9 +19,9 @@ FOLDER = "autograded"
 
 
 def lay_out(config: Config, url: str, submitted: Path, report: Report) -> Path:
-    """Write the submission's folder in the course around `submitted`, whole or not at all; return it.
+    """Write the submission's folder into the course that contains `submitted`, whole or not at all; return it.
 
-    One that shows this report already is left as it is: a class that is graded to its end has many.
+    A folder that already shows this report is left as it is: resuming a graded class meets many of them.
     """
     student, assignment = report.student, report.assignment
     handed_in, name = submitted / student / assignment, f"{assignment}.ipynb"
@@ -33,12 +33,12 @@ def lay_out(config: Config, url: str, submitted: Path, report: Report) -> Path:
     shown, _ = NameCells().preprocess(handed_in_notebook(handed_in / name), {"nbgrader": names})
     shown.metadata["autograder"] = report.public()
     show_results(shown, report)
-    target.parent.mkdir(parents=True, exist_ok=True)  # open to whom the course is: instructors may share it
+    target.parent.mkdir(parents=True, exist_ok=True)  # with the course's permissions: instructors may share it
     draft = folder / f".part-{secrets.token_hex(8)}"
     draft.mkdir()
     try:
         for path, content in reading.regular_files(handed_in, notebook.MAX_BYTES):
-            if path.suffix.lower() not in (".html", ".ipynb"):  # a page would go on to the feedback folder
+            if path.suffix.lower() not in (".html", ".ipynb"):  # nbgrader would copy a page to the feedback
                 (draft / path.name).write_bytes(content)
         (draft / name).write_text(nbformat.writes(shown), encoding="utf-8", errors="replace")
         if target.exists():

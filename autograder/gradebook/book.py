@@ -1,4 +1,4 @@
-"""The scores in nbgrader's gradebook: the points of hidden tests, added up by the notebook's grade cells."""
+"""The scores in nbgrader's gradebook: the points of the hidden tests, summed for each of the notebook's grade cells."""
 
 import warnings
 from pathlib import Path
@@ -20,16 +20,16 @@ SQLITE = "sqlite:///"
 
 
 def default_url(submitted: Path, out: Path) -> str:
-    """The gradebook of the nbgrader course that the submissions are in, or else one in `out`."""
+    """Return the URL of the gradebook of the submissions' nbgrader course, or else of one in `out`."""
     course = submitted.resolve().parent
     inside = any((course / name).exists() for name in ("nbgrader_config.py", "gradebook.db"))
     return f"{SQLITE}{(course if inside else out.resolve()) / 'gradebook.db'}"
 
 
 def existing_url(url: str | None, submitted: Path, out: Path) -> str:
-    """The gradebook `url`, or else the one that `out` was graded into; raises UsageError when it is not there.
+    """Return `url`, or else the URL of the gradebook that `out` was graded into; raises UsageError without one.
 
-    nbgrader would make an empty one.
+    nbgrader itself would create an empty one.
     """
     found = url or default_url(submitted, out)
     if found.startswith(SQLITE) and not Path(found.removeprefix(SQLITE)).exists():
@@ -37,7 +37,7 @@ def existing_url(url: str | None, submitted: Path, out: Path) -> str:
     return found
 
 
-# Columns of a roster by what nbgrader calls them; of several, the first that a student has.
+# Columns of a roster by nbgrader's name for them; of several columns, the first that is filled in counts.
 COLUMNS = {
     "first_name": ("first_name",),
     "last_name": ("last_name",),
@@ -49,9 +49,9 @@ COLUMNS = {
 class Scores:
     """An open gradebook; writing the same report again changes nothing.
 
-    Given the folder of the submissions, it also writes when they were handed in, and the late penalties of the course
-    that the folder is in; otherwise nbgrader does that.  Questions in words are marked in the notebook: of a submission
-    without one they count 0 when `unanswered_is_zero`, and are otherwise asked for, in `unanswered`.
+    Given the folder of the submissions, it also writes the times of handing in, and the late penalties of the course
+    that the folder is in; otherwise nbgrader does that.  Questions in words are marked in the notebook.  For a
+    submission without a notebook they count 0 if `unanswered_is_zero`; otherwise the student is listed in `unanswered`.
     """
 
     def __init__(self, url: str, submitted: Path | None = None, unanswered_is_zero: bool = False):
@@ -71,7 +71,7 @@ class Scores:
         self._book.close()
 
     def enrol(self, roster: Roster) -> None:
-        """Enter the students of the roster, with their names; who hands in nothing is in the exports, too."""
+        """Enter the students of the roster, with their names, so that those who hand in nothing are exported, too."""
         for student in sorted(roster.students):
             about = roster.about.get(student, {})
             known = {
@@ -81,7 +81,7 @@ class Scores:
             self._book.update_or_create_student(student, **{name: value for name, value in known.items() if value})
 
     def write(self, report: Report) -> None:
-        """Write a report's points; an infrastructure error has no score, and changes nothing."""
+        """Write a report's points; a report of an infrastructure error has none, and changes nothing."""
         if report.status == INFRASTRUCTURE_ERROR:
             return
         name, student = report.assignment, report.student
@@ -99,7 +99,7 @@ class Scores:
                 grade = Grade(cell_id=self._book.find_grade_cell(cell, name, name).id, notebook=notebook)
                 self._book.db.add(grade)
             grade.auto_score = points
-            grade.needs_manual_grade = grade.manual_score is not None  # look again at what was changed by hand
+            grade.needs_manual_grade = grade.manual_score is not None  # points changed by hand need another look
         if self._submitted:
             self._questions(notebook, reading.has_notebook(self._submitted / student / name, name))
         self._book.db.commit()
@@ -107,7 +107,7 @@ class Scores:
             late.assign(self._config, self._url, name, name, student)
 
     def _questions(self, notebook: SubmittedNotebook, handed_in: bool) -> None:
-        """Have what no test judges wait for a mark; without a notebook there is nothing to mark."""
+        """Flag the questions that no test judges for manual grading; without a notebook there is nothing to mark."""
         tested = load(notebook.assignment.name).cells.keys()
         questions = [grade for grade in notebook.grades if grade.name not in tested and grade.manual_score is None]
         for grade in questions:
@@ -119,13 +119,13 @@ class Scores:
     def _add_assignment(self, name: str) -> None:
         self._book.update_or_create_assignment(name)
         self._book.update_or_create_notebook(name, name)
-        for cell, points in load(name).cells.items():  # not the report's, which may be by an older suite
+        for cell, points in load(name).cells.items():  # not the report's, which may come from an older suite
             self._book.update_or_create_grade_cell(cell, name, name, max_score=points, cell_type="code")
         self._known.add(name)
 
 
 def lateness(url: str) -> dict[tuple[str, str], float]:
-    """Return by how many seconds submissions are late, by student and exercise; those on time are not there."""
+    """Return the lateness (s) of late submissions, by student and exercise."""
     with Gradebook(url) as book:
         return {
             (one.student.id, assignment.name): float(one.total_seconds_late)
@@ -136,7 +136,7 @@ def lateness(url: str) -> dict[tuple[str, str], float]:
 
 
 def by_hand(url: str, assignment: str, student: str) -> list[Mark]:
-    """Return what was, or must still be, marked or commented on by hand in a submission, and its late penalty."""
+    """Return a submission's manual marks and comments, those still missing, and its late penalty."""
     tested = {test.cell for test in load(assignment).tests}
     with Gradebook(url) as book:
         notebook = book.find_submission_notebook(assignment, assignment, student)
@@ -159,10 +159,10 @@ def by_hand(url: str, assignment: str, student: str) -> list[Mark]:
 
 
 def _by_cell(report: Report) -> dict[str, float]:
-    """The points earned in each of the notebook's grade cells."""
+    """Return the points earned in each of the notebook's grade cells."""
     cells = {test.id: test.cell for test in load(report.assignment).tests}
     points = dict.fromkeys(cells.values(), 0.0)
     for test in report.tests:
-        if test.id in cells:  # otherwise the suite no longer has it
+        if test.id in cells:  # otherwise the suite no longer has the test
             points[cells[test.id]] += test.points
     return points

@@ -24,7 +24,7 @@ class CanvasGradebook:
 
     file: str
     header: list[str]
-    possible: list[str]  # the points that each assignment can earn in Canvas
+    possible: list[str]  # the maximum points of each assignment in Canvas
     students: list[list[str]]
 
     @classmethod
@@ -53,9 +53,9 @@ class CanvasGradebook:
         return cls(file, header, possible, students)
 
     def column(self, name: str, title: str | None) -> int | None:
-        """The place of an assignment's column, which is called `title` there or like the assignment; None: no such.
+        """Return the index of an assignment's column, named `title` or like the assignment; None if there is none.
 
-        Raises CannotExport when there is no column `title`, or several are called like the assignment.
+        Raises CannotExport when there is no column `title`, or several are named like the assignment.
         """
         if title is not None:
             if title not in self.header:
@@ -73,7 +73,7 @@ class CanvasGradebook:
         return found[0] if found else None
 
     def lines_of(self, keys: set[str]) -> set[int]:
-        """The lines that have one of these (case-folded) in one of the columns that Canvas finds students by."""
+        """Return the lines with one of these case-folded `keys` in a column that Canvas finds students by."""
         places = [self.header.index(name) for name in CANVAS.columns if name in self.header]
         return {
             count
@@ -87,9 +87,8 @@ class CanvasExporter(Exporter):
 
     Format (its sources are in `platforms`): columns Student, ID, perhaps SIS User ID, SIS Login ID, Integration ID and
     Root Account, then Section, then one for each assignment, `Name (ID)`; under the header a line "Points Possible";
-    students are found by their ID, a number, first.  An empty cell would clear a grade that Canvas has: where there is
-    no grade, the cell stays as it was exported.  Columns that are not of this course are left out, and the import
-    leaves them alone.
+    students are found first by their ID, a number.  An empty cell would clear a grade in Canvas, so without a grade the
+    cell stays as it was exported.  Columns of other assignments are left out, and the import does not change them.
     """
 
     default_name = CANVAS.grades
@@ -100,7 +99,7 @@ class CanvasExporter(Exporter):
     ).tag(config=True)
 
     def rows(self, grades: Grades) -> Rows:
-        """The students of the roster, with its columns about them and those of the exported assignments."""
+        """Return the students of the roster, with its columns about them and the exported assignments."""
         if not self.roster:
             raise CannotExport("export the gradebook from Canvas, and give the file: --CanvasExporter.roster=FILE")
         if Path(self.to or self.default_name).resolve() == Path(self.roster).resolve():
@@ -129,7 +128,7 @@ class CanvasExporter(Exporter):
     def _assignments(
         self, grades: Grades, roster: CanvasGradebook, places: dict[str, int | None]
     ) -> tuple[list[str], list[str]]:
-        """Title and points possible of each assignment's column; a difference from Canvas is logged."""
+        """Return title and possible points of each assignment's column; logs differences from Canvas."""
         assignments = {name: grade.assignment for student in grades.values() for name, grade in student.items()}
         titles, possible = [], []
         for name, place in places.items():
@@ -151,7 +150,7 @@ class CanvasExporter(Exporter):
         return titles, possible
 
     def _students(self, grades: Grades, roster: CanvasGradebook) -> dict[int, str]:
-        """The student of each line that has one: by id, email or LMS id in any of the roster's three columns."""
+        """Return the student of each line that has one, by id, email or LMS id in any of the roster's three columns."""
         found: dict[str, set[int]] = {}
         for student, mine in grades.items():
             person = next(iter(mine.values())).student if mine else None
@@ -179,7 +178,7 @@ class CanvasExporter(Exporter):
 
 
 def _value(text: str) -> float | None:
-    """A number in the roster, whose decimals may be behind a comma; None when it is not a number."""
+    """Return a number of the roster, with decimal point or comma; None if it is not a number."""
     try:
         return float(text.replace(",", "."))
     except ValueError:

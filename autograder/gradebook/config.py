@@ -8,17 +8,17 @@ from autograder.gradebook.plugins import FeedbackPage, GradeInSandbox, HandedInN
 
 
 def apply(c: Config) -> None:
-    """Make nbgrader grade with this package in the course that `c` configures; what is set afterwards wins."""
+    """Make nbgrader grade with this package in the course that `c` configures; later settings override these."""
     c.CourseDirectory.course_id = "ros2"
-    # A comment is a stub in Python and in a .srv file: the program starts, and the checks say what is still missing.
+    # The stub is a comment, in Python and in a .srv file: the program starts, and the checks say what is missing.
     c.ClearSolutions.code_stub = {"python": "# YOUR CODE HERE"}
 
-    # The files handed in are graded in the sandbox.  The notebook is shown to the instructor as handed in, never run.
+    # The handed-in files are graded in the sandbox.  The instructor sees the notebook as handed in; it is never run.
     c.Autograde.exporter_class = HandedInNotebook
-    c.Autograde.sanitize_preprocessors = []  # what HandedInNotebook reads can do no harm
+    c.Autograde.sanitize_preprocessors = []  # HandedInNotebook has made the notebook harmless
     c.Autograde.autograde_preprocessors = [NameCells, GradeInSandbox, AssignLatePenalties]
     c.GenerateFeedback.exporter_class = FeedbackPage
     c.GenerateFeedback.preprocessors = []
 
-    # No penalty for being late, unless the course's own file sets one: c.LatePolicy.percent_per_day and the others.
+    # No late penalty unless the course's own file sets one: c.LatePolicy.percent_per_day and the other options.
     c.AssignLatePenalties.plugin_class = LatePolicy

@@ -7,8 +7,8 @@ from autograder.gradebook.exporter import WAITING, Exporter, Grade, Grades, Rows
 class CsvExporter(Exporter):
     """A line for each student and assignment.
 
-    nbgrader's own CsvExportPlugin does not quote, so that a comma in a name shifts the columns; gives 0 for what was
-    not handed in; and does not show what is still to be marked.
+    nbgrader's own CsvExportPlugin does not quote, so a comma in a name shifts the columns; it gives 0 for missing
+    submissions; and it does not show what is still to be marked.
     """
 
     columns = (
@@ -29,7 +29,7 @@ class CsvExporter(Exporter):
     )
 
     def rows(self, grades: Grades) -> Rows:
-        """Sorted by assignment, then by student."""
+        """Return the lines, sorted by assignment, then by student."""
         lines = [self._line(grade) for student in grades.values() for grade in student.values()]
         lines.sort(key=lambda line: (line["assignment"], line["student_id"]))
         return [list(self.columns), *([line[column] for column in self.columns] for line in lines)]
@@ -50,7 +50,7 @@ class CsvExporter(Exporter):
         if handed_in:
             line["timestamp"] = str(handed_in.timestamp or "")
             if any(has_score(part) for notebook in handed_in.notebooks for part in notebook.grades):
-                line["raw_score"] = number(handed_in.score)  # also while parts wait: what there is so far
+                line["raw_score"] = number(handed_in.score)  # the score so far, even while parts wait for a mark
             line["late_submission_penalty"] = number(grade.penalty)
             line["days_late"] = number(handed_in.total_seconds_late / late.DAY)
             line["needs_manual_grade"] = str(grade.state == WAITING)

@@ -1,4 +1,4 @@
-"""The ends of exercises: after that, and after a student's own extension, a hand-in is not collected.
+"""The ends of exercises: a hand-in after the end, moved by the student's extension, is not collected.
 
 They are in `ends.json` of nbgrader's course folder: for each exercise a time in ISO 8601, with its zone.
 """
@@ -14,16 +14,16 @@ from autograder.submissions.times import parse_time
 from course.foundation import storage
 
 FILE = "ends.json"
-NONE = "none"  # in the place of a time: there is no end any more
+NONE = "none"  # instead of a time: removes the end
 
 
 def parse(text: str) -> datetime | str:
-    """Return an end as it is written on a command line, or NONE; raises UsageError."""
+    """Return the end given on a command line, or NONE; raises UsageError."""
     return NONE if text.strip().lower() == NONE else parse_time(text)
 
 
 def read(course: Path) -> dict[str, datetime]:
-    """Return the ends of a course folder, in UTC; raises UsageError when the file is not what `change` writes."""
+    """Return the ends of a course folder, in UTC; raises UsageError when the file is invalid."""
     try:
         known = json.loads((course / FILE).read_text(encoding="utf-8"))
         return {str(name): datetime.fromisoformat(time).astimezone(UTC) for name, time in known.items()}
@@ -34,7 +34,7 @@ def read(course: Path) -> dict[str, datetime]:
 
 
 def change(course: Path, ends: Mapping[str, datetime | str | None]) -> None:
-    """Set the ends of some exercises, or take them away (NONE); None leaves an exercise as it is.
+    """Set the ends of some exercises, or remove them (NONE); None leaves an exercise unchanged.
 
     Raises OSError and UsageError.
     """

@@ -1,4 +1,4 @@
-"""Entering what was graded into a course: the scores in its gradebook, and what Formgrader shows."""
+"""Entering grading results into a course: the scores in its gradebook, and the files that Formgrader shows."""
 
 from pathlib import Path
 from types import TracebackType
@@ -11,7 +11,7 @@ from autograder.submissions.roster import Roster
 
 
 class Entering:
-    """An open gradebook, and the folder `autograded` beside it where that is the gradebook of the submissions' course.
+    """An open gradebook; if it is that of the submissions' course, also the folder `autograded` beside it.
 
     See `book.Scores` for `unanswered_is_zero`.
     """
@@ -41,11 +41,11 @@ class Entering:
 
     @property
     def unanswered(self) -> dict[str, list[str]]:
-        """Return who must hand in a notebook before the questions in it can be marked, by exercise."""
+        """Return, by exercise, the students whose questions cannot be marked because their notebook is missing."""
         return self._scores.unanswered
 
     def write(self, report: Report) -> None:
-        """Enter a report; an infrastructure error changes nothing."""
+        """Enter a report; a report of an infrastructure error changes nothing."""
         if report.status == INFRASTRUCTURE_ERROR:
             return
         self._scores.write(report)

@@ -1,4 +1,4 @@
-"""Collecting from nbgrader's exchange what anybody of the class may have put there."""
+"""Collecting from nbgrader's exchange, where anybody in the class may have put anything."""
 
 import contextlib
 import errno
@@ -19,27 +19,27 @@ from autograder.gradebook.late import LatePolicy
 from course.foundation import storage
 
 MOST_FILES, MOST_BYTES = 200, 100 << 20  # of one submission
-MOST_ENTRIES, DEEPEST = 2000, 20  # files and folders that are looked at, and folders in each other
-MOST_TOLD = 20  # files that were left out
+MOST_ENTRIES, DEEPEST = 2000, 20  # files and folders that are visited, and nested folders
+MOST_TOLD = 20  # omitted files that are named
 TIMESTAMP, SECRETS = "timestamp.txt", "submission_secret.txt"
 SECRET = re.compile(r"[\w-]{16,200}")
 CONFIGURATION = re.compile(r"(nbgrader|jupyter\w*|ipython\w*)_config\.(py|json)", re.IGNORECASE)
-SLOW = timedelta(minutes=2)  # that a hand-in may take, before its time is doubted
+SLOW = timedelta(minutes=2)  # that a hand-in may take before its time is doubted
 MINUTES = "%Y-%m-%d %H:%M"
-NO_TIME = datetime(1970, 1, 1)  # as nbgrader has times: UTC, without saying so
+NO_TIME = datetime(1970, 1, 1)  # in nbgrader's form: UTC, without a time zone
 
 
 class OwnersCollect(ExchangeCollect):
-    """A submission is that of the user who owns its folder, whatever the folder's name says; links are left out.
+    """Collects submissions by the owner of their folder, whatever the folder's name says; leaves links out.
 
     What came after the end of the exercise, and after its student's extension, is not collected; nor is what belongs
     to nobody whom this machine knows, as after a student has left the class.
 
-    nbgrader's own takes any folder called as a student for this student's submission, and copies what a link leads to,
-    for example a solution that only the instructor may read.
+    nbgrader's own class takes any folder with a student's name for that student's submission, and follows links, for
+    example to a solution that only the instructor may read.
     """
 
-    _end: datetime | None = None  # of the exercise, for whoever has no extension
+    _end: datetime | None = None  # of the exercise, without an extension
 
     def _path_to_record(self, path: str) -> dict[str, Any]:
         try:
@@ -48,40 +48,40 @@ class OwnersCollect(ExchangeCollect):
             return {"filename": os.path.basename(path), "timestamp": NO_TIME, "username": ""}
         try:
             record: dict[str, Any] = super()._path_to_record(path)
-        except (ValueError, OverflowError):  # what should be a time is not: the oldest
+        except (ValueError, OverflowError):  # not a time: sorts as the oldest
             record = {"filename": os.path.basename(path), "timestamp": NO_TIME, "username": ""}
         if owner and owner != record["username"]:
             self.log.warning("%s was put there by %s, and is taken for theirs", shown(path), owner)
         return record | {"username": owner}
 
     def init_src(self) -> None:
-        """Find what was handed in: folders, and nothing else that somebody has put there."""
-        self.check_owner = False  # which would follow a link, and stops the whole class where there is nothing behind
+        """Find the submissions: only folders, not anything else that somebody has put there."""
+        self.check_owner = False  # would follow a link, and a broken one would stop the whole class
         self._end = ends.read(Path(self.coursedir.root)).get(self.coursedir.assignment_id)
         self._policy = LatePolicy(config=self.config)
         super().init_src()
         records: list[dict[str, Any]] = self.src_records  # type: ignore[has-type]
         newest: dict[str, dict[str, Any]] = {}
-        for record in sorted(records, key=self._in_time):  # nbgrader has several of one student when others lie between
+        for record in sorted(records, key=self._in_time):  # nbgrader repeats a student if others are between
             if not self._why_not(record):
                 newest[record["username"]] = record
         self.src_records = list(newest.values())
 
     def _sort_by_timestamp(self, records: list[dict[str, Any]]) -> list[dict[str, Any]]:
-        """Sort the hand-ins of somebody, the newest first, without what does not count: nbgrader takes the first."""
+        """Sort a student's hand-ins that count, the newest first: nbgrader takes the first."""
         counted = []
         for record in super()._sort_by_timestamp(records):
             if why := self._why_not(record):
                 self.log.warning("%s was left out: %s", shown(self._path(record)), why)
             else:
                 counted.append(record)
-        return counted or records[:1]  # which `init_src` leaves out
+        return counted or records[:1]  # `init_src` leaves it out
 
     def _path(self, record: dict[str, Any]) -> str:
         return os.path.join(self.inbound_path, record["filename"])
 
     def _why_not(self, record: dict[str, Any]) -> str:
-        """Return why a hand-in is not collected; '' when it is."""
+        """Return why a hand-in is not collected; '' if it is."""
         path = self._path(record)
         if not is_folder(path):
             return "it is not a folder"
@@ -92,13 +92,13 @@ class OwnersCollect(ExchangeCollect):
         return self._too_late(record, path)
 
     def _over(self, student: str) -> datetime | None:
-        """Return when the exercise is over for a student, with their extension; None when it has no end."""
+        """Return the end of the exercise for a student, with their extension; None if it has no end."""
         if not self._end:
             return None
         return self._policy.moved(self._end.replace(tzinfo=None), student, self.coursedir.assignment_id)
 
     def _too_late(self, record: dict[str, Any], path: str) -> str:
-        """Return why a hand-in is not collected, when it came after the end; '' when it did not."""
+        """Return why a hand-in is too late to be collected; '' if it is not."""
         over = self._over(record["username"])
         claimed = record["timestamp"] if record["timestamp"] != NO_TIME else _changed(path)
         if not over or claimed <= over:
@@ -108,12 +108,12 @@ class OwnersCollect(ExchangeCollect):
         )
 
     def _in_time(self, record: dict[str, Any]) -> tuple[bool, Any]:
-        """Return what sorts hand-ins, with those after the due date first where they do not count."""
+        """Return the sort key of a hand-in; late ones that do not count come first."""
         late = bool(self.before_duedate and self.duedate and record["timestamp"] > self.duedate)
         return not late, record["timestamp"]
 
     def do_copy(self, src: str, dest: str, log: object = None) -> None:
-        """Copy the regular files; what is too large, and what cannot be read, is left out and told."""
+        """Copy the regular files; logs those that are left out as too large or unreadable."""
         Path(dest).mkdir(parents=True)
         files, space, told, seen = MOST_FILES, MOST_BYTES, 0, 0
         changed = _changed(src)
@@ -142,7 +142,7 @@ class OwnersCollect(ExchangeCollect):
         self._complete(src, Path(dest), changed)
 
     def _complete(self, src: str, copy: Path, changed: datetime) -> None:
-        """Make the two files good that nbgrader stops at, for the whole class, when a student has left them out."""
+        """Add the two files without which nbgrader would stop the whole class, if a student has left them out."""
         record = self._path_to_record(src)
         claimed, over = record["timestamp"], self._over(record["username"])
         if (_text(copy / TIMESTAMP) or "").partition(".")[0] != f"{claimed:%Y-%m-%d %H:%M:%S}":
@@ -166,7 +166,7 @@ def _owner(path: str) -> str:
 
 
 def _changed(path: str | int) -> datetime:
-    """Return when a file, or what lies directly in a folder, was last changed: its owner cannot set that back; in UTC.
+    """Return the change time (ctime, UTC) of a file, or the latest of those in a folder; its owner cannot set it back.
 
     `path` may be the descriptor of an open file.
     """
@@ -175,12 +175,12 @@ def _changed(path: str | int) -> datetime:
 
 
 def shown(path: str) -> str:
-    """A path as a line of a log may show it, whatever characters somebody has put into it."""
+    """Return a path with its unusual characters escaped, so that it is safe in a log."""
     return path if path.isprintable() else ascii(path)
 
 
 def is_folder(path: str) -> bool:
-    """Return True if there is a folder, and no link to one."""
+    """Return True if the path is a folder, not a link to one."""
     try:
         return stat.S_ISDIR(os.lstat(path).st_mode)
     except OSError:
@@ -188,14 +188,14 @@ def is_folder(path: str) -> bool:
 
 
 def _walk(folder: str) -> Iterator[tuple[str, list[str], list[str], int]]:
-    """`os.fwalk` without links; nothing where the folder cannot be opened."""
+    """Walk a folder as `os.fwalk` does, without links; yields nothing if the folder cannot be opened."""
     with contextlib.suppress(OSError):
         os.close(os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW))
         yield from os.fwalk(folder, follow_symlinks=False)
 
 
 def _text(path: Path) -> str | None:
-    """Return what is in a small file of ASCII; None when it is something else."""
+    """Return the content of a small ASCII file; None for anything else."""
     try:
         return path.read_bytes()[:1000].decode("ascii").strip()
     except (OSError, UnicodeDecodeError):
@@ -203,10 +203,9 @@ def _text(path: Path) -> str | None:
 
 
 def _copy(name: str, folder: int, copy: Path, most: int) -> tuple[int, datetime]:
-    """Copy a regular file of at most `most` bytes from an open folder, and nothing else.
+    """Copy a regular file of at most `most` bytes from an open folder.
 
-    Returns its size, and when what was copied was last changed: it may be written into while it is read.  Raises
-    OSError.
+    Returns its size and its change time after the copy, because it may be written to while it is read.  Raises OSError.
     """
     flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
     with open(os.open(name, flags, dir_fd=folder), "rb") as source:

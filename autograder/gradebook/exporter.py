@@ -1,13 +1,13 @@
-"""Parts that the exporters share: whose grades of which assignments, and a CSV file that is safe to open.
+"""Shared parts of the exporters: choosing students and assignments, and writing a CSV file that is safe to open.
 
 The exporters are plug-ins of `nbgrader export`, which finds them by module and name:
 
     nbgrader export --exporter autograder.gradebook.moodle_export.MoodleExporter --to moodle.csv
 
-A grade is the score minus the late penalty.  A submission that waits for marks by hand, has no score yet or was not
-handed in gives an empty cell, never 0, unless told otherwise: `automatic` exports what the tests gave, and
-`not_handed_in` fills the cells of what is missing.  How many there are of each is in the log, and so is who waits for
-which mark, who handed in nothing, and every student without a line in the file.
+A grade is the score minus the late penalty.  The cell is empty, not 0, if a submission waits for manual marks, has no
+score yet or is missing.  Options change that: `automatic` exports the points of the tests, and `not_handed_in` fills
+the cells of missing submissions.  The log has the numbers of each, the students who wait for marks or handed in
+nothing, and every student without a line in the file.
 
 Spreadsheets run a cell that begins with = + - or @ as a formula, and students choose their names (OWASP, "CSV
 Injection").  Names, and whatever else the import does not use, get an apostrophe in front, as OWASP advises.  What
@@ -48,35 +48,35 @@ class Grade:
     student: Student
     assignment: Assignment
     handed_in: SubmittedAssignment | None
-    automatic: bool = False  # only what tests judge counts
-    not_handed_in: str = ""  # the cell when there is no submission
+    automatic: bool = False  # only the points of tests count
+    not_handed_in: str = ""  # the text of the cell without a submission
 
     @cached_property
     def parts(self) -> list[CellGrade]:
-        """Return the grades of the cells that count."""
+        """Return the grades of the notebook cells that count."""
         found = [part for notebook in self.handed_in.notebooks for part in notebook.grades] if self.handed_in else []
         return [part for part in found if part.auto_score is not None] if self.automatic else found
 
     @cached_property
     def unmarked(self) -> list[str]:
-        """Return the names of the cells that wait for a mark."""
+        """Return the names of the notebook cells that wait for a mark."""
         return [part.name for part in self.parts if _waits(part)] if not self.automatic else []
 
     @cached_property
     def state(self) -> str:
-        """DONE, WAITING or MISSING."""
+        """Return DONE, WAITING or MISSING."""
         if self.handed_in is None:
             return MISSING
         return WAITING if self.unmarked or not self.parts else DONE
 
     @property
     def penalty(self) -> float:
-        """Points lost for being late."""
+        """Return the points lost for lateness."""
         return (self.handed_in.late_submission_penalty or 0.0) if self.handed_in else 0.0
 
     @property
     def points(self) -> str:
-        """The score minus the penalty, as the cell of a file: empty while it waits."""
+        """Return the score minus the penalty as text for the file; empty while it waits for marks."""
         if self.handed_in is None:
             return self.not_handed_in
         if self.state != DONE:
@@ -89,7 +89,7 @@ Rows = list[list[str]]
 
 
 class Exporter(ExportPlugin):
-    """A plug-in of `nbgrader export`; the file that it writes is whole, or not there."""
+    """A plug-in of `nbgrader export` that writes its file atomically."""
 
     default_name = "grades.csv"
     automatic = Bool(False, help="Export what the tests gave, without waiting for marks by hand.").tag(config=True)
@@ -110,7 +110,7 @@ class Exporter(ExportPlugin):
         self.log.info("Exported to %s", target)
 
     def rows(self, grades: Grades) -> Rows:
-        """The lines of the file, its header first; raises CannotExport."""
+        """Return the lines of the file, its header first; raises CannotExport."""
         raise NotImplementedError
 
     def tell(self, students: Iterable[str], why: str) -> None:
@@ -119,7 +119,7 @@ class Exporter(ExportPlugin):
             self.log.warning("%d without a line in the file, %s: %s", len(names), why, ", ".join(names))
 
     def _grades(self, gradebook: Gradebook) -> Grades:
-        """The grades asked for."""
+        """Return the requested grades."""
         chosen = _chosen(gradebook.assignments, lambda thing: thing.name, self.assignment, "assignment")
         students = _chosen(gradebook.students, lambda thing: thing.id, self.student, "student")
         self._assign_penalties(gradebook, chosen)
@@ -138,7 +138,7 @@ class Exporter(ExportPlugin):
         return grades
 
     def _tell_who(self, assignment: str, grades: list[Grade]) -> None:
-        """Log who waits for which mark, and who handed in nothing."""
+        """Log the students who wait for marks, and those who handed in nothing."""
         waiting: dict[tuple[str, ...], list[str]] = {}
         for grade in grades:
             if grade.state == WAITING:
@@ -152,7 +152,7 @@ class Exporter(ExportPlugin):
             self.log.warning("%s: %s by %s", printable(assignment), MISSING, ", ".join(missing))
 
     def _assign_penalties(self, gradebook: Gradebook, assignments: Iterable[Assignment]) -> None:
-        """Work out late penalties again, where a policy is set: marks by hand and new extensions change them."""
+        """Compute late penalties again, where a policy is set: manual marks and new extensions change them."""
         if "AssignLatePenalties.plugin_class" not in self.config:
             return
         url = gradebook.engine.url.render_as_string(hide_password=False)
@@ -165,7 +165,7 @@ class Exporter(ExportPlugin):
 
 
 def has_score(part: object) -> bool:
-    """Return True if one of nbgrader's grades (of a cell) has points, from tests or by hand."""
+    """Return True if nbgrader's grade of a notebook cell has points, automatic or manual."""
     return getattr(part, "auto_score", None) is not None or getattr(part, "manual_score", None) is not None
 
 
@@ -174,21 +174,21 @@ def _waits(part: CellGrade) -> bool:
 
 
 def harmless(text: str) -> str:
-    """`text` for a cell, so that no spreadsheet takes it for a formula, or for several cells.
+    """Return `text` for a cell, changed so that no spreadsheet takes it for a formula or for several cells.
 
-    Not for ids that an import looks for.  A semicolon is replaced, because in some languages it separates cells.
+    Not for ids by which an import finds students.  A semicolon is replaced, because some locales separate cells by it.
     """
     text = "".join(" " if char == ";" or unicodedata.category(char) == "Cc" else char for char in text)
     return f"'{text}" if unicodedata.normalize("NFKC", text).lstrip()[:1] in ("=", "+", "-", "@") else text
 
 
 def number(value: float) -> str:
-    """At most two decimals, a decimal point, no thousands separator: as Canvas and Moodle show points."""
+    """Return a number with at most two decimals and no thousands separator, as Canvas and Moodle show points."""
     return f"{value:.2f}".rstrip("0").rstrip(".")
 
 
 def _chosen(things: Iterable[Thing], name: Callable[[Thing], str], names: list[object], what: str) -> list[Thing]:
-    """The things of these names, or all, sorted by name; raises CannotExport when the gradebook lacks one."""
+    """Return the things with these names, or all, sorted by name; raises CannotExport when the gradebook lacks one."""
     by_name = {name(thing): thing for thing in things}
     wanted = {str(given) for given in names} or set(by_name)
     if missing := wanted - set(by_name):

@@ -1,4 +1,4 @@
-"""`autograder export`: the exporters of this package, called without nbgrader's command line."""
+"""`autograder export`: runs the exporters of this package without nbgrader's command line."""
 
 import logging
 import sys
@@ -28,20 +28,20 @@ EXPORTERS: dict[str, Callable[..., Exporter]] = {
 
 @dataclass(frozen=True)
 class Wish:
-    """An export as it was asked for."""
+    """The options of one export."""
 
     form: str  # a key of EXPORTERS
     to: Path
-    automatic: bool = False  # what the tests gave, without waiting for marks
+    automatic: bool = False  # the points of the tests, without waiting for manual marks
     missing_is_zero: bool = False
-    canvas: Path | None = None  # the gradebook as Canvas exports it
-    user: str | None = None  # what Moodle finds students by
+    canvas: Path | None = None  # the gradebook file that Canvas exports
+    user: str | None = None  # the column that Moodle finds students by
     assignments: list[str] = field(default_factory=list)
     students: list[str] = field(default_factory=list)
 
 
 def export(wish: Wish, url: str, submitted: Path | None, roster: Roster | None = None) -> None:
-    """Write the file, from the gradebook at `url`; prints what is in it and what is not.  Raises CannotExport."""
+    """Write the file from the gradebook at `url`; prints what it contains and what is missing.  Raises CannotExport."""
     config = (late.course_config(submitted) if submitted else None) or Config()
     if roster:
         with Scores(url) as scores:
@@ -57,12 +57,12 @@ def export(wish: Wish, url: str, submitted: Path | None, roster: Roster | None =
     with Gradebook(url) as book:
         try:
             exporter.export(book)
-        except SystemExit as error:  # nbgrader's way
+        except SystemExit as error:  # nbgrader's way to fail
             raise CannotExport(str(error).removeprefix("autograder: ")) from None
 
 
 def _printing() -> logging.Logger:
-    """A log that is what the command prints."""
+    """Return a logger whose messages are the command's output."""
     log = logging.getLogger(f"{__name__}.said")
     log.handlers, log.propagate = [logging.StreamHandler(sys.stdout)], False
     log.setLevel(logging.INFO)

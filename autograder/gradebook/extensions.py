@@ -1,7 +1,7 @@
-"""Extensions that `autograder extend` has given: who has more time, for one exercise or for all.
+"""Extensions given by `autograder extend`: more time for a student, for one exercise or for all.
 
-They are in `extensions.json` of nbgrader's course folder: for each student, and there for each exercise or for "*",
-which is all of them, a number of days or a time as in `LatePolicy.extensions`.  The later due date of both counts.
+They are in `extensions.json` in nbgrader's course folder: by student, then by exercise or "*" for all, a number of days
+or a time as in `LatePolicy.extensions`.  Of several due dates the latest counts.
 """
 
 import json
@@ -15,14 +15,14 @@ from autograder.submissions import exercises
 from course.foundation import storage
 
 FILE = "extensions.json"
-ALL = "*"  # exercises
+ALL = "*"  # stands for all exercises
 LONGEST = 3660.0  # days
 
 Given = dict[str, dict[str, float | str]]  # by student and exercise
 
 
 def read(course: Path) -> Given:
-    """Return the extensions of a course folder; raises UsageError when the file is not what `change` writes."""
+    """Return the extensions of a course folder; raises UsageError when the file is invalid."""
     try:
         return parse((course / FILE).read_bytes(), course / FILE)
     except FileNotFoundError:
@@ -30,7 +30,7 @@ def read(course: Path) -> Given:
 
 
 def parse(content: bytes, path: Path) -> Given:
-    """Return what a file of extensions says, {} when it is empty; raises UsageError as `read` does."""
+    """Return the extensions in a file's content, {} when it is empty; raises UsageError as `read` does."""
     try:
         given = json.loads(content) if content else {}
         days = [day for of_one in given.values() for day in of_one.values() if not isinstance(day, str)]
@@ -45,7 +45,7 @@ def parse(content: bytes, path: Path) -> Given:
 
 
 def listed(given: Given) -> list[tuple[str, str, str]]:
-    """Return who has more time, for what (an exercise, or ALL), and how much in words."""
+    """Return student, exercise (or ALL), and the extension in words, for each extension."""
     return [
         (student, name, f"until {more}" if isinstance(more, str) else f"{more:g} {'day' if more == 1 else 'days'} more")
         for student, of_one in given.items()
@@ -54,10 +54,10 @@ def listed(given: Given) -> list[tuple[str, str, str]]:
 
 
 def change(course: Path, students: Iterable[str], exercise: str | None, extension: float | datetime | None) -> Given:
-    """Give `students` so many days more, or time until then, or take back (None) what they have; return all there are.
+    """Give `students` more days, or time until a date, or take extensions back (None); return all extensions.
 
-    Taking back for all exercises takes back those for each, too.  Raises UsageError when `course` is no course folder,
-    or there is no such exercise, or it is more than LONGEST.
+    Taking back for ALL takes back those for single exercises, too.  Raises UsageError when `course` is not a course
+    folder, the exercise does not exist, or the extension is longer than LONGEST.
     """
     if not (course / "nbgrader_config.py").exists():
         raise UsageError(f"{course} is not a course folder: `autograder release --course` makes one")
@@ -83,11 +83,11 @@ def change(course: Path, students: Iterable[str], exercise: str | None, extensio
 
 
 def released(course: Path) -> list[str]:
-    """The assignments of a course folder, also those that are not of this course."""
+    """Return the assignments in a course folder, also those that are not exercises of this course."""
     return [path.name for path in (course / "source").glob("*") if path.is_dir()]
 
 
 def of(given: Given, student: str, exercise: str) -> list[float | str]:
-    """The extensions that count for a student's hand-in."""
+    """Return the extensions that apply to a student's hand-in."""
     of_one = given.get(student, {})
     return [of_one[name] for name in (ALL, exercise) if name in of_one]

@@ -8,7 +8,7 @@
 the due date from the gradebook (Formgrader sets it) and the time of handing in from `timestamp.txt` in the submission's
 folder, and calls the plug-in in its step AssignLatePenalties (nbgrader, user guide, "Configuring late submission
 plugin").  `autograder grade` runs the same step, so both ways give the same penalty.  nbgrader does not run it again
-after marking by hand; the exporters do.
+after manual grading; the exporters do.
 """
 
 import logging
@@ -31,18 +31,17 @@ from autograder.submissions import provenance, reading
 
 DAY = 86_400  # s
 log = logging.getLogger(__name__)
-quiet = logging.getLogger(f"{__name__}.nbgrader")  # nbgrader warns of every late submission, three times
+quiet = logging.getLogger(f"{__name__}.nbgrader")  # nbgrader logs three warnings for every late submission
 quiet.setLevel(logging.ERROR)
 
 
 class LatePolicy(LateSubmissionPlugin):
     """The rule for how many points a late submission loses.
 
-    Days are counted from the due date, moved by the student's extension and by `grace_days`: each day that has begun
-    (`count = "started"`), or each that is over ("whole").  Counted days are first paid from the student's
-    `grace_budget`, assignment by assignment in the order of their due dates.  Each day left costs `percent_per_day`,
-    all together at most `cap` percent, and never more than the score.  nbgrader's own `penalty_method = "zero"` takes
-    the whole score instead.
+    Days are counted from the due date, moved by the student's extension and by `grace_days`: days that have begun
+    (`count = "started"`), or whole days ("whole").  The student's `grace_budget` covers the first days, assignment by
+    assignment in the order of due dates.  Each further day costs `percent_per_day`, in total at most `cap` percent, and
+    never more than the score.  nbgrader's own `penalty_method = "zero"` takes the whole score instead.
     """
 
     percent_per_day = Float(0, min=0, max=100, help="What each day costs, in percent.").tag(config=True)
@@ -77,7 +76,7 @@ class LatePolicy(LateSubmissionPlugin):
         return dict(proposal["value"])
 
     def late_submission_penalty(self, student_id: str, score: float, total_seconds_late: float) -> float | None:
-        """The points that a notebook loses, or None; nbgrader's AssignLatePenalties calls it, and is its parent."""
+        """Return the points that a notebook loses, or None; called by its parent, nbgrader's AssignLatePenalties."""
         step = self.parent
         late = step.gradebook.find_submission(step.assignment_id, student_id)
         notebook = step.gradebook.find_submission_notebook(step.notebook_id, step.assignment_id, student_id)
@@ -87,13 +86,13 @@ class LatePolicy(LateSubmissionPlugin):
         return self.points(days, score, notebook.max_score) or None
 
     def points(self, days: int, score: float, max_score: float) -> float:
-        """The points that `days` days cost: from 0 to the score, rounded to a hundredth, as gradebooks show them."""
+        """Return the points that `days` days cost: from 0 to the score, rounded to hundredths as in gradebooks."""
         percent = min(self.cap, days * self.percent_per_day)
         lost = percent / 100 * (score if self.percent_of == "score" else max_score)
         return max(0.0, min(round(lost, 2), score))
 
     def charged_days(self, late: SubmittedAssignment) -> int:
-        """The days that cost points: those left when the budget has been spent on what was due before."""
+        """Return the days that cost points, after the grace budget has covered work in the order of due dates."""
         left = self.grace_budget
         dated = [other for other in late.student.submissions if other.timestamp and other.assignment.duedate]
         for other in sorted(dated, key=lambda other: (other.assignment.duedate, other.name)):
@@ -105,13 +104,13 @@ class LatePolicy(LateSubmissionPlugin):
         return 0
 
     def days(self, late: SubmittedAssignment) -> int:
-        """The days by which a submission is late, after extension and grace."""
-        due = self.moved(late.duedate, late.student.id, late.name)  # which has nbgrader's own extension already
+        """Return the days by which a submission is late, after extension and grace days."""
+        due = self.moved(late.duedate, late.student.id, late.name)  # already includes nbgrader's own extension
         seconds = max(0.0, (late.timestamp - due).total_seconds() - self.grace_days * DAY)
         return math.ceil(seconds / DAY) if self.count == "started" else int(seconds // DAY)
 
     def moved(self, time: datetime, student: str, assignment: str) -> datetime:
-        """Return when an assignment is due, or over, for a student, given the time for everybody; both in UTC."""
+        """Return when an assignment is due, or ends, for a student, given the time for everybody; both in UTC."""
         given = self.extensions.get(student, 0)
         configured = given.get(assignment, 0) if isinstance(given, dict) else given
         commanded = extensions.of(extensions.read(self.course), student, assignment)
@@ -119,22 +118,22 @@ class LatePolicy(LateSubmissionPlugin):
 
     @property
     def course(self) -> Path:
-        """The course folder: nbgrader's commands run in it, unless it is configured."""
+        """Return the course folder: the configured one, or the working folder, in which nbgrader's commands run."""
         return Path(self.config.CourseDirectory.get("root", "."))
 
 
 def _put_off(due: datetime, extension: float | str | datetime) -> datetime:
-    """The due date moved by some days, or to a time; never to an earlier one."""
+    """Return the due date moved by some days, or to a time, but never to an earlier one."""
     if isinstance(extension, (str, datetime)):
         return max(due, parse_utc(extension))
     return due + max(timedelta(0), timedelta(days=extension))
 
 
 def timestamp(submitted: Path, student: str, assignment: str) -> dict[str, datetime | None]:
-    """Return what the gradebook must be told of when a submission was handed in (UTC): {"timestamp": a time or None}.
+    """Return the time of handing in (UTC) as an argument for the gradebook: {"timestamp": a time or None}, or {}.
 
-    It comes from the file that nbgrader puts into the submission's folder.  Without one, the gradebook keeps what it
-    has, unless the submission was collected and nobody vouches for a time.
+    It is read from the file that nbgrader puts into the submission's folder.  Without that file the gradebook keeps its
+    time, unless the submission was collected and its time is unknown.
     """
     try:
         at = reading.handed_in_at(submitted / student / assignment)
@@ -147,7 +146,7 @@ def timestamp(submitted: Path, student: str, assignment: str) -> dict[str, datet
 
 
 def course_config(submitted: Path) -> Config | None:
-    """The configuration of the nbgrader course that a folder of submissions is in; None when it is in none.
+    """Return the configuration of the nbgrader course that contains a folder of submissions; None if there is none.
 
     Raises UsageError when it cannot be loaded, or sets an invalid value.
     """
@@ -156,20 +155,20 @@ def course_config(submitted: Path) -> Config | None:
         return None
     try:
         config = PyFileConfigLoader("nbgrader_config.py", path=str(folder)).load_config()
-        LatePolicy(config=config)  # a mistake is told before anything is graded
+        LatePolicy(config=config)  # reports a mistake before anything is graded
         extensions.read(folder)
     except TraitError as error:
         raise UsageError(f"{folder / 'nbgrader_config.py'}: {error}") from None
     except UsageError:
         raise
-    except Exception as error:  # it is a program, and may raise anything
+    except Exception as error:  # the configuration is a program, and may raise anything
         raise UsageError(f"{folder / 'nbgrader_config.py'} cannot be loaded: {error!r}") from error
     config.CourseDirectory.root = str(folder)
     return config
 
 
 def concerned(handed_in: SubmittedAssignment) -> bool:
-    """Return True if it has a penalty, or should have one."""
+    """Return True if the submission has a penalty, or should have one."""
     return bool(handed_in.total_seconds_late or handed_in.late_submission_penalty)
 
 

@@ -1,8 +1,7 @@
-"""The search for answers in what students get.
+"""The search for answers in the files that students get.
 
-nbgrader takes out what is between the marks of a solution.  One forgotten mark would show an answer to the class, so
-the released files are searched for the text of the solutions and marking schemes, of the reference files and of the
-hidden suites.
+nbgrader removes the text between the marks of a solution.  One forgotten mark would show an answer to the class, so the
+released files are searched for the text of solutions, marking schemes, reference files and hidden suites.
 """
 
 import json
@@ -16,13 +15,13 @@ from course.foundation.cells import MARKERS, SOLUTION
 
 TELLTALES = ("BEGIN SOLUTION", "END SOLUTION", "HIDDEN TESTS", "marking scheme", "mark scheme", "autograder")
 ANSWER = "the solution or its marking scheme"
-TELLING = 2  # lines of an answer in one place: a single one may be in any program (`response.success = True`)
-LONG = 16  # characters: shorter lines (`return response`) say nothing
+TELLING = 2  # lines of an answer in one place: a single one (`response.success = True`) can be in any program
+LONG = 16  # characters: shorter lines (`return response`) give nothing away
 IMPORT = re.compile(r"(?:from [\w.]+ )?import [\w., ]+$")
 
 
 def secrets(name: str, notebook: Path) -> dict[str, str]:
-    """Return what no released file of an exercise may show: each text, with what it is."""
+    """Return the texts that no released file of an exercise may show, each with a description."""
     marked = cells.read(notebook)
     public = [file.read_text(encoding="utf-8") for file in COURSE.rglob("*.py")]
     stubs = [SOLUTION.sub("", cell.source) for cell in marked if cell.solution]
@@ -35,14 +34,14 @@ def secrets(name: str, notebook: Path) -> dict[str, str]:
         if file.is_file():
             kept[_squeeze(MARKERS.sub("", file.read_text(encoding="utf-8")))] = f"all of the solution {file.name}"
     for file in sorted((HIDDEN / name).glob("*.py")):
-        # A line that says what is asked or expected; `except ValueError:` is in many a program.
+        # Only lines that say what is asked or expected; `except ValueError:` is in many programs.
         lines = _lines(file.read_text(encoding="utf-8"), "a hidden test", unless="")
         kept.update({line: what for line, what in lines.items() if re.search(r"[\d\"']|test_", line)})
     return kept
 
 
 def leaks(folder: Path, kept: dict[str, str]) -> Iterator[str]:
-    """Yield each place where a file below `folder` shows one of the texts, a line each for the instructor."""
+    """Yield a line for the instructor for each place where a file below `folder` shows one of the texts."""
     known = {text.lower(): (text, what) for text, what in kept.items()}
     for path in sorted(path for path in folder.rglob("*") if path.is_file()):
         for place, text_there in _texts(path):
@@ -55,7 +54,7 @@ def leaks(folder: Path, kept: dict[str, str]) -> Iterator[str]:
 
 
 def _texts(path: Path) -> Iterator[tuple[str, str]]:
-    """The texts of a file, each with its place: of a notebook, those of each cell and of the metadata."""
+    """Yield the texts of a file with their places: for a notebook, those of each cell and of the metadata."""
     raw = path.read_text(encoding="utf-8", errors="replace")
     if path.suffix != ".ipynb":
         yield "", raw
@@ -68,7 +67,7 @@ def _texts(path: Path) -> Iterator[tuple[str, str]]:
 
 
 def _strings(value: object) -> Iterator[str]:
-    """All texts in a value of JSON; a list of lines is one text."""
+    """Yield all strings in a JSON value; a list of lines is one string."""
     if isinstance(value, str):
         yield value
     elif isinstance(value, dict):
@@ -83,7 +82,7 @@ def _strings(value: object) -> Iterator[str]:
 
 
 def _lines(text: str, what: str, unless: str) -> dict[str, str]:
-    """The lines of a text that give something away, without those that are in `unless`."""
+    """Return the lines of a text that give something away, without those that are in `unless`."""
     lines = map(_squeeze, text.splitlines())
     return {line: what for line in lines if len(line) >= LONG and not IMPORT.match(line) and line not in unless}
 

@@ -9,7 +9,7 @@ from autograder.errors import CannotExport
 from autograder.gradebook.exporter import DONE, Exporter, Grade, Grades, Rows, harmless, number
 from autograder.platforms import MOODLE
 
-NO_FORMULA = re.compile(  # a key that looks like a formula and is none: no sum, and no cell's name
+NO_FORMULA = re.compile(  # a key that starts like a formula but is none: no sum, no cell reference
     r"[-+@](?![A-Za-z]{1,3}\d{1,7}$)[\w.]+|[-+@][\w.+-]*[^\W\d][\w.+-]*@[\w.-]+"
 )
 
@@ -22,9 +22,9 @@ class MoodleExporter(Exporter):
     useridnumber), and the grade item of each column.  One unknown user stops Moodle's whole import; an empty cell
     removes a grade that Moodle has, so a student without any grade gets no line.
 
-    Moodle finds students by their username, email or id number, so these are not changed.  One that looks like a
-    formula but cannot be one (`-ada@uni.edu`) is written as it is; a student with any other (`=HYPERLINK(...)`) is left
-    out and named.
+    Moodle finds students by their username, email or id number, so these are never changed.  One that starts like a
+    formula but cannot be one (`-ada@uni.edu`) is written as it is; a student with a real formula (`=HYPERLINK(...)`) is
+    left out and named.
     """
 
     default_name = MOODLE.grades
@@ -41,7 +41,7 @@ class MoodleExporter(Exporter):
     ).tag(config=True)
 
     def rows(self, grades: Grades) -> Rows:
-        """One line for each student who has a grade."""
+        """Return a line for each student who has a grade."""
         names = list(next(iter(grades.values()), {}))
         header = [self.user]
         for name in names:
@@ -68,7 +68,7 @@ class MoodleExporter(Exporter):
         return rows
 
     def _key(self, student: Student) -> str:
-        """Return what Moodle finds the student by; empty when the gradebook does not have it."""
+        """Return the key by which Moodle finds the student; empty if the gradebook does not have it."""
         keys = {"username": student.id, "email": student.email, "idnumber": student.lms_user_id or student.id}
         return (keys[self.user] or "").strip()
 

@@ -1,8 +1,8 @@
-"""Plugins for nbgrader's `autograde` and `generate_feedback`, as its configuration says (`config`).
+"""Plug-ins for nbgrader's `autograde` and `generate_feedback`, set in its configuration (`config`).
 
-nbgrader would run a handed-in notebook in the instructor's account, and believe what it prints.  Instead the files of
-the submission are graded in the sandbox, as `autograder grade` does, and the notebook is only shown: as handed in,
-without anything that could act in the instructor's browser.
+nbgrader itself would run a handed-in notebook in the instructor's account, and trust its outputs.  Instead the files of
+the submission are graded in the sandbox, as `autograder grade` does, and the notebook is only shown, as handed in but
+without active content.
 """
 
 import os
@@ -30,22 +30,22 @@ from autograder.submissions.exercises import load
 from autograder.submissions.reading import read_notebook as read_handed_in
 from course.errors import UnreadableNotebook
 
-Resources = dict[str, Any]  # what nbconvert hands from step to step
+Resources = dict[str, Any]  # that nbconvert passes from step to step
 Preprocessed = tuple[NotebookNode, Resources]
 
 
 class HandedInNotebook(NotebookExporter):
-    """Reads the notebook that a student handed in, whatever it is."""
+    """Reads the notebook file that a student handed in, whatever it contains."""
 
     def from_filename(
         self, filename: str, resources: Resources | None = None, **kw: Any
     ) -> tuple[NotebookNode, Resources]:
-        """The notebook to show, made safe; one that cannot be read is replaced by one that says so."""
+        """Return the notebook to show, made safe; one that cannot be read is replaced by one that says so."""
         return self.from_notebook_node(handed_in_notebook(Path(filename)), resources, **kw)
 
 
 def handed_in_notebook(path: Path) -> NotebookNode:
-    """Return the notebook to show, made safe, or one that says why there is none."""
+    """Return the notebook to show, made safe, or one that says why it cannot be shown."""
     try:
         return notebook.safe(read_handed_in(path))
     except UnreadableNotebook as error:
@@ -54,9 +54,9 @@ def handed_in_notebook(path: Path) -> NotebookNode:
 
 
 class NameCells(NbGraderPreprocessor):
-    """Takes nbgrader's metadata of each cell from the gradebook, not from the notebook handed in.
+    """Takes nbgrader's metadata of each cell from the gradebook, not from the handed-in notebook.
 
-    The text stays as the student left it, also in a test cell: no points depend on it.
+    The text stays as the student left it, even in a test cell, because no points depend on it.
     """
 
     def preprocess(self, nb: NotebookNode, resources: Resources) -> Preprocessed:
@@ -84,11 +84,11 @@ class GradeInSandbox(NbGraderPreprocessor):
     patience = Float(1.0, help="Stretch every wait by this factor, for a slow machine.").tag(config=True)
 
     def preprocess(self, nb: NotebookNode, resources: Resources) -> Preprocessed:
-        """Raises InfrastructureError when there is no result: nbgrader then reports the submission as failed."""
+        """Grade; raises InfrastructureError when there is no result: nbgrader then reports the submission as failed."""
         names = resources["nbgrader"]
         student, assignment = names["student"], names["assignment"]
         if names["notebook"] != assignment:
-            return nb, resources  # another notebook beside the exercise's
+            return nb, resources  # a further notebook beside the exercise's
         converter = self.parent.parent
         report = grade(
             listing.read(_folder(converter, "submitted"), student, assignment),
@@ -110,7 +110,7 @@ class GradeInSandbox(NbGraderPreprocessor):
 
 
 def show_results(nb: NotebookNode, report: Report) -> None:
-    """Put the outcomes of the hidden tests above what the student's own run of each cell with points has printed."""
+    """Put the outcomes of the hidden tests above the student's own outputs in each cell with points."""
     tests = {test.id: test.cell for test in load(report.assignment).tests}
     for cell in nb.cells:
         name = cell.metadata.get("nbgrader", {}).get("grade_id")
@@ -123,7 +123,7 @@ def show_results(nb: NotebookNode, report: Report) -> None:
 
 
 class FeedbackPage(Exporter):
-    """The student's page, as `autograder grade` writes it, with the instructor's marks and comments."""
+    """Exports the student's page, as `autograder grade` writes it, with the instructor's marks and comments."""
 
     def _file_extension_default(self) -> str:
         return ".html"
@@ -131,7 +131,7 @@ class FeedbackPage(Exporter):
     def from_filename(  # type: ignore[override]  # a page is text, which nbconvert's own exporters return too
         self, filename: str, resources: Resources | None = None, **kw: object
     ) -> tuple[str, Resources]:
-        """The page of the report that `GradeInSandbox` has put into the notebook; raises NotGradedHere for none."""
+        """Return the page of the report that `GradeInSandbox` put into the notebook; raises NotGradedHere without."""
         fields = read_notebook(filename, as_version=4).metadata.get("autograder")
         resources = resources or {}
         names = resources["nbgrader"]
@@ -144,13 +144,13 @@ class FeedbackPage(Exporter):
 
 
 def _folder(converter: BaseConverter, step: str) -> Path:
-    """The course's folder of a step, submitted or autograded, that holds a folder for each student."""
+    """Return the course's folder of a step (submitted or autograded), which has a folder for each student."""
     course = converter.coursedir
     return Path(course.root) / getattr(course, f"{step}_directory")
 
 
 def _known_cells(known: Notebook) -> dict[str, tuple[dict[str, object], str]]:
-    """nbgrader's metadata and the kind of each cell of a notebook in the gradebook, by name."""
+    """Return nbgrader's metadata and the type of each cell of a notebook in the gradebook, by name."""
     sources = {cell.name: cell for cell in known.source_cells}
     graded = {cell.name: cell for cell in [*known.grade_cells, *known.task_cells]}
     solutions = {cell.name for cell in known.solution_cells}

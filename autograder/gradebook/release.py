@@ -1,6 +1,6 @@
-"""`autograder release`: the student version of the notebooks, and all that students need to work with them.
+"""`autograder release`: makes the student version of the notebooks, and all that students need to work with them.
 
-nbgrader takes the solutions out; `leaks` then searches every released file for what must not be in it.
+nbgrader removes the solutions; `leaks` then searches every released file for remains.
 """
 
 import hashlib
@@ -32,12 +32,11 @@ log = logging.getLogger(__name__)
 
 START_PAGE = "index.ipynb"
 DEVCONTAINER = "devcontainer.json"
-# Of environment/, what is not for students, or has another place there.
+# Files in environment/ that students do not get, or get in another place.
 DEVELOPERS = ["check", "classroom", "lab-build", "lock", "proxy", "site", "test", DEVCONTAINER]
-PROJECT = ("[build-system]", "[project", "[tool.setuptools")  # of pyproject.toml: what students install
+PROJECT = ("[build-system]", "[project", "[tool.setuptools")  # the sections of pyproject.toml for students
 
-# What a new course folder begins with.  It names the module, not its file: the course's
-# repository may move.
+# The configuration of a new course folder.  It names the module, not its file, because the repository may move.
 COURSE_FILE = """\
 from autograder.gradebook.config import apply
 
@@ -47,7 +46,7 @@ apply(c)
 
 
 def names(notebooks: Path | None = None) -> list[str]:
-    """The notebooks that can be released, of the folder `notebooks` or else of this checkout."""
+    """Return the notebooks that can be released, in the folder `notebooks` or else in this checkout."""
     notebooks = notebooks or repository() / "notebooks"
     return sorted(path.stem for path in notebooks.glob("*/*.ipynb") if path.stem == path.parent.name)
 
@@ -59,12 +58,12 @@ def release(
     due: datetime | None = None,
     until: datetime | str | None = None,
 ) -> list[Path]:
-    """Make the student version of the `chosen` notebooks, or of all, in `course`/release; return its folders.
+    """Make the student version of the `chosen` notebooks, or of all, in `course`/release; return the folders made.
 
-    Only notebooks are copied, not the files that running them leaves beside them.  `due` goes into the gradebook,
-    `until` into `ends.json` (`ends.NONE` takes an earlier one away), and both into the notebook, so that handing in can
-    say what is late.  Raises UsageError when a notebook cannot be released, and Leak when the student version would
-    show an answer, after removing it.
+    Only notebooks are copied, not the files written by running them.  `due` goes into the gradebook, `until` into
+    `ends.json` (`ends.NONE` removes an earlier one), and both into the notebook, so that handing in can say what is
+    late.  Raises UsageError when a notebook cannot be released, and Leak, after removing the student version, when that
+    would show an answer.
     """
     notebooks = notebooks or repository() / "notebooks"
     known, chosen = names(notebooks), list(chosen)
@@ -96,7 +95,7 @@ def _note_dates(notebook: Path, dates: dict[str, datetime | None]) -> None:
 
 
 def set_up(course: Path) -> None:
-    """Make nbgrader's course folder, unless it is there."""
+    """Make nbgrader's course folder, unless it exists."""
     config = course / "nbgrader_config.py"
     course.mkdir(storage.PRIVATE_FOLDER, parents=True, exist_ok=True)
     if not config.exists():
@@ -104,21 +103,21 @@ def set_up(course: Path) -> None:
 
 
 def hand_out(folder: Path, released: Iterable[Path]) -> None:
-    """Lay out in `folder` what students get: start page, released notebooks, `course`, its set-up, README; no answers.
+    """Copy into `folder` what students get: start page, released notebooks, `course`, its set-up, README; no answers.
 
-    Files that are there already are brought up to date; none is removed.
+    Existing files are updated; none is removed.
     """
     root = repository()
     for name, without in (("course", ["__pycache__"]), ("environment", DEVELOPERS)):
         shutil.copytree(root / name, folder / name, ignore=shutil.ignore_patterns(*without), dirs_exist_ok=True)
     for notebooks in released:
-        for where in (notebooks.name, f"{RELEASED}/{notebooks.name}"):  # to work in, and to take a stub from again
+        for where in (notebooks.name, f"{RELEASED}/{notebooks.name}"):  # to work in, and to restore a stub from
             shutil.copytree(notebooks, folder / "notebooks" / where, dirs_exist_ok=True)
     (folder / "notebooks").mkdir(exist_ok=True)
     (folder / "notebooks" / START_PAGE).write_text(start_page(), encoding="utf-8")
     for name in ("LICENSE", ".dockerignore"):
         shutil.copy(root / name, folder)
-    # Where Codespaces and editors look for it, and where Binder does.
+    # The places where Codespaces and editors look for it, and where Binder does.
     for name, where in ((DEVCONTAINER, ".devcontainer"), ("Dockerfile", "binder")):
         (folder / where).mkdir(exist_ok=True)
         shutil.copy(root / "environment" / name, folder / where)
@@ -129,14 +128,14 @@ def hand_out(folder: Path, released: Iterable[Path]) -> None:
 
 
 def pages() -> dict[str, Path]:
-    """Return what students get to read beside the notebooks, by the path at which they find it."""
+    """Return the pages that students get beside the notebooks, by their path in the student folder."""
     docs = repository() / "docs"
     found = {"README.md": docs / "student" / "README.md", "when-it-goes-wrong.md": docs / "when-it-goes-wrong.md"}
     return found | {f"{page.parent.name}/{page.name}": page for page in sorted(docs.glob("when-it-goes-wrong/*.md"))}
 
 
 def start_page() -> str:
-    """The notebook beside the sections, without what its cells have printed here: nbgrader has no assignment of it."""
+    """Return the start page, a notebook that is not an nbgrader assignment, without its stored outputs."""
     import nbformat
 
     notebook = nbformat.read(repository() / "notebooks" / START_PAGE, as_version=4)
@@ -147,7 +146,7 @@ def start_page() -> str:
 
 
 def api(course: Path) -> "NbGraderAPI":
-    """nbgrader with a course's configuration, as its Formgrader page uses it.  Its methods return what they log."""
+    """Return nbgrader's API with a course's configuration, as Formgrader uses it.  Its methods return their logs."""
     from nbgrader.apps import NbGraderAPI
 
     from autograder.gradebook import database
@@ -179,14 +178,14 @@ def _release(nbgrader: "NbGraderAPI", course: Path, name: str, notebook: Path) -
 
 
 def _students_project(project: Path) -> str:
-    """This checkout's pyproject.toml without the grader's package and command, and without the developers' tools."""
+    """Return this checkout's pyproject.toml without the grader's package and command, and without developers' tools."""
     sections = re.split(r"^(?=\[)", project.read_text(encoding="utf-8"), flags=re.MULTILINE)
     text = "".join(section for section in sections if section.startswith(PROJECT)).replace(', "autograder*"', "")
     return re.sub(r"^autograder = .*\n", "", text, flags=re.MULTILINE)
 
 
 def _stage(notebook: Path, staged: Path, kept: Path) -> None:
-    """Copy the notebook to where nbgrader looks for it; a different one there may have been edited, and is kept."""
+    """Copy the notebook to where nbgrader looks for it; keep a different one there, which may have been edited."""
     if staged.exists() and (before := staged.read_bytes()) != notebook.read_bytes():
         kept.mkdir(parents=True, exist_ok=True)
         backup = kept / f"{staged.stem}-{hashlib.sha256(before).hexdigest()[:8]}.ipynb"

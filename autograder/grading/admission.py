@@ -1,8 +1,8 @@
-"""Admission of the next grading on this machine: while a core is left for it, or processor to spare.
+"""Admission of the next grading on this machine: if there is a core for it, or spare processor time.
 
 Much of a grading is waiting: for a program that must give up, for an answer that must take its time.  So there are more
-workers than cores, and one beyond the number of cores begins only when the others leave enough of the processor idle.
-The gradings of a user on a machine, of all batches, are counted together.
+workers than cores, and an extra one begins only when the others leave enough of the processor idle.  All gradings of a
+user on a machine, whatever their batch, are counted together.
 """
 
 import contextlib
@@ -16,9 +16,9 @@ from filelock import FileLock, Timeout
 
 from course.foundation.folders import runtime_folder
 
-WORKERS = 3  # for each core
-SPARE = 0.7  # of a core that must be idle, the start of a grading takes more than the rest of it
-WINDOW = 0.4  # s over which that is measured
+WORKERS = 3  # per core
+SPARE = 0.7  # of a core must be idle: the start of a grading takes more than the rest of it
+WINDOW = 0.4  # s over which idle time is measured
 
 _first = threading.Lock()  # held by the grading of this process that is the next to begin
 
@@ -30,10 +30,10 @@ def cores() -> int:
 
 @contextlib.contextmanager
 def turn() -> Iterator[None]:
-    """Wait until a grading may begin; it lasts as long as the block.
+    """Wait until a grading may begin; the block is the grading.
 
-    Only one grading of a process waits for the machine: the others wait for that one.  So a single submission, beside
-    a class that another command grades, has its turn soon.
+    Only one grading per process waits for the machine; the others wait for that one.  So a single submission soon has
+    its turn beside a class that another command grades.
     """
     folder = runtime_folder()
     with contextlib.ExitStack() as held:
@@ -44,7 +44,7 @@ def turn() -> Iterator[None]:
 
 
 def _take_core(folder: Path, held: contextlib.ExitStack) -> bool:
-    """Return True if there are fewer gradings than cores; then this one is counted until `held` is closed."""
+    """Return True if there are fewer gradings than cores; then this one counts until `held` is closed."""
     for number in range(cores()):
         with contextlib.suppress(Timeout):
             held.enter_context(FileLock(folder / f"grading-{number}.lock", blocking=False))
@@ -54,14 +54,14 @@ def _take_core(folder: Path, held: contextlib.ExitStack) -> bool:
 
 def _find_spare(folder: Path) -> bool:
     """Return True if enough of the processor is idle, and nobody else has just begun because of that; takes WINDOW."""
-    with FileLock(folder / "grading-spare.lock"):  # one after the other: what has begun must be seen by the next
+    with FileLock(folder / "grading-spare.lock"):  # one after the other: each must see the load of the one before
         before, start = _idle(), time.monotonic()
         time.sleep(WINDOW)
         return (_idle() - before) / (time.monotonic() - start) >= SPARE
 
 
 def _idle() -> float:
-    """Seconds for which the cores together were idle, or ran what gives way to this process (proc(5), /proc/stat)."""
+    """Return the seconds for which the cores together were idle or ran nicer processes (proc(5), /proc/stat)."""
     _, _, niced, _, idle, _ = Path("/proc/stat").read_text().split(None, 5)
     spare = int(idle) + (int(niced) if os.nice(0) <= 0 else 0)
     return spare / os.sysconf("SC_CLK_TCK")

@@ -1,4 +1,4 @@
-"""Grading a folder of submissions: the reports as they come, and whether a result is still what grading would give."""
+"""Grading a folder of submissions, and finding results that are outdated."""
 
 import contextlib
 import os
@@ -21,9 +21,9 @@ from autograder.submissions.reading import handed_in_at
 
 @contextlib.contextmanager
 def workers(jobs: int | None, scheduler: str | None, patience: float, unsafe: bool) -> Iterator[Pool]:
-    """Those who grade: the workers of the Dask scheduler at the address `scheduler`, or else `jobs` of this machine.
+    """The pool of workers: those of the Dask scheduler at the address `scheduler`, or else `jobs` on this machine.
 
-    By default there are more of these than cores, see `admission`.  `patience` and `unsafe` are for every grading, see
+    By default these are more than the cores, see `admission`.  `patience` and `unsafe` apply to every grading, see
     `single.grade` and `sandbox.sandbox.choose`.  Raises ClusterError and SandboxUnavailable.
     """
     if not scheduler:
@@ -38,9 +38,9 @@ def workers(jobs: int | None, scheduler: str | None, patience: float, unsafe: bo
 def run(pool: Pool, submitted: Path, seeds: dict[tuple[str, str], int]) -> Iterator[tuple[Report, Basis]]:
     """Grade the (student, assignment) pairs in `seeds`, each with its seed; reports come in the order they are done.
 
-    The first begin at once; the others are taken one by one, as workers are free and reports are asked for.  Ask for
-    them from the main thread.  That raises ClusterError when the cluster is lost, SandboxUnavailable when a worker
-    cannot confine programs, and KeyboardInterrupt.
+    The first begin at once; the others when a worker is free and a report is asked for.  Iterate in the main thread.
+    Raises ClusterError when the cluster is lost, SandboxUnavailable when a worker cannot confine programs, and
+    KeyboardInterrupt.
     """
     bases: dict[tuple[str, str], Basis] = {}
 
@@ -69,20 +69,20 @@ def _time_is_known(submitted: Path, student: str, assignment: str) -> bool:
 
 
 def changed(out: Path, keys: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Of these results in the output folder `out`, those that are outdated."""
+    """Return those of the results in the output folder `out` that are outdated."""
     known = output.bases(out, lost=True)
     return [key for key in keys if key in known and outdated(known[key], key)]
 
 
 def outdated(basis: Basis, key: tuple[str, str]) -> bool:
-    """Return True if the suite or the files handed in have changed since a result; missing files have not."""
+    """Return True if the suite or the handed-in files have changed since a result; missing files count as unchanged."""
     now = current(basis, key)
     there = os.path.lexists(Path(basis.submitted, *key))
     return basis.suite != now.suite or (there and basis.files != now.files)
 
 
 def current(basis: Basis, key: tuple[str, str]) -> Basis:
-    """Return what a result would be made from now."""
+    """Return the inputs of a result as they are now."""
     return Basis(basis.submitted, exercises.pack(key[1]).digest, digest(read(Path(basis.submitted), *key)))
 
 

@@ -1,6 +1,6 @@
 """Grading on the machines of a Dask cluster.
 
-A submission, its exercise and its seed travel as bytes; a worker needs nothing but this package, installed.
+A submission, its exercise and its seed are sent as bytes; a worker only needs this package installed.
 """
 
 import contextlib
@@ -25,7 +25,7 @@ HELLO = 10.0  # s until a scheduler answers
 def connect(address: str, patience: float, unsafe: bool) -> "Iterator[DaskPool]":
     """The workers of the Dask scheduler at `address`, for example tcp://HOST:8786.
 
-    Raises ClusterError when the scheduler does not answer, has no workers, or has one with other code than here.
+    Raises ClusterError when the scheduler does not answer, has no workers, or has one whose code differs.
     """
     _silence()
     try:
@@ -44,7 +44,7 @@ def connect(address: str, patience: float, unsafe: bool) -> "Iterator[DaskPool]"
 
 
 def _silence() -> None:
-    """Keep Dask from writing to the terminal: what matters of a worker's death is in the results."""
+    """Keep Dask from writing to the terminal: the results say what a worker's death means."""
     logger = logging.getLogger("distributed")
     logger.handlers[:] = [logging.NullHandler()]
     logger.propagate = False
@@ -53,7 +53,7 @@ def _silence() -> None:
 def check_code(found: Mapping[str, dict[str, str] | Exception]) -> None:
     """Compare the workers' code, by address, with this process's; raises ClusterError for the first that differs.
 
-    What is found is a worker's `installed_code.digests()`, or what asking it for them raised.
+    `found` has each worker's `installed_code.digests()`, or the exception that asking for them raised.
     """
     mine = installed_code.digests()
     for worker, theirs in found.items():
@@ -96,7 +96,7 @@ class DaskPool:
         )
 
     def report(self, grading: Grading) -> Report:
-        """Return what came of it; raises WorkerLost, or what the worker raised."""
+        """Return the report of an ended grading; raises WorkerLost, or what the worker raised."""
         assert isinstance(grading, Future)
         try:
             return grading.result(timeout=HELLO)
@@ -104,7 +104,7 @@ class DaskPool:
             raise WorkerLost(str(error)) from None
 
     def cancel(self, gradings: list[Grading]) -> None:
-        """Break these off."""
+        """Cancel these gradings."""
         self._client.cancel(gradings, force=True)
 
 

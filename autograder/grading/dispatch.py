@@ -1,7 +1,7 @@
-"""Dispatch of gradings: hands submissions to workers as these are free, and notices when a worker dies.
+"""Dispatch of gradings: sends submissions to free workers, and notices when a worker dies.
 
-A submission is sent to one worker.  When that worker dies, another one grades the submission again; one that has lost
-LIVES workers is given up, because it may be what kills them.  How workers are reached is not known here, see `Pool`.
+A submission is sent to one worker.  When that worker dies, another one grades the submission again; a submission that
+has lost LIVES workers is given up, because it may be the cause.  A `Pool` knows how to reach the workers.
 """
 
 import contextlib
@@ -19,7 +19,7 @@ from autograder.records import KILLED_WORKERS, Report, Submission
 from autograder.submissions import exercises
 
 LIVES = 2  # workers that a submission may lose before it is given up
-WELCOME = 30.0  # s without any worker, at first or later, after which the cluster counts as lost
+WELCOME = 30.0  # s without any worker, at the start or later, after which the cluster counts as lost
 GLANCE = 0.5  # s between two looks at which workers are there
 
 
@@ -29,8 +29,8 @@ class Task:
 
     submission: Submission
     seed: int  # of its hidden inputs
-    lost: int = 0  # workers that died while they graded it
-    worker: str = ""  # the address of the one that has it
+    lost: int = 0  # workers that died while grading it
+    worker: str = ""  # the address of the worker that grades it
 
 
 class Grading(Protocol):
@@ -47,20 +47,20 @@ class Pool(Protocol):
         """Return how many submissions each worker can grade at once, by address; empty while none is reachable."""
 
     def send(self, task: Task) -> Grading:
-        """Have `task.worker`, and no other, grade the task."""
+        """Have `task.worker`, and no other worker, grade the task."""
 
     def report(self, grading: Grading) -> Report:
-        """Return what an ended grading gave; raises WorkerLost, or what the worker raised."""
+        """Return the report of an ended grading; raises WorkerLost, or what the worker raised."""
 
     def cancel(self, gradings: list[Grading]) -> None:
-        """Break these off."""
+        """Cancel these gradings."""
 
 
 class Dispatcher:
     """Grades tasks on the workers of a pool: `waiting` holds those to send again, `running` those that a worker has."""
 
     def __init__(self, pool: Pool, tasks: Iterable[Task]):
-        """`tasks` are taken one by one, as workers are free."""
+        """Take `tasks` one by one, as workers become free."""
         self.pool = pool
         self.waiting: list[Task] = []
         self.running: dict[Grading, Task] = {}
@@ -74,7 +74,7 @@ class Dispatcher:
         self._send(self._look())
 
     def run(self) -> Iterator[Report]:
-        """The reports as they are done.
+        """Yield the reports as they are finished.
 
         Call it from the main thread: it turns Ctrl-C into a KeyboardInterrupt at a safe moment.  Raises ClusterError
         when there has been no worker for WELCOME s, and what a worker raises.
@@ -92,7 +92,7 @@ class Dispatcher:
 
     @contextlib.contextmanager
     def _interruptible(self) -> Iterator[None]:
-        # Python would raise KeyboardInterrupt anywhere, also where Dask only prints it.
+        # Python would raise KeyboardInterrupt anywhere, even where Dask only prints it.
         before = signal.signal(signal.SIGINT, lambda *_: self._ended.put(None))
         try:
             yield
@@ -124,7 +124,7 @@ class Dispatcher:
             yield given_up(task.submission, exercise, task.seed, KILLED_WORKERS)
 
     def _send(self, workers: Mapping[str, int]) -> None:
-        """Give each free worker a task: first those that wait again, then new ones."""
+        """Give each free worker a task: first those put back, then new ones."""
         free = Counter(workers) - Counter(task.worker for task in self.running.values())
         for worker in free.elements():
             task = self._next_task()
@@ -158,7 +158,7 @@ class Dispatcher:
         try:
             report = self.pool.report(grading)
         except WorkerLost:
-            # Without any worker the scheduler is gone: then all gradings are cancelled, and no worker need have died.
+            # Without any worker the scheduler is gone: all gradings are then cancelled, though no worker may have died.
             self._wait_again(task, died=bool(self.pool.workers()))
         else:
             yield report

@@ -6,14 +6,14 @@ from pathlib import Path
 
 from autograder.paths import COURSE, HIDDEN, PACKAGE
 
-CODE = {".action", ".cmake", ".html", ".msg", ".py", ".srv", ".txt", ".xml"}  # suffixes: what editors leave is no code
-SHOWN = 3  # files that a difference names
+CODE = {".action", ".cmake", ".html", ".msg", ".py", ".srv", ".txt", ".xml"}  # suffixes: leaves out editors' files
+SHOWN = 3  # differing files that are named
 
 
 def digests() -> dict[str, str]:
     """The digest of each file of `autograder` and `course`, by its path below them.
 
-    The hidden suites are left out: they travel with each submission.
+    The hidden suites are left out: they are sent with each submission.
     """
     return {
         f"{package.name}/{path.relative_to(package)}": hashlib.sha256(path.read_bytes()).hexdigest()

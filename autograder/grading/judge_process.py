@@ -1,8 +1,8 @@
-"""The process that judges: runs hidden suites, which speak ROS 2 with the students' programs, and reads all they send.
+"""The judging process: runs hidden suites, which talk to the students' programs over ROS 2 and read all they send.
 
 `python -m autograder.grading.judge_process CONTROL` is started by the launcher.  It has a fork of itself do each job,
-so that ROS 2 and pytest are loaded once.  The fork confines itself before it starts any program: whoever takes it over
-with what a program sends is as confined as that program.  What the student wrote is never imported.
+so that ROS 2 and pytest are loaded once.  The fork confines itself before it starts any program: even if a program
+takes it over by what it sends, it can do no more than that program.  Student code is never imported.
 """
 
 import contextlib
@@ -35,7 +35,7 @@ PR_SET_PDEATHSIG = 1
 MNT_DETACH = 2  # umount(2)
 HOME_OPTIONS = f"size={SCRATCH},nr_inodes={FILES},mode=1777".encode()
 OVERTIME = 10.0  # s that the running test may go on after the time for all tests is used up
-DESCRIPTORS = 250  # that come with a job: the job itself, a socket to the launcher, networks
+DESCRIPTORS = 250  # received with a job: the job itself, a socket to the launcher, networks
 
 LIMITS = {  # of the process, by prlimit(1)
     "data": 2 << 30,  # bytes; what threads reserve for their stacks counts
@@ -52,7 +52,7 @@ _libc = ctypes.CDLL(None, use_errno=True)
 def main() -> None:
     """Do what the launcher sends through the socket CONTROL, and send it the exit status of each job."""
     control = socket.socket(fileno=int(sys.argv[1]))
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # which the first process of a namespace does not get from inside
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # the first process of a namespace cannot get it from inside
     gc.freeze()
     while True:
         user, descriptors, _, _ = socket.recv_fds(control, 100, DESCRIPTORS)
@@ -68,7 +68,7 @@ def main() -> None:
             os.close(descriptor)
         child_ended = os.pidfd_open(child)
         while child_ended not in select.select([child_ended, control.fileno()], [], [])[0]:
-            control.recv(100)  # the launcher has had enough of it, or is gone
+            control.recv(100)  # returns when the launcher ends the job, or is gone
             os.kill(child, signal.SIGKILL)
         os.close(child_ended)
         status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
@@ -78,14 +78,14 @@ def main() -> None:
 
 
 def renew_home() -> None:
-    """Give the next job an empty folder for its files: what the one before has left there is not its business."""
+    """Give the next job an empty folder for its files: it must not see those of the job before."""
     home = JUDGE_HOME.encode()
     if _libc.umount2(home, MNT_DETACH) or _libc.mount(b"tmpfs", home, b"tmpfs", 0, HOME_OPTIONS):
         raise OSError(ctypes.get_errno(), f"{JUDGE_HOME}: {os.strerror(ctypes.get_errno())}")
 
 
 def end_all_others() -> None:
-    """Kill every process of this namespace but the first: whatever a grading has left running."""
+    """Kill every process of this namespace but the first: everything that a grading has left running."""
     with contextlib.suppress(ProcessLookupError):
         os.kill(-1, signal.SIGKILL)
     with contextlib.suppress(ChildProcessError):
@@ -104,17 +104,17 @@ def judge(user: int | None, job_file: int, channel: int, *networks: int) -> None
         job = from_line(file.read())
     assert isinstance(job, Job)
     client = LaunchClient(socket.socket(fileno=channel))
-    with tempfile.TemporaryDirectory() as hidden:  # in its own home folder, if it is confined
+    with tempfile.TemporaryDirectory() as hidden:  # in the process's home folder, if it is confined
         for path, content in job.hidden.items():
             target = Path(hidden, path)
             target.parent.mkdir(exist_ok=True)
             target.write_bytes(content)
         run_suite(job, Path(hidden), client, threads)
-    os._exit(0)  # every thread is idle, and waiting for Fast DDS to leave costs time
+    os._exit(0)  # all threads are idle, and shutting down Fast DDS takes time
 
 
 def run_suite(job: Job, hidden: Path, client: LaunchClient, threads: Threads | None) -> None:
-    """Run the hidden suite of one job, which lies in the folder `hidden`; what comes of it is told to the launcher."""
+    """Run the hidden suite of one job, in the folder `hidden`, and send the results to the launcher."""
 
     def tell(message: Message) -> None:
         client.tell(to_line(message.cut() if isinstance(message, Verdict) else message).decode())
@@ -143,7 +143,7 @@ def run_suite(job: Job, hidden: Path, client: LaunchClient, threads: Threads | N
 
 
 def _own_view(interfaces: str) -> Path:
-    """Return where this process sees an interface package: it has the folder of all of them, see `view.of_judge`."""
+    """Return the path of an interface package in this process's view, see `view.of_judge`."""
     prefix = Path(interfaces)
     return Path(INTERFACES, prefix.parent.name, prefix.name)
 

@@ -1,9 +1,9 @@
 """The worker process: `python -m autograder.grading.launcher CONFINEMENT`, in namespaces of its own.
 
-Reads jobs from stdin and has each done by a process that is confined as the students' programs are (`judge_process`):
-that one runs the hidden suite and speaks ROS 2 with the programs.  This one, which may do more, starts the programs,
-watches what all of them take, and reads nothing that a student's program has sent.  When a job is done it writes Ended,
-a line of JSON, with what the judging process has told.
+Reads jobs from stdin.  Each is done by the judging process (`judge_process`), which is confined like the students'
+programs, runs the hidden suite and talks to the programs over ROS 2.  The launcher has more rights: it starts the
+programs and watches their use of resources, but reads nothing that a student's program has sent.  When a job is done,
+it writes Ended, a line of JSON with the messages of the judging process.
 """
 
 import os
@@ -28,26 +28,26 @@ from course.foundation.waiting import wait_until
 
 JUDGE = f"{__package__}.judge_process"  # loads ROS 2 and pytest, which this process does not need
 DOMAINS = 40  # ROS domains of a grading
-ORPHANED = 1.0  # s until what was killed with its program is gone
+ORPHANED = 1.0  # s until processes killed with their program are gone
 
 
 def main() -> None:
-    """Do jobs until stdin ends; then what is going on ends too."""
+    """Do jobs until stdin is closed, which also ends the current one."""
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # whatever prints, prints to the log
+    os.dup2(2, 1)  # prints go to the log
     launcher = Launcher(sys.argv[1])
     for line in sys.stdin.buffer:
         job = from_line(line)
         assert isinstance(job, Job), f"a worker is sent jobs, not {job}"
         ended = launcher.run(job)
         if ended is None:
-            break  # nobody waits for the result
+            break  # nobody is waiting for the result
         answers.write(to_line(ended))
         answers.flush()
 
 
 class Launcher:
-    """The process that judges, with the networks for its programs."""
+    """The judging process, and the networks for its programs."""
 
     def __init__(self, confinement: str):
         self.confinement = confinement
@@ -64,7 +64,7 @@ class Launcher:
         self._networks = None if confinement == UNSAFE else dict(zip(numbers, networks.make(DOMAINS), strict=True))
 
     def run(self, job: Job) -> Ended | None:
-        """Have one job done; None when stdin has ended meanwhile."""
+        """Have one job done; None if stdin was closed meanwhile."""
         own = Path(job.interfaces) if job.interfaces else None
         channel, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         sandbox = Sandbox(self.confinement, job.files, own, job.core, self._forkserver)
@@ -82,11 +82,11 @@ class Launcher:
             return True
         try:
             return all(os.waitpid(child, os.WNOHANG)[0] for child in children(1) if child not in self._own())
-        except OSError:  # a thread or child that was there is not there any more
+        except OSError:  # a thread or child has ended meanwhile
             return False
 
     def _own(self) -> set[int]:
-        """The processes that stay from one job to the next."""
+        """The processes that are kept from one job to the next."""
         return {self._judging.pid, *([self._forkserver.pid] if self._forkserver else [])}
 
     def _hand_over(self, job: Job, user: int | None, channel: socket.socket) -> None:
@@ -98,9 +98,9 @@ class Launcher:
             socket.send_fds(self._control, [str(user or "").encode()], descriptors)
 
     def _serve(self, server: LaunchServer, channel: socket.socket, user: int | None, limit: float) -> Ended | None:
-        """Do what the judging process, which runs as `user`, asks for until it has ended.
+        """Serve the requests of the judging process, which runs as `user`, until it has ended.
 
-        Returns None when stdin has ended before.
+        Returns None if stdin is closed before.
         """
         stopped, end, look, load = "", time.monotonic() + limit, 0.0, Load()
         waiting = [channel, self._control, sys.stdin]
@@ -123,7 +123,7 @@ class Launcher:
                     self._control.send(b"end")
 
     def _too_much(self, user: int | None, end: float) -> str:
-        """Return why the judging process must be ended; empty while it need not."""
+        """Return why the judging process must be ended; empty if it need not be."""
         if time.monotonic() > end:
             return "it did not come to an end"
         judging = self._judging.pid

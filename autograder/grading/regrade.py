@@ -1,7 +1,7 @@
-"""Grading again what a change to a hidden suite, or a new hand-in, touches: first new scores are shown, then written.
+"""Regrading after a change to a hidden suite, or a new hand-in: the new scores are first shown, then written.
 
-The new results are first kept in `OUTPUT/regrade`, so that looking first and writing then grades only once, and a
-regrading that was killed goes on.
+New results are first kept in `OUTPUT/regrade`, so that showing and then writing them grades only once, and an
+interrupted regrading can go on.
 """
 
 import os
@@ -27,32 +27,31 @@ class Move:
 
     old: Report
     new: Report
-    why: list[str]  # what differs: tests that end differently, are new or gone, other files
+    why: list[str]  # the differences: tests with another outcome, new or removed tests, other files
 
     @property
     def moved(self) -> bool:
-        """Return True if the score is another one."""
+        """Return True if the score has changed."""
         old, new = self.old, self.new
         return (old.status, old.score, old.max_score) != (new.status, new.score, new.max_score)
 
     def describe(self) -> str:
-        """The move for a person at a terminal."""
+        """Return the change as text for a terminal."""
         who = text.one_line(f"{self.old.student}/{self.old.assignment}")
         head = f"{who}: {text.score(self.old)} -> {text.score(self.new)}"
         return "\n".join([head, *(f"    {reason}" for reason in self.why)])
 
 
 class Regrading:
-    """The submissions to grade again in an output folder that is open, and the new results so far.
+    """The submissions of an open output folder to grade again, and the new results so far.
 
-    A context: new results that are not applied are kept for the next regrading.
+    A context manager: new results that are not applied are kept for the next regrading.
     """
 
     def __init__(self, results: Output, assignment: str | None, students: list[str], everything: bool):
-        """Choose the results of an older suite or of other files than there are now; with `everything`, all results.
+        """Choose the results whose suite or files have changed; with `everything`, all results.
 
-        Raises UsageError when it is not known where the results are from, or when a submission is no longer there, and
-        UnknownExercise.
+        Raises UsageError when the origin of the results is unknown or a submission is gone, and UnknownExercise.
         """
         self.results = results
         self.bases = _chosen(results, assignment, students, everything)
@@ -70,10 +69,10 @@ class Regrading:
         self.pending.__exit__(*exception)
 
     def run(self, pool: Pool) -> Iterator[Report]:
-        """Grade what waits; the reports as they come.
+        """Grade the chosen submissions; yield the reports as they come.
 
-        The same files are graded with the seed that they had.  Others get a new one: whoever has seen what the last
-        grading asked could have written down the answers.
+        Unchanged files keep their seed.  Changed ones get a new seed, because a student who has seen the last inputs
+        could have hard-coded the answers.
         """
         for folder in {self.bases[key].submitted for key in self.waiting}:
             keys = [key for key in sorted(self.waiting) if self.bases[key].submitted == folder]
@@ -85,11 +84,11 @@ class Regrading:
                 yield report
 
     def moves(self) -> list[Move]:
-        """Before and after of all that were graded again."""
+        """Return the results before and after, for all submissions graded again."""
         return [Move(self.results.done[key], self.pending.done[key], self._why(key)) for key in sorted(self.bases)]
 
     def apply(self, enter: Callable[[Report], object]) -> None:
-        """Replace the old results, which go to the history, and `enter` each of the new ones into the gradebook."""
+        """Replace the old results, moving them to the history, and `enter` each new one into the gradebook."""
         for key in sorted(self.bases):
             if self.pending.done[key].status != INFRASTRUCTURE_ERROR:
                 self.results.write(self.pending.done[key], self._fresh[key])
@@ -97,7 +96,7 @@ class Regrading:
         shutil.rmtree(self.pending.folder)
 
     def _is_pending(self, key: tuple[str, str]) -> bool:
-        """Return True if there is a new result that neither a change of the suite nor a hand-in has made old again."""
+        """Return True if there is a new result that is not itself outdated by a later change."""
         return (
             key in self.pending.done
             and self.pending.done[key].status != INFRASTRUCTURE_ERROR
@@ -121,7 +120,7 @@ class Regrading:
 def _chosen(
     results: Output, assignment: str | None, students: list[str], everything: bool
 ) -> dict[tuple[str, str], Basis]:
-    """The results to make again, each with what it was made from."""
+    """Return the results to make again, each with the inputs that it was made from."""
     name = assignment and exercises.load(assignment).name
     known = bases(results.folder)
     if missing := sorted(results.done.keys() - known.keys()):

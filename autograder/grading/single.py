@@ -32,8 +32,8 @@ from autograder.submissions.exercises import Exercise, contents, load
 from course.interfaces import build
 
 TRIES = 3
-CALM_TIMEOUT = 30.0  # s to wait for a machine that is less busy
-GRACE = 30.0  # s that judging may take beyond what the tests may
+CALM_TIMEOUT = 30.0  # s to wait for the machine to become less busy
+GRACE = 30.0  # s that judging may take beyond the tests' time limit
 BROUGHT_DOWN = (
     "Not judged: three times, what your programs sent brought down the process that grades them. Ask your instructor."
 )
@@ -43,23 +43,23 @@ log = logging.getLogger("autograder")
 
 @dataclass(frozen=True)
 class Judgement:
-    """The outcome of the grading of a submission ended."""
+    """The outcome of one try to judge a submission."""
 
     status: str  # a report's
     verdicts: dict[str, Verdict] = field(default_factory=dict)  # by test
     logs: dict[str, str] = field(default_factory=dict)  # what each program printed, by file
-    fault: str = ""  # how the grader itself failed
+    fault: str = ""  # the grader's own failure, if any
     flags: list[str] = field(default_factory=list)  # a report's
     busy: float = 0.0  # how busy the machine was, see `sandbox.machine_load`
 
     @property
     def passed(self) -> int:
-        """Return how many tests were passed."""
+        """Return the number of passed tests."""
         return sum(verdict.outcome == PASSED for verdict in self.verdicts.values())
 
     @property
     def in_doubt(self) -> bool:
-        """Return True if a test was lost on a machine that was too busy to tell why."""
+        """Return True if a test failed while the machine was so busy that this may be the cause."""
         return self.status == GRADED and self.busy > machine_load.STARVED and self.passed < len(self.verdicts)
 
 
@@ -72,8 +72,8 @@ def grade(
 ) -> Report:
     """Grade a submission of `exercise` (by default this installation's) in `confinement`, see `sandbox.sandbox.choose`.
 
-    The hidden inputs are drawn from `seed`, or from a new one; `patience` stretches every wait.  When the grader itself
-    fails, it tries again; the last failure is reported as such, and never becomes a score.  Raises ValueError when
+    The hidden inputs are drawn from `seed`, or from a new one; `patience` multiplies every wait.  When the grader
+    itself fails, it tries again; its last failure is reported as such, never as a score.  Raises ValueError when
     `exercise` is only a part of one.
     """
     exercise = exercise or load(submission.assignment)
@@ -92,14 +92,14 @@ def grade(
 
 
 def given_up(submission: Submission, exercise: Exercise, seed: int, flag: str) -> Report:
-    """The report on a submission that could not be graded for a reason that `flag` names."""
+    """Return the report on a submission that could not be graded, for the reason in `flag`."""
     return _report(submission, exercise, seed, Judgement(INFRASTRUCTURE_ERROR), [flag], 0.0)
 
 
 def _judge_calmly(
     submission: Submission, exercise: Exercise, confinement: str, seed: int, patience: float
 ) -> Judgement:
-    """Judge the submission, and again what lost points on a starved machine; the best counts, of the same questions."""
+    """Judge the submission, and judge it again if a busy machine may have cost points; the best result counts."""
     judgement = _try(submission, exercise, confinement, seed, patience)
     for number in range(2, TRIES + 1):
         if not judgement.in_doubt:
@@ -118,7 +118,7 @@ def _judge_calmly(
 
 
 def _try(submission: Submission, exercise: Exercise, confinement: str, seed: int, patience: float) -> Judgement:
-    """Judge the submission, again when the grader fails, TRIES times in all."""
+    """Judge the submission; when the grader fails, try again, up to TRIES times in all."""
     faults: list[InfrastructureError] = []
     for attempt in range(1, TRIES + 1):
         try:
@@ -141,9 +141,9 @@ def _try(submission: Submission, exercise: Exercise, confinement: str, seed: int
 
 
 def _judgement_without_judge(exercise: Exercise, deaths: list[JudgeDied]) -> Judgement:
-    """The judgement of a submission that no judge has outlived: that is its own doing.
+    """Return the judgement of a submission that killed the judging process at each try, which is held against it.
 
-    The tests judged before keep their verdicts, those of the try that came furthest.
+    The verdicts of the try that came furthest are kept.
     """
     known = {test.id for test in exercise.tests}
     furthest = max(deaths, key=lambda death: len(death.verdicts))
@@ -153,7 +153,7 @@ def _judgement_without_judge(exercise: Exercise, deaths: list[JudgeDied]) -> Jud
 
 
 def judge(exercise: Exercise, files: dict[str, bytes], confinement: str, seed: int, patience: float) -> Judgement:
-    """Run the hidden suite once, or the tests of it that a part of the exercise has (see `Exercise.part`).
+    """Run the hidden suite once, or only the tests in a part of the exercise (see `Exercise.part`).
 
     Raises InfrastructureError unless each of these tests has exactly one verdict, and no other test has any.
     """

@@ -1,6 +1,6 @@
 """Grading on this machine: a thread for each submission, which waits for the worker process that grades it.
 
-Nothing that a student has handed in is run or parsed in these threads, see `worker` and `launcher`.
+These threads run and parse nothing that a student has handed in, see `worker` and `launcher`.
 """
 
 import threading
@@ -19,11 +19,11 @@ ADDRESS = "here"
 class ThisMachine:
     """Up to `jobs` gradings at once, as a `dispatch.Pool`.
 
-    What is not done when this process ends is broken off: a worker ends with the process that it works for.
+    Gradings that are unfinished when this process ends are broken off: a worker ends with its coordinator.
     """
 
     def __init__(self, jobs: int, patience: float, unsafe: bool):
-        """Raises SandboxUnavailable when programs cannot be confined here."""
+        """Start with no gradings; raises SandboxUnavailable when programs cannot be confined here."""
         self._jobs, self._patience = jobs, patience
         self._box = choose(unsafe)
 
@@ -32,20 +32,20 @@ class ThisMachine:
         return {ADDRESS: self._jobs}
 
     def send(self, task: Task) -> "Future[Report]":
-        """Grade it."""
+        """Grade the task in a new thread."""
         grading: Future[Report] = Future()
         exercise = exercises.unpack(exercises.pack(task.submission.assignment))
-        # A daemon: after Ctrl-C nobody waits for it.
+        # A daemon thread: the process can end after Ctrl-C without waiting for it.
         threading.Thread(target=self._grade, args=(task, exercise, grading), daemon=True).start()
         return grading
 
     def report(self, grading: Grading) -> Report:
-        """Return what came of it; raises what grading it raised."""
+        """Return the report of an ended grading; raises what the grading raised."""
         assert isinstance(grading, Future)
         return grading.result()
 
     def cancel(self, gradings: list[Grading]) -> None:
-        """Nothing: they end with this process."""
+        """Do nothing: the gradings end with this process."""
 
     def _grade(self, task: Task, exercise: exercises.Exercise, grading: "Future[Report]") -> None:
         try:

@@ -30,7 +30,7 @@ log = logging.getLogger("autograder")
 
 @dataclass(frozen=True)
 class Answer:
-    """All that a worker said about one job."""
+    """A worker's answer to one job."""
 
     verdicts: list[Verdict]
     finished: Finished
@@ -61,10 +61,10 @@ class Worker:
         self._process, self._jobs, self._answers = process, process.stdin, process.stdout
 
     def run(self, job: Job) -> Answer:
-        """Return what the worker says about `job`.
+        """Have the worker do `job`; return its answer.
 
-        Raises JudgeDied when the process that judges came to a bad end, and InfrastructureError when the worker did, or
-        has not answered in time.  After an exception the worker cannot be used again.
+        Raises JudgeDied when the judging process died or had to be ended, and InfrastructureError when the worker died
+        or did not answer in time.  After an exception the worker cannot be used again.
         """
         self._log.seek(0)
         self._log.truncate()
@@ -93,10 +93,10 @@ class Worker:
         return Answer(verdicts, finished, ended.busy)
 
     def _kill(self) -> None:
-        """End the worker, by the child of `unshare` that is the first process of its namespace.
+        """End the worker by killing the child of `unshare`, the first process of the worker's namespace.
 
-        `unshare` waits for it.  Were `unshare` ended first, this child would be left to the machine's first process,
-        which in a container may wait for nobody: a zombie for good.
+        `unshare` reaps it.  If `unshare` were killed first, the machine's first process would have to, which in a
+        container may not do so: the child would stay a zombie.
         """
         inside: list[int] = []
         if self._confinement != UNSAFE:
@@ -105,23 +105,23 @@ class Worker:
         for pid in inside:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
-        if not inside:  # not begun yet, or the worker itself
+        if not inside:  # not begun yet, or there is no `unshare`
             self._process.kill()
 
     def _last_log(self) -> str:
         size = os.fstat(self._log.fileno()).st_size
         said = os.pread(self._log.fileno(), LOG_SHOWN, max(0, size - LOG_SHOWN)).decode(errors="replace")
-        return CONTROL.sub("", said)  # whoever has taken the judge over writes there, too
+        return CONTROL.sub("", said)  # a judging process that was taken over can write there, too
 
     def close(self) -> None:
-        """End the process, and the grading that it is doing."""
+        """End the worker, and the grading that it is doing."""
         self._kill()
         self._process.communicate()
         self._log.close()
 
 
 def _read(said: str) -> tuple[list[Verdict], Finished | None]:
-    """Return what the process that judges has told; what is neither a Verdict nor Finished is left out."""
+    """Return the messages of the judging process, without those that are neither Verdict nor Finished."""
     verdicts: list[Verdict] = []
     finished = None
     for line in said.splitlines():
