@@ -5,13 +5,13 @@ from pathlib import Path
 import course
 from autograder.errors import UsageError
 
-PACKAGE = Path(__file__).parent.resolve()  # first the folder: an installer may link each file to its cache
+PACKAGE = Path(__file__).parent.resolve()  # not of the file, which may be a link into an installer's cache
 HIDDEN = PACKAGE / "hidden"
 COURSE = Path(course.__file__).parent.resolve()
 
 
 def checkout() -> Path | None:
-    """The checkout that this package runs from, with notebooks and solutions; None when it was installed without."""
+    """Return the checkout that this package runs from, with notebooks and solutions; None for an installed package."""
     root = PACKAGE.parent
     return root if (root / "notebooks").is_dir() and (root / "solutions").is_dir() else None
 
@@ -19,7 +19,7 @@ def checkout() -> Path | None:
 def repository() -> Path:
     """The checkout that this package runs from.
 
-    Raises UsageError for an installation without notebooks and solutions: it can grade, but not release.
+    Raises UsageError for an installed package: without notebooks and solutions it can grade, but not release.
     """
     root = checkout()
     if root is None:
@@ -30,5 +30,5 @@ def repository() -> Path:
 
 
 def private() -> list[Path]:
-    """The folders that no student's program may look into: the grader, and the checkout with tests and solutions."""
+    """Return the folders hidden from students' programs: the grader, and the checkout with tests and solutions."""
     return [folder for folder in (checkout(), PACKAGE) if folder]

@@ -1,54 +1,54 @@
-"""The learning platforms, in one table: what they call downloaded files, what they take back, and how grades go in.
+"""The learning platforms, in one table: their names for downloaded files, and how feedback and grades are imported.
 
 `autograder collect` finds the student in a file's name, `autograder return` names and packs pages so that a platform
 gives each to its student, and the exporters write the grades that a platform imports.  An archive of `course hand-in`
-(`ada-calculator-20261102T093005Z.zip`, with a receipt inside) is of no platform.
+(`ada-calculator-20261102T093005Z.zip`, with a receipt inside) belongs to no platform.
 """
 
 import re
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 
-FILES = "files"  # the form of pages that go back one by one, each called as its student
-TABLE = "csv"  # the form of grades for anything that reads a table
+FILES = "files"  # the form of pages that are returned one by one, each named after its student
+TABLE = "csv"  # the form of grades for any program that reads a table
 NUMBER = r"[0-9]{1,18}"
 
 
 @dataclass(frozen=True)
 class Platform:
-    """A learning platform: its names, what it takes back, and how grades go in."""
+    """A learning platform: its file names, and how feedback and grades are imported."""
 
     name: str
 
     # Collecting.
-    download: re.Pattern[str]  # names in a bulk download: groups `name`, `user`, `file`, perhaps `late`, `upload`
-    mark: re.Pattern[str]  # what makes a name this platform's; a name with two marks could be of two people
-    trace: re.Pattern[str]  # what only this platform puts into names, also into one that has no such form
-    folders: bool  # whether folders of a download have such names; otherwise files alone
-    again: re.Pattern[str]  # what the platform adds to the name of a file that was handed in again
-    marks_late: bool  # whether it marks what is late, so that what it has not marked is on time
-    global_users: bool  # whether a user's number is the same in each download; otherwise in one alone
+    download: re.Pattern[str]  # names in a bulk download: groups `name`, `user`, `file`, optional `late`, `upload`
+    mark: re.Pattern[str]  # marks a name as this platform's; a name with two marks could mean two people
+    trace: re.Pattern[str]  # a part that only this platform puts into names, even into those of another form
+    folders: bool  # whether folders of a download have such names; otherwise only files do
+    again: re.Pattern[str]  # the addition to the name of a file that was handed in again
+    marks_late: bool  # whether it marks late files, so that unmarked ones are on time
+    global_users: bool  # whether a user's number is the same in all downloads; otherwise in one only
 
     # Returning.
-    page: str  # the name of a page in the archive that goes back
+    page: str  # the name of a page in the archive that is returned
     upload: str  # where an instructor uploads that archive
 
     # Grades.
     grades: str  # the usual name of a file of grades
-    columns: tuple[str, ...]  # by which the import finds students, the most usual first
+    columns: tuple[str, ...]  # that the import finds students by, the most usual first
 
     @property
     def form(self) -> str:
-        """Its name on the command line and in file names."""
+        """Return the platform's name on the command line and in file names."""
         return self.name.lower()
 
 
 # Download, *Download Submissions*: `doejane_LATE_1234_5678_calculator.zip`, which is the name without spaces, the mark
-# of a late one, the user's number and the upload's; a file handed in again gets `-1`, `-2`, ... before its suffix.
+# of a late hand-in, the user's number and the upload's; a file handed in again gets `-1`, `-2`, ... before its suffix.
 # Return, *Upload Submissions* of an assignment that was downloaded: a zip archive of files called as those downloaded.
 # It looks for two numbers between underscores, the student's and that of a file which the student has handed in
-# (app/models/assignment.rb, `infer_comment_context_from_filename`); the rest of the name is free.
-# Grades: Canvas Instructor Guide, "How do I import grades in the Gradebook?", and lib/gradebook_importer.rb.
+# (app/models/assignment.rb, `infer_comment_context_from_filename`); the rest of the name is free. Grades: Canvas
+# Instructor Guide, "How do I import grades in the Gradebook?", and lib/gradebook_importer.rb.
 CANVAS_NAME = rf"(?P<name>[^/]+?)_(?:(?P<late>LATE)_)?(?P<user>{NUMBER})_(?P<upload>{NUMBER})_(?P<file>.+)"
 CANVAS = Platform(
     name="Canvas",
@@ -76,7 +76,7 @@ MOODLE = Platform(
     mark=re.compile(rf"_{NUMBER}_assignsubmission_file"),
     trace=re.compile(rf"_{NUMBER}_assignsubmission_", re.IGNORECASE),
     folders=True,
-    again=re.compile(r"(?!)"),  # it replaces the file, and adds nothing
+    again=re.compile(r"(?!)"),  # never matches: Moodle replaces the file
     marks_late=False,
     global_users=False,
     page="{name}_{user}_assignsubmission_file_/{page}",
@@ -85,7 +85,7 @@ MOODLE = Platform(
     columns=("username", "email", "idnumber"),
 )
 
-# What somebody calls themselves, or a file, may look like what Canvas adds: `identify` asks whose it is.
+# The name of a student, or of a file, may look like a part that Canvas adds: `identify` compares with the roster.
 ANOTHER_USER = re.compile(rf"(?=_({NUMBER})_{NUMBER}_.)", re.DOTALL)
 
 PLATFORMS = {platform.name: platform for platform in (MOODLE, CANVAS)}
@@ -93,20 +93,20 @@ PLATFORMS = {platform.name: platform for platform in (MOODLE, CANVAS)}
 
 @dataclass(frozen=True)
 class Origin:
-    """The content of a file's name: who handed it in, as the platform calls them, and the file's own name."""
+    """The parts of a downloaded file's name: the platform's name for the student, and the file's own name."""
 
-    names: tuple[str, ...]  # of the student, the number first: any of them may be in the roster
+    names: tuple[str, ...]  # for the student, the number first: any of them may be in the roster
     file: str
     late: bool = False  # marked so by the platform
     platform: str = ""  # a key of PLATFORMS, or ""
-    upload: int = 0  # the platform's number of it, which grows
-    others: tuple[str, ...] = ()  # further users that the name could be of, if it is divided elsewhere
+    upload: int = 0  # the platform's number of the upload, which increases
+    others: tuple[str, ...] = ()  # further users that the name could mean if it is divided differently
 
 
 def origin(path: PurePosixPath) -> Origin | None:
-    """Return what the path of a file in a bulk download tells; None when it is of no known form.
+    """Parse the path of a file in a bulk download; return None if it has no known form.
 
-    Students choose how their files are called.  A name that could be of two people is nobody's.
+    Students choose the names of their files.  A name that could mean two people belongs to nobody.
     """
     for number, part in enumerate(path.parts):
         rest = path.parts[number + 1 :]
@@ -125,7 +125,7 @@ def origin(path: PurePosixPath) -> Origin | None:
 
 
 def is_traced(path: PurePosixPath) -> bool:
-    """Return True if a platform has named this file or a folder around it, whether or not the name tells a student."""
+    """Return True if a platform has named this file or a folder around it, even without identifying a student."""
     *folders, file = path.parts
     return any(
         platform.trace.search(part)
@@ -135,17 +135,17 @@ def is_traced(path: PurePosixPath) -> bool:
 
 
 def marks_late(platform: str) -> bool:
-    """Return True if this platform marks what was handed in late."""
+    """Return True if this platform marks late hand-ins."""
     return platform in PLATFORMS and PLATFORMS[platform].marks_late
 
 
 def users_are_global(platform: str) -> bool:
-    """Return True if two numbers of users on this platform are two people, whatever downloads they are from."""
+    """Return True if different user numbers on this platform always mean different people, across downloads."""
     return platform in PLATFORMS and PLATFORMS[platform].global_users
 
 
 def instruction(form: str) -> str:
-    """Return how an instructor gives pages of this form back: a platform's form, or FILES."""
+    """Return how an instructor returns pages of this form (a platform's form, or FILES)."""
     for platform in PLATFORMS.values():
         if platform.form == form:
             return f"upload it in {platform.name}: {platform.upload}"

@@ -1,7 +1,7 @@
-"""The plain records that pass between the roles of a grading, and the lines of JSON that carry them.
+"""The records that are passed between the processes of a grading, as lines of JSON.
 
 The coordinator reads submissions and writes results; a worker process runs the hidden suite of one submission at a
-time.  No ROS here, and no decisions.
+time.  This module uses no ROS and makes no decisions.
 """
 
 import base64
@@ -24,14 +24,14 @@ INFRASTRUCTURE_ERROR = "infrastructure_error"  # the grader's fault: tried again
 
 # A report's flags.
 UNSAFE = "unsafe"  # graded without a sandbox
-KILLED_WORKERS = "killed_workers"  # given up, because workers died while they graded it
-BUSY_MACHINE = "busy_machine"  # points were lost while all cores had long queues, and grading again has not helped
-TIME_UNKNOWN = "time_unknown"  # nobody vouches for the time of the hand-in: nothing is taken off for lateness
-KILLED_JUDGE = "killed_judge"  # the process that judges it died each time; the points are those of the tests before
+KILLED_WORKERS = "killed_workers"  # given up because workers died while grading it
+BUSY_MACHINE = "busy_machine"  # points were lost while all cores had long run queues, and grading again did not help
+TIME_UNKNOWN = "time_unknown"  # the time of the hand-in is not certain: no late penalty
+KILLED_JUDGE = "killed_judge"  # the judging process died at each try; only tests judged before that count
 
-MESSAGE, DETAIL = 3000, 4000  # characters of what a student and an instructor are told of a test
+MESSAGE, DETAIL = 3000, 4000  # characters of a test's text for the student and for the instructor
 
-FAULT = "fault"  # the key in a report's details that says how the grader itself failed
+FAULT = "fault"  # the key in a report's details for the grader's own failure
 
 
 # What was handed in, as the coordinator reads it.
@@ -44,7 +44,7 @@ class Submission:
     student: str
     assignment: str
     files: dict[str, bytes] = field(default_factory=dict)  # content by name
-    problems: list[str] = field(default_factory=list)  # for the student; if there are any, the submission is invalid
+    problems: list[str] = field(default_factory=list)  # for the student; any problem makes the submission invalid
 
 
 # Coordinator to worker, through the worker's stdin.
@@ -56,39 +56,39 @@ class Job:
 
     exercise: str  # its name
     hidden: dict[str, bytes]  # the suite: content by path below the folder that holds the exercise's folder
-    files: dict[str, bytes]  # handed in; content by name
-    seed: int  # what the hidden inputs are drawn from
+    files: dict[str, bytes]  # the handed-in files: content by name
+    seed: int  # the seed of the hidden inputs
     confinement: str  # how programs are confined: a key of `sandbox.sandbox.CONFINEMENTS`
     interfaces: str  # install prefix of the exercise's own interface package, or ""
     limit: float  # s after which the judging has failed
-    core: int  # of the processor, for the programs, where this machine gives no control group
-    patience: float = 1.0  # stretches every wait, for slow machines
-    chosen: list[str] = field(default_factory=list)  # the only hidden tests to run; if empty, all
+    core: int  # the processor core for the programs, if this machine has no control groups
+    patience: float = 1.0  # multiplies every wait, for slow machines
+    chosen: list[str] = field(default_factory=list)  # the hidden tests to run; empty for all
 
 
-# From the process that judges, by way of the launcher: a Verdict for each test, and one Finished.
+# From the judging process, through the launcher: a Verdict for each test, and one Finished.
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """One test is done."""
+    """The outcome of one finished test."""
 
     id: str  # the test function's name
-    outcome: str  # one of OUTCOMES; anything but PASSED is the fault of the student's program
+    outcome: str  # one of OUTCOMES; any but PASSED is the fault of the student's program
     message: str = ""  # for the student, in terms of the task; never a hidden input
-    detail: str = ""  # for the instructor: the inputs, what was expected, what came
+    detail: str = ""  # for the instructor: the inputs, the expected and the actual result
 
     def cut(self) -> "Verdict":
-        """The same, as long as MESSAGE and DETAIL allow."""
+        """Return the same verdict, cut to MESSAGE and DETAIL characters."""
         return replace(self, message=self.message[:MESSAGE], detail=self.detail[:DETAIL])
 
 
 @dataclass(frozen=True)
 class Finished:
-    """The suite has run to its end.  Missing after a crash or a kill, which is the grader's fault."""
+    """The suite has run to its end.  Its absence after a crash or a kill counts as the grader's failure."""
 
-    exit_status: int  # pytest's own; it proves nothing, and helps to find a fault of the grader's
-    fault: str  # how the grader itself failed, as a traceback; "" when it did not
+    exit_status: int  # pytest's; it proves nothing, but helps to find faults of the grader
+    fault: str  # the grader's own failure, as a traceback; "" for none
     logs: dict[str, str]  # what each program printed, cleaned for the student, by file
 
 
@@ -97,12 +97,12 @@ class Finished:
 
 @dataclass(frozen=True)
 class Ended:
-    """The process that judged has ended; the worker is ready for the next job."""
+    """The judging process has ended; the worker is ready for the next job."""
 
     status: int  # its exit status, or minus the signal that killed it
-    said: str  # its Verdicts and its Finished, a line each, as they came: what it heard may have taken it over
-    stopped: str = ""  # why it was ended
-    busy: float = 0.0  # threads that could run meanwhile, for each core of the machine, on average
+    said: str  # its Verdicts and its Finished, as received, one line each: it may have been taken over by a program
+    stopped: str = ""  # why the launcher ended it
+    busy: float = 0.0  # runnable threads per core of the machine, on average over the job
 
 
 Message = Job | Verdict | Finished | Ended
@@ -110,7 +110,7 @@ MESSAGES: dict[str, type[Message]] = {kind.__name__: kind for kind in (Job, Verd
 
 
 def to_line(message: Message) -> bytes:
-    """The message as one line of JSON that says which record it is."""
+    """Return the message as one line of JSON that includes the record's type."""
     fields = asdict(message)
     if isinstance(message, Job):
         for name in ("files", "hidden"):
@@ -119,7 +119,7 @@ def to_line(message: Message) -> bytes:
 
 
 def from_line(line: bytes) -> Message:
-    """The message in a line that `to_line` wrote; raises ValueError for anything else."""
+    """Return the message in a line that `to_line` wrote; raises ValueError for anything else."""
     fields = json.loads(line)
     try:
         kind = MESSAGES[fields.pop("record")]
@@ -136,7 +136,7 @@ def from_line(line: bytes) -> Message:
 
 
 def _fits(value: object, annotation: Any) -> bool:
-    """Return True if a value is of a type that the records' fields have."""
+    """Return True if a value has the type of a field's annotation."""
     kind, parts = get_origin(annotation), get_args(annotation)
     if kind is dict:
         pairs = value.items() if isinstance(value, dict) else [(None, None)]
@@ -146,7 +146,7 @@ def _fits(value: object, annotation: Any) -> bool:
     return isinstance(value, (int, float) if annotation is float else annotation)
 
 
-# What grading a submission gives, as the coordinator writes it.
+# The results of grading a submission, as the coordinator writes them.
 
 
 @dataclass(frozen=True)
@@ -154,7 +154,7 @@ class Result:
     """One hidden test's verdict on one submission."""
 
     id: str  # the test function's name
-    title: str  # what the student reads
+    title: str  # for the student
     outcome: str  # one of OUTCOMES
     points: float  # earned
     max_points: float
@@ -163,25 +163,25 @@ class Result:
 
 @dataclass(frozen=True)
 class Report:
-    """One submission's grading: one line of results.jsonl."""
+    """The grading of one submission: one line of results.jsonl."""
 
     student: str
     assignment: str
     status: str  # GRADED, INVALID_SUBMISSION or INFRASTRUCTURE_ERROR
     score: float | None  # None after an infrastructure error: there is no score, not a score of 0
     max_score: float
-    seed: int  # what the hidden inputs were drawn from
-    duration_s: float  # wall time, all tries together
+    seed: int  # the seed of the hidden inputs
+    duration_s: float  # wall time of all tries together
     flags: list[str] = field(default_factory=list)  # "unsafe": graded without a sandbox
     tests: list[Result] = field(default_factory=list)
     logs: dict[str, str] = field(default_factory=dict)  # what each program printed, cleaned for the student, by file
-    details: dict[str, str] = field(default_factory=dict)  # for the instructor alone: inputs, expected, got, by test
+    details: dict[str, str] = field(default_factory=dict)  # by test, for the instructor only: inputs, expected, got
 
     @classmethod
     def from_fields(cls, fields: dict) -> "Report":
-        """The record that `asdict` took apart."""
+        """Return the report that `asdict` turned into a dict."""
         return cls(**fields | {"tests": [Result(**test) for test in fields["tests"]]})
 
     def public(self) -> dict:
-        """Return what may be written where a student could read it."""
+        """Return the parts that a student may read."""
         return {name: value for name, value in asdict(self).items() if name != "details"}

@@ -19,8 +19,8 @@ environment.prepare()
 
 
 def live() -> "Session":
-    """Return the kernel's live session, and make it at the first call; this also adds the `%%exercise` magic."""
-    # Here, so that the pure-Python parts of the course load no ROS.
+    """Return the kernel's live session; the first call makes it, and adds the `%%exercise` magic."""
+    # Imported here, so that the pure-Python parts of the course load no ROS.
     from course.session.live import live as session
 
     if (shell := _shell()) is not None:
@@ -37,7 +37,7 @@ def live() -> "Session":
     if shell is not None:
         from course.lab.kernel.start import start
 
-        start()  # from now on JupyterLab's panels can show it
+        start()  # lets JupyterLab's panels show it
     return made
 
 
@@ -50,21 +50,21 @@ def check(name: str = "") -> None:
 
 
 def feedback(cell: str = "") -> "Shown":
-    """The newest feedback on this notebook's exercise: what came back, or was released, for one cell or for all."""
+    """Return the newest feedback on this notebook's exercise, returned or released, for one cell or for all."""
     from course.returned.reading import feedback as read
 
     return read(cell)
 
 
 def progress() -> "Progress":
-    """Return the results of all sections' public checks when the notebooks were last saved, with the points."""
+    """Return the results of all sections' public checks, as last saved in the notebooks, with the points."""
     from course.notebook.progress import progress as read
 
     return read()
 
 
 def _tell_news() -> None:
-    """Say in a line that feedback was released, where there is an exchange and it was not read yet."""
+    """Print a line if feedback in the exchange has not been read yet."""
     from pathlib import Path
 
     from course.returned.reading import news
@@ -74,6 +74,6 @@ def _tell_news() -> None:
 
 
 def _shell() -> "InteractiveShell | None":
-    """The IPython that runs this, if one does."""
+    """Return the running IPython shell, or None."""
     ipython = sys.modules.get("IPython")
     return ipython.get_ipython() if ipython else None

@@ -19,7 +19,7 @@ CourseError                 something that the reader can put right; a notebook 
 
 
 class CourseError(RuntimeError):
-    """Something that the reader can put right; a notebook shows its message, without a traceback."""
+    """An error that the reader can correct; a notebook shows its message, without a traceback."""
 
     def _render_traceback_(self) -> list[str]:
         """Return the lines that IPython shows of the error."""
@@ -35,11 +35,11 @@ class CallTimeout(LiveError, TimeoutError):
 
 
 class NodeFailed(CallTimeout):
-    """Nothing will come: the node that was waited for has died, or raised an exception.  The message tells how."""
+    """The node that was waited for has died, or raised an exception, so no answer will come.  The message says how."""
 
 
 class ExerciseError(LiveError):
-    """The cell could not become the file it names."""
+    """The file that the cell names could not be written."""
 
 
 class InterfaceError(CourseError, ValueError):
@@ -55,7 +55,7 @@ class RosError(CourseError):
 
 
 class WorldError(CourseError, ValueError):
-    """A room, a place, a scanner or a drive that cannot be; the message says what to choose."""
+    """An invalid room, place, scanner or drive; the message says what to choose."""
 
 
 class NoDriver(WorldError, TimeoutError):

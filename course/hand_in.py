@@ -1,6 +1,6 @@
-"""Handing in: an exercise's files as one archive with a receipt, checked before it is written.
+"""Handing in: writes an exercise's files as one archive with a receipt, after checking them.
 
-`course hand-in` and the button in the notebook's toolbar (`course/lab/server`) both go this way.
+`course hand-in` and the button in the notebook's toolbar (`course/lab/server`) both use it.
 """
 
 import contextlib
@@ -32,15 +32,15 @@ from course.foundation.untrusted import read_regular
 from course.notebook.file_differences import differences, written_by
 
 RECEIPT = "receipt.json"
-NOTED, DUE, UNTIL = "course", "due", "until"  # in a released notebook's metadata: times in ISO 8601
+NOTED, DUE, UNTIL = "course", "due", "until"  # keys in a released notebook's metadata; times in ISO 8601
 SHOWN = "%Y-%m-%d %H:%M UTC"
 HOUR, DAY = 3600, 86_400  # s
 FORMAT = 1  # of the receipt
-DATES = "COURSE_DATES"  # set where a class works on one server: a file with one's own dates, by exercise
-MOST_DATES = 1_000_000  # bytes of it
-EXCHANGE = "COURSE_EXCHANGE"  # set where a class works on one server: nbgrader's name for the course
+DATES = "COURSE_DATES"  # set on a class's server: a file with the student's dates, by exercise
+MOST_DATES = 1_000_000  # bytes of that file
+EXCHANGE = "COURSE_EXCHANGE"  # set on a class's server: nbgrader's name for the course
 COPIED = re.compile(r"([-_ ]?copy ?\d*|[-_ ]?\(\d+\)|[-_ ](final|new|old|v?\d+))+$", re.IGNORECASE)  # in a file's name
-MOST = 50_000_000  # bytes of a file; whoever collects takes no more
+MOST = 50_000_000  # bytes of a file; collecting takes no more
 PACKAGES = ("ros2-course", "ros-jazzy-rclpy", "nbgrader")
 
 
@@ -50,14 +50,14 @@ class HandIn:
 
     assignment: str
     cells: list[cells.Cell]
-    files: dict[str, bytes]  # what is handed in, the notebook too, by name
-    doubts: dict[str, str]  # what is wrong with a file, by name
+    files: dict[str, bytes]  # the files to hand in, notebook included, by name
+    doubts: dict[str, str]  # what may be wrong with a file, by name
 
     @property
     def dates(self) -> dict[str, datetime]:
-        """Return when it is due and when it ends: DUE, UNTIL, or nothing.
+        """Return the due date and the end of the exercise, by DUE and UNTIL, as far as they are known.
 
-        A class on one server knows it, with one's own extension; otherwise the release has noted it in the notebook.
+        They come from the class's server, with the student's extension; otherwise from the released notebook.
         """
         return _times(self._noted) | _times(self._told)
 
@@ -72,7 +72,7 @@ class HandIn:
         return UNTIL in self.dates and now > self.dates[UNTIL]
 
     def lateness(self, now: datetime) -> str:
-        """Return whether a hand-in of now is in time, in a sentence; '' when there is no date."""
+        """Return a sentence that says whether a hand-in now is in time; '' if there is no date."""
         dates = self.dates
         if self.is_over(now):
             told = "It is not collected any more" if known() else "Ask your instructor whether it counts"
@@ -92,14 +92,14 @@ class HandedIn:
 
     archive: Path
     files: list[str]
-    checks: dict[str, str]  # how each public check has ended, by name; empty when they were not run
-    unchecked: str = ""  # why they could not be run
-    lateness: str = ""  # whether it is in time, in a sentence
+    checks: dict[str, str]  # the outcome of each public check, by name; empty if they were not run
+    unchecked: str = ""  # why the checks could not be run
+    lateness: str = ""  # a sentence that says whether it is in time
     over: bool = False  # whether hand-ins have ended
 
     @property
     def summary(self) -> str:
-        """Return how many checks have passed, or why they could not be run; '' when they were not requested."""
+        """Return a sentence on the passed checks, or why they could not be run; '' if they were not requested."""
         passed = sum(outcome == cells.PASSED for outcome in self.checks.values())
         return f"{passed} of {len(self.checks)} public checks passed." if self.checks else self.unchecked
 
@@ -114,7 +114,7 @@ class HandedIn:
 
 
 def _times(read: Callable[[], Any]) -> dict[str, datetime]:
-    """Return the dates that are read somewhere; nothing where there are none, or somebody has edited them."""
+    """Return the dates that `read` finds; empty if there are none or they are invalid."""
     try:
         said = read()
         found = {key: datetime.fromisoformat(said[key]) for key in (DUE, UNTIL) if said.get(key)}
@@ -129,22 +129,22 @@ def student() -> str:
 
 
 def known() -> bool:
-    """Return True if the student is logged in where the class works, so that no name has to be asked for."""
+    """Return True on a class's server, where the log-in is the student's name."""
     return bool(os.environ.get(EXCHANGE))
 
 
 def hand_in(folder: Path, name: str, *, yes: bool, check: bool) -> int:
-    """Hand in the exercise in `folder` for the student `name`; the exit status.
+    """Hand in the exercise in `folder` for the student `name`; return the exit status.
 
-    What is doubtful (a file that is not what its cell says, or is missing) is asked about; `yes` answers it.  The
-    public checks are run first, and what they say goes into the receipt; they keep nobody from handing in.
+    Asks for confirmation if a file differs from its cell or is missing; `yes` confirms in advance.  The public checks
+    are run first, and their outcomes go into the receipt; they do not prevent handing in.
     """
     console = Console(highlight=False, width=None if sys.stdout.isatty() else 120, soft_wrap=True)
     found = read(folder)
     for why in found.doubts.values():
         print(f"Careful: {why}", file=sys.stderr)
     if found.doubts and not yes:
-        if not sys.stdin.isatty() or KERNEL in os.environ:  # nobody can answer below a notebook's cell
+        if not sys.stdin.isatty() or KERNEL in os.environ:  # nobody can answer in a notebook's cell
             raise HandInError("nothing was handed in: mend what is said above, or hand it in as it is with --yes")
         if not typer.confirm("Hand it in as it is?"):
             print("Nothing was handed in.")
@@ -178,10 +178,10 @@ def deliver(
     tell: Callable[[int, int], None] = lambda ran, of: None,
     warn: Callable[[str], None] = lambda text: None,
 ) -> HandedIn:
-    """Run the public checks, if `check`, and write the archive of what was `found` in `folder`; raises HandInError.
+    """Run the public checks, if `check`, and write the archive of `found` into `folder`; raises HandInError.
 
-    `tell` is given how many of the checks have run, and of how many, whenever it is one more; `warn`
-    why they could not be run.
+    `tell` is called with the number of checks done and their total after each check; `warn` with the reason if they
+    could not be run.
     """
     checks, unchecked = {}, ""
     if check:
@@ -223,7 +223,7 @@ def read(folder: Path) -> HandIn:
     wanted = [written_by(cell) for cell in known if cell.solution and written_by(cell)]
     files = {}
     for name in [*wanted, notebook.name]:
-        with contextlib.suppress(OSError, ValueError):  # told as a doubt
+        with contextlib.suppress(OSError, ValueError):  # reported as a doubt
             files[name] = read_regular(folder / name, MOST)
     if files.keys() == {notebook.name}:
         raise HandInError(f"none of its files is there: run the cells that write {', '.join(wanted)}")
@@ -240,7 +240,7 @@ def _below(folder: Path) -> list[str]:
 
 
 def _another_name(name: str, folder: str) -> str:
-    """Return a doubt about a notebook that looks like a renamed one, or a copy, of an exercise; '' for none."""
+    """Return a doubt about a notebook that looks like a renamed copy of an exercise; '' for none."""
     inside = re.search(rf"(?<![A-Za-z]){re.escape(folder)}(?![A-Za-z])", name) if folder else None
     meant = folder if inside else COPIED.sub("", name)
     if meant in ("", name):
@@ -254,7 +254,7 @@ def _another_name(name: str, folder: str) -> str:
 def write(found: HandIn, folder: Path, name: str, checks: dict[str, str], now: datetime | None = None) -> Path:
     """Write the archive `NAME-ASSIGNMENT-UTC TIME.zip` into `folder`, whole or not at all; raises HandInError.
 
-    Where the class has an exchange, what was found is submitted there, too.
+    On a class's server, also submits to nbgrader's exchange.
     """
     now = now or datetime.now(UTC)
     name = re.sub(r"[^\w.]+", "_", name).strip("._") or "student"
@@ -273,12 +273,12 @@ def write(found: HandIn, folder: Path, name: str, checks: dict[str, str], now: d
 
 
 def submit(found: HandIn, archive: Path) -> None:
-    """Hand in what was found to nbgrader's exchange, if $COURSE_EXCHANGE names the course there; raises HandInError."""
+    """Submit the files to nbgrader's exchange, if $COURSE_EXCHANGE names the course there; raises HandInError."""
     course_id = os.environ.get(EXCHANGE)
     if not course_id:
         return
     with tempfile.TemporaryDirectory(prefix="hand-in-") as place:
-        folder = Path(place, found.assignment)  # whatever the student's folder is called
+        folder = Path(place, found.assignment)  # whatever the name of the student's folder
         folder.mkdir()
         for each, content in found.files.items():
             (folder / each).write_bytes(content)

@@ -1,4 +1,4 @@
-"""`course doctor`: can a student work here, and could an instructor grade here?"""
+"""`course doctor`: checks that a student can work here, and that an instructor could grade here."""
 
 import contextlib
 import os
@@ -18,7 +18,7 @@ INSTALL = "run environment/install"
 
 @dataclass(frozen=True)
 class Check:
-    """One line of the table: `test` returns what was found, or raises; `cure` says what to do then."""
+    """One line of the table: `test` returns a finding or raises; `cure` says what to do about a failure."""
 
     title: str
     test: Callable[[], str]
@@ -27,7 +27,7 @@ class Check:
 
 
 def interpreter() -> str:
-    """The Python that runs this."""
+    """Return the version of this Python."""
     version = ".".join(map(str, sys.version_info[:3]))
     if not (3, 11) <= sys.version_info[:2] <= (3, 13):
         raise RuntimeError(f"Python {version}")
@@ -51,7 +51,7 @@ def middleware() -> str:
 
 
 def interfaces() -> str:
-    """The interface packages that environment/install builds."""
+    """Check the interface packages that environment/install builds."""
     from course_interfaces.action import Fibonacci
     from example_interfaces.srv import AddTwoInts
 
@@ -112,7 +112,7 @@ def kernel() -> str:
 
 
 def bubblewrap() -> str:
-    """The version of bubblewrap."""
+    """Return the version of bubblewrap."""
     program = shutil.which("bwrap")
     if not program:
         raise RuntimeError("bwrap is not installed")
@@ -120,7 +120,7 @@ def bubblewrap() -> str:
 
 
 def namespaces() -> str:
-    """Check that this user may make the namespaces that confine a program."""
+    """Check that this user may make namespaces for confining a program."""
     command = ["unshare", "-n"] if os.getuid() == 0 else ["unshare", "-Urn"]
     inner = (
         "ip link set lo up && bwrap --ro-bind / / --dev /dev --proc /proc --unshare-user --unshare-pid "
@@ -172,7 +172,7 @@ def brief(checks: tuple[Check, ...] = CHECKS) -> int:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Leave out what the middleware writes on stderr while it tries ports that others use: the check has a verdict."""
+    """Hide the middleware's messages on stderr about ports in use: the check itself reports."""
     kept = os.dup(2)
     try:
         with open(os.devnull, "wb") as nowhere:

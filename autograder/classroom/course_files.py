@@ -249,7 +249,7 @@ def run(classroom: Classroom, member: Member, argv: list[str], text: str = "") -
 
 
 def set_aside_configuration(classroom: Classroom) -> list[str]:
-    """Have no command run what an instructor who leaves may have written into the folder of grades; the new names.
+    """Rename configuration files that a leaving instructor may have put into the folder of grades; return the names.
 
     Raises ClassroomError.
     """

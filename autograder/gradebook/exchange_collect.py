@@ -166,7 +166,7 @@ def _owner(path: str) -> str:
 
 
 def _changed(path: str | int) -> datetime:
-    """Return the change time (ctime, UTC) of a file, or the latest of those in a folder; its owner cannot set it back.
+    """Return the change time (ctime, UTC) of a file, or of a folder's list of files; the owner cannot set it back.
 
     `path` may be the descriptor of an open file.
     """

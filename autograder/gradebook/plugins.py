@@ -177,7 +177,7 @@ def _known_cells(known: Notebook) -> dict[str, tuple[dict[str, object], str]]:
 
 
 def _remove_unwanted(submitted: Path, graded: Path) -> None:
-    """Remove from the graded folder copies made through links, and pages: its files go on to the feedback folder."""
+    """Remove HTML pages and copies made through links, because the graded folder is copied to the feedback."""
     for folder, folders, files in os.walk(submitted):
         for path in (Path(folder, name) for name in [*folders, *files]):
             copy = graded / path.relative_to(submitted)

@@ -53,7 +53,7 @@ def _take_core(folder: Path, held: contextlib.ExitStack) -> bool:
 
 
 def _find_spare(folder: Path) -> bool:
-    """Return True if enough of the processor is idle, and nobody else has just begun because of that; takes WINDOW."""
+    """Return True if enough of the processor is idle, the load of the last grading included; takes WINDOW s."""
     with FileLock(folder / "grading-spare.lock"):  # one after the other: each must see the load of the one before
         before, start = _idle(), time.monotonic()
         time.sleep(WINDOW)

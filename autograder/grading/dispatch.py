@@ -111,7 +111,7 @@ class Dispatcher:
         return workers
 
     def _take_back(self, workers: Mapping[str, int]) -> None:
-        """Let what dead workers had wait again.  Without any worker nobody died: the scheduler cannot be reached."""
+        """Put back the tasks of dead workers.  If no worker is left, the scheduler is unreachable and none has died."""
         for grading in [grading for grading, task in self.running.items() if workers and task.worker not in workers]:
             self._wait_again(self.running.pop(grading), died=True)
             self.pool.cancel([grading])

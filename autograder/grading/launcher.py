@@ -77,7 +77,7 @@ class Launcher:
         return ended
 
     def _orphans_are_gone(self) -> bool:
-        """Take note of the end of what programs have left: it falls to this process, the first of its namespace."""
+        """Reap the orphans of programs, as the first process of a namespace must; return True if none is left."""
         if os.getpid() != 1:
             return True
         try:

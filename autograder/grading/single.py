@@ -99,7 +99,7 @@ def given_up(submission: Submission, exercise: Exercise, seed: int, flag: str) -
 def _judge_calmly(
     submission: Submission, exercise: Exercise, confinement: str, seed: int, patience: float
 ) -> Judgement:
-    """Judge the submission, and judge it again if a busy machine may have cost points; the best result counts."""
+    """Judge the submission; judge it again, with the same inputs, while a busy machine may have cost points."""
     judgement = _try(submission, exercise, confinement, seed, patience)
     for number in range(2, TRIES + 1):
         if not judgement.in_doubt:

@@ -1,1 +1,1 @@
-"""The results of grading: the output folder, the students' pages, and what an instructor reads of a class."""
+"""The results of grading: the output folder, the students' pages, and an instructor's report on a class."""

@@ -1,4 +1,4 @@
-"""The page that a student reads: score, and each test with its outcome and what to do.  Everything in it is escaped."""
+"""The student's page: score, and each test with its outcome and what to do.  Everything in it is escaped."""
 
 from collections.abc import Iterable
 
@@ -12,9 +12,9 @@ from course.returned.record import Mark
 
 
 def page(report: Report, by_hand: Iterable[Mark] = ()) -> str:
-    """The feedback on one submission as an HTML page, with the marks that the instructor gave by hand.
+    """Return the feedback on one submission as an HTML page, with the instructor's manual marks.
 
-    What it says is in the page as data, too: `course feedback` reads that.
+    The page also contains the feedback as data, which `course feedback` reads.
     """
     found = feedback(report, by_hand)
     return pages.render(
@@ -26,13 +26,13 @@ def page(report: Report, by_hand: Iterable[Mark] = ()) -> str:
         points=found.points,
         most=found.max_points,
         meta=record.META,
-        data=escape(found.to_text()),  # whole, and as it is
+        data=escape(found.to_text()),  # all of it, not cut
         number=lambda points: f"{points:g}",
     )
 
 
 def feedback(report: Report, by_hand: Iterable[Mark] = ()) -> record.Feedback:
-    """Return what the student may know of a report, with the marks that the instructor gave by hand."""
+    """Return the part of a report that the student may see, with the instructor's manual marks."""
     by_hand = list(by_hand)
     points, most = total(report, by_hand)
     cells = {test.id: test.cell for test in load(report.assignment).tests}
@@ -52,7 +52,7 @@ def feedback(report: Report, by_hand: Iterable[Mark] = ()) -> record.Feedback:
 
 
 def total(report: Report, by_hand: Iterable[Mark]) -> tuple[float, float]:
-    """The points of tests and marks together, at least 0, and their maximum, as the gradebook counts them.
+    """Return the points of tests and marks together, at least 0, and their maximum, as the gradebook counts them.
 
     A cell that was marked by hand counts with its mark, not with its tests.
     """

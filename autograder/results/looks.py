@@ -1,4 +1,4 @@
-"""Submissions that an instructor should look at first, and why: by reason, with the names."""
+"""The submissions that an instructor should look at first, grouped by reason."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -9,12 +9,12 @@ from autograder.submissions import exercises
 
 NEAR = 0.8  # of an exercise's time limit
 HOUR, DAY = 3600, 86_400  # s
-FLAGS = {TIME_UNKNOWN: "time of handing in unknown, nothing taken off"}  # others are told by their names
+FLAGS = {TIME_UNKNOWN: "time of handing in unknown, nothing taken off"}  # other flags are shown by name
 
 
 @dataclass(frozen=True)
 class Known:
-    """More than the results tell, where it is known."""
+    """Facts that are not in the results, as far as they are known."""
 
     late: dict[tuple[str, str], float] = field(default_factory=dict)  # seconds, by student and exercise
     missing: dict[str, list[str]] = field(default_factory=dict)  # students of the roster, by exercise
@@ -23,7 +23,7 @@ class Known:
 
 @dataclass(frozen=True)
 class Look:
-    """One reason to look, and whom it is about."""
+    """One reason to look, and the submissions that it is about."""
 
     why: str
     who: list[str]
@@ -72,7 +72,7 @@ def looks(reports: Iterable[Report], known: Known | None = None) -> list[Look]:
 def _limit(assignment: str) -> float:
     try:
         return exercises.load(assignment).time_limit
-    except UsageError:  # an exercise that there is no more
+    except UsageError:  # the exercise no longer exists
         return 0.0
 
 

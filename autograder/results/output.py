@@ -1,8 +1,8 @@
-"""An output folder that never loses what it holds: results.jsonl, the students' pages, and the instructor's details.
+"""An output folder that never loses results: results.jsonl, the students' pages, and the instructor's details.
 
 One coordinator writes at a time.  A result counts when its line in results.jsonl is on the disk; feedback and gradebook
-follow from it and can be made again, so a batch that was killed resumes where it stood.  A submission that is graded
-again has two lines until the folder is closed, or opened the next time; then the older one moves to history.jsonl.
+can be made from it again, so an interrupted batch can be resumed.  A submission that is graded again has two lines
+until the folder is closed, or opened the next time; then the older line moves to history.jsonl.
 """
 
 import contextlib
@@ -19,24 +19,24 @@ from autograder.results import feedback
 from course.foundation import storage
 
 RESULTS = "results.jsonl"
-HISTORY = "history.jsonl"  # results that were replaced by newer ones
-DETAILS = "details.jsonl"  # for instructors alone
+HISTORY = "history.jsonl"  # results replaced by newer ones
+DETAILS = "details.jsonl"  # for instructors only
 
 
 @dataclass(frozen=True)
 class Basis:
-    """The inputs that a result was made from; as long as it has not changed, grading again would tell nothing new."""
+    """The inputs that a result was made from; while they are unchanged, grading again would give nothing new."""
 
     submitted: str  # the folder with STUDENT/ASSIGNMENT/FILES
     suite: str  # the digest of the exercise
-    files: str  # the digest of what was handed in
+    files: str  # the digest of the handed-in files
 
 
 class Output:
     """The folder that results are written to; only one process at a time can have it open."""
 
     def __init__(self, folder: Path, resume: bool):
-        """Raises UsageError when the folder is in use or read-only, or holds results and `resume` is not set."""
+        """Open the folder; raises UsageError when it is in use or read-only, or has results and `resume` is not set."""
         self.folder = folder
         try:
             folder.mkdir(storage.PRIVATE_FOLDER, parents=True, exist_ok=True)
@@ -63,16 +63,16 @@ class Output:
     def __exit__(self, *exception: object) -> None:
         os.close(self._results)
         os.close(self._details)
-        with contextlib.suppress(OSError):  # whoever opens the folder next does it
+        with contextlib.suppress(OSError):  # otherwise done when the folder is opened next
             self._retire()
         os.close(self._lock)
 
     def left(self, found: list[tuple[str, str]]) -> list[tuple[str, str]]:
-        """Of the submissions found, those without a result, or with an infrastructure error for one."""
+        """Return the found submissions that have no result, or only an infrastructure error."""
         return [key for key in found if key not in self.done or self.done[key].status == INFRASTRUCTURE_ERROR]
 
     def write(self, report: Report, basis: Basis) -> None:
-        """Append the instructor's details and then the result, both to stay, and write the student's page."""
+        """Append the instructor's details and then the result, both synced to disk, and write the student's page."""
         who = {"student": report.student, "assignment": report.assignment, "seed": report.seed}
         _append(self._details, {**who, "details": report.details, **asdict(basis)})
         _append(self._results, report.public())
@@ -80,7 +80,7 @@ class Output:
         self._write_feedback(report)
 
     def _retire(self) -> None:
-        """Move results that were replaced by newer ones to the history, and cut off a last line that is incomplete."""
+        """Move replaced results to the history, and remove an incomplete last line."""
         path = self.folder / RESULTS
         if not path.exists():
             return
@@ -108,7 +108,7 @@ class Output:
 
 
 def read_results(folder: Path) -> dict[tuple[str, str], Report]:
-    """The last report of each submission, in the order first written; an incomplete last line is left out."""
+    """Return the last report of each submission, in the order first written; ignores an incomplete last line."""
     try:
         lines = (folder / RESULTS).read_bytes().splitlines(keepends=True)
     except FileNotFoundError:
@@ -120,7 +120,7 @@ def read_results(folder: Path) -> dict[tuple[str, str], Report]:
 def read_with_details(
     folder: Path, student: str | None = None, assignment: str | None = None
 ) -> Iterator[tuple[Report, dict[str, str]]]:
-    """The last report of each submission, of only one student or assignment when given, with the details by test.
+    """Return the last report of each submission, or of one student's or assignment's, with the details by test.
 
     Raises UsageError when there is none.
     """
@@ -139,7 +139,7 @@ def read_with_details(
 
 
 def bases(folder: Path, lost: bool = False) -> dict[tuple[str, str], Basis]:
-    """Return what each result of an output folder was made from.
+    """Return the inputs of each result of an output folder.
 
     Raises UsageError when a folder of submissions does not exist any more, unless `lost` allows it.
     """
@@ -169,21 +169,21 @@ def submitted(folder: Path) -> Path:
 
 
 def _read_details(folder: Path) -> Iterator[dict]:
-    """Yield what is for the instructor alone, in the order written."""
+    """Yield the instructor's details, in the order written."""
     if (folder / DETAILS).exists():
         with open(folder / DETAILS, "rb") as file:
             yield from (json.loads(line) for line in file if line.endswith(b"\n"))
 
 
 def _appending(path: Path) -> int:
-    """A descriptor to append to the file, after its last complete line; only this user may read the file."""
+    """Open a file for appending after its last complete line; only this user may read the file."""
     descriptor = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC, storage.PRIVATE)
     os.ftruncate(descriptor, path.read_bytes().rfind(b"\n") + 1)
     return descriptor
 
 
 def _append(descriptor: int, record: dict) -> None:
-    """Write a line that stays, or nothing at all."""
+    """Write a line and sync it to disk, or write nothing at all."""
     size = os.fstat(descriptor).st_size
     try:
         _write_all(descriptor, json.dumps(record).encode() + b"\n")

@@ -1,4 +1,4 @@
-"""The HTML pages that results are shown on: one template each in `templates`, all with the same head and policy."""
+"""The HTML pages for results: one template each in `templates`, with a common head and content security policy."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ TEMPLATES = Path(__file__).resolve().with_name("templates")  # absolute now, bec
 
 
 def render(template: str, **values: object) -> str:
-    """The page that `template` makes of `values`; every value is escaped, and what would turn or hide text is shown."""
+    """Return `template` filled with `values`; each is escaped, and characters that reverse or hide text are shown."""
     environment = Environment(
         loader=FileSystemLoader(TEMPLATES), autoescape=True, trim_blocks=True, lstrip_blocks=True, finalize=_shown
     )
@@ -18,4 +18,4 @@ def render(template: str, **values: object) -> str:
 
 
 def _shown(value: object) -> object:
-    return visible(value) if type(value) is str else value  # what is marked as safe stays as it is
+    return visible(value) if type(value) is str else value  # Markup that is marked as safe is kept

@@ -1,4 +1,4 @@
-"""The progress of a batch: a bar in a terminal, elsewhere a line for each submission that is done."""
+"""The progress of a batch: a bar in a terminal, elsewhere a line for each graded submission."""
 
 import contextlib
 import sys
@@ -22,7 +22,7 @@ from autograder.results.text import line, printable
 
 @contextlib.contextmanager
 def shown(total: int) -> Iterator[Callable[[Report], None]]:
-    """Show how many of `total` submissions are graded; gives a function to call with each report."""
+    """Show how many of `total` submissions are graded; yields a function to call with each report."""
     if not sys.stdout.isatty():
         yield _lines(total)
         return

@@ -1,4 +1,4 @@
-"""A summary of a batch's results for a class: scores, each hidden test, and what an instructor should look at."""
+"""A summary of a class's results: scores, each hidden test, and the submissions that an instructor should look at."""
 
 import os
 import statistics
@@ -19,7 +19,7 @@ from autograder.results.text import one_line
 from autograder.submissions import exercises
 from course.foundation import storage
 
-NEARLY = 0.9  # share that passed: above it, a test is not told first
+NEARLY = 0.9  # share that passed: a test above it is not listed first
 ODD = -0.2  # a correlation below this is unlikely to be chance
 BARS = 10  # of the histogram of scores
 
@@ -31,11 +31,11 @@ class Item:
     id: str
     title: str
     outcomes: dict[str, int]  # submissions by outcome
-    discrimination: float | None  # correlation of passing with the rest of the score; None when that cannot vary
+    discrimination: float | None  # correlation of passing with the rest of the score; None if either is constant
 
     @property
     def tried(self) -> int:
-        """Return how many submissions it judged."""
+        """Return the number of submissions that the test judged."""
         return sum(self.outcomes.values())
 
     @property
@@ -45,12 +45,12 @@ class Item:
 
     @property
     def tells(self) -> bool:
-        """Return True if it divides the class, or something may be wrong with it."""
+        """Return True if the test divides the class, or something may be wrong with it."""
         return self.passed <= NEARLY or (self.passed < 1 and bool(self.remark))
 
     @property
     def remark(self) -> str:
-        """Return what an instructor should ask about it, or ""."""
+        """Return a question about the test for the instructor, or ""."""
         if self.passed in (0, 1):
             return "everybody passed" if self.passed else "nobody passed: is the task clear, is the test right?"
         if self.discrimination is not None and self.discrimination < ODD:
@@ -66,13 +66,13 @@ class Class:
     statuses: dict[str, int]  # submissions by status
     max_score: float
     scores: list[float]
-    seconds: list[float]  # that each grading took
+    seconds: list[float]  # the duration of each grading
     items: list[Item]
-    by_hand: float = 0.0  # points of the questions that are marked by hand, which are not in the scores
+    by_hand: float = 0.0  # points of questions marked by hand, which are not in the scores
 
     @property
     def telling(self) -> list[Item]:
-        """The tests to look at, those that fewest passed first."""
+        """Return the tests to look at, those with the fewest passes first."""
         return sorted((item for item in self.items if item.tells), key=lambda item: item.passed)
 
     @property
@@ -152,7 +152,7 @@ def students(reports: Iterable[Report]) -> dict[str, dict[str, Report]]:
 def page(reports: list[Report], feedback: str = "feedback", known: Known | None = None) -> str:
     """The summary as an HTML page with plots; everything in it is escaped.
 
-    `feedback` is the way from the page to the folder with the students' own.
+    `feedback` is the relative path from the page to the folder of the students' pages.
     """
 
     def link(report: Report) -> str:
@@ -171,7 +171,7 @@ def page(reports: list[Report], feedback: str = "feedback", known: Known | None 
 
 
 def write(reports: list[Report], target: Path, out: Path, known: Known | None = None) -> None:
-    """Write the page on the results in the output folder `out`, for the instructor alone."""
+    """Write the page on the results in the output folder `out`, readable by the instructor only."""
     way = os.path.relpath(out / "feedback", target.parent)
     storage.replace(target, page(reports, way, known).encode(errors="replace"), storage.PRIVATE)
 

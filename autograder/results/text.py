@@ -5,11 +5,11 @@ from collections.abc import Mapping
 from autograder.records import FAULT, GRADED, PASSED, Report, Result
 from course.foundation.untrusted import one_line, printable
 
-__all__ = ["describe", "line", "one_line", "printable", "result", "score"]  # a student's names may hold anything
+__all__ = ["describe", "line", "one_line", "printable", "result", "score"]  # a student's names may contain anything
 
 
 def line(report: Report) -> str:
-    """A report in one line: who, what, and the score with the time it took, or the status."""
+    """Return a report in one line: student, exercise, and the score with the grading time, or the status."""
     name = one_line(f"{report.student}/{report.assignment}")
     if report.status != GRADED:
         return f"{name}: {report.status}"
@@ -30,7 +30,7 @@ def result(test: Result) -> str:
 
 
 def describe(report: Report, details: Mapping[str, str] | None = None, all_tests: bool = True) -> str:
-    """A report test by test, or only what was not passed; `details`, by test, are for instructors alone."""
+    """Return a report test by test, or only the tests not passed; `details`, by test, are for instructors only."""
     details = details or {}
     lines = []
     if report.status == GRADED:

@@ -1,4 +1,4 @@
-"""Makes of a grading's output folder what goes back to the students, each page to the one whose work it is about."""
+"""Makes the pages to return to the students from a grading's output folder."""
 
 import hashlib
 import io
@@ -27,7 +27,7 @@ from course.foundation.untrusted import one_line
 from course.returned.record import Mark
 
 FOLDER = "returned"  # in the output folder
-RETURNED = "returned.json"  # there: what was returned last
+RETURNED = "returned.json"  # in that folder: a record of the last return
 
 
 @dataclass
@@ -35,24 +35,24 @@ class Returned:
     """The pages that were made, and those that were not."""
 
     made: dict[Path, int] = field(default_factory=dict)  # pages, by archive or folder
-    forms: dict[Path, str] = field(default_factory=dict)  # a platform's, or FILES
-    left_out: list[str] = field(default_factory=list)  # a line each
-    waiting: list[str] = field(default_factory=list)  # returned, though a cell is still to be marked by hand
+    forms: dict[Path, str] = field(default_factory=dict)  # a platform's form, or FILES
+    left_out: list[str] = field(default_factory=list)  # one line each
+    waiting: list[str] = field(default_factory=list)  # returned although a cell is still to be marked by hand
     nothing: list[str] = field(default_factory=list)  # students of the roster without a submission
-    unchanged: int = 0  # pages that say what they said when they were returned last
-    changed: list[str] | None = None  # those returned now, when only what has changed was asked for
+    unchanged: int = 0  # pages whose content is the same as at the last return
+    changed: list[str] | None = None  # those returned now, if only changed pages were asked for
 
 
 class Marks:
-    """The marks given by hand, from a gradebook; without one, nothing was."""
+    """The manual marks from a gradebook; none without a gradebook."""
 
     def __init__(self, url: str | None, submitted: Path):
-        """Raises UsageError when the course's configuration, which says what lateness costs, cannot be loaded."""
+        """Load the course's configuration, for late penalties; raises UsageError when that fails."""
         self._url = url
         self._config: Config | None = late.course_config(submitted) if url else None
 
     def of(self, report: Report) -> list[Mark]:
-        """The marks of a submission, and what its lateness costs now that they are given."""
+        """Return the marks of a submission, and its late penalty with these marks."""
         name, student = report.assignment, report.student
         if self._url is None:
             return []
@@ -79,9 +79,9 @@ def give_back(
 ) -> Returned:
     """Write the pages of the results in `out` to the folder `into`, as archives for the platforms that they came from.
 
-    `form` is a platform's or FILES, for all of them.  `gradebook` is "" for none, and by default the one that `out` was
-    graded into.  With `changed`, only pages that differ from what was returned last are
-    made.  Raises UsageError when there is nothing to return.
+    `form` is a platform's form or FILES, for all pages.  `gradebook` is "" for none, and by default the one that `out`
+    was graded into.  With `changed`, only pages that differ from the last return are made.  Raises UsageError when
+    there is nothing to return.
     """
     reports = {
         key: report
@@ -130,7 +130,7 @@ def give_back(
 
 
 def _returned(out: Path) -> dict[str, str]:
-    """Return what the pages that were returned last said: a digest of each, by STUDENT/ASSIGNMENT."""
+    """Return the digests of the pages as last returned, by STUDENT/ASSIGNMENT."""
     try:
         known = json.loads((out / RETURNED).read_bytes())
     except (OSError, ValueError):
@@ -139,13 +139,13 @@ def _returned(out: Path) -> dict[str, str]:
 
 
 def place_for_changed(out: Path) -> Path:
-    """Return a folder for what has changed since the last return: nothing older lies in it."""
+    """Return a new folder for the pages that have changed since the last return."""
     number = next(number for number in itertools.count(1) if not (out / FOLDER / f"changed-{number}").exists())
     return out / FOLDER / f"changed-{number}"
 
 
 def describe(result: Returned) -> str:
-    """Return what came of it, in lines for the instructor."""
+    """Return the result as lines for the instructor."""
     lines = []
     for path, count in result.made.items():
         lines.append(f"{path}: {_pages(count)}; {instruction(result.forms[path])}")
@@ -169,7 +169,7 @@ def _pages(count: int) -> str:
 
 
 def _url(gradebook: str | None, submitted: Path, out: Path) -> str | None:
-    """The gradebook to look into; None when there is none."""
+    """Return the URL of the gradebook to read; None if there is none."""
     if gradebook == "":
         return None
     try:
@@ -181,9 +181,9 @@ def _url(gradebook: str | None, submitted: Path, out: Path) -> str | None:
 
 
 def _write(pages: dict[tuple[str, str], list[tuple[str, str, bytes]]], into: Path, result: Returned) -> set[str]:
-    """Write archives and pages, each whole or not at all; return of which submissions.
+    """Write archives and pages, each whole or not at all; return their submissions.
 
-    What two submissions would be called is given to neither.
+    If two submissions would get the same name, neither is written.
     """
     made: set[str] = set()
     if not pages:
@@ -192,7 +192,7 @@ def _write(pages: dict[tuple[str, str], list[tuple[str, str, bytes]]], into: Pat
     for (form, assignment), found in sorted(pages.items()):
         called: dict[str, list[str]] = defaultdict(list)
         for who, name, _ in found:
-            called[name.casefold()].append(who)  # where capitals do not count, one page would replace another
+            called[name.casefold()].append(who)  # on a case-insensitive disk one page would replace the other
         result.left_out += [
             f"{who}: {' and '.join(called[name.casefold()])} would be called alike, {name}"
             for who, name, _ in found

@@ -1,7 +1,7 @@
-"""The names under which pages are returned, so that they find their way back.
+"""The file names of returned pages, by which they reach their student.
 
-Each goes the way that its submission came: to the learning platform (`platforms`) in an archive, or, when it came as an
-archive of `course hand-in`, as a page that is called as the student.
+Each is returned the way its submission came: in an archive for the learning platform (`platforms`), or, for an archive
+of `course hand-in`, as a page named after the student.
 """
 
 from dataclasses import dataclass
@@ -13,17 +13,16 @@ from autograder.submissions.provenance import Source
 
 @dataclass(frozen=True)
 class Way:
-    """The way in which one page goes back."""
+    """The way in which one page is returned."""
 
-    form: str  # that of a platform, or FILES
+    form: str  # a platform's form, or FILES
     name: str  # of the page: in the archive, or in the folder
 
 
 def way(student: str, assignment: str, came: list[Source], form: str | None) -> Way:
-    """Return how the page of a submission goes back: in `form`, or else the way that it came.
+    """Return how the page of a submission is returned: in `form`, or else the way that it came.
 
-    `came` is where its hand-ins came from, that of the one graded last.  Raises Unplaced, which says why there is no
-    way.
+    `came` has the origins of its hand-ins, the graded one last.  Raises Unplaced, which says why there is no way.
     """
     page = f"{assignment}-feedback.html"
     known = [source for source in came if source.platform in PLATFORMS]

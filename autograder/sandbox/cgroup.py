@@ -1,10 +1,8 @@
-"""A control group for programs that belong together, where this machine gives one (cgroups(7), v1 and v2): those of
-one grading, or all that a student of a classroom runs.
+"""A control group (cgroups(7), v1 and v2) for all programs of a grading, or all processes of a student's server.
 
-The limits of a process (`sandbox.LIMITS`) are not enough: programs of one grading may each take what one may, and the
-kernel's own memory, of sockets and empty files, counts for no process.  In a group of their own all of it counts,
-and a program with many busy processes gets no more of the processor than the one of another grading.  Where there is no
-such group, the other limits hold alone.
+Limits per process (`sandbox.LIMITS`) are not enough: each program of a grading may use them up, and kernel memory, such
+as for sockets and empty files, is counted for no process.  A group counts everything, and shares the processor fairly
+between gradings, however many processes each has.  Without a group, only the other limits hold.
 """
 
 import contextlib
@@ -19,34 +17,34 @@ from course.foundation.waiting import wait_until
 
 ROOT = Path("/sys/fs/cgroup")
 NAME = "ros2-autograder-"
-MEMORY = 2 << 30  # bytes of all programs of a grading together, with what the kernel keeps for them
-TASKS = 400  # processes and threads, the same
+MEMORY = 2 << 30  # bytes of all programs of a grading together, their kernel memory included
+TASKS = 400  # processes and threads of all programs of a grading together
 CONTROLLERS = ("memory", "pids", "cpu")
-PERIOD = 100_000  # us in which a group gets its share of the processor
+PERIOD = 100_000  # us: the period of a group's processor quota
 ENTER = 'for group in $GROUPS_; do echo 0 > "$group/cgroup.procs" || exit 125; done; unset GROUPS_; exec "$@"'
-STALE = 3600.0  # s after which an empty group was left behind by a grading that was killed
-EMPTY = 5.0  # s until the processes of a group that were killed are gone
+STALE = 3600.0  # s after which an empty group counts as left by a killed grading
+EMPTY = 5.0  # s to wait until a group's killed processes are gone
 
 
 class Group:
-    """The folders of one group: one in each hierarchy of v1, or one in all."""
+    """The folders of one group: one per hierarchy in v1, a single one in v2."""
 
     def __init__(self, folders: list[Path]):
         self.folders = folders
 
     def command(self, command: list[str]) -> list[str]:
-        """A command line that runs `command` in this group."""
+        """Return a command line that runs `command` in this group."""
         groups = " ".join(map(str, self.folders))
         return ["env", f"GROUPS_={groups}", "sh", "-c", ENTER, "sh", *command]
 
     @property
     def doors(self) -> list[Path]:
-        """The files that a process writes 0 to, to go into this group."""
+        """Return the files that a process must write 0 to in order to enter this group."""
         return [folder / "cgroup.procs" for folder in self.folders]
 
     @property
     def out_of_memory(self) -> bool:
-        """Return True if the kernel has ended a process of the group because of its memory."""
+        """Return True if the kernel's OOM killer has ended a process of the group."""
         for folder in self.folders:
             for name in ("memory.oom_control", "memory.events"):
                 with contextlib.suppress(OSError):
@@ -56,7 +54,7 @@ class Group:
         return False
 
     def close(self) -> None:
-        """End what is left in the group, and remove it."""
+        """Kill the processes left in the group, and remove it."""
         for folder in self.folders:
             wait_until(partial(_ended, folder), EMPTY, alert=False)
             with contextlib.suppress(OSError):
@@ -64,12 +62,12 @@ class Group:
 
 
 def make(memory: int = MEMORY, tasks: int = TASKS, cores: float | None = None, name: str = "") -> Group | None:
-    """A new group below this process's own, with limits; None where this machine gives none.
+    """Make a group below this process's own, with limits; return None if this machine does not allow it.
 
     All its processes together get at most `memory` bytes, `tasks` processes and threads, and the time of `cores`
-    processors.  A group that has a `name` already, and is left from before, is taken again.
+    processors.  An existing group called `name` is used again.
     """
-    limits = {  # what is written to which file, of v1 and of v2
+    limits = {  # by controller: the files of v1 and v2, and the values to write
         "memory": {"memory.limit_in_bytes": str(memory), "memory.max": str(memory)},
         "pids": {"pids.max": str(tasks)},
         "cpu": {},
@@ -96,7 +94,7 @@ def make(memory: int = MEMORY, tasks: int = TASKS, cores: float | None = None, n
 
 
 def _parents() -> list[tuple[Path, list[str]]]:
-    """The folders to make a group in, each with its controllers; empty unless memory and processes can be limited."""
+    """Return the folders to make a group in, with their controllers; empty if memory or processes cannot be limited."""
     found: list[tuple[Path, list[str]]] = []
     for line in Path("/proc/self/cgroup").read_text().splitlines():
         number, names, path = line.split(":", 2)
@@ -113,7 +111,7 @@ def _parents() -> list[tuple[Path, list[str]]]:
 
 
 def _giving(root: Path, path: str) -> Path | None:
-    """Of v2: the nearest group around this process's own, or itself, that gives memory and pids to groups in it."""
+    """Return, for v2, this process's group or the nearest one above it that delegates memory and pids."""
     own = root / path.lstrip("/")
     for folder in (own, *own.parents):
         with contextlib.suppress(OSError):
@@ -125,14 +123,14 @@ def _giving(root: Path, path: str) -> Path | None:
 
 
 def _ended(folder: Path) -> bool:
-    """Return True if no process is in the group; those that are get SIGKILL."""
+    """Kill the processes in the group; return True if there are none."""
     try:
         left = [int(number) for number in (folder / "cgroup.procs").read_text().split()]
     except OSError:
         return True
     for process in left:
         with contextlib.suppress(ProcessLookupError, PermissionError):
-            if process:  # 0: of another process namespace
+            if process:  # 0: a process of another namespace
                 os.kill(process, signal.SIGKILL)
     return not left
 
@@ -141,4 +139,4 @@ def _remove_stale(parent: Path) -> None:
     for folder in parent.glob(f"{NAME}*"):
         with contextlib.suppress(OSError):
             if time.time() - folder.stat().st_mtime > STALE:
-                folder.rmdir()  # which an occupied one refuses
+                folder.rmdir()  # fails if a process is in the group

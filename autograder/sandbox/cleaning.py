@@ -1,36 +1,36 @@
-"""Cleaning of a program's output for its student: no folders of the grader's machine, and no hidden input.
+"""Removing the grader's paths and hidden inputs from a program's output before its student sees it.
 
-The output of a student's program is theirs, but it can repeat what the hidden tests have sent to it.
+A student may see the output of their program, but it can repeat inputs of the hidden tests.
 """
 
 import re
 from collections.abc import Collection
 
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
-LINE = re.compile(r"(line )(\d+)")  # of a traceback: kept
+LINE = re.compile(r"(line )(\d+)")  # in a traceback: kept
 CONTROL = re.compile(r"\x1b\[[0-9;?]*[ -/]*[@-~]|[^\n\t\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-MISREAD = re.compile("[\u200b-\u200f\u2028-\u202e\u2060-\u2069\ufeff]")  # invisible, or turning round
+MISREAD = re.compile("[\u200b-\u200f\u2028-\u202e\u2060-\u2069\ufeff]")  # invisible, or reversing the direction of text
 HEAD, TAIL = 600, 1400  # characters of an excerpt
 LINES = 40
 WIDTH = 300  # characters of a line
 
 
 def without_paths(text: str) -> str:
-    """`text` with bare file names: folders mean nothing to the student, and give away the grader's machine."""
+    """Return `text` with file names instead of paths: the grader's folders are useless to the student, and private."""
     return re.sub(r"(?:/[\w.@+-]+)+/([\w.@+-]+)", r"\1", text)
 
 
 def without_hidden(text: str, hidden: Collection[float | str]) -> str:
-    """`text` with these words and numbers replaced by an ellipsis."""
+    """Return `text` with these words and numbers replaced by an ellipsis."""
     for word in (word for word in hidden if isinstance(word, str)):
         text = text.replace(word, "…")
     return NUMBER.sub(lambda found: "…" if float(found[0]) in hidden else found[0], text)
 
 
 def excerpt(output: str, source: str, hidden: Collection[float | str]) -> str:
-    """The beginning and the end of a program's output, for the student who wrote `source`.
+    """Return the beginning and the end of a program's output, for the student who wrote `source`.
 
-    A number is shown only when it stands in the source or is the line of a traceback: any other may be an input.
+    A number is shown only if it is in the source or is a line number of a traceback: any other may be a hidden input.
     """
     if len(output) > 1 << 15:
         output = f"{output[: 1 << 14]}\n…\n{output[-(1 << 14) :]}"

@@ -1,8 +1,7 @@
-"""A process gives up all that it may do, for good: a user of its own where root started it, no capabilities, no way to
-new ones, the filter of system calls, limits.
+"""Confining the calling process for good: its user, capabilities, limits, and the filter of system calls.
 
-So goes on the process that judges, before it hears a student's program, and a program that was forked (`forkserver`).
-What they see of the file system was set before, by bubblewrap (`view`).
+The judging process does this before it receives anything from a student's program, and so does a forked program
+(`forkserver`).  Their view of the file system was set before, by bubblewrap (`view`).
 """
 
 import ctypes
@@ -29,13 +28,12 @@ def confine(
     everywhere: Callable[[Callable[[], object]], object] = lambda do: None,
     group: int | None = None,
 ) -> None:
-    """Confine this process; it becomes the host user `user`, if that is given, of the group of that number or `group`.
+    """Confine this process; it becomes the host user `user`, if given, with the group `group` or of the same id.
 
     Raises OSError.
 
-    `limits` are named as for prlimit(1); the one of processes, `nproc`, is for a user of its own alone.  `everywhere`
-    calls a function in each of the process's threads but this one: the kernel keeps what a thread may do for each
-    thread.
+    `limits` are named as for prlimit(1); `nproc`, which counts all processes of a user, is set only with `user`.
+    `everywhere` calls a function in each of the process's other threads, because capabilities are kept per thread.
     """
     for name, most in limits.items():
         if name != "nproc" or user is not None:
@@ -45,7 +43,7 @@ def confine(
         _drop_bounding_set()
         os.setgroups([])
         group = user if group is None else group
-        os.setresgid(group, group, group)  # glibc does both in every thread
+        os.setresgid(group, group, group)  # glibc applies both to all threads
         os.setresuid(user, user, user)
     everywhere(_drop_capabilities)
     _drop_capabilities()
@@ -54,7 +52,7 @@ def confine(
 
 def _drop_bounding_set() -> None:
     for capability in range(CAP_LAST + 1):
-        _libc.prctl(PR_CAPBSET_DROP, capability, 0, 0, 0)  # those that this kernel does not know cannot be dropped
+        _libc.prctl(PR_CAPBSET_DROP, capability, 0, 0, 0)  # fails for capabilities that this kernel does not know
 
 
 def _drop_capabilities() -> None:

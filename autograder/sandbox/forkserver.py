@@ -1,16 +1,16 @@
-"""Programs that begin with Python and modules loaded: forks of one process, which is loaded once for all of them.
+"""Programs that start with Python and modules already loaded, as forks of one process.
 
-Loading rclpy takes three times the processor that a small program then needs, and loading JupyterLab most of what a
-student's server takes to start.  The `Forkserver` is a process without anything of the grader's or the hub's: it has a
-clean environment, and runs nothing of a student's.  Asked for a program, it forks; the fork goes into the namespaces
-that bubblewrap has made for that program, becomes its user, gives up all else (`confine`), and has Python run the file
-as its main program, with no other frame below it.
+Loading rclpy takes three times the processor time that a small program then needs, and loading JupyterLab takes most of
+the start of a student's server.  The `Forkserver` is a process that has no data of the grader or the hub: it has a
+clean environment, and runs no student code.  For each program it forks; the fork enters the namespaces that bubblewrap
+has made for that program, becomes its user, gives up all other rights (`confine`), and has Python run the file as its
+main program, with no other frame below it.
 
 Such a program can tell that it was not started as `python FILE ARGS`: its parent is process 0, more modules are loaded,
-and among the subclasses of `object` are classes of this module.  It finds nothing there that was meant for somebody
-else: what the process is asked for is parsed in the fork alone, and wiped.  A program is started instead where the
-difference could matter: one with a file that has the name of a loaded module, and one that uses a module that it has
-not imported (`rclpy.node` after `import rclpy`).
+and among the subclasses of `object` are classes of this module.  It finds no data meant for other programs there,
+because a request is parsed only in its own fork, and wiped.  A program is started in the ordinary way instead if the
+difference could matter: if one of its files has the name of a loaded module, or if it uses a module that it has not
+imported (`rclpy.node` after `import rclpy`).
 """
 
 import _thread
@@ -45,8 +45,9 @@ from autograder.sandbox import variables, view
 from autograder.sandbox.confine import confine
 from autograder.sandbox.networks import check
 
-# What rclpy loads with its first node, and what most programs of the course use; not numpy.random, whose numbers forks
-# would have in common.  Fast DDS is loaded with rclpy, and draws what its participants are told apart by for the first.
+# The modules that rclpy loads with its first node, and those that most programs of the course use; not numpy.random,
+# because forks would share its state.  Fast DDS is loaded with rclpy; it draws its participants' ids for the first
+# participant, after the fork.
 LOADED = """
     random rclpy rclpy.action rclpy.callback_groups rclpy.duration rclpy.executors rclpy.logging rclpy.node
     rclpy.parameter rclpy.qos rclpy.time rosidl_generator_py action_msgs.msg action_msgs.srv builtin_interfaces.msg
@@ -58,18 +59,18 @@ START = (
     "import sys; sys.path.insert(0, {!r}); from autograder.sandbox import forkserver; forkserver.serve({}, {!r}, {!r})"
 )
 ROOM = " " * 4096  # for a program's own arguments and variables
-READY = 60.0  # s until it is loaded, on a busy machine
+READY = 60.0  # s until the modules are loaded, on a busy machine
 LONGEST = 1 << 17  # bytes of a request
-DESCRIPTORS = 16  # that come with a request: output, report, sandbox, control groups
-REAPED = 1000  # of the dead that are buried in one turn, before other requests have theirs
-LEAST = 3  # the same without control groups
+DESCRIPTORS = 16  # received with a request: output, report, sandbox, control groups
+REAPED = 1000  # zombies that are reaped in one turn, before the next request
+LEAST = 3  # received with a request at least, without control groups
 KEPT = 3  # the number of the first descriptor that a program keeps
-ASIDE = 100  # where descriptors are while those from KEPT on are made free
-# From Python 3.13 on, Py_Exit breaks down (SIGSEGV) in a fork of a thread that is not the one Python began with, and so
-# would each program at its end: each is started then.
+ASIDE = 100  # where descriptors are moved while those from KEPT on are freed
+# From Python 3.13 on, Py_Exit crashes (SIGSEGV) in a fork of any but the first thread, so each program would crash at
+# its end: there, all programs are started in the ordinary way.
 SUPPORTED = sys.version_info < (3, 13)
-FAILED = 125  # exit status of a fork that does not come to be a program
-GLANCE = 0.1  # s between two looks at children that nobody has asked for
+FAILED = 125  # exit status of a fork that failed before its program began
+GLANCE = 0.1  # s between two looks at children that are not requested programs
 
 PR_SET_DUMPABLE = 4  # prctl(2)
 # CLONE_NEWNS, NEWCGROUP, NEWUTS, NEWIPC and NEWNET of setns(2)
@@ -95,35 +96,35 @@ class Request:
     group: int | None = None  # default: of the same number as the user
     umask: int | None = None  # default: the forking process's
     directory: str = view.HOME
-    path: tuple[str, ...] = ()  # of modules, before those that are installed
-    options: tuple[str, ...] = ()  # of Python, which are those of the forking process
-    kept: int = 0  # the number of descriptors that it keeps, from KEPT on
+    path: tuple[str, ...] = ()  # of modules, searched before the installed ones
+    options: tuple[str, ...] = ()  # of Python, the same as those of the forking process
+    kept: int = 0  # the number of descriptors that the program keeps, from KEPT on
 
 
 @dataclass(frozen=True)
 class Template:
-    """A forking process to start: what it loads, and how."""
+    """A forking process to start: its modules and its environment."""
 
-    variables: dict[str, str]  # all that it has, and nothing that a program may not know
+    variables: dict[str, str]  # its whole environment, which programs may see
     modules: str = LOADED
-    forgotten: str = ""  # modules that a program loads anew, and all in them
+    forgotten: str = ""  # modules that a program loads again, with their submodules
     options: tuple[str, ...] = ()  # of Python
 
 
 def for_programs() -> Template:
-    """The template of what is graded."""
+    """Return the template for graded programs."""
     return Template(variables.of_program(0, view.HOME, None, view.PROFILE, confined=True))
 
 
 class Forkserver:
-    """The process that forks, as the launcher has it."""
+    """The forking process, as seen by the launcher."""
 
     def __init__(self, template: Template | None = None) -> None:
-        """Start it; it ends when this process does, or closes it.  Default: the template of what is graded."""
+        """Start it, by default with `for_programs()`; it ends with this process, or when it is closed."""
         template = template or for_programs()
         self._control, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        self._modules: frozenset[str] | None = None  # known when it has loaded them
-        self._used = re.compile("")  # finds the use of one of them that is in a package
+        self._modules: frozenset[str] | None = None  # known once they are loaded
+        self._used = re.compile("")  # finds uses of loaded modules that are in a package
         with theirs:
             self._process = subprocess.Popen(
                 [
@@ -162,7 +163,7 @@ class Forkserver:
             self._control.settimeout(None)
             packages = {name.partition(".")[0] for name in LOADED.split()}
             inner = [name for name in self._modules if "." in name and name.partition(".")[0] in packages]
-            # The second: a package under another name, whose uses cannot be seen.
+            # The second pattern: a package imported under another name, whose uses cannot be found.
             self._used = re.compile(
                 rf"(?<![\w.])({'|'.join(map(re.escape, sorted(inner)))})\b"
                 rf"|^\s*import\s+((?:{'|'.join(sorted(packages))})\s+as)\b"
@@ -170,7 +171,7 @@ class Forkserver:
         return bool(self._modules)
 
     def runs(self, file: str, files: Mapping[str, bytes]) -> bool:
-        """Return True if the program `file` would be the same as if it was started, with `files` beside it."""
+        """Return True if the program `file`, with `files` beside it, would run in a fork as in the ordinary way."""
         ready = self.ready()
         names = {PurePath(name).name.partition(".")[0] for name in files}
         try:
@@ -182,9 +183,9 @@ class Forkserver:
         return all(self._imports_what_it_uses(text) for text in texts.values())
 
     def _imports_what_it_uses(self, text: str) -> bool:
-        """Return True if each loaded module that a text names stands in an import there, too.
+        """Return True if each loaded module that a text uses is also imported there.
 
-        In a fork, `rclpy.node` is there after `import rclpy` already.
+        In a fork, `rclpy.node` would exist even after a mere `import rclpy`.
         """
         used, imported = set[str](), set[str]()
         for line in text.splitlines():
@@ -198,11 +199,11 @@ class Forkserver:
     def run(
         self, request: Request, groups: Sequence[Path], output: int, sandbox: int, kept: Sequence[int] = ()
     ) -> IO[bytes]:
-        """Run a program that prints to `output`, in the namespaces of the process that the pidfd `sandbox` is of.
+        """Run a program that prints to `output`, in the namespaces of the process of the pidfd `sandbox`.
 
-        `groups` are the files to go into its control groups by (`cgroup.Group.doors`), and `kept` the descriptors that
-        it has from KEPT on, as many as the request says.  What is returned has lines: BEGINS 0 when it does, and ENDED
-        with its exit status, as `os.waitstatus_to_exitcode` has it.  Raises OSError.
+        `groups` are the files for entering its control groups (`cgroup.Group.doors`), and `kept` the descriptors that
+        it gets from KEPT on, `request.kept` of them.  Returns a stream of lines: BEGINS 0 when it begins, and ENDED
+        with its exit status, as `os.waitstatus_to_exitcode` returns it.  Raises OSError.
         """
         message = json.dumps(asdict(request)).encode()
         if len(message) > LONGEST:
@@ -226,13 +227,13 @@ class Forkserver:
 
 
 def serve(control: int, modules: str, forgotten: str) -> None:
-    """The forking process: load modules, tell their names, and do what comes through the socket `control`.
+    """Be the forking process: load modules, send their names, and serve requests from the socket `control`.
 
-    A program finds the `forgotten` ones not loaded, nor anything of the grader by its name.
+    For a program, neither the `forgotten` modules nor the grader's appear as loaded.
     """
     channel = socket.socket(fileno=control)
     own = _path(os.environ.get("PYTHONPATH", ""))
-    before = {"", str(PACKAGE.parent), *own}  # of this command, and of this package
+    before = {"", str(PACKAGE.parent), *own}  # sys.path entries of this command and of this package
     sys.path[:] = [entry for entry in sys.path if entry not in before]
     installed = [*sys.path]
     sys.path[:0] = own
@@ -248,8 +249,8 @@ def serve(control: int, modules: str, forgotten: str) -> None:
     channel.send(" ".join(sys.modules).encode())
     gc.collect()
     gc.freeze()
-    # What has called them is among the frames of a thread.  In a fork only this thread goes on, in which nothing has
-    # been called but what is written in C.
+    # A program can see the frames of its thread.  In a fork only this new thread survives, and everything below the
+    # program in it is C.
     run = ctypes.pythonapi.PyRun_AnyFileExFlags
     run.argtypes = [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_void_p]
     _thread.start_new_thread(deque, (map(_end, starmap(run, map(_become_program, [channel], [installed]))), 0))
@@ -258,7 +259,7 @@ def serve(control: int, modules: str, forgotten: str) -> None:
 
 
 def _become_program(channel: socket.socket, installed: list[str]) -> tuple[int, bytes, int, None]:
-    """Fork for each request; returns in forks only: how the interpreter is told to run the program."""
+    """Fork for each request; return only in the forks, with the arguments for the interpreter to run the program."""
     try:
         request = _fork_for_each(channel)
         sys.path[:] = [*request.path, *_path(request.variables.get("PYTHONPATH", "")), *installed]
@@ -269,10 +270,10 @@ def _become_program(channel: socket.socket, installed: list[str]) -> tuple[int, 
 
 
 def _fork_for_each(channel: socket.socket) -> Request:
-    """Fork for each request that comes through the socket; returns in forks only, which are confined by then."""
+    """Fork for each request from the socket; return only in the forks, once they are confined."""
     home = os.pidfd_open(os.getpid())
     tracing = _Tracing()
-    programs: dict[int, tuple[int, int]] = {}  # by process id: a pidfd, and where to report its end
+    programs: dict[int, tuple[int, int]] = {}  # by process id: a pidfd, and the descriptor to report its end to
     room = bytearray(LONGEST)
     while True:
         timeout = _bury(programs)
@@ -284,7 +285,7 @@ def _fork_for_each(channel: socket.socket) -> Request:
             output, report, sandbox, *more = descriptors
             child = -1
             with contextlib.suppress(OSError):  # the sandbox has ended
-                check(_libc.setns(sandbox, NEW_PID))  # for children alone
+                check(_libc.setns(sandbox, NEW_PID))  # applies to children only
                 child = tracing.fork()
             if not child:
                 request = Request(**json.loads(bytes(message)))
@@ -295,16 +296,16 @@ def _fork_for_each(channel: socket.socket) -> Request:
             if child > 0:
                 descriptors.remove(report)
                 programs[child] = os.pidfd_open(child), report
-        message[:] = bytes(len(message))  # the next program finds nothing of it
+        message[:] = bytes(len(message))  # wiped, so that the next program cannot read it
         for descriptor in descriptors:
             os.close(descriptor)
 
 
 def _bury(programs: dict[int, tuple[int, int]]) -> float | None:
-    """Wait for the dead, and report those that are programs; returns after how many seconds to look again.
+    """Reap ended children, and report those that are programs; return the seconds until the next look.
 
-    Others are children of a program's that it made this process's (`clone` with CLONE_PARENT), where the filter of
-    system calls does not keep it from that.  Unburied, they would count for their user.
+    Others are children that a program has given to this process (`clone` with CLONE_PARENT), if the system call filter
+    does not prevent that.  As zombies they would count against their user.
     """
     with contextlib.suppress(ChildProcessError):
         for _ in range(REAPED):
@@ -321,9 +322,9 @@ def _bury(programs: dict[int, tuple[int, int]]) -> float | None:
 
 
 def _receive(channel: socket.socket, room: bytearray) -> tuple[memoryview, list[int]]:
-    """The next request, in `room`, with its descriptors; ends this process when the launcher is gone.
+    """Return the next request, in `room`, with its descriptors; ends this process when the launcher is gone.
 
-    There are no descriptors with a request that has come in part.
+    A truncated request has no descriptors.
     """
     descriptors = array("i")
     try:
@@ -346,7 +347,7 @@ def _tell(report: int, what: str, number: int = 0) -> None:
 
 
 class _Tracing:
-    """LTTng's library, which is loaded with rclpy.  It has threads, and ends them at exit: a fork must have its own.
+    """LTTng's library, loaded with rclpy.  It has threads, which it ends at exit, so a fork must have its own.
 
     See `ust_before_fork` and its companions in lttng/ust.h; since LTTng 2.13 their names begin with `lttng_`.
     """
@@ -357,10 +358,10 @@ class _Tracing:
         waits_at = re.search(rb"lttng-ust-wait-\d+", Path(loaded[0]).read_bytes()) if loaded else None
         self._waits_at = f"/dev/shm/{waits_at[0].decode()}" if waits_at else ""
         self._prefix = "lttng_ust_" if hasattr(self._library, "lttng_ust_before_fork") else "ust_"
-        self._signals = ctypes.create_string_buffer(1024)  # a sigset_t: what was blocked before the fork
+        self._signals = ctypes.create_string_buffer(1024)  # a sigset_t: the signals blocked before the fork
 
     def fork(self) -> int:
-        """os.fork(); the child, once it is confined, must `begin`."""
+        """Call os.fork(); the child must call `begin` once it is confined."""
         self._call("before_fork")
         child = -1
         try:
@@ -371,9 +372,9 @@ class _Tracing:
         return child
 
     def begin(self) -> None:
-        """Start the threads in a fork."""
+        """Start LTTng's threads in a fork."""
         for name in (self._waits_at, f"{self._waits_at}-{os.getuid()}") if self._waits_at else ():
-            with contextlib.suppress(OSError):  # otherwise they fork a process each, to make these files
+            with contextlib.suppress(OSError):  # otherwise each forks a process to make these files
                 Path(name).write_bytes(bytes(os.sysconf("SC_PAGE_SIZE")))
         self._call("after_fork_child")
 
@@ -387,10 +388,10 @@ def _path(variable: str) -> list[str]:
 
 
 def _confine(request: Request, output: int, report: int, sandbox: int, more: list[int]) -> None:
-    """Go into the program's control groups and namespaces, be confined as it must be, and report that it begins.
+    """Enter the program's control groups and namespaces, confine this process, and report that the program begins.
 
-    `more` are the descriptors that it keeps, and those of its control groups.  Nothing else is open then but what it
-    prints to.
+    `more` are the descriptors that it keeps, and those of its control groups.  Only the kept ones and its output stay
+    open.
     """
     for standard in (1, 2):
         os.dup2(output, standard)
@@ -401,9 +402,9 @@ def _confine(request: Request, output: int, report: int, sandbox: int, more: lis
         os.sched_setaffinity(0, {request.core})
     check(_libc.setns(sandbox, NAMESPACES))
     report, *kept = (fcntl.fcntl(each, fcntl.F_DUPFD_CLOEXEC, ASIDE) for each in (report, *more[: request.kept]))
-    for name in os.listdir("/proc/self/fd"):  # now: what has a number beyond the limit is open all the same
+    for name in os.listdir("/proc/self/fd"):  # before the limit is set: higher descriptors would stay open
         if int(name) not in (0, 1, 2, report, *kept):
-            with contextlib.suppress(OSError):  # the list's own
+            with contextlib.suppress(OSError):  # the descriptor of the listing itself
                 os.close(int(name))
     for number, descriptor in enumerate(kept, KEPT):
         os.dup2(descriptor, number, inheritable=False)
@@ -412,7 +413,7 @@ def _confine(request: Request, output: int, report: int, sandbox: int, more: lis
     os.chdir(request.directory)
     if request.umask is not None:
         os.umask(request.umask)
-    check(_libc.prctl(PR_SET_DUMPABLE, 1, 0, 0, 0))  # as after execve(2): it may read its own /proc
+    check(_libc.prctl(PR_SET_DUMPABLE, 1, 0, 0, 0))  # as after execve(2): the program may read its own /proc
     _tell(report, BEGINS)
     os.close(report)
     os.environ.clear()
@@ -424,21 +425,21 @@ def _confine(request: Request, output: int, report: int, sandbox: int, more: lis
 
 
 def _show(words: Sequence[str], start: int, end: int) -> None:
-    """Have these words in the memory from `start` to `end`, which /proc/PID/cmdline or environ shows."""
+    """Write these words to the memory from `start` to `end`, which /proc/PID/cmdline or environ shows."""
     text = b"".join(os.fsencode(word) + b"\0" for word in words)[: end - start - 1]
     ctypes.memmove(start, text.ljust(end - start, b"\0"), end - start)
 
 
 def _prepared(options: Sequence[str], file: str, args: list[str]) -> tuple[int, bytes, int, None]:
-    """Have this process look like `python OPTIONS FILE ARGS`; returns how PyRun_AnyFileExFlags is told to run it.
+    """Make this process look like `python OPTIONS FILE ARGS`; return the arguments of PyRun_AnyFileExFlags to run it.
 
-    The interpreter itself runs it, tells of its exceptions, and ends when it says so.
+    So the interpreter itself runs the file, prints its exceptions, and handles its exit.
     """
     sys.argv = [file, *args]
     sys.orig_argv = [sys.executable, *options, *sys.argv]
     main = types.ModuleType("__main__")
     vars(main).update(__annotations__={}, __builtins__=builtins)
-    vars(sys.modules["__main__"]).clear()  # of the command that this process was started with
+    vars(sys.modules["__main__"]).clear()  # belongs to the command that started this process
     sys.modules["__main__"] = main
     path = os.path.abspath(file).encode()
     _libc.fopen.restype = ctypes.c_void_p
@@ -446,7 +447,7 @@ def _prepared(options: Sequence[str], file: str, args: list[str]) -> tuple[int, 
 
 
 def _end(failed: int) -> NoReturn:
-    """End a program as the interpreter does once the main file has been run."""
+    """End the process as the interpreter does after running the main file."""
     if failed and sys.last_type is KeyboardInterrupt:
         threading._shutdown()  # type: ignore[attr-defined]  # waits for the program's threads
         atexit._run_exitfuncs()

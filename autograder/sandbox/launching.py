@@ -1,8 +1,8 @@
-"""Requests of the judging process to start programs: it asks the launcher, which may start them, and may not be fooled.
+"""Requests of the judging process to the launcher to start programs.
 
-The two share a socket for one grading.  The judge may have been taken over by the program that it hears, so the
-launcher does nothing with what it is asked but to check it, and passes the judge's verdicts on without reading them.
-What programs print, and their ends, go to the judge through pipes of their own.
+The two share a socket for one grading.  The judging process may have been taken over by a program that it talks to, so
+the launcher checks every request, and passes verdicts on without reading them.  The output of programs, and their ends,
+go to the judging process through separate pipes.
 """
 
 import base64
@@ -22,32 +22,32 @@ from autograder.sandbox.sandbox import Sandbox, Started
 from autograder.sandbox.supervision import WHY
 
 LONGEST = 1 << 17  # bytes of a message
-KEPT = 4 << 20  # bytes of all that a judge has to say: of the longest verdicts on the most tests, and more
-STARTS = 100  # of programs in one grading, and tries to start one
-FILES = 16  # that may be laid beside a program
+KEPT = 4 << 20  # bytes of all messages from the judging process: more than the longest verdicts on the most tests
+STARTS = 100  # starts of programs in one grading, failed ones included
+FILES = 16  # that may be put beside a program
 NAME = 255  # bytes of a file's name
 ARGUMENTS = 10_000  # bytes of all arguments of a program
 START, STOP, TELL = "start", "stop", "tell"
 
 
 class LaunchServer:
-    """The launcher's end: starts the handed-in files in `sandbox`, on behalf of whoever judges them."""
+    """The launcher's end: starts the handed-in files in `sandbox` for the judging process."""
 
     def __init__(self, channel: socket.socket, sandbox: Sandbox, domains: Mapping[int, int] | None):
-        """`domains` are the networks, as descriptors, of the ROS domains that may be used; None where there are none.
+        """Serve `channel`; `domains` are the networks (descriptors by ROS domain) that may be used, or None.
 
         `channel` is a socket of type SOCK_SEQPACKET.
         """
-        self.said = bytearray()  # what the judge has told, a line for each message
+        self.said = bytearray()  # the messages of the judging process, one line each
         self._channel, self._sandbox, self._domains = channel, sandbox, domains
         self._started: list[Started] = []
         self._tries = 0
 
     def serve(self) -> bool:
-        """Do what the next message asks; False when the judge has gone."""
+        """Do what the next message asks; return False when the judging process is gone."""
         try:
             message = self._channel.recv(LONGEST)
-        except ConnectionResetError:  # it died, and an answer was still on its way
+        except ConnectionResetError:  # it died while an answer was on its way
             return False
         if not message:
             return False
@@ -62,13 +62,13 @@ class LaunchServer:
                 self._start(asked)
             else:
                 raise ValueError("no such request")
-        except Exception as error:  # whatever it was, the next grading needs this process
+        except Exception as error:  # the next grading needs this process, so it must not die
             with contextlib.suppress(OSError):
                 self._channel.send(f"refused: {error}".encode(errors="replace")[:1000], socket.MSG_DONTWAIT)
         return True
 
     def finish(self) -> None:
-        """Do what was asked before the judge has ended; whoever has its end of the socket now is not heard any more."""
+        """Serve the requests sent before the judging process ended, and ignore any later ones."""
         self._channel.shutdown(socket.SHUT_RD)
         while self.serve():
             pass
@@ -97,12 +97,12 @@ class LaunchServer:
             for descriptor in (started.output, started.end):
                 given.callback(os.close, descriptor)
             self._started.append(started)
-            with contextlib.suppress(OSError):  # a judge that does not read has no program
+            with contextlib.suppress(OSError):  # a judging process that does not read gets no program
                 socket.send_fds(self._channel, [b"started"], [started.output, started.end], socket.MSG_DONTWAIT)
 
 
 class LaunchClient:
-    """The judge's end: what it has of the sandbox."""
+    """The judging process's end: its access to the sandbox."""
 
     def __init__(self, channel: socket.socket):
         self.programs: list[Program] = []
@@ -113,8 +113,8 @@ class LaunchClient:
     ) -> Program:
         """Start `python FILE ARGS` in ROS domain `domain`; raises SandboxError.
 
-        `files` are laid into its home folder too, for this program alone.  With `afresh` it has nothing loaded, see
-        `Sandbox.launch`.
+        `files` are also put into its home folder, for this program only.  With `afresh` it has no modules preloaded,
+        see `Sandbox.launch`.
         """
         extra = {name: base64.b64encode(content).decode() for name, content in (files or {}).items()}
         with self._lock:
@@ -129,7 +129,7 @@ class LaunchClient:
         return program
 
     def tell(self, line: str) -> None:
-        """Have the coordinator told a line."""
+        """Send a line to the coordinator."""
         with self._lock:
             self._send({"do": TELL, "line": line})
 

@@ -1,4 +1,4 @@
-"""A check of the sandbox's layers on this machine: each is tried by a program in it, none is taken on trust."""
+"""A check of the sandbox's layers on this machine: a program in the sandbox tries each of them."""
 
 import json
 import os
@@ -63,7 +63,7 @@ print(json.dumps(dict(
     grader=[name for name in GRADER if importable(name)], variables=sorted(os.environ),
 )))
 """
-# What the process that judges is once it has confined itself.
+# Run in the judging process after it has confined itself.
 JUDGE = """
 import importlib.util, json, os, sys
 from autograder.grading.judge_process import LIMITS
@@ -79,18 +79,18 @@ print(json.dumps(dict(
 """
 TRIED = ("ptrace", "process_vm_readv", "unshare", "keyctl", "bpf", "io_uring_setup", "personality")
 GRADER = ("autograder.paths", "autograder.hidden")
-TRIED_FOR = 60  # s that a probe may take
+TRIED_FOR = 60  # s that a probing program may take
 SECRET = "SECRET_OF_THE_GRADER"  # an environment variable
 
 
 @dataclass(frozen=True)
 class Layer:
-    """One layer, and what was seen of it."""
+    """One layer, and the result of trying it."""
 
     name: str
     holds: bool
     seen: str
-    required: bool = True  # grading relies on it; the others come on top
+    required: bool = True  # grading relies on it; other layers are additional
 
 
 def examine() -> list[Layer]:
@@ -122,12 +122,12 @@ def examine() -> list[Layer]:
 
 
 def refused(layers: list[Layer]) -> bool:
-    """Return True if grading must not be trusted to this machine."""
+    """Return True if this machine must not be used for grading."""
     return not all(layer.holds for layer in layers if layer.required)
 
 
 def _forked(probe: str) -> Layer:
-    """A program that is forked: the same layers must hold for it."""
+    """Check that the same layers hold for a forked program."""
     name = "forked programs"
     if not SUPPORTED:
         seen = "this Python cannot (3.11 and 3.12 can): each program loads ROS 2 for itself, which takes longer"
@@ -156,7 +156,7 @@ def _forked(probe: str) -> Layer:
 
 
 def _judge(confinement: str) -> Layer:
-    """The process that speaks with the programs, tried as it is started for a grading."""
+    """Check the judging process, started as for a grading."""
     name = "confined judge"
     root = paths.checkout()
     private = [paths.HIDDEN, *([root / "tests", root / "solutions"] if root else [])]
@@ -175,7 +175,7 @@ def _judge(confinement: str) -> Layer:
 
 
 def _group() -> Layer:
-    """The control group for the programs of a grading together."""
+    """Check the control group for the programs of a grading."""
     group = cgroup.make()
     if group is None:
         return Layer(
@@ -190,7 +190,7 @@ def _group() -> Layer:
 
 
 def _calls() -> dict[str, int]:
-    """Numbers of system calls that the filter denies, as far as there is a filter for this machine."""
+    """Return the numbers of system calls that the filter denies; empty if there is no filter for this machine."""
     if not seccomp.available():
         return {}
     column = seccomp.MACHINES[os.uname().machine][1]
@@ -198,7 +198,7 @@ def _calls() -> dict[str, int]:
 
 
 def _layers(seen: dict[str, Any], confinement: str) -> Iterator[Layer]:
-    """Yield what the probe has printed, layer by layer."""
+    """Yield the layers according to the output of the probing program."""
 
     def apart(name: str) -> bool:
         return seen["namespaces"][name] != os.readlink(f"/proc/self/ns/{name}")

@@ -1,4 +1,4 @@
-"""A measure of this machine's load: a verdict reached while every core had a queue tells little of the student."""
+"""A measure of this machine's load: a verdict reached while every core had a run queue says little."""
 
 import os
 import time
@@ -7,14 +7,14 @@ from pathlib import Path
 
 from course.foundation.waiting import wait_until
 
-STARVED = 5.0  # threads for each core that run or could; more gradings than cores make it two or three
-CALM = 3.0  # threads for each core, below which a machine is calm
+STARVED = 5.0  # runnable threads per core; more gradings than cores make it two or three
+CALM = 3.0  # runnable threads per core, below which a machine is calm
 WINDOW = 2.0  # s over which the machine must be calm
 GLANCE = 0.1  # s between two looks
 
 
 class Load:
-    """The average of a machine's runnable threads for each core, over the times at which `look` was called."""
+    """The average number of runnable threads per core, over the calls of `look`."""
 
     def __init__(self) -> None:
         self._sum, self._looks = 0.0, 0
@@ -32,7 +32,7 @@ class Load:
 
 
 def runnable() -> float:
-    """Threads that run or could, this one left out, for each core of this process (proc(5), /proc/loadavg)."""
+    """Return the number of runnable threads, without this one, per core of this process (proc(5), /proc/loadavg)."""
     running = Path("/proc/loadavg").read_text().split()[3].partition("/")[0]
     return (int(running) - 1) / _cores()
 
@@ -42,7 +42,7 @@ def _cores() -> int:
 
 
 def wait_for_calm(timeout: float) -> bool:
-    """Wait until the machine was calm for WINDOW; False after `timeout` s."""
+    """Wait until the machine has been calm for WINDOW s; return False after `timeout` s."""
 
     def calm() -> bool:
         load, end = Load(), time.monotonic() + WINDOW

@@ -1,4 +1,4 @@
-"""Files in memory, which bubblewrap copies into a sandbox or a student's box."""
+"""Files in memory, which bubblewrap copies into the sandbox of a program or the box of a class member."""
 
 import os
 
@@ -10,7 +10,7 @@ class MemoryFiles:
         self.descriptors: list[int] = []
 
     def __call__(self, content: bytes) -> str:
-        """Return a new descriptor to read `content` from, as a command line names it."""
+        """Return a new descriptor to read `content` from, as text for a command line."""
         descriptor = os.memfd_create("file")
         self.descriptors.append(descriptor)
         os.write(descriptor, content)
@@ -18,7 +18,7 @@ class MemoryFiles:
         return str(descriptor)
 
     def close(self) -> None:
-        """Close them here; who inherited them keeps them."""
+        """Close the descriptors in this process; processes that inherited them keep them."""
         for descriptor in self.descriptors:
             os.close(descriptor)
         self.descriptors.clear()

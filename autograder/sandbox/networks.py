@@ -1,9 +1,9 @@
-"""A network of its own for each ROS domain of a grading, so that no handed-in program can speak into another's test.
+"""A network namespace for each ROS domain of a grading, so that no handed-in program can interfere with another's test.
 
-A domain number alone keeps apart only programs that behave well: any other could join every domain, and a client could
-answer in the place of a server.  Processes, threads and sockets belong to the network that they are made in: the
-launcher steps into a domain's network to start a program there, and the process that judges has a thread in each, which
-makes its node there.
+A domain id alone separates only well-behaved programs: any other could join every domain, and a client could answer in
+place of a server.  Processes, threads and sockets belong to the network namespace that they are made in: the launcher
+enters a domain's network to start a program there, and the judging process has a thread in each, which makes its node
+there.
 """
 
 import contextlib
@@ -40,7 +40,7 @@ def make(count: int) -> list[int]:
 
 @contextlib.contextmanager
 def inside(network: int) -> Iterator[None]:
-    """This thread is in that network meanwhile; raises OSError."""
+    """Move this thread into that network for the duration of the block; raises OSError."""
     home = _here()
     try:
         enter(network)
@@ -58,10 +58,10 @@ def enter(network: int) -> None:
 
 
 class Threads:
-    """A thread in each of some networks, for a process that will not be allowed to move between them."""
+    """One thread in each network, for a process that will later not be allowed to move between them."""
 
     def __init__(self, networks: Mapping[int, int]):
-        """`networks` are descriptors by ROS domain, which are closed here; raises OSError."""
+        """Start a thread in each of `networks`, descriptors by ROS domain, which are closed here; raises OSError."""
         self._pools = {domain: ThreadPoolExecutor(1) for domain in networks}
         for domain, network in networks.items():
             self.run(domain, partial(enter, network))
@@ -69,7 +69,7 @@ class Threads:
 
     @property
     def domains(self) -> list[int]:
-        """The ROS domains whose networks these are."""
+        """Return the ROS domains of the networks."""
         return list(self._pools)
 
     def run(self, domain: int, do: Callable[[], Result]) -> Result:
@@ -92,6 +92,6 @@ def _here() -> int:
 
 
 def check(result: int) -> None:
-    """Raise OSError unless a call of the C library, by ctypes with `use_errno`, has returned 0."""
+    """Raise OSError unless `result`, of a C function called by ctypes with `use_errno`, is 0."""
     if result:
         raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))

@@ -1,7 +1,7 @@
-"""A core of the processor for all programs of one grading, for machines that give no control groups.
+"""A processor core for all programs of one grading, for machines without control groups.
 
-Otherwise a program with many busy processes would take the processor from the programs of another grading.  The filter
-of system calls keeps a program from moving to another core.
+Otherwise a program with many busy processes would take processor time from the programs of another grading.  The system
+call filter keeps a program from moving to another core.
 """
 
 import contextlib
@@ -16,7 +16,7 @@ from course.foundation.folders import runtime_folder
 
 @contextlib.contextmanager
 def taken() -> Iterator[int]:
-    """The core that the fewest gradings of this user have; it counts as taken as long as the block."""
+    """Yield the core that the fewest gradings of this user have; it counts as taken during the block."""
     cores = sorted(os.sched_getaffinity(0))
     with contextlib.ExitStack() as held:
         for place in itertools.count():
@@ -27,5 +27,5 @@ def taken() -> Iterator[int]:
 
 
 def command(core: int, command: list[str]) -> list[str]:
-    """A command line that runs `command` on this core."""
+    """Return a command line that runs `command` on this core."""
     return ["taskset", "--cpu-list", str(core), *command]

@@ -1,4 +1,4 @@
-"""A student's program while it runs, as the process that judges it has it: what it prints, and how it ends."""
+"""A student's running program, as seen by the judging process: its output, and its end."""
 
 import contextlib
 import os
@@ -13,21 +13,21 @@ from autograder.errors import SandboxError
 from autograder.sandbox.cleaning import without_hidden, without_paths
 from autograder.sandbox.supervision import End
 
-KEPT = 1 << 20  # bytes of output that are kept: the first and the last half of it
+KEPT = 1 << 20  # bytes of output that are kept, half from the beginning and half from the end
 FLOOD = 64 << 20  # bytes of output after which a program is stopped
-DRAINED = 2.0  # s in which the output of a program that has ended is read
+DRAINED = 2.0  # s for reading the rest of the output after the program has ended
 
 
 class Program:
     """A running program.  `stopped` says why the grader ended it, or is empty."""
 
     def __init__(self, name: str, output: int, end: int, stop: Callable[[str], None]):
-        """`output` and `end` are the descriptors that it prints to, and that its `End` comes from.
+        """Read the program's output from the descriptor `output`, and its `End` from `end`.
 
-        `stop` has the program ended, for a reason.
+        `stop` is called with a reason to have the program ended.
         """
         self.name = name
-        self.hidden: set[float | str] = set()  # numbers and words that its last words must not repeat to the student
+        self.hidden: set[float | str] = set()  # hidden numbers and words that `last_words` must not show to the student
         self.stopped = ""
         self._head, self._tail, self._total = bytearray(), bytearray(), 0
         self._lock = threading.Lock()
@@ -46,13 +46,13 @@ class Program:
 
     @property
     def exit_status(self) -> int | None:
-        """Its exit status as a shell shows it (128 + signal), or None while it is running."""
+        """Return its exit status as a shell shows it (128 + signal), or None while it is running."""
         how = self._look(0.0)
         return how.exit_status if how else None
 
     @property
     def output(self) -> str:
-        """Return what it has printed, stdout and stderr in order; the middle is left out when it is long."""
+        """Return its output, stdout and stderr in order; the middle of a long output is left out."""
         with self._lock:
             return (bytes(self._head) + bytes(self._tail)).decode(errors="replace")
 
@@ -77,12 +77,12 @@ class Program:
 
     @property
     def duration(self) -> float:
-        """Seconds from its start to its end, once it has ended."""
+        """Return the seconds from its start to its end, once it has ended."""
         return self._ended - self.started
 
     @property
     def raised(self) -> bool:
-        """Return True if it died of a Python exception, which it has printed."""
+        """Return True if it died of a Python exception and has printed the traceback."""
         return bool(self.exit_status) and (
             "Traceback (most recent call last)" in self.output
             or bool(re.search(r"^(Syntax|Indentation|Tab)Error: ", self.output, re.MULTILINE))
@@ -111,7 +111,7 @@ class Program:
             watched = select.poll()
             watched.register(self._end, select.POLLIN)
             if watched.poll(None if timeout is None else 1000 * max(0.0, timeout)):
-                with self._ending:  # two threads may look
+                with self._ending:  # two threads may call this
                     if self._how is None:
                         how = End.from_bytes(self._end.read(4096))
                         self.stopped = self.stopped or how.stopped

@@ -1,13 +1,13 @@
-"""The one sandbox: how a student's program is confined, and what little it sees.
+"""The sandbox of a student's program: how it is confined, and what it can see.
 
 bubblewrap gives the program its own user, process, IPC and host-name namespaces, a read-only system with an empty home
 folder (`view`), limits, and a filter of system calls (`seccomp`).  The network namespace is that of the program's ROS
-domain: the worker steps into it to start the program (`networks`), so that the two can speak ROS 2 to each other and
-to nobody else.  Not visible inside: the checkout, the hidden suites, the gradebook, other submissions, other processes,
-the grader's environment variables.
+domain: the worker enters it to start the program (`networks`), so that program and grader can talk over ROS 2 to each
+other and to nobody else.  Not visible inside: the checkout, the hidden suites, the gradebook, other submissions, other
+processes, the grader's environment variables.
 
-Started by root, the program becomes a host user of its own (`users`).  Started by anybody else it keeps that user's
-host id, inside user namespaces.
+If root grades, the program gets a host user of its own (`users`).  For other users it keeps their host id, inside user
+namespaces.
 """
 
 import contextlib
@@ -31,33 +31,34 @@ from autograder.sandbox.usage import of_sandbox, of_user
 from course import environment
 from course.interfaces.builder import cache_folder
 
-# How programs are confined, and what the worker is started with: a network of its own, and a process namespace whose
-# first process it is, so that nothing outlives it.  bubblewrap's --die-with-parent alone can come too late.
+# The confinements, and the command that starts the worker in each: with a network namespace, and a process namespace
+# whose first process it is, so that nothing outlives it.  bubblewrap's --die-with-parent alone can act too late.
 ALONE = ["--net", "--pid", "--fork", "--kill-child", "--mount-proc", "--"]
 CONFINEMENTS = {
     "root": ["unshare", *ALONE],
     "user": ["unshare", "--user", "--map-root-user", *ALONE],
-    "unsafe": [],  # no sandbox at all: asked for with --unsafe, and flagged in every result
+    "unsafe": [],  # no sandbox at all: chosen by --unsafe, and flagged in every result
 }
 
-MEMORY = 1 << 30  # bytes, of one process by rlimit and of a program's processes together by `Program`
+MEMORY = 1 << 30  # bytes: of one process by rlimit, and of all processes of a program by supervision
 LIMITS = {  # of each process, by prlimit(1)
-    "nproc": 64,  # processes and threads of the program together
+    "nproc": 64,  # processes and threads of a program in total
     "data": MEMORY,  # not `as`: Fast DDS and malloc reserve far more addresses than they use
     "cpu": 60,  # s
     "fsize": 16 << 20,  # bytes
-    "nofile": 128,  # a program with ten nodes has 19; what waits in sockets is the kernel's memory
+    "nofile": 128,  # a program with ten nodes has 19; data waiting in sockets takes kernel memory
     "core": 0,
     "msgqueue": 0,  # bytes
 }
 
-# Of the process that judges: to go into the networks of the ROS domains, to become another user, to end its children.
+# Capabilities of the judging process: to enter the networks of the ROS domains, to become another user, to end its
+# children.
 JUDGE_CAPABILITIES = ("SYS_ADMIN", "SETUID", "SETGID", "SETPCAP", "KILL")
-STACK = 2 << 20  # bytes that each of its threads reserves
+STACK = 2 << 20  # bytes that each thread of the judging process reserves
 
 
 def choose(unsafe: bool = False) -> str:
-    """The confinement that works for this user on this machine; raises SandboxUnavailable when none does.
+    """Return the confinement that works for this user on this machine; raises SandboxUnavailable when none does.
 
     With `unsafe`, the confinement is "unsafe": programs run as they are.
     """
@@ -82,7 +83,7 @@ def choose(unsafe: bool = False) -> str:
 
 
 class Started(NamedTuple):
-    """A program that was started: its process, and the descriptors of what it prints, and of its `End`."""
+    """A started program: its process, and the descriptors for its output and its `End`."""
 
     process: Process
     output: int
@@ -100,10 +101,10 @@ class Sandbox:
         core: int | None = None,
         forkserver: Forkserver | None = None,
     ):
-        """`files` are laid into each program's home folder; `interfaces` is an install prefix to import from.
+        """Prepare; `files` are put into each program's home folder, `interfaces` is an install prefix to import from.
 
-        All programs run on the `core` of the processor, if one is given and they cannot have a control group.  With a
-        `forkserver`, which needs the confinement "root", it forks those that it can.
+        All programs run on the processor core `core`, if one is given and they cannot have a control group.  A
+        `forkserver`, which needs the confinement "root", forks the programs that it can.
         """
         environment.prepare()
         self.confinement = confinement
@@ -111,16 +112,16 @@ class Sandbox:
         self.interfaces = interfaces
         self.core = core
         self.forkserver = forkserver
-        self._memory = MemoryFiles()  # what bubblewrap reads the next program's files from
+        self._memory = MemoryFiles()  # from which bubblewrap reads the next program's files
         self._started: list[Process] = []
         self._group: cgroup.Group | None = None
-        self._grouped = False  # whether there was a try to make the group
-        self._users: dict[int, int] = {}  # the programs' users, with their locks
+        self._grouped = False  # whether making the group was tried
+        self._users: dict[int, int] = {}  # the programs' user ids, with their locks
         self._folder = tempfile.TemporaryDirectory(prefix="autograder-") if confinement == "unsafe" else None
 
     @property
     def descriptors(self) -> list[int]:
-        """The descriptors that the next command inherits: what bubblewrap reads files from."""
+        """Return the descriptors that the next command must inherit, from which bubblewrap reads files."""
         return self._memory.descriptors
 
     def __enter__(self) -> Self:
@@ -150,11 +151,11 @@ class Sandbox:
     def launch(
         self, file: str, *args: str, domain: int, files: Mapping[str, bytes] | None = None, afresh: bool = False
     ) -> Started:
-        """Start `python FILE ARGS` in ROS domain `domain`, for somebody else to talk to.  Call it from the main thread.
+        """Start `python FILE ARGS` in ROS domain `domain`, for another process to talk to.  Call it in the main thread.
 
-        The program ends with the thread that started it.  `files` are laid into its home folder too, for this program
-        alone.  With `afresh` it is not forked, so that no module is loaded but what it imports.  When this raises,
-        nothing is left of the start.
+        The program ends with the thread that started it.  `files` are also put into its home folder, for this program
+        only.  With `afresh` it is not forked, so that only modules that it imports are loaded.  If this raises, nothing
+        is left behind.
         """
         if not self._folder and not self._grouped:
             self._group, self._grouped = cgroup.make(), True
@@ -201,18 +202,18 @@ class Sandbox:
     def command(
         self, argv: list[str], domain: int, status: int | None = None, files: Mapping[str, bytes] | None = None
     ) -> list[str]:
-        """The command line that runs `python ARGV` confined.  It reads files from `self.descriptors`."""
+        """Return the command line that runs `python ARGV` confined.  It reads files from `self.descriptors`."""
         files = {**self.files, **(files or {})}
         limits = ["prlimit", *(f"--{name}={value}" for name, value in LIMITS.items()), "--"]
         python = [sys.executable, *argv]
         if self._folder:
             for name, content in files.items():
                 Path(self._folder.name, name).write_bytes(content)
-            limits.remove(f"--nproc={LIMITS['nproc']}")  # it would count all that this user runs
+            limits.remove(f"--nproc={LIMITS['nproc']}")  # it would count all processes of this user
             return ["setpriv", "--pdeathsig=KILL", "--", *limits, *python]
         if self.confinement == "root":
             uid = self._take_user()
-            # Capabilities only for the step to the spare user, which drops them for good.
+            # Capabilities only for becoming the spare user, which drops them for good.
             more = [word for name in ("SETUID", "SETGID", "SETPCAP") for word in ("--cap-add", f"CAP_{name}")]
             become = ["setpriv", f"--reuid={uid}", f"--regid={uid}", "--clear-groups"]
             become += ["--bounding-set=-all", "--inh-caps=-all", "--no-new-privs", "--"]
@@ -224,7 +225,7 @@ class Sandbox:
     def _forked(
         self, file: str, args: list[str], domain: int, status: int, files: Mapping[str, bytes]
     ) -> tuple[list[str], Callable[[int, int], IO[bytes]]]:
-        """The command line that makes a program's sandbox, and what forks the program `file` into it, see `Process`."""
+        """Return the command line that makes a program's sandbox, and the function that forks `file` into it."""
         assert self.forkserver
         uid = self._take_user()
         core = None if self._group else self.core
@@ -234,7 +235,7 @@ class Sandbox:
         return (self._confined(HOLD, uid, [], domain, files, status), partial(self.forkserver.run, request, groups))
 
     def _take_user(self) -> int:
-        """A host user for one program, until this is closed."""
+        """Return a host user id for one program, taken until this sandbox is closed."""
         uid, lock = users.take()
         self._users[uid] = lock
         return uid
@@ -248,7 +249,7 @@ class Sandbox:
         files: Mapping[str, bytes],
         status: int | None,
     ) -> list[str]:
-        """The command line that runs `command` in a program's namespaces, with these `options` of bubblewrap."""
+        """Return the command line that runs `command` in a program's namespaces, with these `options` of bubblewrap."""
         bwrap = ["bwrap", "--unshare-pid", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try", "--new-session"]
         bwrap += ["--hostname", "robot", "--die-with-parent", "--cap-drop", "ALL", "--clearenv", *options]
         if status is not None:
@@ -261,7 +262,7 @@ class Sandbox:
         return view.with_store([*bwrap, "--chdir", view.HOME, "--", *command])
 
     def judge_command(self, argv: list[str]) -> list[str]:
-        """The command line of the process that judges: `python ARGV`, which sees what `view.of_judge` says.
+        """Return the command line of the judging process: `python ARGV` with the view of `view.of_judge`.
 
         It keeps the capabilities that it needs until it gives them up (`confine`).  It reads files from
         `self.descriptors`.
@@ -280,13 +281,13 @@ class Sandbox:
         return view.with_store([*bwrap, "--chdir", "/", "--", *python])
 
     def _together(self, command: list[str]) -> list[str]:
-        """A command line that runs `command` with what bounds all programs of a grading together."""
+        """Return a command line that runs `command` under the joint limits of all programs of a grading."""
         if self._group:
             return self._group.command(command)
         return command if self.core is None or self._folder else processor_core.command(self.core, command)
 
     def _variables(self, domain: int) -> dict[str, str]:
-        """All of a program's environment variables."""
+        """Return all environment variables of a program."""
         if self._folder:
             own = str(self.interfaces) if self.interfaces else None
             profile = str(environment.DISCOVERY_PROFILE)
@@ -295,14 +296,14 @@ class Sandbox:
         return variables.of_program(domain, view.HOME, own, view.PROFILE, confined=True)
 
     def _why_killed(self) -> str:
-        """Return why the kernel has killed a program, in words for the student; '' when nothing is known."""
+        """Return why the kernel killed a program, in words for the student; '' if unknown."""
         if self._group and self._group.out_of_memory:
             return f"your programs together took more than {cgroup.MEMORY >> 30} GiB of memory; keep only what you need"
         return ""
 
 
 def _pipe(undo: contextlib.ExitStack, made: contextlib.ExitStack) -> tuple[int, int]:
-    """A new pipe: `undo` closes the end to read from, `made` the one to write to."""
+    """Make a pipe: `undo` closes the read end, `made` the write end."""
     read, write = os.pipe()
     undo.callback(os.close, read)
     made.callback(os.close, write)

@@ -1,9 +1,9 @@
-"""The layer below the namespaces: a seccomp filter that denies system calls which no ROS 2 program needs.
+"""A seccomp filter that denies system calls which no ROS 2 program needs, in addition to the namespaces.
 
-A hole in one of these calls would be a way out of the sandbox.  The filter is a classic BPF program (Linux,
+A kernel bug in one of these calls could be a way out of the sandbox.  The filter is a classic BPF program (Linux,
 Documentation/userspace-api/seccomp_filter.rst), built here for the machine's own architecture, and given to bubblewrap
-(`--seccomp`), which sets it before the program starts.  Everything is allowed but what is listed; a denied call fails
-with an error, so that a library that only tries it goes on.
+(`--seccomp`), which sets it before the program starts.  All calls are allowed except those listed; a denied call fails
+with an error, so that a library that merely tries it goes on.
 """
 
 import errno
@@ -43,7 +43,7 @@ DENIED = {
     "fanotify_init": (300, 262),
     "quotactl": (179, 60),
     "quotactl_fd": (443, 443),
-    # other cores than the one that a grading was given
+    # moving to other cores than the one that a grading was given
     "sched_setaffinity": (203, 122),
     # memory that no limit counts
     "memfd_create": (319, 279),
@@ -87,30 +87,30 @@ DENIED = {
     "setdomainname": (171, 162),
 }
 CLONE, SOCKET, IOCTL, CLONE3 = (56, 220), (41, 198), (16, 29), (435, 435)
-NAMESPACES = 0x7E020000 | 0x80  # CLONE_NEW*: a process may have children, but no namespace of its own,
-PARENT = 0x8000  # CLONE_PARENT: and no siblings, which would be children of whoever has forked it
+NAMESPACES = 0x7E020000 | 0x80  # CLONE_NEW*: a process may have children, but no new namespaces,
+PARENT = 0x8000  # CLONE_PARENT: nor siblings, which would be children of the process that forked it
 FAMILIES = (1, 2, 10, 16)  # AF_UNIX, AF_INET, AF_INET6, AF_NETLINK (to list interfaces); not AF_VSOCK, AF_ALG, ...
-TIOCSTI, TIOCLINUX = 0x5412, 0x541C  # type into a terminal
-X32 = 0x40000000  # x86_64: the bit of a second ABI with numbers of its own
+TIOCSTI, TIOCLINUX = 0x5412, 0x541C  # insert input into a terminal
+X32 = 0x40000000  # x86_64: the bit that marks a second ABI with different numbers
 
-# Offsets in struct seccomp_data; of a 64-bit argument the low half, both machines being little-endian.
+# Offsets in struct seccomp_data; those of 64-bit arguments are of the low half, on little-endian machines.
 NUMBER, ARCHITECTURE, ARGUMENT = 0, 4, (16, 24)
 LOAD, EQUAL, NOT_LESS, ANY_BIT, RETURN = 0x20, 0x15, 0x35, 0x45, 0x06  # BPF operations
 ALLOW, KILL = 0x7FFF0000, 0x80000000
 
 
 def available() -> bool:
-    """Return True if there is a filter for this machine, and a kernel that takes it."""
+    """Return True if there is a filter for this machine, and its kernel supports seccomp."""
     return platform.machine() in MACHINES and Path("/proc/sys/kernel/seccomp/actions_avail").exists()
 
 
 def program(machine: str | None = None) -> bytes:
-    """The filter as an array of struct sock_filter; raises KeyError for a machine that it is not written for."""
+    """Return the filter as an array of struct sock_filter; raises KeyError for an unsupported machine."""
     abi, column = MACHINES[machine or platform.machine()]
     code = [_do(LOAD, ARCHITECTURE), *_unless(EQUAL, abi, KILL), _do(LOAD, NUMBER)]
     if column == 0:
         code += _when(NOT_LESS, X32, _error(errno.ENOSYS))
-    # glibc falls back to clone, whose flags can be seen; clone3's are in memory, where a filter does not reach.
+    # glibc falls back to clone, whose flags a filter can check; clone3's are in memory, which a filter cannot read.
     code += _when(EQUAL, CLONE3[column], _error(errno.ENOSYS))
     for numbers in DENIED.values():
         number = numbers[column]
@@ -128,7 +128,7 @@ def program(machine: str | None = None) -> bytes:
 
 
 def _do(operation: int, value: int, then: int = 0, otherwise: int = 0) -> bytes:
-    """One instruction; `then` and `otherwise` are how many of the next it skips."""
+    """Return one instruction; `then` and `otherwise` are how many of the next ones it skips."""
     return struct.pack("HBBI", operation, then, otherwise, value)
 
 
@@ -141,7 +141,7 @@ def _unless(test: int, value: int, verdict: int) -> list[bytes]:
 
 
 def _arguments(number: int, argument: int, judged: list[bytes]) -> list[bytes]:
-    """For the system call `number`: load an argument, let `judged` decide, and allow what it lets pass."""
+    """Return instructions for the system call `number`: load an argument, let `judged` decide, and allow the rest."""
     return [_do(EQUAL, number, 0, len(judged) + 2), _do(LOAD, argument), *judged, _do(RETURN, ALLOW)]
 
 

@@ -1,6 +1,6 @@
-"""A confined program as its launcher has it: started, watched for what it takes, and ended; never read.
+"""A confined program as its launcher sees it: started, watched for its use of resources, and ended, but not read.
 
-How it ended is written to a pipe, which whoever talks to the program waits on (`program.Program`).
+Its end is written to a pipe that the judging process waits on (`program.Program`).
 """
 
 import contextlib
@@ -22,7 +22,7 @@ GLANCE = 0.1  # s between two looks at memory and processes
 BUSY, BUSY_SECONDS = 10, 2.0  # threads that all run or could for so long: they take the processor from others
 WHY = 300  # characters of why a program was ended: with them an End fits into any pipe at once
 
-# Run by bubblewrap in place of a program: tells that the sandbox is there, and keeps it until stdin ends.
+# Run by bubblewrap in place of a program: reports that the sandbox is made, and keeps it until stdin is closed.
 HOLD = ["sh", "-c", "echo; exec >&-; read -r _"]
 
 
@@ -31,16 +31,16 @@ class End:
     """The way in which a program ended."""
 
     exit_status: int  # as a shell shows it: 128 + signal
-    stopped: str = ""  # why the grader ended it, for the student
+    stopped: str = ""  # why the grader ended it, in words for the student
     begun: bool = True  # whether bubblewrap could start it
 
     def to_bytes(self) -> bytes:
-        """As it travels through the pipe."""
+        """Return the bytes for the pipe."""
         return json.dumps(asdict(replace(self, stopped=self.stopped[:WHY]))).encode()
 
     @classmethod
     def from_bytes(cls, text: bytes) -> "End":
-        """Return what `to_bytes` made; a launcher that is gone has written nothing."""
+        """Return the End that `to_bytes` encoded; a launcher that died has written nothing."""
         return cls(**json.loads(text)) if text else cls(128 + signal.SIGKILL, "the grader was ended")
 
 
@@ -65,11 +65,11 @@ class Process:
     ):
         """Start `command`, and stop it when it takes more than `memory` bytes or `tasks` processes and threads.
 
-        `measured` tells its processes with the number of threads of each, given that of `command`.  It prints to the
-        descriptor `output`; its `End` is written to `end`, which is closed then.  `killed` tells why, when somebody
-        else has killed it.  `status` is the descriptor on which bubblewrap reports that it has started the program
-        itself.  With `fork`, `command` only makes the sandbox, by HOLD, and the program is what `fork(output, sandbox)`
-        begins there, see `Forkserver.run`.
+        `measured` returns the program's processes with their numbers of threads, given the id of the process of
+        `command`.  The program prints to the descriptor `output`; its `End` is written to `end`, which is then closed.
+        `killed` returns the reason when the program was killed by something else.  `status` is the descriptor on which
+        bubblewrap reports that it has started the program.  With `fork`, `command` only makes the sandbox, by HOLD, and
+        `fork(output, sandbox)` starts the program in it, see `Forkserver.run`.
         """
         self._why, self._killed = "", killed
         self._status, self._fork = status, fork
@@ -94,7 +94,7 @@ class Process:
             watch = threading.Thread(target=self._watch, args=(memory, tasks), daemon=True)
             self._waiter = threading.Thread(target=self._wait, args=(end, watch), daemon=True)
             self._waiter.start()
-            undo.pop_all()  # from here on all this is the waiter's
+            undo.pop_all()  # from here on the waiting thread owns all this
 
     @property
     def alive(self) -> bool:
@@ -102,7 +102,7 @@ class Process:
         return self._waiter.is_alive()
 
     def stop(self, why: str = "") -> None:
-        """SIGKILL to bubblewrap, whose namespaces end with it: no process in them outlives it."""
+        """End the program: SIGKILL to bubblewrap ends its namespaces with all their processes."""
         if self.alive:
             self._why = self._why or why
             with contextlib.suppress(ProcessLookupError):
@@ -115,27 +115,27 @@ class Process:
     def _wait(self, end: int, watch: threading.Thread) -> None:
         try:
             watch.start()
-        except RuntimeError:  # this machine has no room for one more thread
+        except RuntimeError:  # this machine cannot start another thread
             self.stop("this machine is too busy to watch it")
         code, begun = self._run_fork(self._fork) if self._fork else self._run()
-        if code in (-signal.SIGKILL, 128 + signal.SIGKILL):  # of bubblewrap, or as it reports it of the program
+        if code in (-signal.SIGKILL, 128 + signal.SIGKILL):  # bubblewrap's, or the program's as it reports it
             self._why = self._why or self._killed()
         if self._status is not None:
             os.close(self._status)
-        with contextlib.suppress(BrokenPipeError):  # nobody waits for it any more
+        with contextlib.suppress(BrokenPipeError):  # nobody is waiting for it any more
             os.write(end, End(code if code >= 0 else 128 - code, self._why, begun).to_bytes())
         os.close(end)
 
     def _run(self) -> tuple[int, bool]:
-        """Its exit status, or a signal's number below 0; and whether it has begun."""
+        """Return the exit status, or minus the signal, and whether the program has begun."""
         code = self._process.wait()
         return code, self._status is None or self._first_inside() is not None
 
     def _run_fork(self, fork: Callable[[int, int], IO[bytes]]) -> tuple[int, bool]:
-        """The same of a program that is forked."""
+        """Return the same for a forked program."""
         begun, status = False, -signal.SIGKILL
         try:
-            with contextlib.suppress(OSError):  # bubblewrap has been killed, or the forking process
+            with contextlib.suppress(OSError):  # bubblewrap or the forking process was killed
                 sandbox = self._made_sandbox()
                 try:
                     report = fork(self._fork_output, sandbox)
@@ -149,24 +149,24 @@ class Process:
         finally:
             os.close(self._fork_output)
             with contextlib.suppress(ProcessLookupError):
-                os.killpg(self._process.pid, signal.SIGKILL)  # with what the program has left running
+                os.killpg(self._process.pid, signal.SIGKILL)  # with the processes that the program left running
             self._process.communicate()
         return status, begun
 
     def _made_sandbox(self) -> int:
-        """A pidfd of the first process in the sandbox, once that is made; raises OSError when it is gone."""
+        """Wait for the sandbox, and return a pidfd of its first process; raises OSError when that is gone."""
         assert self._process.stdout
         self._process.stdout.read(1)
         first = self._first_inside() or 0
         sandbox = os.pidfd_open(first)
-        # Nobody has waited for bubblewrap yet, so its number is not taken again; that of its child could be.
+        # bubblewrap is not reaped yet, so its process id is not reused; that of its child could be.
         if parent(first) != self._process.pid:
             os.close(sandbox)
             raise ProcessLookupError
         return sandbox
 
     def _first_inside(self) -> int | None:
-        """The first process in the sandbox, which bubblewrap reports; None when there has been none."""
+        """Return the id of the first process in the sandbox, as reported by bubblewrap; None if there was none."""
         assert self._status is not None
         found = re.search(rb'"child-pid": (\d+)', os.read(self._status, 4096))
         return int(found[1]) if found else None

@@ -1,4 +1,4 @@
-"""The processes of a program, and what they take: their number, threads and memory, as proc(5) tells."""
+"""The processes of a program, and their numbers of threads and memory, from proc(5)."""
 
 import contextlib
 import os
@@ -10,7 +10,7 @@ from course.foundation.processes import stat
 
 
 def of_user(user: int) -> dict[int, int]:
-    """All processes that this one sees of a host user, with the number of threads of each; zombies, too."""
+    """Return all visible processes of a host user, zombies included, with the number of threads of each."""
     found = {}
     for pid in _numbers():
         with contextlib.suppress(OSError):  # it has ended meanwhile
@@ -20,10 +20,10 @@ def of_user(user: int) -> dict[int, int]:
 
 
 def of_sandbox(root: int) -> dict[int, int]:
-    """All processes in the namespaces that bubblewrap, process `root`, has made, with the number of threads of each.
+    """Return all processes in the namespaces made by bubblewrap, process `root`, with the number of threads of each.
 
-    Whatever their parents are: a process can have itself left to another, and a list of children is not complete while
-    they come and go (proc(5)).
+    Parents do not matter: a process can be adopted by another one, and a list of children may be incomplete while they
+    come and go (proc(5)).
     """
     namespaces: set[str] = set()
     with contextlib.suppress(OSError):
@@ -42,7 +42,7 @@ def _numbers() -> list[int]:
 
 
 def processes(root: int) -> dict[int, int]:
-    """Process `root` and all its descendants, with the number of threads of each."""
+    """Return process `root` and all its descendants, with the number of threads of each."""
     tree, found = [root], {}
     for pid in tree:
         with contextlib.suppress(OSError):  # it has ended meanwhile
@@ -52,15 +52,15 @@ def processes(root: int) -> dict[int, int]:
 
 
 def parent(pid: int) -> int:
-    """The process that has started process `pid`; raises OSError when that is gone."""
+    """Return the parent of process `pid`; raises OSError when `pid` is gone."""
     return int(stat(pid)[1])
 
 
 def children(pid: int) -> list[int]:
-    """The processes that process `pid` has started, and those that were left to it; raises OSError when it is gone."""
+    """Return the children of process `pid`, adopted ones included; raises OSError when it is gone."""
     found: list[int] = []
     for task in os.listdir(f"/proc/{pid}/task"):
-        # A thread that has ended meanwhile is passed over: the others' children are seen all the same.
+        # A thread that has just ended is skipped; the children of the others are still found.
         with contextlib.suppress(OSError):
             found += map(int, Path(f"/proc/{pid}/task/{task}/children").read_text().split())
     return found
@@ -77,13 +77,13 @@ def running(pids: Iterable[int]) -> int:
 
 
 def takes_more(pids: Iterable[int], most: int) -> bool:
-    """Return True if processes together take more than `most` bytes: the quick measure first, which overestimates."""
+    """Return True if processes together take more than `most` bytes; tries the quick overestimate first."""
     pids = list(pids)
     return total(pids, resident) > most and total(pids, proportional) > most
 
 
 def total(pids: Iterable[int], measure: Callable[[int], int]) -> int:
-    """The memory of some processes together, in bytes, by `measure` of one."""
+    """Return the total memory (bytes) of some processes, each by `measure`."""
     found = 0
     for pid in pids:
         with contextlib.suppress(OSError, IndexError):  # it has ended meanwhile
@@ -92,11 +92,11 @@ def total(pids: Iterable[int], measure: Callable[[int], int]) -> int:
 
 
 def resident(pid: int) -> int:
-    """Bytes of a process's memory; quick, but forks share pages and each counts them."""
+    """Return the memory (bytes) of a process; quick, but shared pages are counted for each process."""
     return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
 def proportional(pid: int) -> int:
-    """Bytes of a process's memory, shared pages divided by the number of their users; slow for a large process."""
+    """Return the memory (bytes) of a process, shared pages counted proportionally; slow for a large process."""
     found = re.search(r"^Pss:\s+(\d+) kB", Path(f"/proc/{pid}/smaps_rollup").read_text(), re.MULTILINE)
     return int(found[1]) << 10 if found else 0

@@ -1,6 +1,6 @@
-"""A host user for each program that root starts, so that the kernel counts its processes apart from all others'.
+"""A host user for each program that root starts, so that the kernel counts its processes separately.
 
-bubblewrap's `--uid` alone would leave such a program root on the host.
+With bubblewrap's `--uid` alone such a program would still be root on the host.
 """
 
 import contextlib
@@ -17,16 +17,16 @@ from autograder.errors import SandboxError, SandboxUnavailable
 from autograder.sandbox.usage import of_user
 from course.foundation.waiting import wait_until
 
-INSIDE = 65534  # what a program is inside a user namespace, where it is started by anybody but root
-SPARE = range(60600, 61100)  # left alone by Debian's and systemd's own allocations
+INSIDE = 65534  # a program's user id inside its user namespace, if anybody but root grades
+SPARE = range(60600, 61100)  # not used by Debian's and systemd's allocations
 LOCKS = Path("/run/lock/ros2-autograder")
-GONE = 5.0  # s until the processes of a user that were killed are gone
+GONE = 5.0  # s to wait until a user's killed processes are gone
 
 log = logging.getLogger("autograder")
 
 
 def available() -> bool:
-    """Return True if root may become one of the SPARE users: in a container only some users exist."""
+    """Return True if root may become one of the SPARE users: a container may map only some user ids."""
     for line in Path("/proc/self/uid_map").read_text().splitlines():
         first, _, count = map(int, line.split())
         if first <= SPARE[0] and SPARE[-1] < first + count:
@@ -36,7 +36,7 @@ def available() -> bool:
 
 @contextlib.contextmanager
 def borrowed(confinement: str) -> Iterator[int | None]:
-    """A user id that no other program has meanwhile, in the confinement "root"; None in the others."""
+    """Yield a user id that no other program has during the block, in the confinement "root"; None in the others."""
     if confinement != "root":
         yield None
         return
@@ -48,11 +48,11 @@ def borrowed(confinement: str) -> Iterator[int | None]:
 
 
 def take() -> tuple[int, int]:
-    """A user id that no other program on this machine has, and the open lock that keeps it: `give_back` frees the id.
+    """Return a user id that no other program on this machine has, and its open lock, for `give_back`.
 
-    No process of that user is left: the kernel would count it among the next program's.  Other containers' graders are
-    counted by the same kernel and have locks of their own, so each looks from another id on.  Raises SandboxError when
-    all are taken, and SandboxUnavailable when the locks are not root's.
+    The user has no processes left, because the kernel would count them for the next program.  Graders in other
+    containers share the kernel but have separate locks, so each search starts at a random id.  Raises SandboxError when
+    all ids are taken, and SandboxUnavailable when the locks do not belong to root.
     """
     _make_folder()
     first = secrets.randbelow(len(SPARE) or 1)
@@ -64,17 +64,17 @@ def take() -> tuple[int, int]:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
                 continue
-            if _is_unused(uid):  # or another container's, or whoever had it was killed, or could not end all of it
+            if _is_unused(uid):  # otherwise another container's, or left by a grader that was killed or failed
                 undo.pop_all()
                 return uid, lock
     raise SandboxError(f"all {len(SPARE)} user ids for students' programs are taken: end another grading first")
 
 
 def give_back(taken: Mapping[int, int]) -> None:
-    """Free these users, given with their locks, once nothing of them is left.
+    """Free these user ids, given with their locks, once their processes are gone.
 
-    A worker, which is the first process of its namespace, ends what there is of them.  One of whom something is left
-    all the same, dead or alive, has no next program until the kernel counts none.
+    A worker, as the first process of its namespace, kills these processes.  A user with a process left, even a zombie,
+    gets no new program until the kernel counts none.
     """
     wait_until(lambda: not _end_all(taken), GONE, alert=False)
     for uid, lock in taken.items():
@@ -84,9 +84,10 @@ def give_back(taken: Mapping[int, int]) -> None:
 
 
 def _end_all(taken: Mapping[int, int]) -> bool:
-    """Return True if there is a process of these users; zombies count, as they do for the kernel.
+    """Return True if these users have a process; zombies count, as they do for the kernel.
 
-    It gets SIGKILL where it is certainly of this worker's: elsewhere, a container's users may have the same numbers.
+    Kills the processes if they certainly are this worker's: outside its own namespace, a container's users may have the
+    same ids.
     """
     left = [process for uid in taken for process in of_user(uid)]
     for process in left if os.getpid() == 1 else []:
@@ -103,6 +104,6 @@ def _make_folder() -> None:
 
 
 def _is_unused(uid: int) -> bool:
-    """Return True if the kernel counts no process of that user, in any process namespace: it may run a program."""
+    """Return True if the kernel counts no process of that user in any process namespace, so it may be used."""
     become = ["setpriv", f"--reuid={uid}", f"--regid={uid}", "--clear-groups", "true"]
     return not subprocess.run(["prlimit", "--nproc=0", "--", *become], capture_output=True).returncode

@@ -1,4 +1,4 @@
-"""The environment variables of a student's program, and what the grader's own ROS 2 processes share with them."""
+"""The environment variables of a student's program, and those that it shares with the grader's ROS 2 processes."""
 
 import os
 import sys
@@ -7,23 +7,24 @@ from pathlib import Path
 from autograder.paths import COURSE, PACKAGE
 from course import environment
 
-# What each installation of ROS 2 with Python has, by the ament resource index, and a workspace over it does not.
+# An ament resource that each ROS 2 installation with Python has, but a workspace does not.
 OF_ROS = "share/ament_index/resource_index/packages/rclpy"
 
 
 def ros_prefixes() -> list[Path]:
-    """The install prefixes of ROS 2: this environment's, and a sourced installation's.
+    """Return the install prefixes of ROS 2: this environment's, and a sourced installation's.
 
-    Those of a sourced workspace are left out: what somebody built there, a solution perhaps, is nobody else's to see.
+    A sourced workspace is left out: it may contain somebody's solution.
     """
     prefixes = map(Path, os.environ["AMENT_PREFIX_PATH"].split(os.pathsep))
     return [prefix for prefix in prefixes if (prefix / OF_ROS).is_file()]
 
 
 def ros_variables(domain: int, own_network: bool) -> dict[str, str]:
-    """Return what the grader's and the student's ROS 2 processes have in common.
+    """Return the variables that the grader's and the student's ROS 2 processes have in common.
 
-    Over UDP, because the two share no /dev/shm; by multicast, because LOCALHOST discovery does not cross namespaces.
+    They use UDP, because the two share no /dev/shm, and multicast, because LOCALHOST discovery does not cross
+    namespaces.
     """
     return {
         "ROS_DOMAIN_ID": str(domain),
@@ -35,7 +36,7 @@ def ros_variables(domain: int, own_network: bool) -> dict[str, str]:
 
 
 def of_judge(home: str) -> dict[str, str]:
-    """All environment variables of the process that judges, and has the empty folder `home`."""
+    """Return all environment variables of the judging process, whose home is the empty folder `home`."""
     variables = of_program(0, home, None, str(environment.DISCOVERY_PROFILE), confined=True)
     modules = [variables["PYTHONPATH"], str(PACKAGE.parent), str(COURSE.parent)]
     return variables | {
@@ -47,7 +48,7 @@ def of_judge(home: str) -> dict[str, str]:
 
 
 def of_program(domain: int, home: str, interfaces: str | None, profile: str, confined: bool) -> dict[str, str]:
-    """All environment variables of a program in ROS domain `domain`.
+    """Return all environment variables of a program in ROS domain `domain`.
 
     `home`, `interfaces` (the install prefix of an exercise's own interface package) and `profile` (Fast DDS's) are
     paths as the program sees them.
@@ -63,13 +64,13 @@ def of_program(domain: int, home: str, interfaces: str | None, profile: str, con
         "PATH": f"{sys.prefix}/bin:/usr/local/bin:/usr/bin:/bin",
         "HOME": home,
         "LANG": "C.UTF-8",
-        "PYTHONUNBUFFERED": "1",  # what print() writes must be seen at once
+        "PYTHONUNBUFFERED": "1",  # print() must be seen at once
         "PYTHONDONTWRITEBYTECODE": "1",
         "PYTHONPATH": os.pathsep.join(python),
         "LD_LIBRARY_PATH": os.pathsep.join(libraries),
         "AMENT_PREFIX_PATH": os.pathsep.join(prefixes),
-        "OPENBLAS_NUM_THREADS": "1",  # every ROS 2 program loads NumPy, whose idle threads take a third of its start
-        "ROS_PYTHON_CHECK_FIELDS": "1",  # a field of a wrong type is an exception, not the end of the process
+        "OPENBLAS_NUM_THREADS": "1",  # every ROS 2 program loads NumPy, whose unused threads take a third of the start
+        "ROS_PYTHON_CHECK_FIELDS": "1",  # a field of a wrong type raises an exception instead of ending the process
         "ROS_DISTRO": os.environ.get("ROS_DISTRO", "jazzy"),
         "ROS_VERSION": "2",
         "ROS_LOG_DIR": "/tmp/log" if confined else f"{home}/log",

@@ -1,8 +1,8 @@
 """A confined program's view of the file system, as options of bubblewrap.
 
-The system and the folders that Python and ROS 2 are installed in, read-only, and an empty home folder with the
-handed-in files in it.  Of the grader nothing, wherever it is: beside these folders (a checkout with its `.venv`),
-inside one of them (an installed package), or both (a checkout in /usr/src).
+It sees the system and the folders of Python and ROS 2, read-only, and a home folder with only the handed-in files.  It
+sees nothing of the grader, wherever that is: beside these folders (a checkout with its `.venv`), inside one of them (an
+installed package), or both (a checkout in /usr/src).
 """
 
 import os
@@ -16,7 +16,7 @@ from autograder.sandbox.variables import ros_prefixes
 from course import environment
 
 HOME = "/home/student"
-JUDGE_HOME = "/run/judging"  # of the process that judges: empty for each job
+JUDGE_HOME = "/run/judging"  # of the judging process: empty for each job
 INTERFACES = "/opt/interfaces"
 PROFILE = "/opt/discovery.xml"
 SYSTEM = ("bin", "sbin", "lib", "lib32", "lib64")  # on most systems links into /usr
@@ -28,8 +28,8 @@ SYSTEM_FILES = {
     "/etc/nsswitch.conf": "passwd: files\ngroup: files\nhosts: files\n",
 }
 SCRATCH = 64 << 20  # bytes that fit into the home folder, /tmp and /dev/shm together
-FILES = 4096  # files and folders, the same; the kernel keeps a kilobyte of each, which counts for no process
-STORE = "/mnt"  # where that file system is mounted, in a mount namespace of the program's own
+FILES = 4096  # files and folders in all three; each takes a kilobyte in the kernel, which is counted for no process
+STORE = "/mnt"  # where that file system is mounted, in the program's mount namespace
 # bubblewrap's own file systems have no limit to the number of files.
 MOUNT = f"""set -e
 mount -t tmpfs -o size={SCRATCH},nr_inodes={FILES},nosuid,nodev,mode=0755 tmpfs {STORE}
@@ -40,17 +40,17 @@ exec "$@"
 
 
 def with_store(command: list[str]) -> list[str]:
-    """A command line that mounts an empty file system for what a program writes, and runs bubblewrap's `command`."""
+    """Return a command line that mounts an empty file system for a program's files, and runs bubblewrap's `command`."""
     return ["unshare", "--mount", "--propagation", "private", "sh", "-c", MOUNT, "sh", *command]
 
 
 def options(
     uid: int, files: Mapping[str, bytes], interfaces: Path | None, to_read: Callable[[bytes], str]
 ) -> list[str]:
-    """bubblewrap's options for the file system of a program that runs as user `uid` and has `files` in its home folder.
+    """Return bubblewrap's options for the file system of a program of user `uid`, with `files` in its home folder.
 
-    `interfaces` is the install prefix of an exercise's own interface package.  `to_read` makes a descriptor, which
-    bubblewrap inherits, of a file's content.
+    `interfaces` is the install prefix of an exercise's own interface package.  `to_read` turns a file's content into a
+    descriptor that bubblewrap inherits.
     """
     view = [*_stored_system(uid, to_read), *_stored("home", HOME), *installed(folders(paths.private()), interfaces)]
     view += ["--perms", "0755", "--dir", "/opt", "--ro-bind", str(environment.DISCOVERY_PROFILE), PROFILE]
@@ -62,9 +62,9 @@ def options(
 
 
 def of_judge(interfaces: Path, to_read: Callable[[bytes], str]) -> list[str]:
-    """The same for the process that judges: it sees the grader's code in place of files handed in, but no hidden suite.
+    """Return the same for the judging process: it sees the grader's code, no handed-in files, and no hidden suite.
 
-    The suite of one exercise is sent to it with the files to judge.  `interfaces` is the folder of all built interface
+    It receives the suite of one exercise with the files to judge.  `interfaces` is the folder of all built interface
     packages, which it sees as INTERFACES.
     """
     private = [folder for folder in (paths.checkout(), HIDDEN) if folder]
@@ -83,11 +83,11 @@ def _stored_system(uid: int, to_read: Callable[[bytes], str]) -> list[str]:
 def system(
     files: Mapping[str, str], to_read: Callable[[bytes], str], shared_memory: list[str], temporary: list[str]
 ) -> list[str]:
-    """The system, read-only, with these `files` of /etc, and a /proc and a /dev of one's own.
+    """Return the options for a read-only system with these `files` of /etc, and a new /proc and /dev.
 
     `shared_memory` and `temporary` are the options that mount /dev/shm and /tmp.
     """
-    view = ["--perms", "0755", "--dir", "/etc"]  # whatever the umask
+    view = ["--perms", "0755", "--dir", "/etc"]  # independent of the umask
     for name in SYSTEM:
         link = Path("/", name).is_symlink()
         view += (
@@ -102,19 +102,19 @@ def system(
 
 
 def expected() -> list[str]:
-    """Return what a program may see: these files, folders and all in them, and the way to each from the root folder."""
+    """Return the paths that a program may see: these files and folders with all in them, and the folders above each."""
     links = [f"/{name}" for name in SYSTEM]
     mounted = ["/proc", "/dev", "/tmp", HOME, PROFILE, *CONFIGURATION, *SYSTEM_FILES]
     return [*links, *mounted, *(str(folder) for folder, visible in folders(paths.private()).items() if visible)]
 
 
 def _stored(name: str, path: str) -> list[str]:
-    # bubblewrap would make the folder above readable to root alone.
+    # bubblewrap itself would make the folder above readable by root only.
     return ["--perms", "0755", "--dir", str(Path(path).parent), "--bind", f"{STORE}/{name}", path]
 
 
 def installed(folders: Mapping[Path, bool], interfaces: Path | None = None) -> list[str]:
-    """These `folders` (see `folders`), and the one of `interfaces` although it may lie in a hidden one."""
+    """Return the options for `folders` (see `folders`), and for `interfaces`, although it may be in a hidden one."""
     view: list[str] = []
     decided: dict[Path, bool] = {}
     for folder, visible in folders.items():
@@ -123,7 +123,7 @@ def installed(folders: Mapping[Path, bool], interfaces: Path | None = None) -> l
             continue
         decided[folder] = visible
         if visible:
-            # bubblewrap would make the folders above readable to root alone.
+            # bubblewrap itself would make the folders above readable by root only.
             for parent in reversed(folder.parents[:-1]):
                 view += ["--perms", "0755", "--dir", str(parent)]
             view += ["--ro-bind", str(folder), str(folder)]
@@ -134,12 +134,12 @@ def installed(folders: Mapping[Path, bool], interfaces: Path | None = None) -> l
 
 
 def folders(private: list[Path]) -> dict[Path, bool]:
-    """The folders that Python and ROS 2 are installed in (True), and what is `private` in them and is hidden (False).
+    """Return the folders of Python and ROS 2 (True), and the `private` folders in them, which are hidden (False).
 
-    Outer ones come before inner ones, which overrule them.
+    Outer folders come before inner ones, which override them.
     """
     prefixes = [Path("/usr"), Path(sys.prefix), Path(sys.base_prefix), *ros_prefixes()]
-    shown = [place for prefix in prefixes for place in (prefix, prefix.resolve())]  # links are named and followed
+    shown = [place for prefix in prefixes for place in (prefix, prefix.resolve())]  # both the link and its target
     found = dict.fromkeys(shown, True)
     for secret in private:
         for folder in shown:
@@ -149,5 +149,5 @@ def folders(private: list[Path]) -> dict[Path, bool]:
 
 
 def outer_first(folders: Mapping[Path, bool]) -> dict[Path, bool]:
-    """The same, as `installed` needs them: an inner one overrules the one around it."""
+    """Return the same in the order that `installed` needs: an inner folder overrides the one around it."""
     return dict(sorted(folders.items(), key=lambda item: len(item[0].parts)))

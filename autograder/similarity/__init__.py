@@ -1,16 +1,16 @@
 """`autograder similar`: pairs of submissions that are more alike than the exercise makes them.
 
-Each program is reduced to what stays when it is disguised: Python's own tokens without names, values, comments,
-docstrings and layout (`tokens`).  Hashes of some of its runs of tokens are its fingerprints (`winnowing`).  What every
-student was given - the notebooks' stubs and examples, the chapter's nodes - leaves no fingerprints (`sources`).
+Each program is reduced to tokens that survive disguise: Python's tokens without names, values, comments, docstrings and
+layout (`tokens`).  Hashes of some of its runs of tokens are its fingerprints (`winnowing`).  Code that every student
+was given - the notebooks' stubs and examples, the chapter's nodes - leaves no fingerprints (`sources`).
 
-Right answers to a short exercise are alike by nature.  So a shared fingerprint counts the more the fewer submissions
-have it, and the score of a pair is the share of the shorter program that is found in the other one and hardly anywhere
-else (`comparing`).  It is a reason to look at the two side by side (`marking`, `presenting`), not a verdict.
+Right answers to a short exercise are naturally alike.  So a shared fingerprint counts more if fewer submissions have
+it, and the score of a pair is the share of the shorter program that is found in the other one and hardly anywhere else
+(`comparing`).  It is a reason to look at the two side by side (`marking`, `presenting`), not a verdict.
 
 Written here rather than taken from copydetect (MIT, 0.5.0 of 2024, the same algorithm): it reads files by path, follows
-links, compares the pairs one after the other, counts what all share like what two share, and its page loads scripts
-from other sites.
+links, compares the pairs one after the other, does not weight common code less than rare code, and its page loads
+scripts from other sites.
 """
 
 from collections import defaultdict
@@ -26,8 +26,8 @@ __all__ = ["find"]
 def find(folder: Path, assignment: str | None, top: int, earlier: Iterable[Path] = ()) -> list[Finding]:
     """The `top` pairs of submissions that are most alike, by exercise; raises UsageError.
 
-    The folder is what `autograder grade` was given, or its output, which says for each result where the files are.  So
-    are the folders of `earlier` courses: those in `folder` are compared with theirs, too.
+    `folder` is the one that `autograder grade` was given, or its output, which records where the files are.  The
+    folders of `earlier` courses can be either, too; their submissions are compared with those in `folder`.
     """
     before = defaultdict(list)
     for other in earlier:

@@ -13,8 +13,8 @@ from autograder.similarity.tokens import tokens
 from autograder.similarity.winnowing import Program, grams, program
 from autograder.submissions import exercises
 
-ENOUGH = 10  # fingerprints: a shorter program counts as if it had as many, for it shows little
-LONGEST = 50_000  # characters of a file, five times what the exercises need: more costs everybody minutes
+ENOUGH = 10  # fingerprints: a program with fewer counts as if it had as many, because it proves little
+LONGEST = 50_000  # characters of a file, five times what the exercises need: longer ones would take minutes
 LEAST = 1  # score of a pair that is shown
 
 
@@ -25,20 +25,20 @@ class Pair:
     left: str  # student
     right: str  # student
     score: float  # 0 to 100: the share of the shorter one that is in the other, and hardly anywhere else
-    shared: float  # 0 to 100: the same, wherever else it is
-    identical: list[str]  # files that are the same to the byte
+    shared: float  # 0 to 100: the share of the shorter one that is in the other, common code included
+    identical: list[str]  # files that are byte for byte the same
     files: list[SideBySide] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
 class Finding:
-    """All about one exercise."""
+    """The result of comparing the submissions to one exercise."""
 
     assignment: str
     programs: int  # how many were compared
     pairs: list[Pair]  # the most alike first
     scores: list[float]  # of all pairs, rising
-    left_out: list[str]  # students who handed in no Python file that can be read, and is not too long
+    left_out: list[str]  # students without a Python file that can be read and is not too long
 
     @property
     def title(self) -> str:
@@ -46,7 +46,7 @@ class Finding:
         return exercises.load(self.assignment).title
 
     def below(self, percent: float) -> float:
-        """The score below which this share of all pairs lies."""
+        """Return the score below which `percent` of all pairs lie."""
         return self.scores[min(len(self.scores) - 1, int(len(self.scores) * percent / 100))] if self.scores else 0.0
 
 
@@ -59,8 +59,8 @@ def compare(
 ) -> Finding:
     """Compare every submission with every other, and lay the `top` most alike pairs side by side, identical ones first.
 
-    `handed_in` has the texts of each student, by file; what is in the texts `known` to all is not compared.  Those of
-    `earlier` courses are compared with these, and not with each other.
+    `handed_in` has the texts of each student, by file; code in the texts `known` to all is not compared.  Texts of
+    `earlier` courses are compared with these, but not with each other.
     """
     boilerplate = {gram for text in known for gram in grams(tokens(text))}
     every = [program(student, _short(texts), boilerplate) for student, texts in handed_in]
@@ -100,9 +100,9 @@ def _short(texts: dict[str, str]) -> dict[str, str]:
 
 
 def _identical(programs: list[Program], boilerplate: set[int]) -> NDArray[np.floating]:
-    """For each two programs, shape (programs, programs), how many files are the same to the letter.
+    """Return the number of identical files of each two programs, shape (programs, programs).
 
-    Files that students were given count for nothing.
+    Files that students were given do not count.
     """
     owners: dict[tuple[str, str], list[int]] = defaultdict(list)
     for number, one in enumerate(programs):
@@ -116,7 +116,7 @@ def _identical(programs: list[Program], boilerplate: set[int]) -> NDArray[np.flo
 
 
 def _scores(programs: list[Program], owners: dict[int, list[int]]) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
-    """For each two programs, shape (programs, programs), the score and what they share, both 0 to 100."""
+    """Return the score and the shared part of each two programs, both 0 to 100, shape (programs, programs)."""
     weight = np.zeros((len(programs), len(programs)), dtype=np.float32)
     count = np.zeros_like(weight)
     for those in owners.values():
@@ -130,5 +130,5 @@ def _scores(programs: list[Program], owners: dict[int, list[int]]) -> tuple[NDAr
 
 
 def _rarity(owners: int, programs: int) -> float:
-    """Return a fingerprint's weight: 1 when only two have it, less the more there are, little when all have it."""
+    """Return a fingerprint's weight: 1 if only two programs have it, less if more do, little if all do."""
     return math.log((programs + 1) / owners) / math.log((programs + 1) / 2)

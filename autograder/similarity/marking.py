@@ -1,4 +1,4 @@
-"""The texts of two submissions side by side: what they have in common is marked, passage by passage."""
+"""The texts of two submissions side by side, with common passages marked."""
 
 import statistics
 from collections import Counter
@@ -9,20 +9,20 @@ from typing import NamedTuple
 
 from autograder.similarity.winnowing import WINDOW, K, Place, Program
 
-UNMARKED = 0  # the number of what is not alike
-CLOSE = K + WINDOW  # tokens from a fingerprint to the next one of the same passage, at most
-NEVER_COMMON = 3  # programs: a passage that no more of them have is not common, however small the class
-COMMON = 1 / 4  # of all programs: a passage that more of them have is common
+UNMARKED = 0  # the number of text that is not alike
+CLOSE = K + WINDOW  # tokens at most from a fingerprint to the next one of the same passage
+NEVER_COMMON = 3  # programs: a passage in no more than these is not common, however small the class
+COMMON = 1 / 4  # of all programs: a passage in more of them is common
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A part of a text.  Unless its number is UNMARKED, it is alike to the parts opposite that have the same number."""
+    """A part of a text.  Unless its number is UNMARKED, it resembles the opposite parts with the same number."""
 
     text: str
     number: int
     common: bool = False  # many other submissions have it as well
-    first: bool = False  # of its number in this text: what a link leads to
+    first: bool = False  # the first with its number in this text, the target of a link
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Step(NamedTuple):
 
 
 class Span(NamedTuple):
-    """Some tokens of a file in a row."""
+    """A run of tokens of a file."""
 
     file: str
     begin: int  # number of the first token
@@ -68,7 +68,7 @@ class Passage:
 
 
 class Side:
-    """One of the two programs while its tokens get the numbers of passages."""
+    """One of the two programs, while its tokens are numbered by passage."""
 
     def __init__(self, program: Program):
         self._program = program
@@ -80,13 +80,13 @@ class Side:
         return self._numbers[span.file][span.begin : span.end]
 
     def mark(self, span: Span, number: int) -> None:
-        """Give these tokens a number, except those that have one."""
+        """Give these tokens a number, except those that already have one."""
         self._numbers[span.file][span.begin : span.end] = [old or number for old in self.numbers(span)]
 
     def pieces(self, name: str, common: Mapping[int, bool]) -> Iterator[Piece]:
         """The text of a file, cut where the numbers of its tokens change; `common` tells which numbers are.
 
-        To be asked for one file after the other, in the order they are shown.
+        Call it for one file after the other, in the order in which they are shown.
         """
         text = self._program.texts.get(name, "")
         done = 0
@@ -112,7 +112,7 @@ def side_by_side(left: Program, right: Program, owners: Mapping[int, int], progr
     one, other = Side(left), Side(right)
     common = {UNMARKED: False}
     for passage in sorted(passages(left, right), key=lambda passage: len(passage.steps), reverse=True):
-        # What is mostly alike to another passage already, gets its number: the left has it twice.
+        # A passage that mostly resembles another one gets the number of that: the left program has it twice.
         opposite = other.numbers(passage.right)
         taken, times = Counter(opposite).most_common(1)[0]
         number = taken if taken != UNMARKED and times > len(opposite) / 2 else len(common)

@@ -16,7 +16,7 @@ def describe(finding: Finding) -> str:
     head = f"{finding.assignment}: {finding.programs} submissions, {len(finding.scores)} pairs"
     if finding.scores:
         head += f"; half of them score at most {finding.below(50):.0f}, 95 of 100 at most {finding.below(95):.0f}"
-    lines = [head]  # a student's name may hold anything
+    lines = [head]  # a student's name may contain anything
     for pair in finding.pairs:
         same = f", the same to the letter: {', '.join(pair.identical)}" if pair.identical else ""
         lines.append(one_line(f"{pair.score:4.0f}  {pair.left} and {pair.right} ({pair.shared:.0f} % in common{same})"))
@@ -29,7 +29,7 @@ def describe(finding: Finding) -> str:
 
 
 def striking(finding: Finding) -> list[str]:
-    """Return the pairs that an instructor should see without asking: identical files, and scores far above the rest."""
+    """Return the pairs that are reported unasked: identical files, and scores far above the rest."""
     return [
         f"{finding.assignment}: {pair.left} and {pair.right}"
         + (f" (the same to the letter: {', '.join(pair.identical)})" if pair.identical else f" ({pair.score:.0f})")
@@ -44,5 +44,5 @@ def page(findings: Iterable[Finding]) -> str:
 
 
 def write(findings: Iterable[Finding], target: Path) -> None:
-    """Write the page, for the instructor alone."""
+    """Write the page, readable by the instructor only."""
     storage.replace(target, page(findings).encode(errors="replace"), storage.PRIVATE)

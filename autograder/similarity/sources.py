@@ -1,4 +1,4 @@
-"""The programs to compare, and their sources: the programs handed in, and what students were given."""
+"""The programs to compare: those handed in, and those that students were given."""
 
 import re
 from collections.abc import Iterable
@@ -16,7 +16,7 @@ COMMAND = re.compile(r"^[%!].*$", re.MULTILINE)  # Jupyter's, not Python's
 
 
 def places(folder: Path, assignment: str | None) -> dict[tuple[str, str], Path]:
-    """For each student and assignment the folder of submissions.
+    """Return the folder of submissions for each student and assignment.
 
     The folder is one of submissions, or an output of `autograder grade`.  Raises UsageError when it holds nothing, or
     when an output does not say where the submissions are.
@@ -35,7 +35,7 @@ def places(folder: Path, assignment: str | None) -> dict[tuple[str, str], Path]:
 
 
 def files(submitted: Path, student: str, assignment: str) -> dict[str, str]:
-    """The Python files of a submission that can be read, also when others are missing."""
+    """Return the readable Python files of a submission, even if others are missing."""
     found = {}
     if not (submitted / student).is_symlink():
         for name in exercises.load(assignment).files:

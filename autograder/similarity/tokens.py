@@ -1,4 +1,4 @@
-"""A Python program as the tokens that stay when it is disguised."""
+"""A Python program as tokens that survive disguise."""
 
 import io
 import keyword
@@ -6,9 +6,9 @@ import tokenize
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-MAX_RESTARTS = 100  # after what Python cannot read in a file
+MAX_RESTARTS = 100  # restarts after text in a file that Python cannot tokenize
 
-# The kinds of tokens whose text does not count; of all others the kind is the text.
+# The kinds of tokens whose text does not count; for all others the text is the kind.
 NAME, NUMBER, STRING, NEWLINE = "n", "0", "s", "\n"
 
 
@@ -22,12 +22,12 @@ class Token:
 
 
 def clean(text: str) -> str:
-    """The text with Python's line ends, and without what its tokenizer stops at."""
+    """Return the text with Python's line ends, and without characters that stop its tokenizer."""
     return text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n").replace("\0", "\ufffd")
 
 
 def tokens(text: str) -> list[Token]:
-    """The tokens of a Python text without what a copier changes at no cost; what is not Python is passed over."""
+    """Return the tokens of a Python text without those that are cheap to change; skips text that is not Python."""
     starts = [0]  # of each line
     for line in text.split("\n"):
         starts.append(starts[-1] + len(line) + 1)
@@ -57,8 +57,8 @@ def tokens(text: str) -> list[Token]:
 
 
 def _raw(text: str) -> Iterator[tokenize.TokenInfo]:
-    """Python's own tokens; after an error those from the next line on."""
-    lines = text.encode(errors="replace").decode().split("\n")  # half of a pair of surrogates has no UTF-8
+    """Yield Python's own tokens; after an error, those from the next line on."""
+    lines = text.encode(errors="replace").decode().split("\n")  # a lone surrogate cannot be encoded
     done = 0  # lines
     for _ in range(MAX_RESTARTS):
         reached = 0

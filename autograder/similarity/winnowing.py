@@ -1,7 +1,7 @@
 """The fingerprints of programs (Schleimer, Wilkerson, Aiken: Winnowing, SIGMOD 2003).
 
-Of every K tokens in a row a hash is made, a gram; of every WINDOW grams in a row the smallest is a fingerprint.  So two
-programs with a run of K + WINDOW - 1 tokens in common share a fingerprint, wherever the run stands.
+Every K consecutive tokens are hashed into a gram; of every WINDOW consecutive grams the smallest is a fingerprint.  So
+two programs with a common run of K + WINDOW - 1 tokens share a fingerprint, wherever the run is.
 """
 
 from collections import defaultdict
@@ -14,7 +14,7 @@ from autograder.similarity.tokens import Token, tokens
 
 K = 12  # tokens in a row that are hashed together
 WINDOW = 5  # grams of which one is kept
-MAX_PLACES = 20  # that are shown of one fingerprint in a submission: a million equal lines must not take hours
+MAX_PLACES = 20  # shown of one fingerprint in a submission: a million equal lines must not take hours
 
 
 class Place(NamedTuple):
@@ -35,7 +35,7 @@ class Program:
 
 
 def program(student: str, texts: Mapping[str, str], boilerplate: Collection[int]) -> Program:
-    """Return what a student handed in, `texts` by file, with its fingerprints; the grams in `boilerplate` are none."""
+    """Return a student's submission, `texts` by file, with its fingerprints, which exclude grams in `boilerplate`."""
     found = {name: tokens(text) for name, text in texts.items()}
     prints: dict[int, list[Place]] = defaultdict(list)
     for name, these in found.items():
@@ -55,7 +55,7 @@ def grams(found: list[Token]) -> list[int]:
 
 
 def winnow(hashes: list[int], boilerplate: Collection[int]) -> list[int]:
-    """The numbers of the fingerprints: in each window the smallest gram, of equal ones the last, but no boilerplate."""
+    """Return the indices of the fingerprints: in each window the last of the smallest grams, without boilerplate."""
     numbers = set()
     for begin in range(max(1, len(hashes) - WINDOW + 1)):
         window = [

@@ -1,4 +1,4 @@
-"""The hidden tests that a suite declares: read from its text, without importing it.
+"""The hidden tests that a suite declares, read from its text without importing it.
 
 A test is a function `test_...` with `@points(NUMBER, cell="NAME")` and a docstring, its title.  Number and name must
 stand there as literals.
@@ -17,9 +17,9 @@ FORM = '@points(NUMBER, cell="NAME")'
 
 @dataclass(frozen=True)
 class Test:
-    """A hidden test as the student may know it."""
+    """The public part of a hidden test."""
 
-    __test__ = False  # not one of pytest's own
+    __test__ = False  # tells pytest that this is not a test class
     id: str
     title: str
     points: float
@@ -31,7 +31,7 @@ def tests(suite: Path) -> tuple[Test, ...]:
     try:
         functions = [part for part in ast.parse(suite.read_bytes()).body if isinstance(part, ast.FunctionDef)]
     except SyntaxError as error:
-        where = f"{suite}, line {error.lineno}" if error.lineno else f"{suite}"  # no line: a null byte, in Python 3.12
+        where = f"{suite}, line {error.lineno}" if error.lineno else f"{suite}"  # none for a null byte, in Python 3.12
         raise BrokenExercise(f"{where}: {error.msg}") from None
     except ValueError as error:  # a null byte
         raise BrokenExercise(f"{suite}: {error}") from None
@@ -58,7 +58,7 @@ def tests(suite: Path) -> tuple[Test, ...]:
 
 
 def _points(decorator: ast.expr) -> ast.Call | None:
-    """The decorator if it is a call of `points`, or else None."""
+    """Return the decorator if it is a call of `points`, or else None."""
     called = decorator.func if isinstance(decorator, ast.Call) else None
     return decorator if isinstance(decorator, ast.Call) and getattr(called, "id", "") == "points" else None
 

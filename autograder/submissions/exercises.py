@@ -2,8 +2,8 @@
 
 `exercise.toml` names the files handed in and the interface package; the suite's tests carry their points in a decorator
 and their title in the docstring (`declared_tests`).  Both are read without importing the suite, so that the coordinator
-knows which verdicts must come back whatever happens in the worker.  To a worker on another machine the folder travels
-as bytes.
+knows which verdicts must come back whatever happens in the worker.  The folder is sent as bytes to a worker on another
+machine.
 """
 
 import hashlib
@@ -32,16 +32,16 @@ class Exercise:
     name: str
     folder: Path  # where the suite and the reference interfaces are
     title: str
-    files: tuple[str, ...]  # handed in
+    files: tuple[str, ...]  # that students hand in
     package: str  # of the interfaces that lie beside the suite, or ""
     time_limit: float  # s, for all tests together
-    early: dict[str, list[str]]  # command lines, by name, that are started before all else
+    early: dict[str, list[str]]  # command lines, by name, that are started before everything else
     tests: tuple[Test, ...]
-    whole: bool = True  # or has only some of the suite's tests, see `part`
+    whole: bool = True  # False if it has only some of the suite's tests, see `part`
 
     @property
     def taken(self) -> frozenset[str]:
-        """The names of the files that are taken from what was handed in: those of the exercise, and its notebook."""
+        """Return the names of the files taken from a hand-in: those of the exercise, and its notebook."""
         return frozenset({*self.files, f"{self.name}.ipynb"})
 
     @property
@@ -65,7 +65,7 @@ class Exercise:
     def part(self, *tests: str) -> "Exercise":
         """Return the exercise with only these hidden tests, named by their ids; raises ValueError for others.
 
-        The project's own tests judge answers by it.  It makes no grades: `grading.single.grade` refuses it.
+        For the project's own tests only: `grading.single.grade` refuses a part.
         """
         if not tests or not {*tests} <= {test.id for test in self.tests}:
             raise ValueError(f"{self.name} must be judged by some of its hidden tests, not by {', '.join(tests)!r}")
@@ -96,7 +96,7 @@ def load(name: str, hidden: Path | None = None) -> Exercise:
             early=said.get("early", _runs, 'a table of command lines, such as run = ["client.py", "5"]', default={}),
             tests=declared_tests.tests(folder / "suite.py"),
         )
-    except ValueError as error:  # TOML's and those of decoding
+    except ValueError as error:  # from TOML or from decoding
         raise BrokenExercise(f"the exercise {name} cannot be read: {description}: {error}") from None
     except OSError as error:
         raise BrokenExercise(f"the exercise {name} cannot be read: {error}") from None
@@ -110,9 +110,9 @@ class _Description:
     said: dict[str, Any]
 
     def get(self, key: str, check: Callable[[object], Value | None], form: str, default: Value | None = None) -> Value:
-        """The value that `check` makes of the key's; raises BrokenExercise when it makes None, or when it is not there.
+        """Return `check` of the key's value; raises BrokenExercise when that is None, or the key is missing.
 
-        `form` tells the instructor what it must be.
+        `form` tells the instructor the expected form.
         """
         if key not in self.said:
             if default is None:
@@ -164,7 +164,7 @@ class Packed:
 
     @cached_property
     def digest(self) -> str:
-        """A hash of the names and contents."""
+        """Return a hash of the names and contents."""
         parts = (part for path, content in sorted(self.files.items()) for part in (path.encode(), content))
         return hashlib.sha256(b"".join(b"%d:%s" % (len(part), part) for part in parts)).hexdigest()
 
@@ -205,7 +205,7 @@ def _text(value: object) -> str | None:
 
 
 def _file_names(value: object) -> tuple[str, ...] | None:
-    """The plain names of files, at least one and none twice."""
+    """Return the value if it is a list of plain, distinct file names, at least one; otherwise None."""
     names = value if isinstance(value, list) else []
     right = all(isinstance(name, str) and name == Path(name).name != ".." for name in names)
     return tuple(names) if names and right and len(names) == len(set(names)) else None
@@ -218,7 +218,7 @@ def _seconds(value: object) -> float | None:
 
 
 def _runs(value: object) -> dict[str, list[str]] | None:
-    """Command lines, lists of words, by name."""
+    """Return the value if it is a dict of command lines (lists of words) by name; otherwise None."""
     if not isinstance(value, dict):
         return None
     right = all(isinstance(run, list) and run and all(isinstance(word, str) for word in run) for run in value.values())

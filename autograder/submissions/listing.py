@@ -1,4 +1,4 @@
-"""A folder of submissions, laid out as `<student>/<assignment>/<files>`: who handed in what."""
+"""A folder of submissions, laid out as `<student>/<assignment>/<files>`."""
 
 import hashlib
 import os
@@ -10,7 +10,7 @@ from autograder.records import Submission
 from autograder.submissions import exercises, reading
 from course.foundation.untrusted import one_line
 
-JUNK = {"__MACOSX", "@eaDir"}  # what archives and file servers leave
+JUNK = {"__MACOSX", "@eaDir"}  # left by archives and file servers
 
 
 def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> list[tuple[str, str]]:
@@ -22,7 +22,7 @@ def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> li
     chosen = list(students) or present
     if missing := sorted(set(chosen) - set(present)):
         raise UsageError(f"no folder in {submitted} for student {missing[0]!r}")
-    # lexists: a link or a file in the place of the folder was handed in too, and is refused when it is read.
+    # lexists: a link or a file in place of the folder counts as handed in, and is refused when it is read.
     found = [(student, name) for student in chosen for name in known if os.path.lexists(submitted / student / name)]
     if not found:
         what = f"{assignment} of " if assignment else ""
@@ -35,7 +35,7 @@ def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> li
 
 
 def _entries(submitted: Path) -> list[os.DirEntry]:
-    """Return what is in the folder of submissions, by name, without what archives and file servers leave."""
+    """Return the entries of the folder of submissions, by name, without those left by archives and file servers."""
     return sorted(
         (entry for entry in os.scandir(submitted) if not entry.name.startswith(".") and entry.name not in JUNK),
         key=lambda entry: entry.name,
@@ -43,7 +43,7 @@ def _entries(submitted: Path) -> list[os.DirEntry]:
 
 
 def _is_text(name: str) -> bool:
-    """Return True if a name is UTF-8; in any other coding it cannot be written into results or the gradebook."""
+    """Return True if a name is UTF-8; any other encoding cannot be written into results or the gradebook."""
     try:
         name.encode()
     except UnicodeEncodeError:
@@ -52,7 +52,7 @@ def _is_text(name: str) -> bool:
 
 
 def overlooked(submitted: Path) -> list[str]:
-    """Return what looks like a submission in another form, which `find` leaves out: a line each, for the instructor."""
+    """Return a line for the instructor about each entry that `find` ignores but that looks like a submission."""
     hints = [
         f"{entry.name}: left out, because its name begins with a full stop"
         for entry in os.scandir(submitted)
@@ -76,7 +76,7 @@ def overlooked(submitted: Path) -> list[str]:
 
 
 def read(submitted: Path, student: str, assignment: str) -> Submission:
-    """One submission of the folder."""
+    """Read one submission of the folder."""
     if (submitted / student).is_symlink():
         return Submission(student, assignment, problems=[f"{student} is a link: hand in the folder itself."])
     return reading.read(submitted / student / assignment, student, assignment, exercises.load(assignment).files)

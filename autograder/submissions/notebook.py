@@ -1,7 +1,7 @@
-"""A notebook as handed in, read without running or trusting it, and a copy that is safe to show.
+"""A handed-in notebook, read without running or trusting it, and a copy that is safe to show.
 
-Whatever a student writes into a notebook file, the copy is built anew from parts of a known kind: text, pictures, and
-HTML without scripts, attributes or styles.
+Whatever is in the notebook file, the copy is built only from parts of known kinds: text, pictures, and HTML without
+scripts, attributes or styles.
 """
 
 import re
@@ -14,11 +14,11 @@ from course.foundation.cells import Cell, text_of
 if TYPE_CHECKING:  # loading it takes time, and most gradings show no notebook
     from nbformat import NotebookNode
 
-MAX_BYTES = 10_000_000  # a notebook; those of this course have up to 1,000,000
+MAX_BYTES = 10_000_000  # of a notebook; those of this course have up to 1,000,000
 MAX_TEXT = 100_000  # characters of a cell or an output that are shown
-# What of HTML is shown, without any attribute.
+# The HTML tags that are shown, without any attributes.
 TAGS = "b br code details div em h1 h2 h3 h4 hr i li ol p pre span strong sub summary sup table tbody td th thead tr ul"
-JOINER = "\N{WORD JOINER}"  # invisible; breaks up what would be markup
+JOINER = "\N{WORD JOINER}"  # invisible; breaks up text that would be markup
 
 
 def parse(text: bytes) -> list[Cell]:
@@ -29,7 +29,7 @@ def parse(text: bytes) -> list[Cell]:
 
 
 def safe(handed_in: list[Cell]) -> "NotebookNode":
-    """The notebook that shows these cells and can do nothing else."""
+    """Return a notebook that shows these cells and does nothing else."""
     from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_raw_cell
 
     shown = []
@@ -51,7 +51,7 @@ def safe(handed_in: list[Cell]) -> "NotebookNode":
 
 
 def plain(markdown: str) -> str:
-    """Markdown that looks as before, but whose tags, pictures and `javascript:` links are only text.
+    """Return the Markdown with tags, pictures and `javascript:` links turned into plain text.
 
     A picture would be fetched by the instructor's browser, and tell its server who is reading.
     """
@@ -66,7 +66,7 @@ def _cut(text: str) -> str:
 
 
 def _output(raw: dict[str, Any]) -> "NotebookNode | None":
-    """The same output without anything that acts; None when nothing is left."""
+    """Return the output without active content; None if nothing is left."""
     from nbformat.v4 import new_output
 
     try:
@@ -87,7 +87,7 @@ def _output(raw: dict[str, Any]) -> "NotebookNode | None":
 
 
 def _bundle(data: dict[str, Any]) -> dict[str, str]:
-    """Those forms of one output that are safe to show, by MIME type."""
+    """Return the representations of an output that are safe to show, by MIME type."""
     import bleach
 
     shown: dict[str, str] = {}

@@ -1,7 +1,7 @@
-"""The record that `autograder collect` keeps of each hand-in, so that its page can go back to whom it came from.
+"""The record that `autograder collect` keeps of each hand-in, so that its page can be returned to the sender.
 
-`SUBMITTED/.origins/STUDENT/ASSIGNMENT.jsonl` has a line of JSON for each hand-in that was laid out there, the last one
-for what is there now: the fields of `Source`.  It lies outside of the students' folders, where they write nothing.
+`SUBMITTED/.origins/STUDENT/ASSIGNMENT.jsonl` has a line of JSON, the fields of `Source`, for each hand-in that was laid
+out there, the present one last.  It is outside the students' folders, so students cannot write it.
 """
 
 import contextlib
@@ -13,10 +13,10 @@ from course.foundation import storage
 
 ORIGINS = ".origins"
 
-# Who vouches for the time of a hand-in.
-KNOWN = "known"  # its receipt, or nbgrader: it is in `timestamp.txt`
-ON_TIME = "on time"  # the platform, which marks what is late and has not marked this; it says no time
-UNKNOWN = "unknown"  # nobody: an archive's own times are those of the download
+# The ways in which the time of a hand-in is known.
+KNOWN = "known"  # from its receipt or nbgrader: it is in `timestamp.txt`
+ON_TIME = "on time"  # the platform marks late hand-ins, and has not marked this one; the time itself is unknown
+UNKNOWN = "unknown"  # the times in an archive are those of the download
 
 
 @dataclass(frozen=True)
@@ -26,34 +26,34 @@ class Source:
     platform: str  # a key of `platforms.PLATFORMS`, or "" for an archive of `course hand-in` or a folder
     name: str  # of the student there
     user: str  # the student's number there
-    file: str  # what was handed in was called so there; "" for several files
+    file: str  # the name of the handed-in file there; "" for several files
     upload: int = 0  # the platform's number of the upload
-    late: bool = False  # marked so by the platform
-    at: str = ""  # the time by which hand-ins are put in order, in ISO 8601; not that of handing in unless KNOWN
-    time: str = ""  # KNOWN, ON_TIME or UNKNOWN; "" when an older version has collected it
+    late: bool = False  # marked as late by the platform
+    at: str = ""  # the time that orders hand-ins, in ISO 8601; the time of handing in only if KNOWN
+    time: str = ""  # KNOWN, ON_TIME or UNKNOWN; "" if collected by an older version
 
 
 def add(submitted: Path, student: str, assignment: str, source: Source) -> None:
-    """Remember where the submission that is laid out now came from; what is known already is not said twice."""
+    """Record the origin of the submission that is laid out now, unless it is already recorded."""
     known = read(submitted, student, assignment)
-    if known and known[-1].platform and not source.platform:  # its page goes back by the platform all the same
+    if known and known[-1].platform and not source.platform:  # its page is returned by the platform anyway
         source = replace(known[-1], at=source.at, time=source.time)
     if known[-1:] == [source]:
         return
     path = _path(submitted, student, assignment)
     path.parent.mkdir(parents=True, exist_ok=True)
-    # Not every name of a file on the disk is UTF-8: such characters are escaped, too.
+    # ASCII escapes also cover file names on the disk that are not UTF-8.
     lines = (json.dumps(asdict(each)).encode() + b"\n" for each in [*known, source])
     storage.replace(path, lines, storage.PRIVATE)
 
 
 def time_of(submitted: Path, student: str, assignment: str) -> str:
-    """Return who vouches for the time of the submission that is laid out: KNOWN, ON_TIME or UNKNOWN; "" if unsaid."""
+    """Return how the time of the laid-out submission is known: KNOWN, ON_TIME or UNKNOWN; "" if not recorded."""
     return next((source.time for source in reversed(read(submitted, student, assignment))), "")
 
 
 def read(submitted: Path, student: str, assignment: str) -> list[Source]:
-    """Return the origins of a student's hand-ins, that of the one laid out now last; empty when unknown."""
+    """Return the origins of a student's hand-ins, the laid-out one last; empty if unknown."""
     found = []
     with contextlib.suppress(OSError):
         for line in _path(submitted, student, assignment).read_bytes().splitlines():

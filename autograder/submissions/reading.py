@@ -1,4 +1,4 @@
-"""Reading a submission's folder without trusting it: regular files of the names asked for and of a sane size.
+"""Reading a submission's folder without trusting it: only regular files of the expected names and of a sane size.
 
 Files are read once, through descriptors that never follow a link, into bytes; nothing later looks at the folder again.
 A file that is missing is taken from the `%%exercise` cell of the notebook that was handed in, as text: nothing is run.
@@ -18,11 +18,11 @@ from autograder.submissions import notebook
 from course.errors import UnreadableNotebook
 from course.foundation.cells import Cell, exercise_file, text_of
 
-TIMESTAMP = "timestamp.txt"  # in which nbgrader says when a submission was handed in
-MAX_BYTES = 1_000_000  # a file; a program of this course has some 5,000
+TIMESTAMP = "timestamp.txt"  # nbgrader's file for the time of handing in
+MAX_BYTES = 1_000_000  # of a file; a program of this course has some 5,000
 MAX_TIME_BYTES = 200  # of TIMESTAMP; a time has some 30
 A_TIME = re.compile(r"(\d{4}-\d\d-\d\d)[ T](\d\d:\d\d(?::\d\d(?:\.\d{1,6})?)?) ?(UTC|Z|[+-]\d\d:?\d\d)?", re.ASCII)
-EARLY = timedelta(days=1)  # that a clock may be wrong by: what lies further in the future was not handed in then
+EARLY = timedelta(days=1)  # by which a clock may be wrong: a time further in the future is not believed
 
 
 def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> Submission:
@@ -68,7 +68,7 @@ def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> 
 
 
 def read_file(path: Path, limit: int = MAX_BYTES) -> bytes:
-    """The bytes of a regular file in a folder that was handed in; raises OSError, or RefusedFile for anything else."""
+    """Return the bytes of a regular file in a handed-in folder; raises OSError, or RefusedFile for anything else."""
     inside = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC)
     try:
         return _read_file(path.name, inside, limit)
@@ -77,14 +77,14 @@ def read_file(path: Path, limit: int = MAX_BYTES) -> bytes:
 
 
 def regular_files(folder: Path, limit: int = MAX_BYTES) -> Iterator[tuple[Path, bytes]]:
-    """The ordinary files of a folder that can be read.  What else is there is not taken along."""
+    """Yield the readable regular files of a folder; ignores everything else."""
     for path in sorted(folder.iterdir()) if folder.is_dir() else ():
         with contextlib.suppress(OSError, RefusedFile):
             yield path, read_file(path, limit)
 
 
 def has_notebook(folder: Path, assignment: str) -> bool:
-    """Return True if an exercise's notebook was handed in, whatever is in it."""
+    """Return True if an exercise's notebook was handed in, whatever its content."""
     return stat.S_ISREG(_kind(folder / f"{assignment}.ipynb"))
 
 
@@ -96,10 +96,10 @@ def _kind(path: Path) -> int:
 
 
 def handed_in_at(folder: Path) -> datetime | None:
-    """Return when a submission was handed in, in UTC and without a zone as nbgrader has it; None when nothing tells.
+    """Return when a submission was handed in, as naive UTC like nbgrader's times; None if it is not recorded.
 
-    Raises UnknownTime when what should tell is no time as nbgrader and `autograder collect` write it: UTC, or with an
-    offset from it, and not in the future.
+    Raises UnknownTime unless the recorded time has the form of nbgrader and `autograder collect` (UTC, or with an
+    offset) and is not in the future.
     """
     try:
         text = read_file(folder / TIMESTAMP, MAX_TIME_BYTES).decode(errors="replace").strip()
@@ -117,7 +117,7 @@ def handed_in_at(folder: Path) -> datetime | None:
     zone = "+00:00" if parts[3] in (None, "UTC", "Z") else parts[3]
     try:
         found = datetime.fromisoformat(f"{parts[1]}T{parts[2]}{zone}").astimezone(UTC)
-    except (ValueError, OverflowError) as error:  # no such day, or the first or the last that there is
+    except (ValueError, OverflowError) as error:  # an invalid day, or the first or last possible one
         raise UnknownTime(f"{TIMESTAMP} is not a time ({error})") from None
     if found > datetime.now(UTC) + EARLY:
         raise UnknownTime(f"{TIMESTAMP} lies in the future")
@@ -135,7 +135,7 @@ def read_notebook(path: Path) -> list[Cell]:
 
 
 def _cells(name: str, inside: int) -> list[Cell]:
-    """The cells of the notebook `name`; none when there is no readable one."""
+    """Return the cells of the notebook `name`; none if it cannot be read."""
     try:
         return notebook.parse(_read_file(name, inside, notebook.MAX_BYTES))
     except (OSError, ValueError):
@@ -143,7 +143,7 @@ def _cells(name: str, inside: int) -> list[Cell]:
 
 
 def _read_file(name: str, inside: int, limit: int = MAX_BYTES) -> bytes:
-    """The bytes of the regular file `name`; raises RefusedFile, in words for the student, when it is anything else."""
+    """Return the bytes of the regular file `name`; raises RefusedFile, in words for the student, for anything else."""
     kind = os.stat(name, dir_fd=inside, follow_symlinks=False).st_mode
     if stat.S_ISLNK(kind):
         raise RefusedFile(f"{name} is a link: hand in the file itself.")
@@ -151,7 +151,7 @@ def _read_file(name: str, inside: int, limit: int = MAX_BYTES) -> bytes:
         raise RefusedFile(f"{name} is a folder: hand in a file of that name.")
     if not stat.S_ISREG(kind):
         raise RefusedFile(f"{name} is not an ordinary file: hand in the file itself.")
-    # O_NONBLOCK: should the file be swapped for a FIFO now, opening it must not wait for a writer.
+    # O_NONBLOCK: if the file is swapped for a FIFO now, opening it must not wait for a writer.
     descriptor = os.open(name, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, dir_fd=inside)
     with open(descriptor, "rb") as file:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
@@ -163,9 +163,9 @@ def _read_file(name: str, inside: int, limit: int = MAX_BYTES) -> bytes:
 
 
 def _missing(name: str, present: Iterable[str]) -> str:
-    """Return the name of a missing file, with that of one which may be meant."""
+    """Return the name of a missing file, and that of a present one that may be meant."""
     stem, suffix = os.path.splitext(name)
-    copy = re.compile(rf"{re.escape(stem)} ?\(\d{{1,3}}\){re.escape(suffix)}", re.IGNORECASE)  # a browser's further one
+    copy = re.compile(rf"{re.escape(stem)} ?\(\d{{1,3}}\){re.escape(suffix)}", re.IGNORECASE)  # a browser's copy
     for other in present:
         if other != name and other.lower() == name.lower():
             return f"{name} (there is {text_of(other)}: capital and small letters count)"

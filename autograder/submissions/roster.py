@@ -1,6 +1,6 @@
-"""The roster of a class: CSV files that say what each student may be called.
+"""The roster of a class: CSV files with the names of each student.
 
-It is given once: `SUBMITTED/.roster.csv` keeps it for the commands that follow.
+It is given once; `SUBMITTED/.roster.csv` keeps it for later commands.
 """
 
 import csv
@@ -24,16 +24,16 @@ ID = re.compile(r"[\w.@+-]+(?: [\w.@+-]+)*")
 
 @dataclass
 class Roster:
-    """The students of a class: for each the name of their folder, and whatever else they are called."""
+    """The students of a class: for each the name of their folder, and their other names."""
 
     students: set[str] = field(default_factory=set)
     about: dict[str, dict[str, str]] = field(default_factory=dict)  # further columns, by student
     _called: dict[str, set[str]] = field(default_factory=lambda: defaultdict(set))
 
     def find(self, names: tuple[str, ...]) -> str:
-        """The student who is called one of `names`, the first that the roster knows; raises Unplaced.
+        """Return the student with the first of `names` that is in the roster; raises Unplaced.
 
-        The message says why in a few words.
+        The error's message briefly says why.
         """
         for name in names:
             found = self._called.get(_plain(name), set())
@@ -44,11 +44,11 @@ class Roster:
         raise Unplaced(f"{' or '.join(map(repr, names))} is not in the roster")
 
     def has(self, name: str) -> bool:
-        """Return True if a student is called so."""
+        """Return True if a student has this name."""
         return bool(self._called.get(_plain(name)))
 
     def value(self, student: str, column: str) -> str:
-        """Return what is in a column of a student's line; '' when it is empty."""
+        """Return the value in a column of a student's line; '' if it is empty."""
         return student if column == STUDENT else self.about.get(student, {}).get(column, "")
 
     def columns(self, student: str, value: str) -> set[str]:
@@ -56,7 +56,7 @@ class Roster:
         return {column for column in (STUDENT, *self.about.get(student, {})) if self.value(student, column) == value}
 
     def add(self, student: str, names: list[str]) -> None:
-        """Add a student and what else they are called."""
+        """Add a student with their other names."""
         self.students.add(student)
         for name in (student, *names):
             if _plain(name):
@@ -64,10 +64,10 @@ class Roster:
 
 
 def read_rosters(paths: Iterable[Path]) -> Roster:
-    """The roster in CSV files with a header: the column `student` names the folder, all others are further names.
+    """Read the roster from CSV files with a header: `student` names the folder, other columns are further names.
 
-    A column pair `first_name`, `last_name` makes the two orders of the whole name.  A student may be in several files,
-    if these do not contradict each other.  Raises UsageError.
+    The columns `first_name` and `last_name` together also give the full name in both orders.  A student may be in
+    several files, if these do not contradict each other.  Raises UsageError.
     """
     roster = Roster()
     known: dict[str, tuple[Path, dict[str, str]]] = {}
@@ -111,7 +111,7 @@ def of_class(submitted: Path, given: Iterable[Path] | None) -> Roster | None:
 
 
 def _lines(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
-    """Each student of a roster, and what is in the line beside; raises UsageError."""
+    """Yield each student of a roster with the other values of the line; raises UsageError."""
     seen = set()
     for number, line in table(path):
         student = (line.get(STUDENT) or "").strip()
@@ -131,7 +131,7 @@ def _lines(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
 
 
 def table(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
-    """Each line of a roster with its number; raises UsageError for what is not a table with the column `student`."""
+    """Yield each line of a roster with its number; raises UsageError unless it is a table with the column `student`."""
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             reader = csv.DictReader(file)
@@ -152,6 +152,6 @@ def folder_name(name: str) -> str:
 
 
 def _plain(name: str) -> str:
-    """Return what is compared: letters and digits, without accents and case, as Canvas writes names in file names."""
+    """Return a name as it is compared: letters and digits, without accents and case, as in Canvas's file names."""
     letters = unicodedata.normalize("NFKD", name.casefold())
     return "".join(letter for letter in letters if letter.isalnum())

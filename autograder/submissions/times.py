@@ -1,4 +1,4 @@
-"""Times, as instructors write them on a command line."""
+"""Times that instructors write on a command line."""
 
 import re
 from datetime import UTC, datetime

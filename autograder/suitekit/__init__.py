@@ -1,7 +1,7 @@
-"""The toolkit for hidden suites: the student's programs while they run, the grader's ends of ROS 2, and verdicts.
+"""The toolkit for hidden suites: running a student's programs, talking to them over ROS 2, and giving verdicts.
 
 A suite's author finds everything here: `from autograder.suitekit import Server, Wrong, points`.  Importing this package
-loads ROS 2, so only the process that grades does it, never the coordinator.
+loads ROS 2, so only the judging process does it, never the coordinator.
 """
 
 from autograder.errors import Crashed, TimedOut, Wrong

@@ -1,4 +1,4 @@
-"""The grader's ends of an action: a client that keeps all that it hears, and a server that follows a script."""
+"""The grader's ends of an action: a client that keeps all that it receives, and a server that follows a script."""
 
 import functools
 import threading
@@ -28,7 +28,7 @@ from course.ros.names import type_name
 
 DEPTH = 200  # feedback messages that may wait to be read
 LISTENED = 5.0  # s to wait until a client has subscribed to the feedback
-MATCHED = 0.2  # s more until the client hears it: Fast DDS tells nobody when the client's side has matched
+MATCHED = 0.2  # s more until the client receives it: Fast DDS does not report when the client's side has matched
 STATUS = {
     GoalStatus.STATUS_SUCCEEDED: "SUCCEEDED",
     GoalStatus.STATUS_CANCELED: "CANCELED",
@@ -37,10 +37,10 @@ STATUS = {
 
 
 class Goal:
-    """A goal that was sent, and what has come of it so far; all times are of time.monotonic (s)."""
+    """A goal that was sent, and its answers so far; all times are of time.monotonic (s)."""
 
     def __init__(self, alive: Callable[[], bool]):
-        """`alive` tells whether the program that got the goal still runs."""
+        """Wait for answers; `alive` returns whether the program that got the goal still runs."""
         self.sent = time.monotonic()
         self.accepted: bool | None = None  # None: no answer yet
         self.answered = 0.0
@@ -48,10 +48,10 @@ class Goal:
         self.cancel_sent = 0.0
         self.cancel_accepted: bool | None = None  # None: no answer yet
         self.cancel_answered = 0.0
-        self.status = ""  # how it ended, a word of STATUS; empty while it runs
+        self.status = ""  # its final status, a word of STATUS; empty while it runs
         self.result: Any = None
         self.ended = 0.0
-        self.fault: Fault | None = None  # why it was given up, when no result came
+        self.fault: Fault | None = None  # the reason for giving it up without a result
         self._alive, self._news = alive, threading.Condition()
         self._handle: Any = None
 
@@ -60,7 +60,7 @@ class Goal:
         return bool(wait_until(lambda: condition(self), timeout, news=self._news, unless=lambda: not self._alive()))
 
     def wait_for_news(self, timeout: float) -> bool:
-        """Wait until more feedback has come, or the end; False after `timeout` s, or when no longer alive."""
+        """Wait until more feedback or the result has come; False after `timeout` s, or when no longer alive."""
         heard = len(self.feedback)
         return self.wait(lambda goal: goal.status or len(goal.feedback) > heard, timeout)
 
@@ -71,7 +71,7 @@ class Goal:
 
     @property
     def phase(self) -> str:
-        """Return how far it has come, in words for the student."""
+        """Return the progress of the goal, in words for the student."""
         if self.accepted is None:
             return "was neither accepted nor rejected"
         if not self.accepted:
@@ -83,7 +83,7 @@ class Goal:
         return "was accepted, but neither feedback nor a result came"
 
     def on_answer(self, future: Any) -> None:
-        """The server has accepted or rejected the goal."""
+        """Note that the server has accepted or rejected the goal."""
         handle = future.result()
         with self._news:
             self._handle, self.accepted, self.answered = handle, handle.accepted, time.monotonic()
@@ -92,7 +92,7 @@ class Goal:
             handle.get_result_async().add_done_callback(self._on_end)
 
     def on_feedback(self, message: Any, published: float = 0.0) -> None:
-        """Feedback has come, which its server published then (s of its clock)."""
+        """Note feedback that its server published at `published` (s of the server's clock)."""
         with self._news:
             self.feedback.append(Heard(time.monotonic(), sensible(message.feedback), published))
             self._news.notify_all()
@@ -112,8 +112,8 @@ class Goal:
 class ActionCaller:
     """A client of an action.
 
-    It hears the feedback by a subscription of its own: rclpy 7.1.6 forgets a goal's feedback callback as soon as its
-    result has come, and feedback that is still on its way is lost.
+    It receives feedback by a separate subscription: rclpy 7.1.6 drops a goal's feedback callback as soon as the result
+    has come, so feedback still on its way would be lost.
     """
 
     def __init__(self, ros: Ros, action: str, kind: Any):
@@ -122,7 +122,8 @@ class ActionCaller:
         self._goals: dict[bytes, Goal] = {}
         qos = QoSProfile(depth=DEPTH)
         self._feedback = ros.node.create_subscription(
-            # rclpy 7.1.6 declares one argument, and gives the message's times to a callback that takes two.
+            # rclpy 7.1.6 declares callbacks of one argument, but passes the message's times to a callback that takes
+            # two.
             kind.Impl.FeedbackMessage,
             self._topic,
             cast(Callable[[Any], None], self._hear),
@@ -131,7 +132,7 @@ class ActionCaller:
         self._client = ActionClient(ros.node, kind, action)
 
     def ready(self) -> bool:
-        """Return True if the action is offered with the right type, and its feedback would be heard."""
+        """Return True if the action is offered with the right type, and its feedback would be received."""
         return (
             self._client.server_is_ready()
             and self._feedback.get_publisher_count() > 0
@@ -152,12 +153,12 @@ class ActionCaller:
 
 
 def offered_actions(ros: Ros) -> list[str]:
-    """The actions that the student's nodes serve, with their types."""
+    """Return the actions that the student's nodes serve, with their types."""
     return _actions(ros, get_action_server_names_and_types_by_node)
 
 
 def sought_actions(ros: Ros) -> list[str]:
-    """The actions that the student's nodes are clients of, with their types."""
+    """Return the actions that the student's nodes are clients of, with their types."""
     return _actions(ros, get_action_client_names_and_types_by_node)
 
 
@@ -172,9 +173,9 @@ def _actions(ros: Ros, query: Callable[..., list[Any]]) -> list[str]:
 def serve(
     ros: Ros, action: str, kind: type, execute: Callable[[Any], Any], accept: Callable[[Any], bool] = lambda goal: True
 ) -> ActionServer:
-    """Offer an action: `accept` decides about a goal, `execute` is its execute callback.
+    """Offer an action: `accept` decides whether to accept a goal, `execute` is its execute callback.
 
-    `ros` needs several threads, one for each goal that runs and one more for requests to cancel.
+    `ros` needs several threads: one for each running goal and one more for cancel requests.
     """
 
     def heard(handle: Any) -> Any:

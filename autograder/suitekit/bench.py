@@ -13,7 +13,7 @@ from autograder.suitekit.ros import Ros
 from autograder.suitekit.runs import Run, drawn
 
 DOMAINS = range(1, 100)
-COMMON = {"", 0.0, 1.0, 2.0, 3.0}  # not worth hiding: they stand in every program
+COMMON = {"", 0.0, 1.0, 2.0, 3.0}  # not worth hiding: they are in every program
 
 
 class Bench:
@@ -22,30 +22,30 @@ class Bench:
     def __init__(
         self, files: dict[str, bytes], sandbox: LaunchClient, threads: Threads | None, clock: Clock, seed: int
     ):
-        """`threads` are in the networks of the ROS domains that may be used; None without a sandbox."""
+        """Prepare; `threads` are in the networks of the ROS domains that may be used; None without a sandbox."""
         self.files = files
         self.sandbox = sandbox
         self.clock = clock
         self.seed = seed
         self._nodes: list[Ros] = []
         self._threads = threads
-        self._domains = threads.domains if threads else random.sample(DOMAINS, len(DOMAINS))  # by chance, without the
-        # seed: without a sandbox, gradings that run at the same time must not meet
+        self._domains = threads.domains if threads else random.sample(DOMAINS, len(DOMAINS))  # not from the
+        # seed: without a sandbox, simultaneous gradings must not use the same domain
         self.early: dict[str, Run] = {}
         self._hidden: set[float | str] = set()
 
     def random(self, name: str) -> random.Random:
-        """Random numbers for one purpose: they depend on the grading's seed and `name`, not on earlier draws."""
+        """Return random numbers for one purpose: they depend on the grading's seed and `name`, not on earlier draws."""
         return random.Random(f"{self.seed} {name}")
 
     def new_domain(self) -> int:
-        """A ROS domain that this grading has not used yet, so that nothing said earlier is heard in it."""
+        """Return a ROS domain that this grading has not used yet, so that no earlier messages are received in it."""
         if not self._domains:
             raise TimedOut("Not tested: your programs had to be started again too often.")
         return self._domains.pop()
 
     def enter(self, domain: int, threads: int = 1) -> Ros:
-        """A node of the grader's in that domain, whose callbacks run in `threads` threads."""
+        """Return a grader's node in that domain, whose callbacks run in `threads` threads."""
 
         def join() -> Ros:
             return Ros(domain, threads)
@@ -54,20 +54,20 @@ class Bench:
         return self._nodes[-1]
 
     def begin(self, runs: dict[str, list[str]]) -> None:
-        """Start the `early` runs, given as command lines by name (see `drawn`), each in a domain with nobody else."""
+        """Start the `early` runs, given as command lines by name (see `drawn`), each alone in a domain."""
         for name, command in runs.items():
             self.early[name] = self.run(*drawn(command, self.random(f"early {name}")), domain=self.new_domain())
 
     def run(self, file: str, *args: str, domain: int) -> Run:
-        """Begin a run of a handed-in program that must end on its own."""
+        """Start a run of a handed-in program that must end on its own."""
         return Run(file, lambda: self.start(file, *args, domain=domain), self.clock)
 
     def start(
         self, file: str, *args: str, domain: int, files: Mapping[str, bytes] | None = None, afresh: bool = False
     ) -> Program:
-        """Start one of the handed-in programs in that domain, with the grader's `files` laid beside it.
+        """Start one of the handed-in programs in that domain, with the grader's `files` beside it.
 
-        Programs may begin with ROS 2 loaded.  Who asks which modules a program has, or can import, starts it `afresh`.
+        Programs may start with ROS 2 preloaded.  Use `afresh` to test which modules a program has or can import.
         """
         program = self.sandbox.start(file, *args, domain=domain, files=files, afresh=afresh)
         program.hidden = self._hidden
@@ -75,11 +75,11 @@ class Bench:
         return program
 
     def hide(self, *values: float | str) -> None:
-        """Keep these hidden inputs out of what a student reads about how their program ended."""
+        """Hide these inputs in the text that tells a student how their program ended."""
         self._hidden.update(value for value in values if value not in COMMON)
 
     def logs(self) -> dict[str, str]:
-        """Return what each file printed, as its student may read it: in the run that raised, or else printed most."""
+        """Return each file's output, as its student may read it, from the run that raised or else printed most."""
         told = {}
         for name in self.files:
             runs = [program for program in self.sandbox.programs if program.name == name and program.output.strip()]
@@ -89,7 +89,7 @@ class Bench:
         return told
 
     def shown(self, name: str, output: str) -> str:
-        """Return what a program of the file `name` has printed, as its student may read it."""
+        """Return the output of a program of the file `name`, as its student may read it."""
         return excerpt(output, self.files[name].decode(errors="replace"), self._hidden)
 
     def close(self) -> None:

@@ -1,21 +1,21 @@
-"""The time left for a submission, and how long a single wait may be."""
+"""The time left for a submission, and the limits of single waits."""
 
 import time
 
 
 class Clock:
-    """The time left for a submission, and how long a single wait may be."""
+    """The time left for a submission, and the limits of single waits."""
 
     def __init__(self, limit: float, patience: float = 1.0):
-        """All tests together may take `limit` s; `patience` multiplies every single wait, for slow machines."""
+        """Start; all tests together may take `limit` s; `patience` multiplies every single wait, for slow machines."""
         self._end = time.monotonic() + limit
         self.patience = patience
 
     @property
     def left(self) -> float:
-        """Seconds until the end."""
+        """Return the seconds that are left."""
         return self._end - time.monotonic()
 
     def allow(self, seconds: float) -> float:
-        """Return how long (s) to wait for something that should take less than `seconds`."""
+        """Return the time limit (s) for something that should take less than `seconds`."""
         return max(0.05, min(seconds * self.patience, self.left))

@@ -1,9 +1,9 @@
-"""Hints on the causes of exceptions that do not explain themselves: for the student whose program died of it."""
+"""Hints for students on the causes of exceptions that do not explain themselves."""
 
 import re
 from typing import Protocol
 
-# What the exception says, and what to do.
+# The text of an exception, and the hint.
 KNOWN = [
     (
         r"'(?:method|function)' object does not support the context manager protocol|has no attribute 'pointer'",
@@ -28,7 +28,7 @@ class EndedProgram(Protocol):
 
 
 def last_words(program: EndedProgram) -> str:
-    """Return why a program ended, in a line for the student, with what lies behind it where that is known."""
+    """Return why a program ended, in a line for the student, with the cause where it is known."""
     words = program.last_words()
     found = next((text for pattern, text in KNOWN if re.search(pattern, words)), "")
     return f"{words} ({found})" if found else words

@@ -1,7 +1,7 @@
 """The outcomes of a hidden test, and the pytest plugin that turns each end into a verdict.
 
-A test returns, and is passed; or it raises a `Fault`: the student's program did something wrong, died or gave no
-answer.  Anything else that it raises is a failure of the grader itself, and no verdict.
+A test that returns is passed.  A test that raises a `Fault` is lost: the student's program did something wrong, died or
+gave no answer.  Any other exception is a failure of the grader itself, and no verdict.
 """
 
 import functools
@@ -23,8 +23,8 @@ from autograder.suitekit.bench import Bench
 from autograder.suitekit.lifecycle import USED_UP
 
 BENCH = pytest.StashKey[Bench]()
-FULL = MEMORY // 2  # bytes: several times what judging takes, and half of what the launcher allows
-POSTPONED = 1.0  # s until the time is looked at again, when it was used up between two tests
+FULL = MEMORY // 2  # bytes: several times what judging takes, and half of the launcher's limit
+POSTPONED = 1.0  # s until the next alarm, if the time was used up between two tests
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
@@ -39,7 +39,7 @@ def points(number: float, cell: str) -> pytest.MarkDecorator:
 
 
 def twice(test: Callable[Parameters, None]) -> Callable[Parameters, None]:
-    """Run a test again when it finds something wrong: a message is lost once, but a mistake shows every time."""
+    """Run a test again when it finds something wrong: a lost message is rare, but a mistake shows every time."""
 
     @functools.wraps(test)
     def judge(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
@@ -65,27 +65,27 @@ class Judge:
     """The pytest plugin: reports one verdict for each test, and stops when the grader itself fails."""
 
     def __init__(self, bench: Bench, report: Callable[[Verdict], None]):
-        """`bench` is what the suites' fixture of that name returns."""
+        """Report by `report`; `bench` is the value of the suites' fixture of that name."""
         self.bench = bench
         self.report = report
-        self.fault = ""  # the grader's own, as a traceback
-        self._ends: dict[str, BaseException] = {}  # what a test raised first, by its name
+        self.fault = ""  # the grader's own failure, as a traceback
+        self._ends: dict[str, BaseException] = {}  # the first exception of each test, by name
         self._in_test = False
 
     def interrupt(self, *_: object) -> None:
-        """End the test that still runs when the time is used up; a handler of SIGALRM."""
+        """End the running test when the time is used up; a handler of SIGALRM."""
         if self._in_test:
             raise TimedOut("Your programs were so slow in this test that the time for all tests was used up.")
-        signal.setitimer(signal.ITIMER_REAL, POSTPONED)  # raised inside pytest, it would end pytest
+        signal.setitimer(signal.ITIMER_REAL, POSTPONED)  # an exception inside pytest itself would end pytest
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self) -> Generator[None, Result, Result]:
-        """Let a running test be interrupted."""
+        """Allow the interruption of a running test."""
         return (yield from self._interruptible())
 
     @pytest.hookimpl(wrapper=True)
     def pytest_fixture_setup(self) -> Generator[None, Result, Result]:
-        """Let a fixture be interrupted while it is set up."""
+        """Allow the interruption of a fixture's set-up."""
         return (yield from self._interruptible())
 
     def _interruptible(self) -> Generator[None, Result, Result]:
@@ -96,7 +96,7 @@ class Judge:
             self._in_test = before
 
     def pytest_configure(self, config: pytest.Config) -> None:
-        """Hand the bench to the fixtures, and tell pytest of the suites' marker."""
+        """Pass the bench to the fixtures, and register the suites' marker."""
         config.stash[BENCH] = self.bench
         config.addinivalue_line("markers", "points(number, cell): what a test is worth, and in which grade cell")
 
@@ -130,8 +130,8 @@ class Judge:
         elif isinstance(end, Fault):
             self.report(Verdict(item.name, end.outcome, end.message, end.detail))
         elif isinstance(end, MemoryError) or _has_taken() > FULL:
-            # The student's program has sent more than this process can hold: an end as after a crash.  Want of memory
-            # has many names: no thread can be started, no node can be made.
+            # The student's program has sent more than this process can hold, which counts like a crash.  Lack of memory
+            # has many symptoms: no thread can be started, no node can be made.
             sys.stderr.write("".join(traceback.format_exception(end)))
             sys.stderr.flush()
             os.abort()
@@ -141,5 +141,5 @@ class Judge:
 
 
 def _has_taken() -> int:
-    """Return how much memory (bytes) this process has had at most."""
+    """Return the peak memory (bytes) of this process."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss << 10

@@ -1,7 +1,7 @@
 """The life of a handed-in program that runs until the grader ends it, as a state machine that knows no ROS.
 
-A program that has died is started again for the next question, so that each test judges its own behaviour.  Only what
-happens repeatedly, or what a program itself owns up to with a traceback, is held against it.
+A program that has died is started again for the next question, so that each test judges only what it is about.  A
+program is blamed only for what happens repeatedly, or what it admits itself with a traceback.
 
 ```mermaid
 stateDiagram-v2
@@ -34,27 +34,27 @@ from autograder.errors import Crashed, Fault, TimedOut, Wrong
 from autograder.suitekit.hints import last_words
 
 USED_UP = "Not tested: your programs were so slow in the tests before that the time was used up."
-LEAST = 1.0  # s that a wait must have had, to be told of
-START = 20.0  # s that a program may take to offer what is wanted, on the first try; half of it on the second
+LEAST = 1.0  # s that a wait must have lasted to be reported
+START = 20.0  # s that a program may take to offer what is wanted on the first try; half of it on the second
 SETTLED = 6.0  # s, the same once it shows a node
 ANSWER = 10.0  # s that an answer may take
 SHORT = 3.0  # s, the same for a program that was silent PATIENCE times
-PATIENCE = 2  # silences that are forgiven; after the next one the question is not asked again
+PATIENCE = 2  # tolerated silences; after the next one the question is not asked again
 SPARE_LIVES = 2  # times that a program may end between two questions
-DYING = 0.2  # s in which a program that gives no answer may turn out to be dying
-REAPED = 1.0  # s until the output of a program that has died is read
-TOLD = 300  # characters of what a program offers instead
+DYING = 0.2  # s in which a silent program may turn out to be dying
+REAPED = 1.0  # s to wait until the output of a dead program is read
+TOLD = 300  # characters shown of what a program offers instead
 SPIN = "main() must spin the node until it is stopped"
 
 Answer = TypeVar("Answer")
-Alive = Callable[[], bool]  # whether the program that was asked still runs
-Question = Callable[[float, Alive], Answer | None]  # asks, waits at most so many s, and returns what came or None
+Alive = Callable[[], bool]  # returns whether the program that was asked still runs
+Question = Callable[[float, Alive], Answer | None]  # asks, waits at most that many s, and returns the answer or None
 
 
 class Running(Protocol):
     """The interface of one start of a program; `sandbox.program.Program` is one."""
 
-    stopped: str  # why the grader ended it, or empty
+    stopped: str  # why the grader ended it; empty if it did not
 
     @property
     def alive(self) -> bool:
@@ -62,7 +62,7 @@ class Running(Protocol):
 
     @property
     def exit_status(self) -> int | None:
-        """Return what it ended with, or None."""
+        """Return its exit status, or None while it runs."""
 
     @property
     def raised(self) -> bool:
@@ -81,33 +81,33 @@ class Running(Protocol):
 class State(Enum):
     """The state of a program between two questions."""
 
-    DOWN = auto()  # not started yet; or ended, and that is accounted for
-    STARTING = auto()  # started, and nobody has seen it offer what is wanted
-    SERVING = auto()  # it has offered what was wanted, and is asked
+    DOWN = auto()  # not started yet, or ended and dealt with
+    STARTING = auto()  # started, but not yet seen to offer what is wanted
+    SERVING = auto()  # has offered what was wanted, and is being asked
     HOPELESS = auto()  # never started again
 
 
 class Lifecycle(ABC):
     """A handed-in program that runs until the grader ends it: started, asked, started again, given up."""
 
-    advice = "no callback may wait for long"  # to the student whose program is silent
+    advice = "no callback may wait for long"  # for the student whose program is silent
     program: Running  # the latest start
 
     def __init__(self, file: str):
         self.file = file
         self.state = State.DOWN
         self.starts = 0
-        self.fresh = True  # set to False by whoever says something to this start that changes how it behaves
-        self._offered: set[tuple[str, ...]] = set()  # by this start, of what was wanted
-        self._missed: dict[tuple[str, ...], Fault] = {}  # what the program has failed twice to offer
+        self.fresh = True  # set to False after a message to this start that changes its behaviour
+        self._offered: set[tuple[str, ...]] = set()  # what this start has offered of what was wanted
+        self._missed: dict[tuple[str, ...], Fault] = {}  # what the program failed to offer twice
         self._given_up: Fault | None = None  # why it is HOPELESS
-        self._answered = False  # a question, at any time
+        self._answered = False  # True once it has answered any question
         self._silences = 0
         self._lives = SPARE_LIVES
 
     @abstractmethod
     def launch(self) -> Running:
-        """Start the program where nobody has spoken to it."""
+        """Start the program in a domain without earlier messages."""
 
     @abstractmethod
     def missing(self, wanted: tuple[str, ...]) -> list[str]:
@@ -122,20 +122,20 @@ class Lifecycle(ABC):
         """The services that the program's nodes offer, beyond those that every node has."""
 
     def mistyped(self, wanted: tuple[str, ...]) -> str:
-        """Return which of what is `wanted` is offered with another type, as a sentence; empty when nothing is."""
+        """Return a sentence on what is `wanted` but offered with another type; empty if there is nothing."""
         return ""
 
     def other_topics(self) -> str:
-        """Return what the program's nodes publish and subscribe, as a sentence for the student; empty when nothing."""
+        """Return a sentence for the student on the topics of the program's nodes; empty if there are none."""
         return ""
 
     @abstractmethod
     def allow(self, seconds: float) -> float:
-        """Return how long a wait may be that should take less than `seconds`."""
+        """Return the time limit (s) for a wait that should take less than `seconds`."""
 
     @abstractmethod
     def wait_until(self, condition: Callable[[], bool], timeout: float) -> bool:
-        """Wait until `condition()` is true, at most `timeout` s; its last value."""
+        """Wait until `condition()` is true, at most `timeout` s; return its last value."""
 
     def begin(self) -> None:
         """Start the program, without waiting for it."""
@@ -145,12 +145,12 @@ class Lifecycle(ABC):
         self.starts += 1
 
     def end(self, why: str = "") -> None:
-        """End the program, which is not held against it; `why` goes into its last words."""
+        """End the program without blaming it; `why` goes into its last words."""
         self.program.kill(why)
         self._is_down()
 
     def up(self, *wanted: str) -> None:
-        """Have the program run and offer what is `wanted` (by default all); raises a Fault when that fails twice."""
+        """Ensure that the program runs and offers what is `wanted` (default: all); raises a Fault after two tries."""
         if self.state is State.SERVING and not self.program.alive:
             self._is_down()
             self._lives -= 1
@@ -177,13 +177,13 @@ class Lifecycle(ABC):
         raise fault
 
     def ensure_fresh(self, *wanted: str) -> None:
-        """Have a start of the program up to which nothing has been said (see `fresh`); raises a Fault as `up` does."""
+        """Restart the program unless it is `fresh`; raises a Fault as `up` does."""
         if self.state is not State.DOWN and not self.fresh:
             self.end()
         self.up(*wanted)
 
     def converse(self, question: Question[Answer], what: str, *wanted: str) -> Answer:
-        """Return what `question(limit, alive)` returns, as soon as that is not None; raises Crashed or TimedOut.
+        """Ask until `question(limit, alive)` returns an answer that is not None; raises Crashed or TimedOut.
 
         `what` names the question to the student ("a request to /sum"); `wanted` is what must be offered before.
         """
@@ -194,7 +194,7 @@ class Lifecycle(ABC):
             answer = question(limit, partial(_is_alive, self.program))
             if answer is not None:
                 self._answered = True
-                if died:  # not of this question, which it has answered now
+                if died:  # not because of this question, which it has now answered
                     self._lives -= 1
                 return answer
             died = not self.program.alive or self.program.wait(DYING)
@@ -240,7 +240,7 @@ class Lifecycle(ABC):
         )
 
     def _on_silence(self, what: str, limit: float) -> tuple[Fault, bool]:
-        """The fault of a program that runs and gives no answer, and whether it is asked once more."""
+        """Return the fault of a program that runs but gives no answer, and whether to ask once more."""
         self.end()
         self._silences += 1
         fault = TimedOut(f"{self.file} runs, but {what} got no answer within {limit:.0f} s: {self.advice}.")
@@ -249,7 +249,7 @@ class Lifecycle(ABC):
         return fault, self._silences <= PATIENCE
 
     def _on_death(self, what: str) -> tuple[Fault, bool]:
-        """The fault of a program that ended when it was asked, and whether it is asked once more."""
+        """Return the fault of a program that ended when it was asked, and whether to ask once more."""
         program = self.program
         program.wait(REAPED)
         self._is_down()
@@ -257,12 +257,12 @@ class Lifecycle(ABC):
             fault = Crashed(f"{self.file} ended by itself when it got {what}: {SPIN}.")
         else:
             words = last_words(program)
-            hint = f": {self.advice}" if words.startswith("TypeError (") else ""  # rclpy raises it without a message
+            hint = f": {self.advice}" if words.startswith("TypeError (") else ""  # rclpy's exception has no message
             fault = Crashed(f"{self.file} died while it answered {what}: {words}{hint}.")
         return fault, not (program.raised or program.stopped)
 
     def _too_many_ends(self) -> Fault:
-        """The fault of a program that has ended too often without a question that explains it."""
+        """Return the fault of a program that has ended too often between two questions."""
         self.program.wait(REAPED)
         how = "" if self.program.alive else f" ({last_words(self.program)})"
         return Crashed(f"{self.file} answered, but ended by itself afterwards, again and again{how}: {SPIN}.")

@@ -1,4 +1,4 @@
-"""A student's program that runs until the grader ends it, with a node of the grader's beside it to speak to it."""
+"""A student's program that runs until the grader ends it, and the grader's node that talks to it."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -16,38 +16,38 @@ from course.ros.names import type_name
 
 STUCK = "it was stuck with several callers"
 
-Offers = dict[str, Callable[[], bool]]  # what a program must offer, in words for the student, and whether it is there
+Offers = dict[str, Callable[[], bool]]  # what a program must offer, in words for the student, with a test of each
 
 
 class LiveProgram(Lifecycle):
     """A handed-in program that runs until the grader ends it; see `lifecycle` for when it is started and given up."""
 
-    files: Mapping[str, bytes] | None = None  # the grader lays these beside the program
+    files: Mapping[str, bytes] | None = None  # the grader's files beside the program
     program: Program
     ros: Ros  # the grader's node in the program's domain
 
     def __init__(self, bench: Bench, file: str, *args: str):
-        """`args` is the program's command line."""
+        """Prepare to run `file` with the command line `args`."""
         super().__init__(file)
         self.bench, self.args = bench, args
         self._offers: Offers = {}
 
     def connect(self) -> Offers:
-        """Make the clients, publishers and subscriptions of `self.ros` that speak to the program, at each start of it.
+        """Make the clients, publishers and subscriptions of `self.ros` for the program; called at each of its starts.
 
-        Returns what the program must offer, as the student is told ("the service /sum"), each with a function that
-        tells whether it is there.
+        Returns what the program must offer, in words for the student ("the service /sum"), each with a function that
+        returns whether it is there.
         """
         raise NotImplementedError
 
     @property
     def command_line(self) -> Sequence[str]:
-        """The program's arguments."""
+        """Return the program's arguments."""
         return self.args
 
     @property
     def log(self) -> str:
-        """Return what the program has logged since it was started: printed or on /rosout."""
+        """Return the program's log since its start: its output and /rosout."""
         return f"{self.program.output}\n{self.ros.rosout}"
 
     def launch(self) -> Program:
@@ -67,7 +67,7 @@ class LiveProgram(Lifecycle):
         return bool(self.ros.others())
 
     def other_services(self) -> list[str]:
-        """The services that the program's nodes offer, beyond those that every node has, with their types."""
+        """Return the services of the program's nodes with their types, without those that every node has."""
         return self.ros.offered()
 
     def other_topics(self) -> str:
@@ -80,11 +80,11 @@ class LiveProgram(Lifecycle):
         return f"It {' and '.join(parts)}." if parts else ""
 
     def allow(self, seconds: float) -> float:
-        """Return how long a wait may be that should take less than `seconds`."""
+        """Return the time limit (s) for a wait that should take less than `seconds`."""
         return self.bench.clock.allow(seconds)
 
     def wait_until(self, condition: Callable[[], bool], timeout: float) -> bool:
-        """Wait until `condition()` is true, at most `timeout` s; its last value."""
+        """Wait until `condition()` is true, at most `timeout` s; return its last value."""
         return wait_until(condition, timeout)
 
 
@@ -94,13 +94,13 @@ class Server(LiveProgram):
     advice = "the callback must return the response, and not wait for long"
 
     def __init__(self, bench: Bench, file: str, services: Mapping[str, type], *args: str):
-        """`services` are the types by name; `args` is the program's command line."""
+        """Prepare; `services` are the types by name; `args` is the program's command line."""
         super().__init__(bench, file, *args)
         self.services = services
         self.clients: dict[str, Any] = {}
 
     def connect(self) -> Offers:
-        """A client for each service."""
+        """Make a client for each service."""
         self.clients = {name: self.ros.node.create_client(kind, name) for name, kind in self.services.items()}
         return {offer(name): client.service_is_ready for name, client in self.clients.items()}
 
@@ -114,7 +114,7 @@ class Server(LiveProgram):
         return ""
 
     def call(self, request: Any, service: str | None = None) -> Any:
-        """The response of a service, by default the first; raises Crashed or TimedOut."""
+        """Return the response of a service, by default the first; raises Crashed or TimedOut."""
         name = service or next(iter(self.services))
 
         def question(limit: float, alive: Alive) -> Any:
@@ -123,7 +123,7 @@ class Server(LiveProgram):
         return self.converse(question, f"a request to {name}", offer(name))
 
     def call_at_once(self, requests: Sequence[Sequence[Any]], doubt: str = "") -> list[list[Any]]:
-        """The responses of the first service to several clients at once, one for each list of requests.
+        """Call the first service by several clients at once, one for each list of requests; return the responses.
 
         Each client sends the requests of its list one after the other.  The program is not started again: raises
         TimedOut when a request gets no answer (with the question `doubt` to the student), and Crashed.
@@ -157,5 +157,5 @@ class Server(LiveProgram):
 
 
 def offer(service: str) -> str:
-    """Return how the student is told of a service."""
+    """Return the text for the student about a service."""
     return f"the service {service}"

@@ -14,7 +14,7 @@ from autograder.suitekit.live import LiveProgram, Offers
 from autograder.suitekit.ros import graph
 
 OFFER = "its parameters"
-ALONE = 1.0  # s to wait for the right node of a program, before any node of it is taken
+ALONE = 1.0  # s to wait for the right node of a program before using any of its nodes
 KINDS = {
     "get_parameters": GetParameters,
     "describe_parameters": DescribeParameters,
@@ -24,20 +24,20 @@ KINDS = {
 
 
 class Parameters:
-    """The parameters of a program's node: of the one that subscribes to `topic` or serves `service`, or else of any."""
+    """The parameters of the program's node that subscribes to `topic` or serves `service`, or else of any node."""
 
     def __init__(self, live: LiveProgram, topic: str = "", service: str = ""):
         self._live, self._topic, self._service = live, topic, service
         self._clients: dict[str, Any] = {}  # by service, once the node is found
-        self._first_seen = 0.0  # when any node of the program could be asked (s of time.monotonic)
+        self._first_seen = 0.0  # when a node of the program could first be asked (s of time.monotonic)
 
     def connect(self) -> Offers:
-        """For `LiveProgram.connect`, at each start of the program: what it must offer to be asked."""
+        """Return what the program must offer, for `LiveProgram.connect` at each start."""
         self._clients, self._first_seen = {}, 0.0
         return {OFFER: self._ready}
 
     def get(self, *names: str) -> dict[str, Any]:
-        """The values of these parameters; those that are not declared are left out."""
+        """Return the values of these parameters, without those that are not declared."""
         values = self._call("get_parameters", GetParameters.Request(names=names)).values
         if len(values) == len(names):
             return {name: _value(name, value) for name, value in zip(names, values, strict=True)}
@@ -45,15 +45,15 @@ class Parameters:
             return {}
         return {
             name: value for one in names for name, value in self.get(one).items()
-        }  # one undeclared name makes the whole answer empty
+        }  # a single undeclared name makes the whole answer empty
 
     def describe(self, name: str) -> ParameterDescriptor:
-        """A parameter's descriptor; an empty one when the parameter is not declared."""
+        """Return a parameter's descriptor; an empty one if the parameter is not declared."""
         found = self._call("describe_parameters", DescribeParameters.Request(names=[name])).descriptors
         return found[0] if found else ParameterDescriptor()
 
     def set(self, values: Mapping[str, Any]) -> list[SetParametersResult]:
-        """Set parameters one after the other, as `ros2 param set` does: a result for each."""
+        """Set parameters one after the other, as `ros2 param set` does; return a result for each."""
         return self._call("set_parameters", SetParameters.Request(parameters=_messages(values))).results
 
     def set_together(self, values: Mapping[str, Any]) -> SetParametersResult:

@@ -1,6 +1,6 @@
-"""Programs whose topics have another name than the task says: they are started again with that name replaced.
+"""Programs whose topics have a wrong name: they are started again with the name remapped.
 
-So a wrong name costs what is lost by a wrong name, and all other tests judge the program as if it had the right one.
+So a wrong name costs only the points for names, and all other tests judge the program as if the name were right.
 """
 
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ class Topic(NamedTuple):
 
 
 class Renamed(dict[Topic, str]):
-    """The topics that a submission has under other names, and these names; one for all its programs of one file."""
+    """The topics that have another name in a submission, with that name; one for all programs of one file."""
 
     def expect_none(self, file: str) -> None:
         """Raise Wrong for a topic with another name."""
@@ -36,13 +36,13 @@ class Renamed(dict[Topic, str]):
 class TopicProgram(LiveProgram):
     """A handed-in program that is spoken to over topics."""
 
-    topics: ClassVar[Mapping[str, Topic]] = {}  # what it must offer, as `connect` names it, and the topic that is meant
+    topics: ClassVar[Mapping[str, Topic]] = {}  # the topics that it must offer, by the words of `connect`
 
     def __init__(self, bench: Bench, file: str, *args: str, renamed: Renamed):
-        """`args` is the program's command line; `renamed` is shared by all programs of this file."""
+        """Prepare; `args` is the program's command line; `renamed` is shared by all programs of this file."""
         super().__init__(bench, file, *args)
         self.renamed = renamed
-        self._known: set[Topic] = set()  # of `renamed`, when it was started
+        self._known: set[Topic] = set()  # in `renamed` when it was started
 
     def begin(self) -> None:
         """Start the program, without waiting for it."""
@@ -51,12 +51,12 @@ class TopicProgram(LiveProgram):
 
     @property
     def command_line(self) -> list[str]:
-        """The program's arguments, with rules that replace the names of topics."""
+        """Return the program's arguments, with remapping rules for the names of topics."""
         rules = [word for topic, found in self.renamed.items() for word in ("-r", f"{found}:=/{topic.name}")]
         return [*self.args, *(["--ros-args", *rules] if rules else [])]
 
     def up(self, *wanted: str) -> None:
-        """Have the program run and offer what is `wanted`; started again when a topic has another name."""
+        """Do as `Lifecycle.up`; restart the program with remapping when a topic has another name."""
         try:
             super().up(*wanted)
         except Wrong:
@@ -68,12 +68,12 @@ class TopicProgram(LiveProgram):
             super().up(*wanted)
 
     def forget(self) -> None:
-        """End the program, and forget what it did not offer: it will be started in another way."""
+        """End the program, and forget what it did not offer: it will be started with other arguments."""
         self.end()
         self._missed.clear()
 
     def _other_names(self, wanted: tuple[str, ...]) -> dict[Topic, str]:
-        """The topics that the program lacks, each with the one topic of the same type that it has instead."""
+        """Return the topics that the program lacks, each with the one topic of the same type that it has instead."""
         lacking = [self.topics[offer] for offer in self.missing(wanted) if offer in self.topics]
         names = {topic.name for topic in self.topics.values()}
         found = {}

@@ -1,4 +1,4 @@
-"""The grader's own node in a ROS domain, spun in the background, and what it sees of other nodes."""
+"""The grader's own node in a ROS domain, spun in the background, and its view of other nodes."""
 
 import secrets
 import threading
@@ -24,10 +24,10 @@ ALIVE = 0.1  # s between two looks at whether a silent program is still alive
 LATEST = 1.0  # s that a message may have been under way, on a busy machine
 HEARD = 1000  # log messages that are kept
 LOG_LENGTH = 1000  # characters of a log message that are kept
-LONGEST = 100_000  # characters or elements of a field: no right answer comes near
+LONGEST = 100_000  # characters or elements of a field, far more than in any right answer
 ARGUMENTS = ["--ros-args", "--disable-stdout-logs", "--disable-rosout-logs", "--disable-external-lib-logs"]
 
-# Of a node of the grader's: no service, by which a program that it speaks with could set its clock (`use_sim_time`).
+# Options of a grader's node: no parameter services, by which a program could set its clock (`use_sim_time`).
 CLOSED: dict[str, Any] = {
     "use_global_arguments": False,
     "start_parameter_services": False,
@@ -36,12 +36,12 @@ CLOSED: dict[str, Any] = {
 
 
 class Ros:
-    """A node of the grader's in `domain`, with a random name, so that no program can treat it differently."""
+    """A grader's node in `domain`, with a random name, so that no program can recognise it."""
 
-    names: ClassVar[set[str]] = set()  # of all of them
+    names: ClassVar[set[str]] = set()  # the names of all grader's nodes
 
     def __init__(self, domain: int, threads: int = 1):
-        """`threads` threads run the node's callbacks."""
+        """Start the node; `threads` threads run its callbacks."""
         patch()
         self.domain = domain
         self._context = Context()
@@ -68,7 +68,7 @@ class Ros:
     ) -> Any | None:
         """Send `request` and return the response; None after `timeout` s, or when the program is no longer `alive`.
 
-        A request can be lost when a program has only just been found, so it is sent again every `again` s.
+        A request can be lost when a program has only just been discovered, so it is sent again every `again` s.
         """
         start = time.monotonic()
         futures: list[Any] = []
@@ -87,7 +87,7 @@ class Ros:
         return next((sensible(future.result()) for future in futures if future.done()), None)
 
     def send(self, client: Any, request: Any) -> Any:
-        """Send `request` once; the future of its response."""
+        """Send `request` once; return the future of its response."""
         self._sent.append(client.srv_name)
         return client.call_async(request)
 
@@ -101,11 +101,11 @@ class Ros:
         return "\n".join(list(self._heard))
 
     def others(self) -> list[tuple[str, str]]:
-        """The name and namespace of each node in the domain that is not the grader's."""
+        """Return name and namespace of each node in the domain that is not the grader's."""
         return [node for node in graph(self.node.get_node_names_and_namespaces) if node[0] not in self.names]
 
     def offered(self) -> list[str]:
-        """The services of these nodes with their types, except those that every node has."""
+        """Return the services of these nodes with their types, except those that every node has."""
         return sorted(
             f"{service} ({types[0]})"
             for node in self.others()
@@ -115,9 +115,9 @@ class Ros:
 
 
 def graph(query: Callable[..., list[Any]], *names: str) -> list[Any]:
-    """Return what `query` finds in the ROS graph; nothing when a node has gone meanwhile, or has an invalid name.
+    """Return the result of a graph `query`; empty when a node has disappeared meanwhile or has an invalid name.
 
-    Below rclpy, a program can give its node any name.  Callers poll, so that a node missed once is found later.
+    Without rclpy, a program can give its node any name.  Callers poll, so a node missed once is found later.
     """
     try:
         return query(*names)
@@ -135,6 +135,6 @@ def published(info: Mapping[str, int]) -> float:
 
 
 def sensible(message: Any) -> Any:
-    """The message as it came; an empty one instead of a message that is longer than any right answer."""
+    """Return the message, or an empty one if it is longer than any right answer."""
     fields = (getattr(message, name) for name in message.get_fields_and_field_types())
     return message if all(len(field) <= LONGEST for field in fields if hasattr(field, "__len__")) else type(message)()

@@ -1,4 +1,4 @@
-"""A student's program that must end on its own, such as a client: one run of it, and what every client must do."""
+"""One run of a student's program that must end on its own, such as a client, and checks for every client."""
 
 import random
 import re
@@ -15,14 +15,14 @@ from course.foundation.waiting import wait_until
 
 LIMIT = 10.0  # s that a client may run, with or without a server
 GRACE = 3.0  # s more for a program to load on a busy machine
-SIGNALLED = 128  # exit statuses from here on tell of a signal, not of the program's own end
+SIGNALLED = 128  # exit statuses from here on mean a signal, not the program's own exit
 SIGNALS = {SIGNALLED + known: known.name for known in signal.Signals}
 RANGE = re.compile(r"\{(-?\d+)\.\.(-?\d+)\}")
 CHOICE = re.compile(r"\{([^{}|]+(?:\|[^{}|]+)+)\}")
 
 
 def drawn(command: Sequence[str], rng: random.Random) -> list[str]:
-    """A command line with each `{2..9}` replaced by a whole number of that range, each `{add|divide}` by a word."""
+    """Return a command line with each `{2..9}` replaced by an integer of that range, each `{add|divide}` by a word."""
 
     def draw(word: str) -> str:
         if found := RANGE.fullmatch(word):
@@ -35,18 +35,18 @@ def drawn(command: Sequence[str], rng: random.Random) -> list[str]:
 
 
 class Run:
-    """One run of a handed-in program that must end on its own, as `python FILE ARGS`; `bench.run` begins it."""
+    """One run of a handed-in program that must end on its own, as `python FILE ARGS`; started by `bench.run`."""
 
     def __init__(self, file: str, start: Callable[[], Program], clock: Clock):
-        """`start` starts the program again."""
+        """Start the program by `start`, which `again` calls once more."""
         self.file, self._start, self._clock = file, start, clock
         self._program = start()
         self.starts = 1
-        self._late: TimedOut | None = None  # what came of waiting for its end, twice
+        self._late: TimedOut | None = None  # the fault after waiting for its end twice
 
     @property
     def output(self) -> str:
-        """Return what the program has printed so far."""
+        """Return the program's output so far."""
         return self._program.output
 
     @property
@@ -55,7 +55,7 @@ class Run:
         return self._program.raised
 
     def again(self) -> None:
-        """Run it once more, because something that it needed may have been late."""
+        """Run it once more, because something it needed may have been late."""
         self._program.kill()
         self._restart()
 
@@ -65,14 +65,14 @@ class Run:
         left = program.started + self._clock.allow(limit + GRACE) - time.monotonic()
         wait_until(lambda: condition() or not program.alive, max(0.05, left))
         if not program.alive:
-            program.wait(1.0)  # its last output is read
+            program.wait(1.0)  # until its last output is read
         return condition()
 
     def finish(self, doing: str, limit: float = LIMIT) -> Program:
-        """The program, once it has ended; it is run a second time when the first may have been the machine's fault.
+        """Return the program once it has ended; run it a second time if the machine may have slowed the first.
 
-        `doing` tells the student which run this was: "without a server".  Raises TimedOut when it took longer than
-        `limit` s twice, and Crashed when it raised or was stopped.
+        `doing` describes the run to the student: "without a server".  Raises TimedOut if it took longer than `limit` s
+        twice, and Crashed if it raised or was stopped.
         """
         program = self._ended(doing, limit)
         if program.raised:
@@ -80,7 +80,7 @@ class Run:
         return program
 
     def status(self, doing: str, limit: float = LIMIT) -> int:
-        """Its exit status, also when it raised; raises TimedOut and Crashed as `finish` does, and when it was killed.
+        """Return its exit status, even if it raised; raises TimedOut or Crashed if it was late, stopped or killed.
 
         A program that a signal ends has no exit status of its own.
         """
@@ -118,7 +118,7 @@ class Run:
 
 
 def expect_gives_up(run: Run, server: str) -> None:
-    """A client that finds no server says so and exits with an error; `server` tells the student which one it lacks."""
+    """Check that a client without a server says so and exits with an error; `server` is its name for the student."""
     doing = "without a server"
     expect_status(run, doing, 1)
     expect_words(run, doing, f"say that it found no server for {server}")
@@ -131,7 +131,7 @@ def expect_usage(run: Run, doing: str) -> None:
 
 
 def expect_status(run: Run, doing: str, status: int) -> None:
-    """The run ends with an exit status other than 0; `status` is the one that the student is advised to take."""
+    """Check that the run ends with an exit status other than 0; the student is advised to use `status`."""
     program = run.finish(doing)
     _expect_own_end(run.file, program, doing)
     if program.exit_status == 0:
@@ -142,7 +142,7 @@ def expect_status(run: Run, doing: str, status: int) -> None:
 
 
 def expect_patience(run: Run, doing: str, least: float) -> None:
-    """The run, in which the client finds no server, takes `least` s or longer: it has looked for one for a moment."""
+    """Check that the client, which finds no server, has waited for one for `least` s or longer."""
     if (took := run.finish(doing).duration) < least:
         raise Wrong(
             f"{_capital(doing)}, the client gave up {took:.1f} s after its start. ROS 2 needs a moment to find a "
@@ -153,14 +153,13 @@ def expect_patience(run: Run, doing: str, least: float) -> None:
 def expect_words(
     run: Run, doing: str, must: str, *, beside: str = "", unlike: str = "", ignoring: Iterable[str] = ()
 ) -> None:
-    """The run says something, whatever its exit status is.
+    """Check that the run prints something, whatever its exit status.
 
-    What it prints must have a line that is not in `beside` (what it prints in other cases), and must not be all the
-    same as `unlike` (what it prints in another case).  Numbers, and the words in `ignoring`, do not make a line another
-    one.
+    The output must have a line that is not in `beside` (its output in other cases), and must differ from `unlike` (its
+    output in another case).  Numbers, and the words in `ignoring`, are not compared.
     """
 
-    words = re.compile("|".join(map(re.escape, ignoring)) or "(?!)")  # or nothing
+    words = re.compile("|".join(map(re.escape, ignoring)) or "(?!)")  # or match nothing
 
     def lines(text: str) -> set[str]:
         plain = NUMBER.sub("#", words.sub("#", text))

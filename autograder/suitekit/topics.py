@@ -1,4 +1,4 @@
-"""The grader's ends of a topic: a publisher for a student's node, and a listener that notes when each message came."""
+"""The grader's ends of a topic: a publisher, and a listener that keeps messages with their times."""
 
 import itertools
 import statistics
@@ -13,15 +13,15 @@ from autograder.suitekit.ros import Ros, graph, published, sensible
 from course.foundation.waiting import wait_until
 
 PUBLISH, SUBSCRIBE = True, False
-OF_NODES = {"/rosout", "/parameter_events", "/clock"}  # topics that every node has, or any may have
-RATED = 11  # gaps between messages, by which a rate is measured: an odd number, so that one of them is the median
+OF_NODES = {"/rosout", "/parameter_events", "/clock"}  # topics that every node has or may have
+RATED = 11  # gaps between messages for measuring a rate: an odd number, so that one gap is the median
 DEPTH = 50  # messages that may wait to be read
 
 Found = TypeVar("Found")
 
 
 class Heard(NamedTuple):
-    """A message, and when it came (s of time.monotonic)."""
+    """A message, and its arrival time (s of time.monotonic)."""
 
     time: float
     message: Any
@@ -29,14 +29,14 @@ class Heard(NamedTuple):
 
 
 class Rate(NamedTuple):
-    """The rate (Hz) at which something was published, and whether it was right: that of bursts is not."""
+    """A publishing rate (Hz), and whether it was right, which that of bursts is not."""
 
     hertz: float
     right: bool
 
 
 def speaker(ros: Ros, topic: str, kind: type) -> Any:
-    """A publisher that fits every subscription: reliable, and late subscribers get what was published before."""
+    """Return a publisher that fits every subscription: reliable, and transient local for late subscribers."""
     return ros.node.create_publisher(kind, topic, QoSProfile(depth=DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL))
 
 
@@ -44,7 +44,7 @@ class Listener:
     """A subscription that keeps every message of a topic, in order."""
 
     def __init__(self, ros: Ros, topic: str, kind: type):
-        """Make it before the node's clients: a program that has answered one of them has then found this as well."""
+        """Subscribe, before the node's clients are made: a program that answers one of them has found this, too."""
         self.heard: list[Heard] = []
         self._ros, self._topic, self._kind = ros, topic, kind
         self._news = threading.Condition()
@@ -52,7 +52,7 @@ class Listener:
 
     @property
     def ready(self) -> bool:
-        """Return True if somebody publishes on the topic, with a quality of service that is heard here."""
+        """Return True if somebody publishes on the topic with a compatible quality of service."""
         publishers = graph(self._ros.node.get_publishers_info_by_topic, self._topic)
         offered = {publisher.qos_profile.reliability for publisher in publishers}
         if offered == {ReliabilityPolicy.BEST_EFFORT} and self._reliability == ReliabilityPolicy.RELIABLE:
@@ -67,10 +67,10 @@ class Listener:
         return wait_until(lambda: enough(self.heard), timeout, news=self._news, unless=lambda: not alive()) or None
 
     def rate(self, low: float, high: float, timeout: float, alive: Callable[[], bool] = lambda: True) -> Rate | None:
-        """Return how often messages are published, of those within `timeout` s; None when RATED or fewer came.
+        """Return the rate of the messages within `timeout` s; None if RATED or fewer came.
 
-        It is right as soon as RATED in a row had a rate (Hz) from `low` to `high`: a busy machine delays some messages,
-        and a later row is free of that, but a program of another rate never has such a row.
+        It is right as soon as RATED consecutive gaps have a rate (Hz) from `low` to `high`: a busy machine may delay
+        some messages but not all, whereas a program of another rate never has such gaps.
         """
         before = len(self.heard)
         found = self.wait(lambda heard: steady_rate(heard[before:], low, high), timeout, alive)
@@ -82,7 +82,8 @@ class Listener:
     def _subscribe(self, reliability: ReliabilityPolicy) -> None:
         self._reliability = reliability
         self._subscription = self._ros.node.create_subscription(
-            # rclpy 7.1.6 declares one argument, and gives the message's times to a callback that takes two.
+            # rclpy 7.1.6 declares callbacks of one argument, but passes the message's times to a callback that takes
+            # two.
             self._kind,
             self._topic,
             cast(Callable[[Any], None], self._hear),
@@ -96,10 +97,10 @@ class Listener:
 
 
 def steady_rate(heard: Sequence[Heard], low: float, high: float) -> float:
-    """Return the rate (Hz) at which the last messages were published, RATED gaps, if it lies between two; 0 otherwise.
+    """Return the rate (Hz) of the last messages, over RATED gaps, if it is from `low` to `high`; 0 otherwise.
 
-    The mean of the gaps must, and their median, which messages in bursts do not have right.  Times are the publisher's,
-    which no load of the grader's side changes; that of arrival must not tell something else altogether.
+    Both the mean and the median of the gaps must fit, so that bursts do not.  The publisher's times are used, because
+    load on the grader's side does not change them; the arrival times must not contradict them altogether.
     """
     last = heard[-RATED - 1 :]
     if len(last) <= RATED or last[-1].published <= last[0].published or last[-1].time <= last[0].time:
@@ -112,7 +113,7 @@ def steady_rate(heard: Sequence[Heard], low: float, high: float) -> float:
 
 
 def own_topics(ros: Ros, publish: bool = SUBSCRIBE) -> list[tuple[str, str]]:
-    """The topics with their types that the program's nodes subscribe, or publish; not those that every node has."""
+    """Return the topics with types that the program's nodes subscribe to, or publish, without those of every node."""
     query = (
         ros.node.get_publisher_names_and_types_by_node if publish else ros.node.get_subscriber_names_and_types_by_node
     )
@@ -121,5 +122,5 @@ def own_topics(ros: Ros, publish: bool = SUBSCRIBE) -> list[tuple[str, str]]:
 
 
 def short(kind: str) -> str:
-    """The name of a message type as the tasks have it: std_msgs/Float64."""
+    """Return the name of a message type in the form of the tasks: std_msgs/Float64."""
     return kind.replace("/msg/", "/")

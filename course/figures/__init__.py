@@ -1,7 +1,7 @@
-"""The course's figures: each takes what was recorded and returns a `Picture`; `live` redraws one as data comes in.
+"""The course's figures: each draws recorded data as a `Picture`; `live` redraws one as data comes in.
 
-They share one palette, colour-blind safe (Okabe and Ito, 2008), on an opaque light ground that can be read in
-JupyterLab's light and dark themes alike.
+They share a colour-blind safe palette (Okabe and Ito, 2008) on an opaque light background, which is readable in
+JupyterLab's light and dark themes.
 """
 
 from course.figures.actions import feedback, timeline

@@ -4,9 +4,8 @@ from course.figures.palette import BLACK, BLUE, EVENTS, GREY, plain, style
 from course.figures.picture import Picture
 from course.recorders import GoalRecorder, Recorder
 
-# What each event looks like: the size (points²), the marker, and its place in rows below the goal's line.  What the
-# client sends stands above the line and what the server answers below it: a goal and its answer are less than a
-# millisecond apart.
+# The look of each event: size (points²), marker, and place in rows below the goal's line.  Messages of the client are
+# above the line and the server's answers below it, because a goal and its answer are less than a millisecond apart.
 ABOVE, BELOW = -0.24, 0.24
 MARKERS = {
     "request": (70, "v", ABOVE),
@@ -21,12 +20,12 @@ MARKERS = {
 }
 LABELS = {"request": "sent", "goal": "sent", "cancel": "cancel requested"}
 COLUMNS = 6  # of the legend
-LABELLED = 12  # points of a feedback figure, the newest ones
+LABELLED = 12  # the newest points of a feedback figure
 
 
 @plain
 def feedback(goal: GoalRecorder, title: str = "Each feedback message brings one element more") -> Picture:
-    """The last element of the sequence at the time of each feedback message."""
+    """Draw the last element of the sequence at the time of each feedback message."""
     table = goal.table()
     rows = [
         (time, sequence)
@@ -55,10 +54,10 @@ def timeline(
     title: str = "A goal's life: request, feedback, end",
     together: bool = False,
 ) -> Picture:
-    """One line for each goal or service call: what its client sends above it, what the server answers below it.
+    """Draw one line for each goal or service call: the client's messages above it, the server's answers below it.
 
     A recorder's events are those of a GoalRecorder, or `request` and `response` for a service call.  Each line begins
-    when its goal was sent; `together` draws all on one clock, which begins with the first goal.
+    when its goal was sent; with `together` all have a common time axis, which begins with the first goal.
     """
     picture = Picture("timeline of goals", 1.7 + 0.65 * max(1, len(goals)))
     whose = "the first was sent" if together else "it was sent"

@@ -31,12 +31,12 @@ EVENTS = {
     "unknown": GREY,
 }
 
-# A decorator: in a notebook with a style of its own (`dark_background`), text would be white on our light ground.
+# A decorator: with a notebook's own style (`dark_background`), text would be white on our light background.
 plain = matplotlib.style.context("default")
 
 
 def style(axes: Axes, title: str, xlabel: str = "", ylabel: str = "") -> Axes:
-    """Give `axes` the look that all figures share; the title says what to see, the labels have units."""
+    """Give `axes` the look that all figures share; the title says what is shown, the labels have units."""
     axes.set_title(title, loc="left", fontsize=11, color=BLACK)
     axes.set_xlabel(xlabel)
     axes.set_ylabel(ylabel)

@@ -1,4 +1,4 @@
-"""Figures of section 3.3: what was set, when, and whether the node accepted it; and an arm under a controller."""
+"""Figures of section 3.3: the sets of a parameter, accepted or refused, over time; and an arm under a controller."""
 
 import math
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from course.figures.picture import Picture
 from course.recorders import ParameterRecorder, Recorder
 
 LISTED = 4  # refusals listed at most, the newest ones
-FAR = 1e6  # s, beyond every edge
+FAR = 1e6  # s, beyond the edge of any axis
 EDGE = 0.06  # of the axis, between its edge and the arrow of a value beyond it
 
 
@@ -22,7 +22,7 @@ def changes(
     unit: str = "",
     beside: Recorder | None = None,
 ) -> Picture:
-    """The value of the numeric parameter `name` over time, with accepted and refused sets marked.
+    """Draw the value of the numeric parameter `name` over time, with accepted and refused sets marked.
 
     The axis covers the accepted values and the declared range (dashed lines); a refused value beyond it is an arrow at
     its edge.  Refusals are numbered, and their values and reasons are listed below the axis.  The columns of `beside`,
@@ -43,7 +43,7 @@ def changes(
     limits = record.range(name) if isinstance(record, ParameterRecorder) else ()
     if accepted:
         axes.step(*zip(*accepted, strict=True), where="post", color=BLUE, label=name)
-        # The value holds until it is set again: to the right edge, wherever later drawing moves that edge.
+        # The value holds until it is set again: the line goes to the right edge, even if that is moved later.
         (last, value), line = accepted[-1], axes.lines[-1]
         axes.add_artist(
             Line2D([last, last + FAR], [value, value], color=BLUE, linewidth=line.get_linewidth(), zorder=line.zorder)
@@ -61,7 +61,7 @@ def changes(
     markers: list[str] = []
     for number, (time, value, _) in enumerate(refused, 1):
         drawable = isinstance(value, int | float) and not math.isnan(value)
-        edge = EDGE * (high - low)  # an arrow stands inside of the axes, clear of the title
+        edge = EDGE * (high - low)  # the arrow is inside the axes, clear of the title
         shown = min(max(value, low + edge), high - edge) if drawable else low + edge
         markers.append("X" if not drawable or shown == value else "v" if value < shown else "^")
         axes.plot(time, shown, markers[-1], color=VERMILLION, markersize=9, clip_on=False, zorder=3)
@@ -88,7 +88,7 @@ def response(
     title: str = "The angle follows its target, and what each change of a gain does",
     limits: tuple[float, ...] = (),
 ) -> Picture:
-    """The `angle` and `target` (rad) and the `effort` (N m) of an arm over time, with a line at each `note`.
+    """Draw `angle` and `target` (rad) and `effort` (N m) of an arm over time, with a line at each `note`.
 
     The `limits` (N m) of the effort are dashed lines.
     """

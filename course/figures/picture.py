@@ -21,7 +21,7 @@ SHARP = 2  # pixels of a still figure for each of the page's, which screens and 
 
 
 class Picture:
-    """A still figure: a notebook shows it, `save` writes it.  As text it is only its name, the same every time."""
+    """A still figure: a notebook shows it, `save` writes it.  Its text form is only its name, the same in every run."""
 
     def __init__(self, name: str, height: float = 3.2) -> None:
         """`height` in inches; draw on `figure`, and say in `alt` what it shows, for readers who do not see it."""
@@ -42,7 +42,7 @@ class Picture:
         return file.getvalue(), {"alt": self.alt, "width": round(WIDTH * DPI)}
 
     def tell(self, title: str, *facts: str) -> None:
-        """Make the alternative text: the title, then what the data say."""
+        """Set the alternative text: the title, then facts about the data."""
         self.alt = f"{title.rstrip('.')}. " + " ".join(f"{fact}." for fact in facts if fact)
 
     @plain
@@ -54,14 +54,14 @@ class Picture:
 class Live:
     """A figure that is redrawn in its place; after the `with` block it stays as a still picture.
 
-    The main thread draws it, in `wait`, at most `rate` times a second; the nodes' callbacks only collect.
+    The main thread draws it, in `wait`, at most `rate` times a second; the nodes' callbacks only collect data.
     """
 
     def __init__(self, draw: Callable[[], Picture], recorder: Recorder, rate: float = 8.0) -> None:
         self._draw, self._recorder, self._pause = draw, recorder, 1.0 / rate
         self._shown: DisplayHandle | None = None
-        self._rows = 0  # drawn already
-        self._drawn = -math.inf  # s, when
+        self._rows = 0  # already drawn
+        self._drawn = -math.inf  # s, time of the last drawing
 
     def __enter__(self) -> Self:
         self._shown = display(self._draw(), display_id=True)

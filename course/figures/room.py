@@ -17,7 +17,7 @@ from course.robot.sectors import wrap
 Floats = NDArray[np.float64]
 # Vermillion is for collisions.
 MOTIONS = {"straight on": GREEN, "to the left": BLUE, "to the right": ORANGE, "standing": GREY}
-STRAIGHT = 0.05  # rad/s: slower turns are not shown as such
+STRAIGHT = 0.05  # rad/s: slower turns count as straight
 
 
 @plain
@@ -26,8 +26,8 @@ def drive(simulation: Any, decisions: DecisionRecorder | None = None, title: str
 
     Without decisions, the colours show how the robot moved: straight on, to the left, to the right, or not at all.  A
     dot on the path shows where the robot turned on the spot, or stood; x marks a collision.  Decisions are placed on
-    the path by their scans' stamps (s): in simulated time, or by the wall clock, and the newest is then the path's end.
-    Without a `title` it says how far the robot came, and when it touched something.
+    the path by their scans' stamps (s): in simulated time, or by the wall clock, with the newest at the path's end. The
+    default `title` says how far the robot came, and when it touched something.
     """
     path = simulation.path
     if decisions is None:
@@ -66,7 +66,7 @@ def drive(simulation: Any, decisions: DecisionRecorder | None = None, title: str
         )
     _robot(axes, simulation.pose, simulation.robot.radius)
     axes.plot(*simulation.room.start[:2], "+", color=BLACK, markersize=10, zorder=2.8)
-    ahead = np.cos(simulation.room.start[2]) >= 0  # the word stands on the side away from the path
+    ahead = np.cos(simulation.room.start[2]) >= 0  # the label is on the side away from the path
     axes.annotate(
         "start",
         simulation.room.start[:2],
@@ -110,14 +110,14 @@ def _facts(simulation: Any, decided: list[str]) -> list[str]:
 
 
 def _robot(axes: Axes, pose: tuple[float, float, float], radius: float) -> None:
-    """The robot as a circle (m), with a line that shows where it looks."""
+    """Draw the robot as a circle (m), with a line that shows its heading."""
     x, y, heading = pose
     axes.add_patch(Circle((x, y), radius, facecolor="white", edgecolor=BLACK, linewidth=1.5, zorder=3))
     axes.plot([x, x + radius * np.cos(heading)], [y, y + radius * np.sin(heading)], color=BLACK, zorder=4)
 
 
 def _strip(axes: Axes, stamps: Floats, decided: list[str], lanes: Mapping[str, str]) -> None:
-    """A lane for each state, filled while the robot was in it; it is also the legend of the path's colours."""
+    """Draw a lane for each state, filled while the robot was in it; also the legend of the path's colours."""
     style(axes, "", "time (s)")
     ends = np.append(stamps[1:], stamps[-1] + (np.median(np.diff(stamps)) if len(stamps) > 1 else 0.1))
     for lane, state in enumerate(lanes):
@@ -146,7 +146,7 @@ def _states(times: Floats, stamps: Floats, decided: list[str]) -> list[str]:
 def distances(
     series: Mapping[str, Sequence[float]], aim: float, period: float = 0.1, title: str = "How a distance is kept"
 ) -> Picture:
-    """A distance (m) over time for each name in `series`, one value every `period` s, and the one that is aimed at."""
+    """Draw a distance (m) over time for each name in `series`, one value every `period` s, and the desired distance."""
     rows = max(1, len(series))
     picture = Picture("distances over time", 0.9 + 1.2 * rows)
     drawn = picture.figure.subplots(rows, 1, sharex=True, sharey=True, squeeze=False)[:, 0]

@@ -8,15 +8,15 @@ from course.figures.palette import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, plai
 from course.figures.picture import Picture
 
 LIMIT = 0.1  # s, one decision of a 10 Hz loop
-AROUND = 10  # calls before and after one that its median is taken of
+AROUND = 10  # calls before and after one that count for its median
 
 
 @plain
 def round_trips(series: Mapping[str, Sequence[float]], title: str = "How long a call takes, call by call") -> Picture:
     """Round-trip times (s) of calls, in order, a colour for each name in `series`; the axis is logarithmic.
 
-    A dot is a call, and a line the median of the calls around it: what another program on the machine delays is a dot
-    far from its line.
+    A dot is a call, and the line is the median of the calls around it: a call delayed by another program on the machine
+    is a dot far from the line.
     """
     picture = Picture("service round trips")
     axes = style(picture.figure.add_subplot(), title, "call", "round trip (ms)")

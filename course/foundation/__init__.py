@@ -1,1 +1,1 @@
-"""The ground floor: waiting, files replaced as a whole, processes, folders, and reading what anybody may have made."""
+"""The lowest layer: waiting, atomic file replacement, processes, folders, and reading untrusted files."""

@@ -1,6 +1,6 @@
-"""The one reader of notebook files: their cells, nbgrader's marks on them, and the files that `%%exercise` cells write.
+"""Reading notebook files: their cells, nbgrader's metadata, and the files that `%%exercise` cells write.
 
-It reads text and runs nothing, and takes any file: a notebook that a student hands in is read here as well.
+It runs nothing and accepts any file, so that handed-in notebooks can be read, too.
 """
 
 import json
@@ -12,10 +12,10 @@ from typing import Any
 from course.errors import UnreadableNotebook
 from course.foundation.untrusted import read_regular
 
-# nbgrader's marks around what is taken out of the released notebook: they are not part of the file.
+# nbgrader's marks around text that is removed from the released notebook; they are not part of the exercise's file.
 MARKERS = re.compile(r"^[ \t]*### (?:BEGIN|END) SOLUTION[ \t]*\n", re.MULTILINE)
 MOST = 100_000_000  # bytes of a notebook; one with many pictures has some 10,000,000
-PASSED = "passed"  # how a public check has ended, if not with "not yet: ..."
+PASSED = "passed"  # the outcome of a public check other than "not yet: ..."
 SOLUTION = re.compile(r"^[ \t]*### BEGIN SOLUTION[ \t]*\n(.*?)^[ \t]*### END SOLUTION", re.MULTILINE | re.DOTALL)
 
 
@@ -26,12 +26,12 @@ class Cell:
     kind: str  # code, markdown or raw
     source: str
     mark: dict[str, Any] = field(default_factory=dict)  # nbgrader's metadata
-    count: int | None = None  # which execution of the kernel it was
+    count: int | None = None  # its execution count in the kernel
     outputs: list[dict] = field(default_factory=list)
 
     @property
     def name(self) -> str:
-        """nbgrader's name of the cell, or ''."""
+        """Return nbgrader's name of the cell, or ''."""
         name = self.mark.get("grade_id")
         return text_of(name) if isinstance(name, str) else ""
 
@@ -42,7 +42,7 @@ class Cell:
 
     @property
     def public_check(self) -> bool:
-        """Return True if the cell is a check that students see and cannot change."""
+        """Return True if the cell is a check that students can see but not change."""
         return self.kind == "code" and bool(self.mark.get("grade")) and bool(self.mark.get("locked"))
 
 
@@ -68,16 +68,16 @@ def read(path: Path) -> list[Cell]:
 def text_of(value: Any) -> str:
     """The text that a notebook file holds as a string or as a list of lines."""
     text = value if isinstance(value, str) else "".join(line for line in value if isinstance(line, str))
-    return text.encode(errors="replace").decode()  # half a surrogate pair cannot be written
+    return text.encode(errors="replace").decode()  # a lone surrogate cannot be encoded
 
 
 def content(body: str) -> str:
-    """Return the cell's lines below `%%exercise FILE` as a file's text: the same whether the cell is run or not."""
+    """Return the text that a cell writes to its file, from the lines below `%%exercise FILE`."""
     return MARKERS.sub("", body)
 
 
 def exercise_file(cells: list[Cell], name: str) -> bytes | None:
-    """Return what the last `%%exercise NAME` cell would write if it were run, or None without such a cell."""
+    """Return the file content that the last `%%exercise NAME` cell would write, or None without such a cell."""
     for cell in reversed(cells):
         first, _, body = cell.source.lstrip("\n").partition("\n")
         if cell.kind == "code" and first.split()[:2] == ["%%exercise", name]:

@@ -1,4 +1,4 @@
-"""The folders of a user: what is kept for the next time, and what concerns the processes that run now."""
+"""The folders of a user: the cache, and the runtime folder for files about running processes."""
 
 import contextlib
 import os
@@ -10,15 +10,15 @@ NAME = "ros2-course"
 
 
 def user_cache() -> Path:
-    """The course's folder in the user's cache, `$XDG_CACHE_HOME` or ~/.cache; it may not be there yet."""
+    """Return the course's folder in the user's cache, `$XDG_CACHE_HOME` or ~/.cache; it may not exist yet."""
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / NAME
 
 
 def runtime_folder() -> Path:
-    """The folder of what runs now, made if need be: in `$XDG_RUNTIME_DIR`, or in /tmp for this user alone.
+    """Return the runtime folder, made if needed: in `$XDG_RUNTIME_DIR`, or in /tmp, readable by this user only.
 
-    Anybody can have taken a name in /tmp before: then it is a folder in the user's cache.  Raises PermissionError when
-    none of them can be had.
+    If somebody else has taken the name in /tmp, it is in the user's cache.  Raises PermissionError when none of these
+    is possible.
     """
     runtime = os.environ.get("XDG_RUNTIME_DIR")
     if runtime and _is_own(Path(runtime)) and os.access(runtime, os.W_OK):
@@ -35,7 +35,7 @@ def runtime_folder() -> Path:
 
 
 def _is_own(place: Path) -> bool:
-    """Return True for a folder of this user; a link is not one, wherever it leads."""
+    """Return True for a folder of this user, but not for a link to one."""
     with contextlib.suppress(OSError):
         found = place.lstat()
         return stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()

@@ -1,19 +1,19 @@
-"""Processes told apart: a number (pid) is used again, so a process is known by its number and its birth."""
+"""Identifying processes: a process id (pid) is reused, so a process is identified by pid and start time."""
 
 import os
 from pathlib import Path
 
 
 def stat(pid: int) -> list[str]:
-    """Return the fields of /proc/PID/stat from the third (the state) on; raises OSError when the process is gone."""
+    """Return the fields of /proc/PID/stat from the third (the state) on; raises OSError if there is no such process."""
     return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
 
 
 def birth(pid: int) -> int:
     """Return when a process started, in clock ticks since boot (proc(5), `starttime`); 0 if it does not run.
 
-    A zombie does not run.  It may stay for good: in a container, the first process often waits for nobody.  (psutil
-    counts a zombie as running, and its times move when the clock is set.)
+    A zombie does not run.  It may stay forever: in a container, the first process often does not reap orphans.  (psutil
+    counts a zombie as running, and its times change when the clock is set.)
     """
     try:
         fields = stat(pid)
@@ -23,7 +23,7 @@ def birth(pid: int) -> int:
 
 
 def processor_time(pid: int) -> float:
-    """Return how long a process has used the processor (s); 0 when it has gone."""
+    """Return the processor time (s) of a process; 0 if it is gone."""
     try:
         user, system = stat(pid)[11:13]
         return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
@@ -42,5 +42,5 @@ def catches(pid: int, signal: int) -> bool:
 
 
 def alive(pid: int, born: int) -> bool:
-    """Return True while the process of this `birth` runs; a later one of the same number is another."""
+    """Return True while the process with this `birth` runs, and not a later one with the same pid."""
     return born != 0 and birth(pid) == born

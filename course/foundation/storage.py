@@ -1,16 +1,16 @@
-"""Replacing a file as a whole: whoever reads it, also after a power cut, finds either the old content or the new."""
+"""Replacing a file atomically: a reader finds either the old content or the new, even after a power cut."""
 
 import os
 from collections.abc import Iterable
 from pathlib import Path
 
-PRIVATE, PRIVATE_FOLDER = 0o600, 0o700  # what is for the instructor alone
+PRIVATE, PRIVATE_FOLDER = 0o600, 0o700  # modes for this user only
 
 
 def replace(path: Path, content: bytes | Iterable[bytes], mode: int = 0o666) -> None:
-    """Write a file, or replace it; `mode` as for open(2).  When it raises OSError, nothing has changed."""
+    """Write or replace a file; `mode` as for open(2).  If it raises OSError, nothing has changed."""
     draft = path.with_name(f".{path.name}.part")
-    draft.unlink(missing_ok=True)  # left by a writer that was killed, perhaps with another mode
+    draft.unlink(missing_ok=True)  # left by a killed writer, perhaps with another mode
     try:
         with open(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, mode), "wb") as file:
             file.writelines([content] if isinstance(content, bytes) else content)
@@ -18,5 +18,5 @@ def replace(path: Path, content: bytes | Iterable[bytes], mode: int = 0o666) -> 
             os.fsync(file.fileno())
         os.replace(draft, path)
     except BaseException:
-        draft.unlink(missing_ok=True)  # a full disk is not filled further
+        draft.unlink(missing_ok=True)  # frees the space on a full disk
         raise

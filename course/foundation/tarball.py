@@ -1,8 +1,8 @@
-"""Reading a .tar.gz archive that anybody may have made, at a cost that is known beforehand.
+"""Reading an untrusted .tar.gz archive within fixed limits of time and memory.
 
-Python's own `tarfile` takes sizes, offsets and extended headers at their word: a crafted archive keeps some versions of
-it busy for ever (CVE-2024-6232, CVE-2025-8194).  What a hand-in needs of the format (POSIX ustar, with the long names
-of pax and of GNU tar) is little, and is read here.
+Python's own `tarfile` trusts sizes, offsets and extended headers: a crafted archive makes some versions of it loop
+forever (CVE-2024-6232, CVE-2025-8194).  This module reads the small part of the format that hand-ins need (POSIX ustar,
+with the long names of pax and GNU tar).
 """
 
 import gzip
@@ -16,31 +16,31 @@ from course.foundation.untrusted import CHUNK, Allowance, shortened
 
 BLOCK = 512  # bytes
 FILES, FOLDER, LINKS = {b"0", b"\0", b"7"}, b"5", {b"1", b"2"}  # types of entries
-LONG_NAME, LONG_LINK, EXTENDED, GLOBAL = b"L", b"K", b"x", b"g"  # types of what describes the entry that follows
+LONG_NAME, LONG_LINK, EXTENDED, GLOBAL = b"L", b"K", b"x", b"g"  # types of entries that describe the next one
 LONGEST_DESCRIPTION = 65_536  # bytes
 EARLIEST = datetime(1980, 1, 1, tzinfo=UTC)  # as in zip archives
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A file in an archive; the fields that a zip archive's entry has, too, are called as there."""
+    """A file in an archive; fields that a zip archive's entry also has, have the same names."""
 
     filename: str
-    date_time: tuple[int, int, int, int, int, int]  # when it was last changed, in UTC
+    date_time: tuple[int, int, int, int, int, int]  # modification time, in UTC
     kind: bytes
-    begin: int  # of its content
+    begin: int  # offset of its content
     size: int
 
     @property
     def orig_filename(self) -> str:
-        """The name as it is in the archive."""
+        """Return the name in the archive."""
         return self.filename
 
 
 class Tarball:
     """The files of an open .tar.gz archive, without its folders; raises BadArchive for what is not one.
 
-    It is unpacked into memory, within `allowance`; of more than `most` entries nothing is read.
+    It is unpacked into memory, within `allowance`; an archive of more than `most` entries is refused.
     """
 
     def __init__(self, file: BinaryIO, allowance: Allowance, most: int):
@@ -98,7 +98,7 @@ def _unzipped(file: BinaryIO, allowance: Allowance) -> bytearray:
 
 
 def _check(header: bytearray) -> None:
-    """Raise BadArchive unless the header's sum is right, counted with blanks in its own place."""
+    """Raise BadArchive unless the header's checksum is right; its own field counts as blanks."""
     if len(header) < BLOCK or sum(header) - sum(header[148:156]) + 8 * ord(" ") != _number(header[148:156]):
         raise _unreadable("it is damaged, or no tar archive")
 
@@ -130,7 +130,7 @@ def _time(header: bytearray) -> tuple[int, int, int, int, int, int]:
 
 
 def _records(text: bytes) -> dict[bytes, bytes]:
-    """The records of an extended header: each is `LENGTH KEY=VALUE` and the end of a line, of that many bytes."""
+    """Return the records of an extended header: each is `LENGTH KEY=VALUE` and a newline, LENGTH bytes in all."""
     found, at = {}, 0
     while at < len(text):
         digits, blank, _ = text[at : at + 8].partition(b" ")

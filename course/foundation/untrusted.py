@@ -1,6 +1,6 @@
-"""Reading what anybody may have made, at a cost that is known beforehand: a file, a zip archive, a text for a terminal.
+"""Reading untrusted files, zip archives and texts within fixed limits of time and memory.
 
-Nothing is written under a name from an archive: whoever wants files asks for them by names of their own.
+Nothing is written under a name from an archive: callers ask for files by names of their own.
 """
 
 import io
@@ -14,20 +14,20 @@ from typing import Any, BinaryIO
 
 from course.errors import BadArchive
 
-MOST_DIRECTORY = 8_000_000  # bytes of an archive's table of contents; an entry has some 100, and some 700 in memory
+MOST_DIRECTORY = 8_000_000  # bytes of an archive's directory; an entry has some 100, and takes some 700 in memory
 METHODS = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}  # bzip2 and LZMA unpack without a limit in Python's zipfile
 CHUNK = 65_536  # bytes
-ENCRYPTED = 0x1  # of a zip entry's flags
+ENCRYPTED = 0x1  # in a zip entry's flags
 LONGEST_NAME = 80  # characters of a name in a message
 LONGEST_TEXT = 100_000  # characters of a text in a page
-# Controls, the marks that turn the direction of what follows, halves of pairs, and invisible tags.
+# Control characters, marks that change the direction of text, lone surrogates, and invisible tags.
 UNSEEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u202a-\u202e\u2066-\u2069\ud800-\udfff\U000e0000-\U000e007f]")
 
 
 class Allowance:
-    """The number of bytes that may still be unpacked; archives in each other share one.
+    """The number of bytes that may still be unpacked; nested archives share one.
 
-    What is taken from it is taken from that `within` which it lies, too: a student's from their class's.
+    Bytes taken from it are also taken from the allowance `within` which it lies: a student's from the class's.
     """
 
     def __init__(self, most: int, within: "Allowance | None" = None):
@@ -56,7 +56,7 @@ class Archive:
             self._zip = zipfile.ZipFile(_Guarded(file))
         except BadArchive:
             raise
-        except Exception as error:  # BadZipFile, struct.error and whatever a crafted table of contents leads to
+        except Exception as error:  # BadZipFile, struct.error and whatever a crafted directory leads to
             raise BadArchive(_unreadable(error)) from None
         self.files = [info for info in self._zip.infolist() if not info.is_dir()]
 
@@ -73,7 +73,7 @@ class Archive:
         allowance.require(info.file_size)
         chunks = []
         try:
-            with self._zip.open(info) as file:  # gives no more than what the table of contents says
+            with self._zip.open(info) as file:  # returns no more bytes than the directory says
                 while chunk := file.read(CHUNK):
                     allowance.spend(len(chunk))
                     chunks.append(chunk)
@@ -85,7 +85,7 @@ class Archive:
 
 
 class _Guarded:
-    """A file that refuses to be read in one piece larger than any honest table of contents."""
+    """A file that refuses a single read larger than any valid archive's directory."""
 
     def __init__(self, file: BinaryIO):
         self._file = file
@@ -99,9 +99,9 @@ class _Guarded:
 
 
 def read_regular(path: Path, most: int) -> bytes:
-    """Return the content of an ordinary file, or of one that a link leads to.
+    """Return the content of a regular file, or of one that a link leads to.
 
-    Raises OSError, or ValueError for anything else (a pipe would keep one waiting) and for more than `most` bytes.
+    Raises OSError, or ValueError for anything else (a pipe would block) and for more than `most` bytes.
     """
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     with open(descriptor, "rb") as file:
@@ -114,19 +114,19 @@ def read_regular(path: Path, most: int) -> bytes:
 
 
 def printable(text: str) -> str:
-    """Return the text with escapes in place of control characters, which a terminal would obey; lines stay lines."""
+    """Return the text with control characters escaped, which a terminal would obey; newlines are kept."""
     return "".join(c if c == "\n" or c.isprintable() else f"\\x{ord(c):02x}" for c in text)
 
 
 def visible(text: str, longest: int = LONGEST_TEXT) -> str:
-    """Return the text for a page: with escapes in place of what would turn or hide the rest, and not without end."""
+    """Return the text for a page: of limited length, with characters escaped that would reverse or hide the rest."""
     if len(text) > longest:
         text = f"{text[:longest]} ... ({len(text) - longest:,} more characters)"
     return text if text.isprintable() else UNSEEN.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
 
 
 def all_visible(data: Any) -> Any:
-    """Return what JSON can say with all its texts made `visible`."""
+    """Return JSON data with all its texts made `visible`."""
     if isinstance(data, str):
         return visible(data)
     if isinstance(data, dict):
@@ -137,7 +137,7 @@ def all_visible(data: Any) -> Any:
 
 
 class _Escaping(io.TextIOWrapper):
-    """A stream to a terminal, in which control characters are shown."""
+    """A stream to a terminal that escapes control characters."""
 
     def write(self, text: str) -> int:
         super().write("\t".join(map(printable, text.split("\t"))))
@@ -145,9 +145,9 @@ class _Escaping(io.TextIOWrapper):
 
 
 def guard_terminal() -> None:
-    """From now on show control characters in what is printed, where a terminal would obey them.
+    """Escape control characters in everything printed to a terminal from now on.
 
-    What goes to a file or another program stays as it is.
+    Output to a file or another program is not changed.
     """
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
@@ -158,12 +158,12 @@ def guard_terminal() -> None:
 
 
 def one_line(text: str) -> str:
-    """Return the text with escapes in place of control characters and of ends of lines."""
+    """Return the text with control characters and newlines escaped."""
     return printable(text).replace("\n", "\\x0a")
 
 
 def shortened(name: str) -> str:
-    """Return a name for a message: in one line, and not longer than a reader needs."""
+    """Return a name for a message: in one line, and shortened."""
     return one_line(name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 4]} ...")
 
 

@@ -1,4 +1,4 @@
-"""The one way to wait for something: until a condition holds, for a limited time."""
+"""Waiting until a condition holds, for a limited time."""
 
 import threading
 import time
@@ -7,10 +7,10 @@ from contextlib import nullcontext
 from typing import TypeVar
 
 Found = TypeVar("Found")
-POLL = 0.01  # s between two looks at what no event announces: the ROS graph, another process
+POLL = 0.01  # s between two looks at a state without events, such as the ROS graph or another process
 WOKEN = 0.1  # s between two looks when an event announces the change
-# Called at each look of a wait in the main thread; what it raises ends the wait.  A live session raises here when a
-# node has died.
+# Called at each look of a wait in the main thread; an exception ends the wait.  A live session raises here when a node
+# has died.
 lookouts: list[Callable[[], None]] = []
 
 
@@ -22,11 +22,11 @@ def wait_until(
     unless: Callable[[], object] = lambda: False,
     alert: bool = True,
 ) -> Found:
-    """Wait until `condition()` is true, and return its last value: a false one after `timeout` s.
+    """Wait until `condition()` is true, at most `timeout` s, and return its last value.
 
-    The wait also ends, early, when `unless()` becomes true: the program that was to answer has died.  With `news` the
-    condition is looked at whenever somebody notifies `news`, and with its lock held; without, a hundred times a second.
-    Without `alert` the `lookouts` are not asked.
+    The wait also ends when `unless()` becomes true, for example because the program that should answer has died.  With
+    `news` the condition is checked whenever `news` is notified, with its lock held; without, a hundred times a second.
+    Without `alert` the `lookouts` are not called.
     """
     end = time.monotonic() + timeout
     with news or nullcontext():
@@ -44,7 +44,7 @@ def wait_until(
 
 
 def ask_lookouts() -> None:
-    """Let the lookouts raise what a wait in this thread must not outlast."""
+    """Call the lookouts, which may raise to end a wait in this thread."""
     if lookouts and threading.current_thread() is threading.main_thread():
         for look in lookouts:
             look()

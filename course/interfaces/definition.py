@@ -114,7 +114,7 @@ def _parse_line(line: str, where: str, package: str) -> list[Field]:
 
 
 def _check_name(rest: str, where: str) -> None:
-    """Raise InterfaceError for a field's or constant's name that ROS 2 refuses, in time that grows with its length."""
+    """Raise InterfaceError for an invalid name of a field or constant, in time linear in its length."""
     name = rest.split("=")[0].split()[0].rstrip(",;")
     if "=" in rest:
         if not re.fullmatch(r"[A-Z](?:_?[A-Z0-9])*", name):

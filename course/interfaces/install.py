@@ -1,8 +1,8 @@
 """Build the course's interface packages with ament_cmake and install them: python -m course.interfaces.install.
 
 A package that a sourced ROS 2 installation provides is left alone.  In an environment of wheels the packages go to the
-interpreter's prefix, beside the wheels' own.  The course itself is entered there as an ament package with its nodes as
-executables, so that any `ros2 run course ...` finds them, this repository's command or a real one.
+interpreter's prefix, beside the wheels' own.  The course itself is registered there as an ament package with its nodes
+as executables, so that `ros2 run course ...` finds them, with this repository's command or the real one.
 """
 
 import os
@@ -33,7 +33,7 @@ MANIFEST = """\
   </export>
 </package>
 """
-# Not `#!` and the interpreter's path, in which there may be a space.  -P: a folder called `course` is not the package.
+# Not `#!` with the interpreter's path, which may contain a space.  -P: do not import from a folder called `course`.
 LAUNCHER = """\
 #!/bin/sh
 exec {python} -P -m course.nodes.{node} "$@"
@@ -80,7 +80,7 @@ def install(package: str, prefix: Path) -> None:
 
 
 def register(prefix: Path) -> None:
-    """Enter the package `course` in the ament index of `prefix`, and lay out its nodes in `prefix`/lib/course."""
+    """Register the package `course` in the ament index of `prefix`, and install its nodes in `prefix`/lib/course."""
     about = metadata("ros2-course")
     share = prefix / "share"
     programs = prefix / "lib" / COURSE
@@ -98,7 +98,7 @@ def register(prefix: Path) -> None:
 
 
 def main() -> int:
-    """Install what is missing; 1, with the tool's own words, when a build fails."""
+    """Install what is missing; return 1, after printing the tool's log, if a build fails."""
     if not shutil.which("g++"):
         print("A C++ compiler is needed: install g++", file=sys.stderr)
         return 1

@@ -1,8 +1,8 @@
-"""The interface packages that belong to a folder: what was built in it once can be imported there by every process.
+"""The interface packages of a folder: a package built in it can be imported by every process there.
 
 `%%exercise Calculate.srv --package calculator_interfaces` builds a package from the definitions in a folder.  A small
-file in that folder remembers it, so that a new kernel, a terminal and `ros2` in the same folder find the package too.
-It holds no path: a folder that was copied, or made anew under an old name, says what is true of itself.
+file in that folder records it, so that a new kernel, a terminal and `ros2` in the same folder find the package, too. It
+contains no paths, so it stays valid when the folder is copied or renamed.
 """
 
 import json
@@ -19,7 +19,7 @@ from course.foundation import storage
 from course.interfaces.builder import Built, build, cache_folder, identity
 
 RECORD = ".interfaces.json"
-PLAIN = re.compile(r"\w[\w.]*", re.ASCII)  # a name that leads to no other folder
+PLAIN = re.compile(r"\w[\w.]*", re.ASCII)  # a name that cannot lead to another folder
 
 
 @dataclass(frozen=True)
@@ -46,14 +46,14 @@ def packages(folder: Path) -> list[Kept]:
 
 
 def _kept(package: str, files: tuple[str, ...], name: str) -> Kept:
-    """One entry of a record, which may come with somebody else's folder; raises ValueError for what is not a name."""
+    """Read an entry of a record, which may come from somebody else's folder; raises ValueError for an invalid name."""
     if not all(PLAIN.fullmatch(part) for part in (package, name, *files)):
         raise ValueError
     return Kept(package, files, cache_folder() / "interfaces" / package / name)
 
 
 def keep(folder: Path, built: Built, files: Iterable[str]) -> None:
-    """Remember that `built` is made of these definitions of `folder`; each belongs to its last package alone."""
+    """Record that `built` was made from these definitions of `folder`; each belongs only to its last package."""
     path = record_file(folder)
     with FileLock(cache_folder() / "record.lock"):
         before = {kept.package: {"files": list(kept.files), "build": kept.prefix.name} for kept in packages(folder)}
@@ -69,7 +69,7 @@ def keep(folder: Path, built: Built, files: Iterable[str]) -> None:
 
 
 def refresh(folder: Path) -> list[str]:
-    """Build again what has changed on the disk since, and tell of it, a line each; of what has gone, too."""
+    """Build changed packages again; return a line for each of them, and for each package that is gone."""
     said = []
     for kept in packages(folder):
         gone = [name for name in kept.files if not (folder / name).exists()]
@@ -94,7 +94,7 @@ def refresh(folder: Path) -> list[str]:
 
 
 def use(folder: Path) -> None:
-    """Make the folder's packages importable in this process and its children, as they were built last."""
+    """Make the last builds of the folder's packages importable in this process and its children."""
     for kept in packages(folder):
         built = Built(kept.package, kept.prefix)
         if kept.prefix.exists() and sys.path.count(str(built.site_packages)) == 0:
