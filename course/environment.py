@@ -14,7 +14,7 @@ TOOLCHAIN = Path(__file__).parent / "interfaces" / "toolchain.cmake"
 def sourced() -> bool:
     """Return True if a ROS 2 installation, not this environment's wheels, was sourced before this interpreter started.
 
-    ROS_DISTRO alone does not tell, because the course's own shell sets it, too (`workspace_variables`).
+    The course's own shell sets ROS_DISTRO, too (`workspace_variables`), but without a prefix that has rclpy.
     """
     others = [p for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p and p != sys.prefix]
     return "ROS_DISTRO" in os.environ and any((Path(p) / "share" / "rclpy").exists() for p in others)

@@ -312,7 +312,7 @@ def _archive(found: HandIn, name: str, checks: dict[str, str], now: datetime) ->
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         text = json.dumps(receipt(found, name, checks, now), indent=1, ensure_ascii=False)
         for each, content in {RECEIPT: text.encode(), **found.files}.items():
-            archive.writestr(zipfile.ZipInfo(each), content, zipfile.ZIP_DEFLATED)  # whatever year the clock shows
+            archive.writestr(zipfile.ZipInfo(each), content, zipfile.ZIP_DEFLATED)  # with a fixed date
     return buffer.getvalue()
 
 

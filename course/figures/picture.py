@@ -24,7 +24,7 @@ class Picture:
     """A still figure: a notebook shows it, `save` writes it.  Its text form is only its name, the same in every run."""
 
     def __init__(self, name: str, height: float = 3.2) -> None:
-        """`height` in inches; draw on `figure`, and say in `alt` what it shows, for readers who do not see it."""
+        """Make an empty figure, `height` inches high; draw on `figure`, and describe it in `alt` for blind readers."""
         self.name = name
         self.alt = ""
         self.sharpness = SHARP

@@ -1,4 +1,4 @@
-"""Figures of a drive: the path in the room above what the robot did over time, and a distance that is kept."""
+"""Figures of a drive: the path in the room with the robot's states over time, and distances over time."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

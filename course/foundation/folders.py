@@ -43,6 +43,6 @@ def _is_own(place: Path) -> bool:
 
 
 def _in_cache() -> Path:
-    """One for this start of this machine: a home may be seen by several machines, and outlives their processes."""
+    """Return a folder named after this boot: machines may share a home, and a home outlives processes."""
     start = Path("/proc/sys/kernel/random/boot_id").read_text().strip()
     return user_cache() / f"run-{start}"

@@ -32,7 +32,7 @@ def processor_time(pid: int) -> float:
 
 
 def catches(pid: int, signal: int) -> bool:
-    """Return True if a process has a handler of its own for a signal (proc(5), `SigCgt`): else it may end by it."""
+    """Return True if a process has its own handler for a signal (proc(5), `SigCgt`); otherwise it may end."""
     try:
         lines = Path(f"/proc/{pid}/status").read_text().splitlines()
         mask = next(line.split()[1] for line in lines if line.startswith("SigCgt:"))

@@ -104,7 +104,7 @@ def _check(header: bytearray) -> None:
 
 
 def _number(field: bytearray) -> int:
-    """A number in octal digits, or, marked by its first byte, in base 256, as GNU tar writes large ones."""
+    """Return a number in octal digits or, marked by its first byte, in base 256, as in GNU tar."""
     try:
         return int.from_bytes(field[1:], "big") if field[0] == 0x80 else int(field.strip(b"\0 ") or b"0", 8)
     except ValueError:

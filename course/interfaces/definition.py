@@ -1,4 +1,4 @@
-"""Reading a `.msg`, `.srv` or `.action` definition: its fields, or one message that says what is wrong and where."""
+"""Parsing a `.msg`, `.srv` or `.action` definition into its fields, or into one message about the first error."""
 
 import contextlib
 import difflib

@@ -69,7 +69,7 @@ def keep(folder: Path, built: Built, files: Iterable[str]) -> None:
 
 
 def refresh(folder: Path) -> list[str]:
-    """Build changed packages again; return a line for each of them, and for each package that is gone."""
+    """Build changed packages again; return a line for each of them, and for each whose definitions are gone."""
     said = []
     for kept in packages(folder):
         gone = [name for name in kept.files if not (folder / name).exists()]

@@ -25,7 +25,7 @@ KERNEL_ID = r"[0-9A-Za-z_-]{1,64}"
 
 
 def socket_path(kernel_id: str) -> Path:
-    """Return the socket of the kernel `kernel_id`, in Jupyter's runtime folder, which is its user's alone."""
+    """Return the socket of the kernel `kernel_id`, in Jupyter's runtime folder, which is private to its user."""
     if not re.fullmatch(KERNEL_ID, kernel_id):
         raise ValueError(f"an invalid kernel id: {kernel_id!r}")
     return Path(jupyter_runtime_dir()) / f"course-lab-{kernel_id}.sock"
@@ -33,7 +33,7 @@ def socket_path(kernel_id: str) -> Path:
 
 @contextlib.contextmanager
 def address(path: Path) -> Iterator[str]:
-    """A name for the socket at `path` that is short enough for Linux, which takes 107 bytes; raises OSError."""
+    """Yield a name of at most 107 bytes for the socket at `path`, as Linux requires; raises OSError."""
     folder = os.open(path.parent, os.O_PATH | os.O_DIRECTORY)
     try:
         yield f"/proc/self/fd/{folder}/{path.name}"
@@ -42,5 +42,5 @@ def address(path: Path) -> Iterator[str]:
 
 
 def encoded(message: dict[str, Any]) -> bytes:
-    """A message as a line; raises ValueError and TypeError for what JSON cannot say, such as infinity."""
+    """Return a message as a line; raises ValueError and TypeError for values that JSON lacks, such as infinity."""
     return json.dumps(message, allow_nan=False, separators=(",", ":")).encode() + b"\n"

@@ -1,6 +1,6 @@
-"""The thread of a kernel that answers pages: it listens on a Unix socket, and sleeps while no page is there.
+"""The kernel's thread that answers pages: it listens on a Unix socket, and sleeps while no page is connected.
 
-It answers while a cell runs.  Each page is fed no faster than it takes things in, so that nothing piles up.
+It answers while a cell runs.  Each page gets data no faster than it acknowledges it, so that nothing piles up.
 """
 
 import asyncio
@@ -21,23 +21,23 @@ from course.lab import protocol
 from course.lab.kernel.panels import Feed, Panels, Topic
 from course.ros.rclpy_internals import unwatched
 
-REQUESTS = 16  # of a page at a time
-AHEAD = 2  # events of a subscription that the page may have not taken in yet
+REQUESTS = 16  # simultaneous requests of a page
+AHEAD = 2  # events of a subscription that the page may not have acknowledged yet
 # Since Python 3.13 asyncio removes a server's socket, and finds it by the name it was bound with, see protocol.address.
 BY_US: dict[str, Any] = {"cleanup_socket": False} if sys.version_info >= (3, 13) else {}
 
 
 class Bridge:
-    """A thread that listens at `path` until `close`; `panels` is called when the first page has come."""
+    """A thread that listens at `path` until `close`; `panels` is called when the first page connects."""
 
     def __init__(self, path: Path, panels: Callable[[], Panels]):
         """Begin to listen; raises OSError."""
         self._path, self._make = path, panels
         self._panels: Panels | None = None
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        os.fchmod(self._socket.fileno(), 0o600)  # before it has a name
+        os.fchmod(self._socket.fileno(), 0o600)  # before it is bound to a name
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        path.unlink(missing_ok=True)  # of a kernel that was killed
+        path.unlink(missing_ok=True)  # left by a killed kernel
         with protocol.address(path) as name:
             self._socket.bind(name)
         self._socket.listen()
@@ -47,17 +47,17 @@ class Bridge:
         atexit.register(self.close)
 
     def close(self) -> None:
-        """Stop listening and leave the pages; closing twice is not an error."""
+        """Stop listening and disconnect the pages; closing twice is not an error."""
         atexit.unregister(self.close)
         self._path.unlink(missing_ok=True)
-        with contextlib.suppress(RuntimeError):  # closed before
+        with contextlib.suppress(RuntimeError):  # already closed
             self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join(2.0)
 
     def _run(self) -> None:
         asyncio.set_event_loop(self._loop)
         serving = asyncio.start_unix_server(self._page, sock=self._socket, limit=protocol.LINE, **BY_US)
-        self._serving = self._loop.create_task(serving)  # a session may be closed before that is done
+        self._serving = self._loop.create_task(serving)  # a session may be closed before it has begun
         self._loop.run_forever()
         for task in asyncio.all_tasks(self._loop):
             task.cancel()
@@ -72,7 +72,7 @@ class Bridge:
 
 
 class Page:
-    """A page that is connected."""
+    """A connected page."""
 
     def __init__(self, panels: Panels, reader: asyncio.StreamReader, writer: asyncio.StreamWriter):
         self._panels, self._reader, self._writer = panels, reader, writer
@@ -81,7 +81,7 @@ class Page:
         self._subscriptions: dict[int, tuple[asyncio.Task[None], asyncio.Semaphore]] = {}
 
     async def serve(self) -> None:
-        """Answer it until it leaves."""
+        """Answer the page until it disconnects."""
         try:
             while line := await self._reader.readline():
                 message = json.loads(line)
@@ -92,7 +92,7 @@ class Page:
                 await self._free.acquire()
                 self._keep(asyncio.create_task(self._answer(message)))
         except (OSError, ValueError, KeyError, TypeError):
-            pass  # it has left, or speaks another protocol
+            pass  # it has disconnected, or uses another protocol
         finally:
             for task in self._tasks:
                 task.cancel()
@@ -146,14 +146,14 @@ class Page:
             feed.close()
 
     async def _send(self, message: dict[str, Any]) -> None:
-        line = protocol.encoded(all_visible(message))  # names, values and logs come from any program
-        with contextlib.suppress(OSError):  # it has left
+        line = protocol.encoded(all_visible(message))  # names, values and logs can come from any program
+        with contextlib.suppress(OSError):  # it has disconnected
             self._writer.write(line)
             await self._writer.drain()
 
 
 def sentence(error: Exception) -> str:
-    """Return the message that the reader is shown for an error."""
+    """Return the message about an error for the reader."""
     return str(error) if isinstance(error, CourseError) else f"{type(error).__name__}: {error}"
 
 
@@ -177,7 +177,7 @@ async def in_thread(work: Callable[[], Any]) -> Any:
                 result = work()
         except Exception as error:
             failed = error
-        with contextlib.suppress(RuntimeError):  # the loop was closed meanwhile
+        with contextlib.suppress(RuntimeError):  # the loop has been closed
             loop.call_soon_threadsafe(settle, result, failed)
 
     threading.Thread(target=run, name="lab's work", daemon=True).start()

@@ -1,7 +1,7 @@
-"""Driving by hand: the commands of a page on `cmd_vel`, for as long as the page renews them.
+"""Driving by hand: publishes a page's commands on `cmd_vel` for as long as the page renews them.
 
-The page holds a dead man's switch: it asks again ten times a second while a key or a button is down.  When it stops
-asking (the key is up, the panel is closed, the page or its computer is gone), the robot is told to stop.
+The page is a dead man's switch: it repeats the request ten times a second while a key or a button is down.  When the
+requests stop (the key is released, the panel is closed, the page or its computer is gone), the robot is stopped.
 """
 
 from course.errors import LiveError
@@ -14,7 +14,7 @@ NO_ROBOT = "No robot takes commands: no node subscribes to /cmd_vel."
 
 
 def add(panels: Panels) -> None:
-    """Offer the method."""
+    """Add the method."""
     panels.methods |= {"robot.drive": drive}
 
 
@@ -32,7 +32,7 @@ def drive(linear: float, angular: float) -> None:
 
 
 def reason(listener: RobotListener) -> str:
-    """Return why nobody can drive by hand now, or ""."""
+    """Return why driving by hand is impossible now, or ""."""
     if not listener.takes:
         return NO_ROBOT
     if wrong := sorted(listener.takes - {TYPE}):

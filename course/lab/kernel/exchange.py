@@ -1,6 +1,6 @@
-"""Exchanges, the record of what passes in one call, goal, message or change of a parameter: each event with its time.
+"""Exchanges: records of the messages of one call, goal, publication or parameter change, each event with its time.
 
-A reader sends them with the inspector.  What cells, nodes and other programs send is recorded, too: see `passing.py`.
+They come from the reader's inspector, or are recorded from cells, nodes and other programs (see `passing.py`).
 """
 
 import itertools
@@ -16,23 +16,23 @@ from course.errors import LiveError
 from course.lab.kernel.panels import Changes
 from course.ros import messages
 
-KEPT = 20  # exchanges
-ALIKE = 5  # of these with one name and from one sender: a timer must not push out all others
+KEPT = 20  # exchanges that are kept
+ALIKE = 5  # exchanges of one name and sender that are kept: a timer must not push out all others
 INSPECTOR = "the Inspector"
 FIRST, LAST = 20, 180  # events of an exchange that are kept
 LONGEST = 2000  # characters of a message that are shown
 LENGTH = 100  # elements of an array that are shown
-LARGEST = 1 << 16  # bytes of a message that is kept as it was sent; of a larger one, what is shown
+LARGEST = 1 << 16  # bytes of a message that is kept as sent; of a larger one only the shown text is kept
 
 _numbers = itertools.count(1)
 
 
 class Exchange:
-    """The messages that pass between a client and the server, the action server or the subscriptions of `name`."""
+    """The messages between a client or publisher and the server, action server or subscriptions of `name`."""
 
     def __init__(self, kind: str, name: str, type_name: str, by: str = INSPECTOR, about: str = ""):
-        """`kind` is service, action, topic or parameter; `by` is who sends, `about` what a reader must know of it."""
-        self.number = f"{os.getpid()}.{next(_numbers)}"  # of this kernel, and none that was restarted
+        """Begin; `kind` is service, action, topic or parameter, `by` the sender, `about` a remark for the reader."""
+        self.number = f"{os.getpid()}.{next(_numbers)}"  # unique across restarts of the kernel
         self.kind, self.name, self.type_name, self.by, self.about = kind, name, type_name, by, about
         self._first: list[list[Any]] = []
         self._last: deque[list[Any]] = deque(maxlen=LAST)
@@ -43,16 +43,17 @@ class Exchange:
         self._note = ""
         self._goal: Any = None
         self._followers = 0
-        self._left = time.monotonic()  # when the last page stopped showing it
+        self._left = time.monotonic()  # time when the last page stopped showing it
         self._lock = threading.Lock()
 
     def add(self, event: str, message: Any = None, at: float | None = None) -> None:
-        """An event has been seen; `message` is what came with it, or a text.
+        """Add an event; `message` is its message, or a text.
 
-        `at` is when (s, on the same clock for all events of an exchange); by default now, as `time.monotonic` says.
+        `at` is its time (s, on the same clock for all events of an exchange), by default `time.monotonic()`.
         """
         now = time.monotonic() if at is None else at
-        # The sender may change its message later, and must not wait until it is written as text.
+        # Serialized now, because the sender may change its message; made into text later, so that the sender need not
+        # wait.
         kept = message or "" if message is None or isinstance(message, str) else _Serialized(message)
         with self._lock:
             if self._began is None:
@@ -61,41 +62,41 @@ class Exchange:
             self._count += 1
             events = [each[1] for each in self._first] if event == "accepted" else []
             if "feedback" in events:
-                # The two came together.  Feedback is sent later, but rclpy tells of it first.
+                # Both have come at once.  Feedback is sent after acceptance, but rclpy may report it first.
                 place = events.index("feedback")
                 self._first.insert(place, [self._first[place][0], event, kept])
             else:
                 (self._first if len(self._first) < FIRST else self._last).append(row)
 
     def end(self, failed: str = "") -> None:
-        """Nothing more will come; `failed` says why, when there was no answer."""
+        """End the exchange; `failed` says why there was no answer."""
         with self._lock:
             self._over, self._failed, self._note = True, failed, ""
 
     def note(self, text: str) -> None:
-        """Something for the reader to know while the exchange goes on."""
+        """Show a note to the reader while the exchange goes on."""
         with self._lock:
             self._note = text
 
     def follow(self, by: int) -> None:
-        """So many pages more show it, or with a negative number fewer."""
+        """Change the number of pages that show it by `by`."""
         with self._lock:
             self._followers += by
             self._left = time.monotonic()
 
     def is_shown(self, within: float) -> bool:
-        """Return True if a page shows it, or did within the last `within` s."""
+        """Return True if a page shows it, or has shown it within the last `within` s."""
         with self._lock:
             return self._followers > 0 or time.monotonic() - self._left < within
 
     def may_be_canceled(self, goal: Any) -> None:
-        """`goal` has `cancel`: an action's goal, or what publishes again and again."""
+        """Set `goal`, whose `cancel` ends the exchange: an action's goal, or a repeated publication."""
         self._goal = goal
 
     def cancel(self) -> None:
-        """Ask the server to cancel the goal; raises LiveError when there is none, and CourseError before its answer.
+        """Cancel the goal; raises LiveError if there is none, and CourseError before the goal has an answer.
 
-        What publishes again and again is stopped.
+        A repeated publication is stopped.
         """
         if self._goal is None or self.over:
             raise LiveError(
@@ -105,18 +106,18 @@ class Exchange:
 
     @property
     def over(self) -> bool:
-        """Return True once nothing more will come."""
+        """Return True once the exchange has ended."""
         with self._lock:
             return self._over
 
     def summary(self) -> dict[str, Any]:
-        """Return the row that stands for it in a list of exchanges."""
+        """Return its row for the list of exchanges."""
         with self._lock:
             state = "failed" if self._failed else "over" if self._over else "running"
             return {"number": self.number, "kind": self.kind, "name": self.name, "by": self.by, "state": state}
 
     def state(self) -> dict[str, Any]:
-        """All of it, as the page shows it; the events are [ms since the first, event, text]."""
+        """Return everything that the page shows; the events are [ms since the first, event, text]."""
         summary = self.summary()
         with self._lock:
             for row in (*self._first, *self._last):
@@ -126,7 +127,7 @@ class Exchange:
                 "type": self.type_name,
                 "about": self.about,
                 "events": [*self._first, *self._last],
-                "left_out": self._count - len(self._first) - len(self._last),  # between the first and the last
+                "left_out": self._count - len(self._first) - len(self._last),  # between the first and the last events
                 "first": len(self._first),
                 "failed": self._failed,
                 "note": self._note,
@@ -135,7 +136,7 @@ class Exchange:
 
 
 class Followed(Changes):
-    """A feed of an exchange, which knows that it is shown."""
+    """A feed of an exchange, which marks the exchange as shown."""
 
     def __init__(self, number: str):
         self._exchange = find(number)
@@ -143,12 +144,12 @@ class Followed(Changes):
         self._exchange.follow(1)
 
     def close(self) -> None:
-        """The page shows it no more."""
+        """Note that the page no longer shows it."""
         self._exchange.follow(-1)
 
 
 class _Serialized:
-    """A message as it is now, which becomes YAML when somebody looks at it."""
+    """A message serialized now, and made into YAML when it is shown."""
 
     def __init__(self, message: Any):
         self._bytes, self._type = serialize_message(message), type(message)
@@ -168,7 +169,7 @@ _keeping = threading.Lock()
 
 
 def keep(exchange: Exchange) -> Exchange:
-    """Have an exchange in the list; the oldest one may leave it."""
+    """Add an exchange to the list, from which the oldest one may be dropped."""
     with _keeping:
         mark = (exchange.kind, exchange.name, exchange.by)
         alike = [each for each in _kept if (each.kind, each.name, each.by) == mark]
@@ -179,7 +180,7 @@ def keep(exchange: Exchange) -> Exchange:
 
 
 def summaries() -> list[dict[str, Any]]:
-    """The exchanges that are kept, the newest first."""
+    """Return the rows of the kept exchanges, the newest first."""
     with _keeping:
         return [each.summary() for each in reversed(_kept)]
 

@@ -1,7 +1,6 @@
-"""A form made from an interface's type: its fields with their defaults, and what a reader writes in them, as values.
+"""Forms made from an interface's type: the fields with their defaults, and the reader's input as values.
 
-The page sends texts as they were typed, so that a number of 64 bits keeps its last digit, and what is wrong is told
-here in one way.
+The page sends texts as they were typed, so that 64-bit numbers stay exact and all input is checked here.
 """
 
 import math
@@ -28,12 +27,12 @@ LOADERS = {
     "action": (messages.get_action, "Goal"),
     "topic": (messages.get_message, ""),
 }
-ITEMS = 10_000  # that a list may have
+ITEMS = 10_000  # elements of a list at most
 
 
 @dataclass(frozen=True)
 class Interface:
-    """A type, and the message class of it that a form fills in."""
+    """A type, and its message class that a form fills in."""
 
     kind: str  # service, action or topic
     name: str  # package/srv/Name
@@ -42,7 +41,7 @@ class Interface:
 
 
 def interface(kind: str, name: str) -> Interface:
-    """The type called `name`; raises LiveError when the kernel cannot import it."""
+    """Return the type called `name`; raises LiveError when the kernel cannot import it."""
     load, part = LOADERS[kind]
     try:
         loaded = load(name)
@@ -112,23 +111,23 @@ def _choices(message: type[Any], name: str, value: object) -> dict[str, str]:
 
 @dataclass
 class Filled:
-    """A form as the reader has filled it in."""
+    """A form filled in by the reader."""
 
     values: dict[str, Any] = field(default_factory=dict)  # what differs from the defaults, and every scalar of the top
     wrong: dict[str, str] = field(
         default_factory=dict
-    )  # what to write instead, by the path of the field: pose.position.x
+    )  # corrections by the path of the field: pose.position.x
 
 
 def fill(message: type[Any], given: Mapping[str, Any]) -> Filled:
-    """Read what was written in a form for `message`; a field that is not given keeps its default."""
+    """Read the input of a form for `message`; a missing field keeps its default."""
     filled = Filled()
     filled.values = _read(message, given, "", filled.wrong)
     return filled
 
 
 def message_of(message: type[Any], filled: Filled) -> Any:
-    """The message that a form makes; raises LiveError when something in it is wrong."""
+    """Return the message of a form; raises LiveError when the form has an error."""
     if filled.wrong:
         raise LiveError("\n".join(f"{path}: {why}" for path, why in filled.wrong.items()))
     made = message()
@@ -164,7 +163,7 @@ def _read(message: type[Any], given: Mapping[str, Any], path: str, wrong: dict[s
 
 
 def _plain(value: Any) -> Any:
-    """A default as `fill` of `course.ros.messages` takes it, which wants a byte as bytes."""
+    """Return a default in the form for `fill` of `course.ros.messages`, which expects a byte as bytes."""
     if isinstance(value, bytes) or (isinstance(value, list) and value and isinstance(value[0], bytes)):
         return value
     return messages.to_plain(value)
@@ -177,7 +176,7 @@ def _nested(message: type[Any], given: Any, path: str, wrong: dict[str, str], *,
 
 
 def scalar(kind: str, given: Any, longest: int | None = None) -> Any:
-    """The value of a text for a type as a definition writes it; raises ValueError that says what to write."""
+    """Parse a text as a value of a type, named as in a definition; raises ValueError that says what to write."""
     text = str(given)
     if kind in ("bool", "boolean"):
         if text.strip().casefold() not in TRUE + FALSE:
@@ -203,7 +202,7 @@ def _whole(kind: str, text: str) -> int | bytes:
 
 def _real(kind: str, text: str) -> float:
     try:
-        value = float(text.strip().replace(".inf", "inf").replace(".nan", "nan"))  # as YAML writes them, too
+        value = float(text.strip().replace(".inf", "inf").replace(".nan", "nan"))  # accepts YAML's forms, too
     except ValueError:
         comma = ": write a point, not a comma" if re.fullmatch(r"\s*-?\d+,\d+\s*", text) else ""
         raise ValueError(f"write a number: {kind} takes no {text.strip() or 'empty text'!r}{comma}") from None
@@ -216,7 +215,7 @@ def _real(kind: str, text: str) -> float:
 
 
 def scalars(kind: str, text: str, longest: int | None = None) -> list[Any]:
-    """The values of a text that lists them; raises ValueError that says what to write."""
+    """Parse a text as a list of values; raises ValueError that says what to write."""
     if not text.strip().startswith("["):
         text = f"[{text}]"
     if "string" in kind:
@@ -238,7 +237,7 @@ def scalars(kind: str, text: str, longest: int | None = None) -> list[Any]:
 
 def _texts(text: str) -> list[str]:
     try:
-        found = yaml.load(text, yaml.BaseLoader)  # everything is a text there
+        found = yaml.load(text, yaml.BaseLoader)  # BaseLoader keeps every scalar as text
     except yaml.YAMLError:
         found = None
     if not isinstance(found, list) or not all(isinstance(each, str) for each in found):

@@ -1,4 +1,4 @@
-"""The graph as a picture has it: nodes, and what passes between them by topics, services and actions."""
+"""The ROS graph as data for a picture: nodes, and the topics, services and actions between them."""
 
 from typing import Any
 
@@ -8,8 +8,8 @@ from course.ros.names import base
 from course.session.live import Session, current
 
 PERIOD = 0.5  # s
-NODES, THINGS = 100, 300  # that a page draws: with more it stands still, and nobody finds anything
-# What a node does with a thing: its kind, and whether messages, requests and goals go from the node to it.
+NODES, THINGS = 100, 300  # drawn at most: more would block the page, and nobody could read the picture
+# The roles of a node: the kind of thing, and whether messages, requests or goals go from the node to it.
 ROLES = {
     "publishes": ("topic", True),
     "subscribes to": ("topic", False),
@@ -21,17 +21,17 @@ ROLES = {
 
 
 def add(panels: Panels) -> None:
-    """Offer the graph."""
+    """Add the graph's topic."""
     panels.topics |= {"graph": Topic(lambda everything=False: Changes(lambda: state(everything)), PERIOD)}
 
 
 def state(everything: bool) -> dict[str, Any]:
-    """{"nodes": names, "things": [[kind, name, type], ...], "edges": [[node, role, kind, name], ...]}.
+    """Return {"nodes": names, "things": [[kind, name, type], ...], "edges": [[node, role, kind, name], ...]}.
 
-    Of very many nodes and things the first are told, and how many there are more: "left_out".
+    Of too many nodes and things, only the first are returned, with the number of the others as "left_out".
 
-    Left out are hidden nodes, as those of the course itself, and what every node has, unless `everything` is wanted.
-    Nodes is None without a session.
+    Hidden nodes, such as the course's own, and the topics and services of every node are left out unless `everything`.
+    Without a session, "nodes" is None.
     """
     if (live := current()) is None:
         return {"nodes": None, "things": [], "edges": []}
@@ -54,7 +54,7 @@ def state(everything: bool) -> dict[str, Any]:
 
 
 def _names(live: Session, everything: bool) -> list[str]:
-    """The full names of the nodes that run, each once."""
+    """Return the full names of the running nodes, each once."""
     names = {row.name for row in live.rows() if row.alive and row.name.startswith("/")}
     if everything:
         spaces = live.node.get_node_names_and_namespaces()

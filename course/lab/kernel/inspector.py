@@ -1,4 +1,4 @@
-"""The inspector: a form to call a service, send a goal, publish a message or set a parameter, and what came of it."""
+"""The inspector: a form to call a service, send a goal, publish a message or set a parameter, and the result."""
 
 from typing import Any
 
@@ -26,11 +26,11 @@ PARAMETER_TYPES = {
     ParameterType.PARAMETER_STRING_ARRAY: "string[]",
 }
 PARAMETER = "parameter"
-RATE = "(rate)"  # no field of a message can be called so
+RATE = "(rate)"  # cannot be the name of a message's field
 
 
 def add(panels: Panels) -> None:
-    """Offer the panel's methods and topics."""
+    """Add the panel's methods and topics."""
     panels.methods |= {
         "inspector.form": form,
         "inspector.look": look,
@@ -47,12 +47,12 @@ def add(panels: Panels) -> None:
 
 
 def restart_server(service: str) -> None:
-    """Start the server of `service` again, in the session; raises LiveError when that cannot be done."""
+    """Restart the server of `service` in the session; raises LiveError when that is impossible."""
     session().restart_server(service)
 
 
 def offers() -> dict[str, list[list[str]]]:
-    """Return the names that can be sent to, with their types, by kind; for parameters, the nodes.
+    """Return the possible receivers with their types, by kind; for parameters, the nodes.
 
     It is empty without a session.
     """
@@ -72,7 +72,7 @@ def _of_interest(found: list[tuple[str, list[str]]]) -> list[list[str]]:
 
 
 def form(kind: str, name: str, type_name: str) -> list[dict[str, Any]]:
-    """The fields of a form, see `forms.fields_of`; of a node its parameters with their current values.
+    """Return the fields of a form, see `forms.fields_of`; for a node, its parameters with their current values.
 
     Raises LiveError when the type cannot be imported, or the node does not answer.
     """
@@ -116,10 +116,10 @@ def _about(descriptor: ParameterDescriptor) -> str:
 
 
 def look(kind: str, name: str, type_name: str, given: dict[str, Any], rate: str = "") -> dict[str, Any]:
-    """Return what is wrong in a form, by field, or else the program and the command that do what it says.
+    """Return the errors of a form, by field, or else the program and the command that do the same as the form.
 
-    Of a parameter, `given` has its name and value, and `type_name` is its type.  With a `rate` (Hz, as it was typed) a
-    message is published again and again; what is wrong with it is told of the field RATE.
+    For a parameter, `given` has its name and value, and `type_name` is its type.  With a `rate` (Hz, as typed) a
+    message is published repeatedly; an error in it is reported for the field RATE.
     """
     if kind == PARAMETER:
         return _look_at_parameter(name, type_name, given)
@@ -140,7 +140,7 @@ def look(kind: str, name: str, type_name: str, given: dict[str, Any], rate: str 
 
 
 def _hertz(kind: str, rate: str) -> float | None:
-    """Return the rate to publish at (Hz), None for once; raise a ValueError that says what to write."""
+    """Return the rate (Hz) to publish at, None for once; raises ValueError that says what to write."""
     if kind != "topic" or not rate.strip():
         return None
     least, most = sending.RATES
@@ -170,7 +170,7 @@ def _parameter_value(kind: str, text: Any) -> Any:
 
 
 def send(kind: str, name: str, type_name: str, given: dict[str, Any], timeout: float = ANSWER, rate: str = "") -> str:
-    """Send what a form says; the number of the exchange.  Raises LiveError when something in it is wrong.
+    """Send the content of a form; return the number of the exchange.  Raises LiveError when the form has an error.
 
     `timeout` (s) is how long to wait for a server and its answer; `rate` is as in `look`.
     """

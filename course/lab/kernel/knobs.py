@@ -1,4 +1,4 @@
-"""The robot view's knobs: the parameters of the nodes that see for the robot and drive it, as they change."""
+"""The robot view's knobs: the parameters of the nodes that simulate and drive the robot, as they change."""
 
 import copy
 import math
@@ -18,11 +18,11 @@ from course.lab.kernel.robot_listener import RobotListener, Source, close_listen
 from course.ros.names import PARAMETERS_OF_EVERY_NODE
 from course.session.logs import decoded
 
-FOUND = 1.0  # s that a node's services may take to be found
-EVENTS = QoSProfile(depth=100)  # of /parameter_events, which a node may flood
+FOUND = 1.0  # s that discovering a node's services may take
+EVENTS = QoSProfile(depth=100)  # for /parameter_events, which a node may flood
 SHOWN = 200  # parameters of a node
-TOLD = 1000  # characters of a parameter's text, or it is not shown
-LONGEST = 1 << 16  # bytes of an event that is read: of a longer one, the parameters are read again
+TOLD = 1000  # characters of a string parameter; longer ones are not shown
+LONGEST = 1 << 16  # bytes of an event that is parsed; after a longer one, all parameters are read again
 KINDS = {
     ParameterType.PARAMETER_BOOL: "bool",
     ParameterType.PARAMETER_INTEGER: "integer",
@@ -38,13 +38,13 @@ SERVICES = {
 
 
 def add(panels: Panels) -> None:
-    """Offer the knobs."""
+    """Add the knobs."""
     panels.methods |= {"robot.set": set_parameters}
     panels.topics |= {"robot.knobs": Topic(KnobsFeed, 0.1)}
 
 
 class KnobsFeed:
-    """A feed of parameters, which follows whoever sets them."""
+    """A feed of parameters, whoever sets them."""
 
     def __init__(self) -> None:
         self._listener: RobotListener | None = None
@@ -53,7 +53,7 @@ class KnobsFeed:
         self._last: Any = None
 
     def read(self) -> dict[str, Any] | None:
-        """{"nodes": each with its name and its parameters, None when it does not answer}, when anything is new."""
+        """Return {"nodes": each with its name and its parameters, or None without an answer} if anything is new."""
         listener = open_listener(self)
         if listener is not self._listener:
             self._follow(listener)
@@ -76,7 +76,7 @@ class KnobsFeed:
         return {"nodes": told}
 
     def close(self) -> None:
-        """Follow nobody."""
+        """Stop following the parameters."""
         if self._listener is not None and self._events is not None and self._listener.live.ok:
             self._listener.live.node.destroy_subscription(self._events)
         close_listener(self)
@@ -89,7 +89,7 @@ class KnobsFeed:
         )
 
     def _hear(self, message: bytes) -> None:
-        """A node's parameters have changed; the name of the node stands in the first bytes, after a stamp."""
+        """Note a node's parameter event; the name of the node is in the first bytes, after a time stamp."""
         known = [source for source in list(self._known) if source[0].encode() in message[: 20 + len(source[0])]]
         if not known:
             return
@@ -104,7 +104,7 @@ class KnobsFeed:
                     if changed.name in parameters and _is_shown(changed.value):
                         parameters[changed.name]["value"] = _said(changed.value)
                     else:
-                        self._known.pop((name, _), None)  # declared since: read them again
+                        self._known.pop((name, _), None)  # a newly declared parameter: read all again
 
 
 def set_parameters(node: str, values: dict[str, Any]) -> None:
@@ -126,7 +126,7 @@ def set_parameters(node: str, values: dict[str, Any]) -> None:
 
 
 def _as(value: Any, old: ParameterValue) -> Any:
-    """A value from a page, of the type that the parameter has: a page's numbers are all alike."""
+    """Convert a value from a page to the parameter's type, because JavaScript has one type for all numbers."""
     match KINDS.get(old.type):
         case "double":
             return float(value)
@@ -138,7 +138,7 @@ def _as(value: Any, old: ParameterValue) -> Any:
 
 
 def _read(listener: RobotListener, node: str) -> dict[str, Any] | None:
-    """The parameters of a node that have one number, truth value or text; None when it does not answer."""
+    """Return the parameters of a node that are a single number, boolean or string; None if it does not answer."""
     listed = _ask(listener, node, ListParameters)
     if listed is None:
         return None
@@ -173,7 +173,7 @@ def _is_shown(value: ParameterValue) -> bool:
 
 
 def _said(value: ParameterValue) -> Any:
-    """The value as JSON can say it."""
+    """Return the value in a form for JSON."""
     found = parameter_value_to_python(value)
     return _finite(found) if isinstance(found, float) else found
 

@@ -1,4 +1,4 @@
-"""The log in the panel of nodes, as it grows: filtered here, so that a flood of lines does not hide the wanted ones."""
+"""The log in the nodes panel, filtered here, so that a flood of lines does not hide the wanted ones."""
 
 from typing import Any
 
@@ -8,13 +8,13 @@ from course.session.following import LogFollower
 from course.session.live import Session
 from course.session.logs import LEVELS, Entry
 
-LINES = 200  # from each source in an event
+LINES = 200  # from each source in one event
 LONGEST = 2000  # characters of a line that are shown
 SEVERITY = {"PRINT": 20, "ENDED": 50} | {name: number for number, name in LEVELS.items()}
 
 
 def add(panels: Panels) -> None:
-    """Offer the log."""
+    """Add the log."""
     panels.topics |= {"log": Topic(LogFeed, 0.2)}
 
 
@@ -24,7 +24,7 @@ class LogFeed:
     def __init__(self, nodes: list[str] | None = None, level: str = "DEBUG", text: str = ""):
         """Lines of these `nodes` (names without namespace, and files; None: of all), of at least `level`, with `text`.
 
-        The search for `text` does not tell capitals from small letters.
+        The search for `text` ignores case.
         """
         self._nodes = None if nodes is None else set(nodes)
         self._level, self._text = SEVERITY.get(level, 0), text.casefold()
@@ -33,7 +33,7 @@ class LogFeed:
         self._follower: LogFollower | None = None
 
     def read(self) -> dict[str, Any] | None:
-        """{"lines": [[level, node, text], ...], "lost": how many came faster than they can be shown}."""
+        """Return {"lines": [[level, node, text], ...], "lost": the number of lines that came too fast to be shown}."""
         live = session()
         if live is not self._session or self._follower is None:
             self._session = live
@@ -44,7 +44,7 @@ class LogFeed:
         return {"lines": [[entry.level, entry.node, _cut(entry.text)] for entry in entries], "lost": lost}
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Do nothing: the feed holds no resources."""
 
     def _wanted(self, entry: Entry) -> bool:
         return (

@@ -1,4 +1,4 @@
-"""The panel of nodes: which run and which have died, what each offers and uses; restart and stop."""
+"""The nodes panel: running and dead nodes, their topics, services, actions and parameters; restart and stop."""
 
 import threading
 from collections.abc import Callable, Iterable
@@ -19,27 +19,27 @@ from course.session.table import Row
 
 SHOWN = 500  # parameters of a node
 LONGEST = 1000  # characters of a value that are shown
-ANSWER = 1.0  # s that a node may take to tell its parameters
+ANSWER = 1.0  # s that a node may take to return its parameters
 OF_NO_INTEREST = ("/rosout", "/parameter_events")  # topics that every node has
 
-_stopped: list[Row] = []  # by this panel, which can start them again
+_stopped: list[Row] = []  # nodes stopped by this panel, which can start them again
 
 
 def add(panels: Panels) -> None:
-    """Offer the panel's methods and topics."""
+    """Add the panel's methods and topics."""
     panels.methods |= {"nodes.restart": restart, "nodes.stop": stop}
     panels.topics |= {"nodes": Topic(lambda: Changes(state), 0.25), "nodes.node": Topic(Details, 1.0)}
 
 
 def session() -> Session:
-    """The kernel's live session; raises LiveError when it has ended."""
+    """Return the kernel's live session; raises LiveError when it has ended."""
     if (found := current()) is None:
         raise LiveError("the session has ended: run the notebook's first cell, `ros = course.live()`")
     return found
 
 
 def state() -> dict[str, Any]:
-    """The domain, and each node as the page shows it; none when the session has ended."""
+    """Return the domain, and each node as the page shows it; no nodes when the session has ended."""
     if (live := current()) is None:
         _stopped.clear()
         return {"domain": None, "nodes": []}
@@ -52,12 +52,12 @@ def state() -> dict[str, Any]:
 
 
 def restart(name: str) -> None:
-    """Start the node or the file `name` again; raises LiveError, with how it ended, when it does not start."""
+    """Restart the node or the file `name`; raises LiveError, which says how it ended, when it does not start."""
     session().restart(name)
 
 
 def stop(name: str) -> None:
-    """Stop the node or the file `name`; the panel goes on showing it."""
+    """Stop the node or the file `name`; the panel still shows it."""
     live = session()
     rows = [row for row in live.rows() if row.started_as == name]
     live.stop(name)
@@ -77,17 +77,17 @@ def _shown(row: Row, state: str) -> dict[str, Any]:
 
 
 class Details:
-    """A feed of what a node offers and uses, and of its parameters' values."""
+    """A feed of a node's topics, services and actions, and of its parameters' values."""
 
     def __init__(self, name: str):
-        """`name` is the node's full name."""
+        """Follow the node with the full name `name`."""
         self._name = name
         self._last: Any = None
         self._session: Session | None = None
         self._clients: list[Client] = []
 
     def read(self) -> dict[str, Any] | None:
-        """All of it, when something is different from the last time."""
+        """Return all details if any has changed."""
         live = session()
         if live is not self._session:
             self._session = live
@@ -102,13 +102,13 @@ class Details:
         return found
 
     def close(self) -> None:
-        """Leave the node alone."""
+        """Stop asking the node."""
         if self._session is not None and self._session.ok:
             for client in self._clients:
                 self._session.node.destroy_client(client)
 
     def _parameters(self) -> dict[str, Any]:
-        """{"parameters": names with values}, and {"silent": True} when the node does not answer."""
+        """Return {"parameters": names with values}, and {"silent": True} if the node does not answer."""
         listing, getting = self._clients
         listed = answer(listing, ListParameters.Request())
         names = sorted(listed.result.names)[:SHOWN] if listed else []
@@ -122,13 +122,13 @@ class Details:
 def _value(value: ParameterValue) -> str:
     try:
         text = repr(parameter_value_to_python(value))
-    except RuntimeError:  # a program that is not rclpy's may answer with a type that does not exist
+    except RuntimeError:  # a program that does not use rclpy may answer with an unknown type
         return f"(of type {value.type}, which rcl_interfaces/msg/ParameterType does not define)"
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}… ({len(text):,} characters)"
 
 
 def endpoints(live: Session, full_name: str, *, everything: bool = False) -> dict[str, list[list[str]]]:
-    """Names with their types, by what a node does with them; with `everything` also what every node has."""
+    """Return names with types, by the node's role; with `everything` also those that every node has."""
     node, (name, namespace) = live.node, split(full_name)
     asked: dict[str, Callable[[], Iterable[tuple[str, list[str]]]]] = {
         "publishes": lambda: node.get_publisher_names_and_types_by_node(name, namespace),
@@ -155,7 +155,7 @@ def of_interest(name: str, kind: str) -> bool:
 
 
 def answer(client: Client, request: object) -> Any:
-    """The response, None when none has come in time; the session's own thread receives it."""
+    """Return the response, or None if none came in time; the session's own thread receives it."""
     if not client.service_is_ready():
         return None
     future = client.call_async(request)

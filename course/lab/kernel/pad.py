@@ -1,4 +1,4 @@
-"""The commands of who drives by hand, published for as long as somebody renews them: a dead man's switch."""
+"""Publishes commands for driving by hand for as long as they are renewed: a dead man's switch."""
 
 import threading
 import time
@@ -10,19 +10,19 @@ from rclpy.publisher import Publisher
 from course.ros.rclpy_internals import RCLError
 from course.session.live import Session
 
-LIMIT = 0.3  # s after the last news of the page, when the robot is told to stop
+LIMIT = 0.3  # s after the page's last command, when the robot is stopped
 PERIOD = 0.05  # s between two commands
-KEPT = 1.0  # s that the publisher outlasts the last command: nothing is to look like a driver that drives no more
+KEPT = 1.0  # s that the publisher outlives the last command: later it would look like a driver
 
 
 class Pad:
-    """The session's publisher of commands, which is there only while somebody drives."""
+    """The session's publisher of commands, which exists only while somebody drives."""
 
     def __init__(self, live: Session):
         self._live = live
         self._lock = threading.Condition()
         self._command = (0.0, 0.0)
-        self._until = 0.0  # s of time.monotonic: when the last command ends
+        self._until = 0.0  # end of the last command (s of time.monotonic)
         self._publisher: Publisher | None = None
 
     @property
@@ -31,7 +31,7 @@ class Pad:
         return self._publisher is not None
 
     def command(self) -> tuple[float, float] | None:
-        """The command that holds (m/s, rad/s), or None."""
+        """Return the current command (m/s, rad/s), or None."""
         return self._command if time.monotonic() < self._until else None
 
     def steer(self, linear: float, angular: float) -> None:
@@ -50,7 +50,7 @@ class Pad:
             self._lock.notify_all()
 
     def _go_on(self) -> None:
-        """Publish the command while it holds, then once that the robot is to stop; leave after `KEPT` s."""
+        """Publish the command until it ends, then a stop; remove the publisher after `KEPT` s."""
         moving, stopped = False, time.monotonic()
         with self._lock:
             while self._live.ok and (moving or time.monotonic() < max(self._until, stopped + KEPT)):
@@ -58,7 +58,7 @@ class Pad:
                 try:
                     if moving or any(command):
                         self._publish(*command)
-                except (RCLError, InvalidHandle):  # the session has ended meanwhile
+                except (RCLError, InvalidHandle):  # the session has ended
                     break
                 moving = any(command)
                 stopped = time.monotonic() if moving else stopped

@@ -1,4 +1,4 @@
-"""The panels' interface to their pages: methods that answer a request, and topics that a page subscribes to."""
+"""The panels' interface to pages: methods that answer requests, and topics that a page subscribes to."""
 
 from collections import deque
 from collections.abc import Callable
@@ -11,19 +11,19 @@ class Feed(Protocol):
     """The source of the data of one subscription of one page."""
 
     def read(self) -> Any:
-        """Return what is new since the last call, as JSON takes it, or None.
+        """Return new data since the last call, in a form for JSON, or None.
 
-        It is called in a thread of its own, and only when the page has taken in what came before.  What it raises ends
+        It is called in a separate thread, and only when the page has acknowledged earlier events.  An exception ends
         the subscription, and is shown to the reader.
         """
 
     def close(self) -> None:
-        """The page has left."""
+        """End the subscription, because the page has left it."""
 
 
 @dataclass(frozen=True)
 class Topic:
-    """Something that pages can follow."""
+    """A topic that pages can follow."""
 
     open: Callable[..., Feed]  # called with a subscription's options
     period: float  # s between two calls of `read`
@@ -38,14 +38,14 @@ class Panels:
 
 
 class Changes:
-    """A feed of a state: all of it, whenever it is another than before."""
+    """A feed of a state: returns all of it whenever it has changed."""
 
     def __init__(self, state: Callable[[], Any]):
         self._state = state
         self._last: Any = None
 
     def read(self) -> Any:
-        """The state, when it has changed."""
+        """Return the state if it has changed."""
         state = self._state()
         if state == self._last:
             return None
@@ -53,11 +53,11 @@ class Changes:
         return state
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Do nothing: the feed holds no resources."""
 
 
 class Backlog:
-    """A feed of events that other threads put in: the newest of them, and how many a slow page has lost."""
+    """A feed of events that other threads put in: the newest, and the number that a slow page has lost."""
 
     def __init__(self, limit: int, leave: Callable[[], None] = lambda: None):
         """Keep at most `limit` events; `leave` is called when the page has left."""
@@ -67,13 +67,13 @@ class Backlog:
         self.close = leave
 
     def put(self, event: Any) -> None:
-        """Add an event, for which the oldest may have to go; may be called in any thread."""
+        """Add an event, and drop the oldest if there are too many; may be called in any thread."""
         with self._lock:
             self._lost += len(self._events) == self._events.maxlen
             self._events.append(event)
 
     def read(self) -> dict[str, Any] | None:
-        """{"events": the new ones, "lost": how many older ones are lost}; None when nothing is new."""
+        """Return {"events": the new ones, "lost": the number of dropped older ones}; None if nothing is new."""
         with self._lock:
             if not self._events:
                 return None

@@ -1,13 +1,12 @@
-"""Requests of cells, nodes and other programs to services and actions, recorded as exchanges.
+"""Records requests of cells, nodes and other programs to services and actions as exchanges.
 
-In JupyterLab they are recorded from the start of the session on (`record`), so that a panel that is opened later shows
-them, too.
+In JupyterLab the recording starts with the session (`record`), so that a panel that is opened later shows them, too.
 
-What this kernel sends is seen where it is sent: the clients of rclpy tell (`course.ros.rclpy_internals.watch_clients`).
-What other programs send is seen where it arrives.  Services that publish what they are asked and answer are heard
-(rclpy's service introspection, on SERVICE/_service_event): those of nodes that the session starts, see
-`course/session/started`.  Of an action, feedback and status are topics, which anybody may hear; its goals and results
-travel in services, which nobody else hears.
+Requests of this kernel are recorded by hooks in rclpy's clients (`course.ros.rclpy_internals.watch_clients`). Requests
+of other programs are recorded at the server: services of nodes that the session starts publish their requests and
+responses (rclpy's service introspection, on SERVICE/_service_event), see `course/session/started`.  Of an action,
+feedback and status are topics, which anybody can subscribe to; goals and results are service calls, which others cannot
+see.
 """
 
 import threading
@@ -41,10 +40,10 @@ from course.session.presence import EVENTS
 from course.session.started import sitecustomize
 
 REQUEST = bytes([ServiceEventInfo.REQUEST_RECEIVED])
-HEAD = 64  # bytes of a message that is too long to be kept
-WAITING = 400  # messages that are kept between two looks
-OPEN = 100  # calls and goals without an end that are remembered
-SEEN = 1000  # calls that are remembered: a topic that is heard anew tells of its last ones again
+HEAD = 64  # bytes kept of a message that is too long
+WAITING = 400  # messages kept between two looks
+OPEN = 100  # unfinished calls and goals that are remembered
+SEEN = 1000  # calls that are remembered: a new subscription receives the last ones again
 PERIOD = 0.5  # s between two looks while no page asks for one
 SERVICE, STATUSES, FEEDBACK = "/_service_event", "/_action/status", "/_action/feedback"
 QOS = {
@@ -62,30 +61,30 @@ OF_AN_ACTION = (
 
 @dataclass
 class _Goal:
-    """A goal that is on its way; `exchange` is None when it is shown elsewhere, or of no interest."""
+    """A goal in progress; `exchange` is None if it is shown elsewhere, or of no interest."""
 
     exchange: Exchange | None
-    outside: bool = False  # of another program
-    asked: bool = False  # for its result
+    outside: bool = False  # sent by another program
+    asked: bool = False  # whether its result was requested
     accepted: bool = False
     canceling: bool = False
 
 
 class Passing:
-    """Watches a session from its making to `close`."""
+    """Watches a session until `close`."""
 
     def __init__(self, live: Session):
         self.live = live
         self._incoming: deque[tuple[float, str, str, type, bytes, int]] = deque(maxlen=WAITING)
         self._subscriptions: dict[str, Subscription] = {}
-        self._begun: set[str] = set()  # status topics of which a message was read
+        self._begun: set[str] = set()  # status topics with a message that was read
         self._callers: dict[bytes, str] = {}
-        self._calls: dict[tuple[bytes, int], Exchange] = {}  # of other programs
-        self._seen: dict[tuple[bytes, int], None] = {}  # all of these, also when they are over
-        self._unseen: set[str] = set()  # services whose calls no topic told of at the look before
+        self._calls: dict[tuple[bytes, int], Exchange] = {}  # calls of other programs that are not finished
+        self._seen: dict[tuple[bytes, int], None] = {}  # all calls of other programs, finished ones included
+        self._unseen: set[str] = set()  # services without introspection at the last look
         self._goals: dict[bytes, _Goal] = {}
         self._lock = threading.Lock()
-        self._noting = threading.Lock()  # of goals, which are sent in other threads
+        self._noting = threading.Lock()  # protects the goals, which are sent in other threads
         full = (live.node.get_name(), live.node.get_namespace())
         self._own = {
             bytes(each.endpoint_gid[:12])
@@ -96,7 +95,7 @@ class Passing:
         self._ends = [watch_clients(self), replace_in_rclpy(sitecustomize.introspected, Node, "create_service")]
 
     def look(self) -> None:
-        """See who is there, and read what has come since the last look."""
+        """Update the subscriptions, and read new messages."""
         with self._lock:
             if not self.live.ok:
                 return
@@ -106,7 +105,7 @@ class Passing:
             self._look_after_servers()
 
     def close(self) -> None:
-        """Leave everything as it was; a service that is introspected stays so until its node ends."""
+        """Undo all changes, except that an introspected service stays so until its node ends."""
         self.live.introspecting = False
         for end in self._ends:
             end()
@@ -115,16 +114,16 @@ class Passing:
                 for subscription in self._subscriptions.values():
                     self.live.node.destroy_subscription(subscription)
 
-    # What other programs send
+    # Requests of other programs
 
     def _listen(self) -> None:
-        """Subscribe to what is published now, and to nothing else."""
+        """Subscribe to the topics that are published now, and to no others."""
         node, wanted = self.live.node, {}
         for topic, types in node.get_topic_names_and_types():
             for end in QOS:
                 if topic.endswith(end) and node.count_publishers(topic):
                     wanted[topic] = types[0], end
-        there = {id(each) for each in node.subscriptions}  # a type that is built anew takes its subscriptions with it
+        there = {id(each) for each in node.subscriptions}  # building a type again removes its subscriptions
         for topic, subscription in list(self._subscriptions.items()):
             if topic not in wanted or id(subscription) not in there:
                 del self._subscriptions[topic]
@@ -140,8 +139,8 @@ class Passing:
     def unseen(self) -> list[dict[str, Any]]:
         """Return the services whose calls by other programs are not recorded: {"service", "server", "restart"}.
 
-        `restart` says whether `Session.restart_server` would change that.  A server that has just been started has a
-        moment to begin.
+        `restart` says whether `Session.restart_server` would change that.  A server that was just started gets a moment
+        to begin.
         """
         with self._lock:
             if not self.live.ok:
@@ -160,7 +159,7 @@ class Passing:
 
     def _hear(self, name: str, end: str, kind: type) -> Callable[[bytes], None]:
         def hear(message: bytes) -> None:
-            # A client of a moment, as that of `ros2 service call`, is known by its name now or never.
+            # A short-lived client, such as that of `ros2 service call`, must be identified now.
             if end == SERVICE and message[4:5] == REQUEST:
                 self._caller(name, message[16:32])
             long = len(message) if len(message) > LARGEST else 0
@@ -169,16 +168,16 @@ class Passing:
         return hear
 
     def _caller(self, service: str, client: bytes) -> str:
-        """The node whose client has sent a request, by what the middleware calls the client."""
+        """Return the node whose client sent a request, by the middleware's id of the client."""
         if self._callers.get(client, OTHER) == OTHER:
             infos = self.live.node.get_subscriptions_info_by_topic(f"rr{service}Reply", no_mangle=True)
             self._callers[client] = _said(_names(each for each in infos if bytes(each.endpoint_gid) == client))
         return self._callers[client]
 
     def _read(self, at: float, name: str, end: str, kind: type, message: bytes, long: int) -> None:
-        """Read a message; of a `long` one, of so many bytes, the beginning is there."""
+        """Read a message; of a `long` one (its number of bytes), only the beginning was kept."""
         if long:
-            if end == FEEDBACK:  # the goal's identifier comes first
+            if end == FEEDBACK:  # the goal's id comes first
                 self._read_feedback(message[4:20], name, f"(a message of {long:,} bytes: too long to be kept)", at)
             return
         read: Any = decoded(message, kind)
@@ -194,7 +193,7 @@ class Passing:
     def _read_feedback(self, goal_id: bytes, name: str, feedback: Any, at: float) -> None:
         goal = self._goal(goal_id, name)
         if goal.outside and goal.exchange and not goal.exchange.over:
-            self._follow(goal, GoalStatus.STATUS_EXECUTING, at)  # the news of it may come later
+            self._follow(goal, GoalStatus.STATUS_EXECUTING, at)  # its status message may come later
             goal.exchange.add("feedback", feedback, at)
 
     def _read_call(self, name: str, kind: type, event: Any) -> None:
@@ -202,7 +201,7 @@ class Passing:
         client, at = bytes(info.client_gid), info.stamp.sec + 1e-9 * info.stamp.nanosec
         key = client, info.sequence_number
         if client[:12] in self._own:
-            return  # this kernel's: its client tells more
+            return  # sent by this kernel, whose client records more
         if info.event_type == ServiceEventInfo.REQUEST_RECEIVED and event.request and key not in self._seen:
             _remember(self._seen, key, None, SEEN)
             service_type = type_name(kind).removesuffix("_Event")
@@ -218,7 +217,7 @@ class Passing:
         first = name not in self._begun
         self._begun.add(name)
         for each in message.status_list[-OPEN:]:
-            over = first and each.status in STATUS  # it was over before somebody looked
+            over = first and each.status in STATUS  # it ended before the first look
             self._follow(self._goal(bytes(each.goal_info.goal_id.uuid), name, over=over), each.status, at)
 
     def _goal(self, goal_id: bytes, name: str, *, over: bool = False) -> _Goal:
@@ -230,7 +229,7 @@ class Passing:
         return self._goals[goal_id]
 
     def _follow(self, goal: _Goal, status: int, at: float) -> None:
-        """Keep what a goal's status tells that nothing else does."""
+        """Record the changes of a goal's status that are not recorded otherwise."""
         exchange = goal.exchange
         if exchange is None or exchange.over:
             return
@@ -246,7 +245,7 @@ class Passing:
             exchange.end()
 
     def _outside(self, name: str) -> Exchange:
-        """An exchange for a goal of another program, from its client if there is but one."""
+        """Return an exchange for a goal of another program, with its client as sender if there is only one."""
         node = self.live.node
         infos = node.get_subscriptions_info_by_topic(f"rr{name}/_action/send_goalReply", no_mangle=True)
         names = _names(each for each in infos if bytes(each.endpoint_gid[:12]) not in self._own)
@@ -255,7 +254,7 @@ class Passing:
         return keep(Exchange("action", name, kinds[0].removesuffix("_FeedbackMessage"), by, OF_AN_ACTION))
 
     def _look_after_servers(self) -> None:
-        """End what can have no end any more."""
+        """End exchanges that can get no answer any more."""
         for key, exchange in list(self._calls.items()):
             if not self.live.node.count_services(exchange.name):
                 exchange.end(f"the server of {exchange.name} has gone: no response will come")
@@ -266,10 +265,10 @@ class Passing:
             if not exchange.over and not self.live.node.count_publishers(f"{exchange.name}{STATUSES}"):
                 exchange.end(f"the action server of {exchange.name} has gone: no result will come")
 
-    # What this kernel sends: see course.ros.rclpy_internals.ClientWatcher
+    # Requests of this kernel, see course.ros.rclpy_internals.ClientWatcher
 
     def called(self, client: Client, request: Any, future: Future, at: float) -> None:
-        """A client of this kernel has sent a request."""
+        """Record a request that a client of this kernel has sent."""
         kind: Any = client.srv_type
         exchange = keep(Exchange("service", client.service_name, type_name(kind), _here()))
         exchange.add("request", request, at)
@@ -283,7 +282,7 @@ class Passing:
         exchange.end()
 
     def goal_begins(self, client: ActionClient, goal: Any, goal_id: bytes, *, own: bool) -> None:
-        """An action client of this kernel sends a goal; the inspector's own are shown by the inspector."""
+        """Record a goal that an action client of this kernel sends; the inspector shows its own goals."""
         exchange = None
         if not own and (kind := action_type(client)):
             exchange = Exchange("action", action_name(client), type_name(kind), _here())
@@ -292,7 +291,7 @@ class Passing:
             _remember(self._goals, goal_id, _Goal(exchange))
 
     def goal_sent(self, goal_id: bytes, future: Future) -> None:
-        """It is on its way."""
+        """Record that the goal was sent."""
         if exchange := self._exchange(goal_id):
             keep(exchange)
             future.add_done_callback(lambda done: self._decided(goal_id, exchange, done))
@@ -307,12 +306,12 @@ class Passing:
             exchange.end()
 
     def feedback(self, goal_id: bytes, feedback: Any) -> None:
-        """Feedback has come to this kernel."""
+        """Record feedback that has come to this kernel."""
         if exchange := self._exchange(goal_id):
             exchange.add("feedback", feedback)
 
     def result_asked(self, goal_id: bytes, future: Future) -> None:
-        """The result will come to this kernel."""
+        """Record that this kernel will get the result."""
         if exchange := self._exchange(goal_id):
             self._goals[goal_id].asked = True
             future.add_done_callback(lambda done: self._done(exchange, done))
@@ -323,7 +322,7 @@ class Passing:
         exchange.end()
 
     def cancel_sent(self, goal_id: bytes, future: Future) -> None:
-        """This kernel wants it canceled."""
+        """Record that this kernel has asked to cancel the goal."""
         if exchange := self._exchange(goal_id):
             exchange.add("cancel")
             future.add_done_callback(lambda done: self._canceled(exchange, done))
@@ -338,13 +337,13 @@ class Passing:
 
 
 class _Handle:
-    """A goal of a cell or a node, as a page may cancel it."""
+    """A goal of a cell or a node that a page can cancel."""
 
     def __init__(self, handle: Any):
         self._handle = handle
 
     def cancel(self) -> None:
-        """Ask for it."""
+        """Ask the server to cancel the goal."""
         self._handle.cancel_goal_async()
 
 
@@ -355,7 +354,7 @@ def _remember(known: dict[Any, Any], key: object, value: object, most: int = OPE
 
 
 def _here() -> str:
-    """Return the name of the sender in this thread of the kernel."""
+    """Return the name of the sender that runs in this thread of the kernel."""
     thread = threading.current_thread()
     if thread is threading.main_thread():
         return "a cell"
@@ -363,9 +362,9 @@ def _here() -> str:
 
 
 def _names(ends: Iterable[TopicEndpointInfo]) -> list[str]:
-    """Return the full names of the nodes that have these ends of a topic.
+    """Return the full names of the nodes that have these endpoints.
 
-    The middleware may know an end before it knows its node: such a node has no name yet.
+    The middleware may know an endpoint before its node: such a node has no name yet.
     """
     return sorted(
         {f"{each.node_namespace.rstrip('/')}/{each.node_name}" for each in ends if "UNKNOWN" not in each.node_name}
@@ -379,7 +378,7 @@ def _said(names: list[str]) -> str:
 
 
 def _fitting(publishers: Iterable[TopicEndpointInfo], qos: QoSProfile) -> QoSProfile:
-    """Return a profile that all publishers of a topic offer: a program's own introspection may keep nothing."""
+    """Return a QoS profile that all publishers of a topic satisfy: a program's own introspection may be volatile."""
     wanted = DurabilityPolicy.TRANSIENT_LOCAL
     if all(each.qos_profile.durability == wanted for each in publishers):
         return qos
@@ -387,7 +386,7 @@ def _fitting(publishers: Iterable[TopicEndpointInfo], qos: QoSProfile) -> QoSPro
 
 
 def _loaded(kind: str, end: str) -> type | None:
-    """The class of a topic's messages; None when this kernel cannot import it."""
+    """Return the class of a topic's messages; None if this kernel cannot import it."""
     package, _, name = kind.split("/")
     try:
         if end == SERVICE:
@@ -405,7 +404,7 @@ _sharing = threading.Lock()
 
 
 def record() -> None:
-    """Record what passes in the kernel's session, and in its later ones, from now until the kernel ends."""
+    """Record requests in the kernel's session, and in later ones, until the kernel ends."""
     with _sharing:
         if not _threads:
             _threads.append(threading.Thread(target=_go_on, name="lab's recording", daemon=True))
@@ -414,13 +413,13 @@ def record() -> None:
 
 
 def _go_on() -> None:
-    ended = threading.Event()  # of what never ends: the process ends this thread
+    ended = threading.Event()  # never set: the thread ends with the process
     with unwatched():
         while not ended.wait(PERIOD):
             try:
                 _look()
             except (RCLError, InvalidHandle, RuntimeError):
-                if (live := current()) and live.ok:  # else the session has ended meanwhile
+                if (live := current()) and live.ok:  # otherwise the session has ended
                     raise
 
 
@@ -439,19 +438,19 @@ def _look() -> Passing | None:
 
 
 class Summaries(Changes):
-    """A feed of the list of exchanges, which are recorded from now on in any case."""
+    """A feed of the list of exchanges; it starts the recording if needed."""
 
     def __init__(self) -> None:
         super().__init__(summaries)
         record()
 
     def read(self) -> Any:
-        """The list, when it has changed."""
+        """Return the list if it has changed."""
         _look()
         return super().read()
 
 
 def unseen() -> list[dict[str, Any]]:
-    """The services of the session whose calls by other programs are not recorded, see `Passing.unseen`."""
+    """Return the services of the session whose calls by other programs are not recorded, see `Passing.unseen`."""
     passing = _look()
     return passing.unseen() if passing else []

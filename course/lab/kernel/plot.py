@@ -1,4 +1,4 @@
-"""The plot: any number in the messages of any topic, over the time at which they came."""
+"""The plot: any number in the messages of any topic, over the arrival time."""
 
 import math
 import re
@@ -18,24 +18,24 @@ from course.session.live import Session, current
 from course.session.logs import decoded
 
 PERIOD = 0.1  # s between two looks
-WAITING = 2000  # messages that are kept between two looks
-POINTS = 100  # of them that are read: of more, evenly some
+WAITING = 2000  # messages kept between two looks
+POINTS = 100  # messages of these that are read, evenly spaced
 LONGEST = 1 << 20  # bytes of a message that is read
-FIELDS = 500  # that are offered of a type
+FIELDS = 500  # of a type that are offered
 COMMANDS = "/cmd_vel"
-ANY = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)  # which fits whatever is offered
+ANY = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)  # compatible with every publisher
 NUMBER = re.compile(r"(u?int(8|16|32|64)|float(32|64)|bool|byte|char)\b")
 PART = re.compile(r"([A-Za-z]\w*)((?:\[\d+\])?)")
 
 
 def add(panels: Panels) -> None:
-    """Offer the plot's method and topics."""
+    """Add the plot's method and topics."""
     panels.methods |= {"plot.fields": fields}
     panels.topics |= {"plot": Topic(PlotFeed, PERIOD), "plot.topics": Topic(lambda: Changes(topics), 0.5)}
 
 
 def topics() -> list[list[str]]:
-    """Return the topics on which somebody publishes, each with its type; none without a session."""
+    """Return the topics with a publisher, each with its type; none without a session."""
     if (live := current()) is None:
         return []
     found = live.node.get_topic_names_and_types()
@@ -45,7 +45,7 @@ def topics() -> list[list[str]]:
 
 
 def fields(type_name: str) -> list[str]:
-    """Return the paths of the numbers in a message, as `linear.x`; of a list the first, as `ranges[0]`.
+    """Return the paths of the numbers in a message, such as `linear.x`; of a list the first, such as `ranges[0]`.
 
     Raises LiveError when the type cannot be imported.
     """
@@ -69,7 +69,7 @@ def _paths(found: list[dict[str, Any]], before: str = "") -> list[str]:
 def parts_of(path: str) -> list[tuple[str, int | None]]:
     """Return the names and numbers on the way to a value: `points[2].x` is [("points", 2), ("x", None)].
 
-    Raises LiveError where it cannot be read.
+    Raises LiveError when the path is invalid.
     """
     found = [PART.fullmatch(part) for part in path.strip().split(".")]
     if not all(found):
@@ -78,7 +78,7 @@ def parts_of(path: str) -> list[tuple[str, int | None]]:
 
 
 def value_of(message: Any, parts: list[tuple[str, int | None]]) -> float | None:
-    """Return the number there; None where there is none, or none that JSON can say."""
+    """Return the number at this path; None if there is none, or it is not finite."""
     try:
         for name, number in parts:
             message = getattr(message, name)
@@ -93,7 +93,7 @@ class PlotFeed:
     """A feed of one field of one topic."""
 
     def __init__(self, name: str, field: str):
-        """Read `field` of the topic `name`, as `linear.x` or `ranges[0]`; raises LiveError where it cannot be read."""
+        """Read `field` of the topic `name`, such as `linear.x` or `ranges[0]`; raises LiveError for an invalid path."""
         self._topic, self._parts = name, parts_of(field)
         self._live: Session | None = None
         self._kind = ""
@@ -114,13 +114,13 @@ class PlotFeed:
         return {"points": points, "says": says}
 
     def close(self) -> None:
-        """Hear no more."""
+        """End the subscription."""
         if self._live is not None and self._live.ok and self._subscription is not None:
             self._live.node.destroy_subscription(self._subscription)
         self._subscription = None
 
     def _listen(self) -> str:
-        """Subscribe while somebody publishes, and return why nothing can come, or ""."""
+        """Subscribe while somebody publishes; return why there can be no data, or ""."""
         live = session()
         if live is not self._live:
             self._subscription, self._live = None, live
@@ -137,8 +137,8 @@ class PlotFeed:
     def _is_heard(self, live: Session) -> bool:
         """Return True if a node publishes.
 
-        Publishers of a cell do not count: a public check waits for a subscriber of its own, and must not take the plot
-        for it.  Commands that somebody gives by hand come from there, and count.
+        Publishers in cells do not count: a public check waits for a subscriber, and must not take the plot for one.
+        Commands for driving by hand are published in the kernel, too, but count.
         """
         own = live.node.get_fully_qualified_name()
         publishers = live.node.get_publishers_info_by_topic(self._topic)

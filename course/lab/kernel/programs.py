@@ -1,4 +1,4 @@
-"""The Python program and the `ros2` command that do what a form in the inspector does."""
+"""The Python program and the `ros2` command that do the same as a form in the inspector."""
 
 import re
 import shlex
@@ -180,7 +180,7 @@ _TEMPLATES = Environment(undefined=StrictUndefined, keep_trailing_newline=True)
 
 
 def python(interface: Interface, name: str, values: dict[str, Any], rate: float | None = None) -> str:
-    """A whole program that sends `values` to the service, action or topic `name`, to a topic `rate` times a second."""
+    """Return a program that sends `values` to the service, action or topic `name`, to a topic at `rate` Hz."""
     imports = {(interface.loaded.__module__.rpartition("._")[0], interface.loaded.__name__)}
     made = _expression(interface.message, values, imports, interface.loaded.__name__ + PART[interface.kind], 8)
     lines = [f"from {module} import {', '.join(names)}" for module, names in sorted(_grouped(imports).items())]
@@ -196,7 +196,7 @@ def python(interface: Interface, name: str, values: dict[str, Any], rate: float 
 
 
 def command(interface: Interface, name: str, values: dict[str, Any], rate: float | None = None) -> str:
-    """The line for a terminal that sends `values` to the service, action or topic `name`, as `python` does."""
+    """Return the shell command that sends `values` to the service, action or topic `name`, as `python` does."""
     text = as_yaml(values)
     feedback = " --feedback" if interface.kind == "action" else ""
     verb = f"ros2 topic pub --rate {rate:g}" if rate else COMMAND[interface.kind]
@@ -211,12 +211,12 @@ def as_yaml(values: dict[str, Any]) -> str:
 
 
 def python_of_parameter(node: str, parameter: str, value: object) -> str:
-    """A whole program that sets a parameter of a node."""
+    """Return a program that sets a parameter of a node."""
     return _TEMPLATES.from_string(PARAMETER).render(name=node, parameter=repr(parameter), value=_literal(value))
 
 
 def command_of_parameter(node: str, parameter: str, value: object) -> str:
-    """The line for a terminal that sets a parameter of a node."""
+    """Return the shell command that sets a parameter of a node."""
     return f"ros2 param set {node} {shlex.quote(parameter)} {shlex.quote(argument(value))}"
 
 
@@ -228,7 +228,7 @@ def _grouped(imports: set[tuple[str, str]]) -> dict[str, list[str]]:
 
 
 def _expression(message: type[Any], values: dict[str, Any], imports: set[tuple[str, str]], called: str, at: int) -> str:
-    """A call that makes a message; one that is too long for a line is folded, indented by `at` columns."""
+    """Return a call that makes a message; one that is too long for a line is wrapped, indented by `at` columns."""
     slots = dict(zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True))
     parts = [f"{name}={_field(slots[name], value, imports, at + 4)}" for name, value in values.items()]
     line = f"{called}({', '.join(parts)})"

@@ -1,4 +1,4 @@
-"""The robot view: what it is fed from, and what it can do to a world that runs in real time."""
+"""The robot view: its data, and its actions on a world that runs in real time."""
 
 import math
 from typing import Any
@@ -18,16 +18,16 @@ from course.world.node import World
 from course.world.rooms import ROOMS
 from course.world.simulation import OBSTACLE, Robot, in_the_way
 
-FOUND = 5.0  # s that the world may take to be found, and to do what it is told
-NEAR = 0.3  # m from where the robot was put, since it may drive on
+FOUND = 5.0  # s that the world may take to be discovered, and to react to a command
+NEAR = 0.3  # m from the place where the robot was put, because it may drive on
 STRIDE = 0.05  # m between two places of a path
-# What a page shows at first.
+# The content of a new page.
 UNSAID = {"command": None, "collisions": {"count": 0, "last": "", "places": []}, "idle": ""}
-PERIOD = 0.05  # s between two pictures at least
+PERIOD = 0.05  # s at least between two pictures
 
 
 def add(panels: Panels) -> None:
-    """Offer the view's methods and topic."""
+    """Add the view's methods and topic."""
     panels.methods |= {
         "robot.rooms": rooms,
         "robot.start": start,
@@ -39,7 +39,7 @@ def add(panels: Panels) -> None:
 
 
 class RobotFeed:
-    """A feed of what is new of the robot."""
+    """A feed of news about the robot."""
 
     def __init__(self) -> None:
         self._listener: RobotListener | None = None
@@ -50,7 +50,7 @@ class RobotFeed:
     def read(self) -> dict[str, Any] | None:
         """The changed ones of `scan`, `robot`, `command`, `state`, `collisions`, `room`, `path`, `nodes`, `idle`.
 
-        `idle` is why nobody can drive by hand, or "".
+        `idle` is why driving by hand is impossible, or "".
         """
         listener = open_listener(self)
         if listener is not self._listener:
@@ -79,16 +79,16 @@ class RobotFeed:
         return news or None
 
     def close(self) -> None:
-        """Hear no more of the robot."""
+        """Stop listening to the robot."""
         close_listener(self)
 
 
 class _Path:
-    """The path of a world in fast mode, told piece by piece: between two looks its robot may drive through the room."""
+    """The path of a world in fast mode, piece by piece: its robot may cross the room between two looks."""
 
     def __init__(self) -> None:
         self._simulation: Any = None
-        self._read = 0  # moments
+        self._read = 0  # moments of the simulation
         self._last: tuple[float, float] | None = None
 
     def news(self, world: World | None) -> dict[str, Any] | None:
@@ -98,7 +98,7 @@ class _Path:
             return {"anew": True, "places": None} if told else None
         simulation = world.simulation
         count, rows = simulation.path_since(self._read)
-        anew = simulation is not self._simulation or count < self._read  # it was reset
+        anew = simulation is not self._simulation or count < self._read  # the world was reset
         if anew:
             self._simulation, self._last = simulation, None
             count, rows = simulation.path_since(0)
@@ -112,7 +112,7 @@ class _Path:
 
 
 def rooms() -> dict[str, str]:
-    """The rooms that there are, with a description of each."""
+    """Return the rooms with a description of each."""
     return {name: room.description for name, room in ROOMS.items()}
 
 
@@ -122,7 +122,7 @@ def start(room: str) -> None:
 
 
 def reset() -> None:
-    """Put the robot back at its start, and take the obstacles away; raises LiveError."""
+    """Put the robot back at its start, and remove the obstacles; raises LiveError."""
     session().call(f"{_world(listener_in_use())}/reset", Empty)
 
 
@@ -166,7 +166,7 @@ def _segments(listener: RobotListener) -> Floats:
 
 
 def _tell(listener: RobotListener, topic: str, message: Any) -> None:
-    """Publish a message that the world, which must be there, takes as an order."""
+    """Publish a command to the world; raises LiveError if there is none."""
     _world(listener)
     publisher = listener.publisher(topic, type(message))
     if not wait_until(publisher.get_subscription_count, FOUND, alert=False):
@@ -175,7 +175,7 @@ def _tell(listener: RobotListener, topic: str, message: Any) -> None:
 
 
 def _world(listener: RobotListener) -> str:
-    """The full name of a node that sees for the robot and can be controlled; raises LiveError."""
+    """Return the full name of the node that publishes the scan and can be controlled; raises LiveError."""
     served = {name for name, _ in listener.live.node.get_service_names_and_types()}
     for name in listener.nodes("/scan"):
         if f"{name}/reset" in served:

@@ -1,7 +1,7 @@
-"""The robot's state as its topics tell it: its scan, odometry, commands and collisions, and the walls around it.
+"""The robot's state from its topics: scan, odometry, commands, collisions, and the walls around it.
 
-It listens only to topics on which some node publishes, so that a session without a robot looks as it does without the
-view; the session's own hidden node does not count, except where a cell publishes commands with it.
+It subscribes only to topics on which a node publishes, so that the view does not change the graph of a session without
+a robot.  The session's own hidden node does not count, except when a cell publishes commands with it.
 """
 
 import bisect
@@ -38,14 +38,14 @@ from course.world.node import World, latest, watchers
 from course.world.simulation import advance
 
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-LOOK = 0.5  # s between two looks who publishes
-SHOWN = 720  # beams of a scan at most: of a finer scanner the page gets every second, third, ...
+LOOK = 0.5  # s between two looks for publishers
+SHOWN = 720  # beams of a scan at most: of more the page gets every second, third, ...
 HITS = 1000  # collisions that are kept
-CROSSES = 20  # that are drawn
-SCANS = 50  # poses of the robot that are kept, to find where a scan was seen from
-AHEAD = 0.5  # s from the last pose to a scan at most, in which the robot moves on as it did
+CROSSES = 20  # collisions that are drawn
+SCANS = 50  # poses of the robot that are kept, to find the pose of a scan
+AHEAD = 0.5  # s at most for which the robot's motion is extrapolated to a scan
 TOLD = 1000  # characters of a collision's text
-MOST = 100_000  # beams of a scan that are looked at: of a finer scanner every second, third, ...
+MOST = 100_000  # beams of a scan that are processed: of more every second, third, ...
 LONGEST = 1 << 20  # bytes of the walls, which are read for each picture
 TOPICS: dict[str, tuple[type, QoSProfile]] = {
     "/scan": (LaserScan, NEWEST),
@@ -54,15 +54,15 @@ TOPICS: dict[str, tuple[type, QoSProfile]] = {
     "/collision": (String, LATCHED),
     "/walls": (Marker, LATCHED),
 }
-NOTHING, NO_MEASUREMENT = -1, -2  # for a range: nothing in reach, and no value that one may use
-SILENT = 1.5  # s without news of a state, after which it is not known any more
-STATE = re.compile(r"State: ([A-Za-z]\w{0,39})\b")  # in a line of the driver's log, as in the chapter
+NOTHING, NO_MEASUREMENT = -1, -2  # instead of a range: no obstacle in reach, and not a measurement
+SILENT = 1.5  # s without a message, after which a state counts as unknown
+STATE = re.compile(r"State: ([A-Za-z]\w{0,39})\b")  # in the driver's log, as in the chapter
 PLACE = re.compile(r"x=(-?\d{1,9}(?:\.\d{1,9})?) m, y=(-?\d{1,9}(?:\.\d{1,9})?) m")  # in the text of a collision
-Source = tuple[str, tuple[int, ...]]  # a node's full name, and its publisher: a node that was started anew has a new
+Source = tuple[str, tuple[int, ...]]  # a node's full name, and its publisher, which is new after a restart
 
 
 class RobotListener:
-    """A session's ears for the robot; messages are kept as they came, and are read no faster than a page asks."""
+    """A session's listener for the robot; messages are kept as they come, and parsed only when a page asks."""
 
     def __init__(self, live: Session):
         self.live = live
@@ -70,9 +70,9 @@ class RobotListener:
         self.count = dict.fromkeys(TOPICS, 0)
         self._hits: deque[_Hit] = deque(maxlen=HITS)
         self.pad = Pad(live)
-        self.takes: set[str] = set()  # the types that nodes take commands of
-        self.commanders: list[str] = []  # who publishes commands, the pad left out
-        self._cells = 0  # publishers of commands that cells had at the last look
+        self.takes: set[str] = set()  # the message types of subscriptions to commands
+        self.commanders: list[str] = []  # the publishers of commands, without the pad
+        self._cells = 0  # cells' publishers of commands at the last look
         self._last: dict[str, bytes] = {}
         self._poses: deque[bytes] = deque(maxlen=SCANS)  # the last odometry
         self._commanded = -math.inf  # when the last command came, s of time.monotonic
@@ -86,13 +86,13 @@ class RobotListener:
         watchers.append(self._hear_of)
 
     def _hear_of(self, world: World) -> None:
-        """A world of this process begins or ends something: look at once, in the thread that it lives in."""
+        """Look at once when a world of this process begins or ends something; called in the world's thread."""
         if world.context is self.live.context:
             self._looked = -math.inf
             self.look()
 
     def look(self) -> None:
-        """See who publishes, twice a second at most, and listen to those."""
+        """Update the list of publishers, at most twice a second, and subscribe to them."""
         with self._lock:
             if time.monotonic() - self._looked < LOOK:
                 return
@@ -111,24 +111,24 @@ class RobotListener:
                     self._forget_hits(before)
                 speaks = bool(self.commanders if topic == "/cmd_vel" else self.publishers[topic])
                 if speaks and topic not in self._subscriptions:
-                    hear = cast(Callable[[bytes], None], self._hear(topic))  # which takes the message's info, too
+                    hear = cast(Callable[[bytes], None], self._hear(topic))  # takes the message's info as well
                     self._subscriptions[topic] = node.create_subscription(kind, topic, hear, qos, raw=True)
                 elif not speaks and topic in self._subscriptions:
                     node.destroy_subscription(self._subscriptions.pop(topic))
 
     def _look_at_commands(self, names: list[str]) -> None:
-        """See who takes commands, and who gives them: nodes, the `ros2` command, cells by the session's own node."""
+        """Update the receivers and senders of commands: nodes, the `ros2` command, cells by the session's own node."""
         node = self.live.node
         own = node.get_fully_qualified_name()
         takers = node.get_subscriptions_info_by_topic("/cmd_vel")
         self.takes = {each.topic_type for each in takers if not is_hidden(each.node_name)}
         others = {"the ros2 command" if name.startswith("/_ros2cli") else name for name in names if name != own}
-        # The pad's own publisher may come or go during a look: a cell's is there at two looks.
+        # The pad's own publisher may come or go during a look, so a cell's must be there at two looks.
         cells, self._cells = self._cells, names.count(own) - self.pad.publishes
         self.commanders = [*sorted(others), *["a cell of the notebook"] * (min(cells, self._cells) > 0)]
 
     def close(self) -> None:
-        """Hear no more."""
+        """Remove all subscriptions, clients and publishers."""
         self.pad.stop()
         watchers.remove(self._hear_of)
         with self._lock:
@@ -160,13 +160,13 @@ class RobotListener:
             return self._clients[node, service]
 
     def forget(self, node: str) -> None:
-        """Destroy the clients of a node that has ended: they could miss the next one of its name."""
+        """Destroy the clients of a node that has ended: they might not find the next node of its name."""
         with self._lock:
             for key in [key for key in self._clients if key[0] == node]:
                 self.live.node.destroy_client(self._clients.pop(key))
 
     def nodes(self, topic: str) -> list[str]:
-        """The nodes that publish on a topic."""
+        """Return the nodes that publish on a topic."""
         return list(dict.fromkeys(name for name, _ in self.publishers[topic]))
 
     def _is_state(self, entry: Entry) -> bool:
@@ -174,9 +174,9 @@ class RobotListener:
         return len(drivers) == 1 and entry.node == drivers[0] and STATE.match(entry.text) is not None
 
     def state(self) -> str:
-        """The state that the one node which drives says it is in: it logs that, as the chapter's controller does.
+        """Return the state of the driving node from its log, in which the chapter's controller writes it.
 
-        '' when it says none, has said none for `SILENT` s, or several nodes drive: none is better than a wrong one.
+        '' if it logs none, has logged none for `SILENT` s, or several nodes drive: none is better than a wrong one.
         """
         entries, _ = self._log.read(1)
         for entry in entries:
@@ -187,14 +187,14 @@ class RobotListener:
         return self._state
 
     def fast_world(self) -> World | None:
-        """The world of this kernel that sees for the robot in fast mode; it publishes no walls, and tells its path."""
+        """Return this kernel's world that publishes the scan in fast mode; it publishes no walls, but has its path."""
         world = latest()
         if world is not None and world.fast and world.context is self.live.context and "/world" in self.nodes("/scan"):
             return world
         return None
 
     def _forget_hits(self, until: float) -> None:
-        """Forget the collisions that were heard before `until` (s of time.monotonic): another world is there."""
+        """Forget the collisions received before `until` (s of time.monotonic), which belong to an earlier world."""
         self._hits = deque((hit for hit in self._hits if hit.heard >= until), maxlen=HITS)
 
     def _hear(self, topic: str) -> Callable[[bytes, dict[str, Any]], None]:
@@ -211,10 +211,10 @@ class RobotListener:
 
         return hear
 
-    # What the page is told
+    # Data for the page
 
     def scan(self) -> dict[str, Any] | None:
-        """The last scan as a page draws it: ranges (cm), where it was seen from, the nearest of each sector (m)."""
+        """Return the last scan for drawing: ranges (cm), the pose, the nearest distance in each sector (m)."""
         if "/scan" not in self._last or (scan := decoded(self._last["/scan"], LaserScan)) is None:
             return None
         beams = len(scan.ranges)
@@ -232,14 +232,14 @@ class RobotListener:
         }
 
     def robot(self) -> dict[str, Any] | None:
-        """Return the robot's pose as it reports it, [x m, y m, heading rad], and how it moves, [m/s, rad/s]."""
+        """Return the robot's reported pose, [x m, y m, heading rad], and velocity, [m/s, rad/s]."""
         if "/odom" not in self._last or (odometry := decoded(self._last["/odom"], Odometry)) is None:
             return None
         twist = odometry.twist.twist
         return {"pose": _pose(self._last["/odom"]), "moves": [_finite(twist.linear.x, 3), _finite(twist.angular.z, 3)]}
 
     def _pose_at(self, stamp: int) -> list[float | None] | None:
-        """Return the pose at that time (ns): between two known ones, or as far as the robot has come since the last."""
+        """Return the pose at that time (ns), interpolated between known ones or extrapolated from the last."""
         poses = sorted(self._poses.copy(), key=_stamp)
         number = bisect.bisect_left(poses, stamp, key=_stamp)
         if number < len(poses) and (number == 0 or _stamp(poses[number]) == stamp):
@@ -253,7 +253,7 @@ class RobotListener:
         return _moved_on(before, poses[number - 1], min(since, AHEAD))
 
     def command(self) -> list[float | None] | None:
-        """The last command, [m/s, rad/s]; None when none has come for `SILENT` s."""
+        """Return the last command, [m/s, rad/s]; None if none has come for `SILENT` s."""
         if pad := self.pad.command():
             return [_finite(speed, 3) for speed in pad]
         if time.monotonic() - self._commanded > SILENT:
@@ -274,13 +274,13 @@ class RobotListener:
 
     @property
     def began(self) -> int:
-        """Return when the robot was put at its start (ns of its world's time); 0 when no world tells it."""
+        """Return when the robot was put at its start (ns of its world's time); 0 if unknown."""
         return _stamp(self._last.get("/walls", b""))
 
     def walls(self) -> tuple[object, str, list[float]]:
-        """Something that changes with the walls, the name of the room, and x, y (m) of the ends of each wall in turn.
+        """Return a value that changes with the walls, the name of the room, and x, y (m) of each wall's two ends.
 
-        A world in fast mode, of this kernel, publishes none: its room is taken from it.
+        A world of this kernel in fast mode publishes no walls; they are taken from its room.
         """
         if world := self.fast_world():
             room = world.simulation.room
@@ -291,7 +291,7 @@ class RobotListener:
         marker = decoded(message, Marker) if len(message) <= LONGEST else None
         if marker is None:
             return message, "", []
-        # A wall with an end that is no number is left out: JSON cannot say it.
+        # A wall with an end that is not finite is left out, because JSON cannot represent it.
         walls = zip(marker.points[::2], marker.points[1::2], strict=False)
         ends = [(one.x, one.y, other.x, other.y) for one, other in walls]
         return message, marker.ns, [round(value, 2) for wall in ends if all(map(math.isfinite, wall)) for value in wall]
@@ -299,24 +299,24 @@ class RobotListener:
 
 @dataclass(frozen=True)
 class _Hit:
-    """A collision that was heard of."""
+    """A received collision."""
 
-    at: int  # ns, on the clock of whoever published it
-    heard: float  # s of time.monotonic
+    at: int  # ns, on the publisher's clock
+    heard: float  # when it was received, s of time.monotonic
     text: str
     place: list[float] | None  # x m, y m
 
 
 def _place(text: str) -> list[float] | None:
-    """Return the place of a collision, x, y (m), or None when its text does not tell it."""
+    """Return the place of a collision, x, y (m), or None if its text has none."""
     found = PLACE.search(text)
     return [float(found[1]), float(found[2])] if found else None
 
 
 def _stamp(message: bytes) -> int:
-    """The time in the header that a message begins with (ns), as CDR has it; 0 without one.
+    """Return the time (ns) in the header at the beginning of a CDR message; 0 without one.
 
-    Source: Common Data Representation, OMG CORBA 3, 9.3: four bytes that tell the order of the others come first.
+    Source: Common Data Representation, OMG CORBA 3, 9.3: the first four bytes give the byte order.
     """
     if len(message) < 12:
         return 0
@@ -325,14 +325,14 @@ def _stamp(message: bytes) -> int:
 
 
 def _between(before: list[Any], after: list[Any], share: float) -> list[float | None]:
-    """A pose on the way from one to another."""
+    """Return a pose interpolated between two."""
     (x, y, heading), (to_x, to_y, to_heading) = before, after
     turn = math.remainder(to_heading - heading, 2.0 * math.pi)
     return _told(x + share * (to_x - x), y + share * (to_y - y), heading + share * turn)
 
 
 def _moved_on(pose: Any, odometry: bytes, seconds: float) -> list[float | None]:
-    """Return the pose so many seconds after another, of a robot that moves on as it did."""
+    """Return the pose `seconds` after another one, at the velocity of the odometry."""
     read = decoded(odometry, Odometry)
     linear, angular = (read.twist.twist.linear.x, read.twist.twist.angular.z) if read else (0.0, 0.0)
     return _told(*advance(pose, linear, angular, seconds))
@@ -348,17 +348,17 @@ def _pose(odometry: bytes) -> list[float | None] | None:
 
 
 def _told(x: float, y: float, heading: float) -> list[float | None]:
-    """A pose as the page is told it: x m, y m, heading rad."""
+    """Return a pose for the page: x m, y m, heading rad."""
     return [_finite(x, 3), _finite(y, 3), _finite(heading, 4)]
 
 
 def _finite(value: float, digits: int) -> float | None:
-    """The value as JSON can say it; None for infinity and what is not a number."""
+    """Return the rounded value for JSON; None for infinity and NaN."""
     return round(float(value), digits) if math.isfinite(value) else None
 
 
 def _centimetres(value: float, least: float, most: float) -> int:
-    """A range as REP 117 has it: too close reads 0."""
+    """Return a range (cm) by REP 117: too close is 0."""
     if value == math.inf:
         return NOTHING
     if value == -math.inf:
@@ -372,7 +372,7 @@ _sharing = threading.Lock()
 
 
 def open_listener(user: object) -> RobotListener:
-    """The listener of the current session, which all users share; raises LiveError when the session has ended."""
+    """Return the listener of the current session, shared by all users; raises LiveError when the session has ended."""
     with _sharing:
         live = session()
         if user not in _users:
@@ -385,7 +385,7 @@ def open_listener(user: object) -> RobotListener:
 
 
 def listener_in_use() -> RobotListener:
-    """The listener of the pages that are there; raises LiveError when the session has ended, or no page looks."""
+    """Return the listener in use; raises LiveError when the session has ended, or no page uses one."""
     live = session()
     with _sharing:
         if not _listener or _listener[0].live is not live:
@@ -394,7 +394,7 @@ def listener_in_use() -> RobotListener:
 
 
 def close_listener(user: object) -> None:
-    """This user looks no more; after the last one they hear nothing."""
+    """Remove this user; the listener is closed after the last one."""
     with _sharing:
         if user in _users:
             _users.remove(user)

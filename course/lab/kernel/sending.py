@@ -1,4 +1,4 @@
-"""Calls, goals, messages and parameters that a reader sends: each in a thread of its own, with a time limit."""
+"""Sends a reader's calls, goals, messages and parameters, each in its own thread, with a time limit."""
 
 import threading
 import time
@@ -22,17 +22,17 @@ from course.recorders import GoalRecorder
 from course.ros.rclpy_internals import RCLError, destroy, unwatched
 from course.session.live import Session
 
-MATCH = 2.0  # s until a new publisher knows the topic's subscriptions
-RECEIVED = 10.0  # s; Fast DDS asks every 3 s for a receipt that has got lost
+MATCH = 2.0  # s that a new publisher may take to match the topic's subscriptions
+RECEIVED = 10.0  # s; Fast DDS asks every 3 s for a lost acknowledgement
 RATES = (0.1, 100.0)  # Hz
-UNSEEN = 2.0  # s that no page may show what is published again and again, as while one panel takes another's place
-NOTED = 0.5  # s between two notes of how often that was
-LOOK = 0.25  # s between two looks whether an action server is still there
-GONE = 2.0  # s that it may be out of sight
-CANCEL = 3.0  # s until the reader is told why a server may not answer a cancel
+UNSEEN = 2.0  # s that a repeated publication may be unseen, as while one panel replaces another
+NOTED = 0.5  # s between two notes on the number of messages
+LOOK = 0.25  # s between two checks that an action server is still there
+GONE = 2.0  # s that it may be missing from the graph
+CANCEL = 3.0  # s until the reader is told why a server may not answer a cancel request
 
-_repeating: dict[str, "Stop"] = {}  # by the topic
-_held: dict[tuple[str, str], Callable[[], object]] = {}  # what destroys the last client or publisher of each name
+_repeating: dict[str, "Stop"] = {}  # by topic
+_held: dict[tuple[str, str], Callable[[], object]] = {}  # destroys the last client or publisher of each name
 
 
 def call(live: Session, interface: Interface, name: str, request: Any, timeout: float) -> Exchange:
@@ -64,9 +64,9 @@ def set_parameter(live: Session, node: str, parameter: Parameter, timeout: float
 
 
 def publish(live: Session, interface: Interface, name: str, message: Any, rate: float | None = None) -> Exchange:
-    """Publish a message, when the publisher knows the subscriptions that are there: once, or `rate` times a second.
+    """Publish a message once the publisher has matched the subscriptions: once, or at `rate` Hz.
 
-    Again and again, it goes on until it is stopped, no page shows it any more, something else is published on the topic
+    A repeated publication ends when it is stopped, no page shows it any more, another message is published on the topic
     from here, or the session ends.
     """
     exchange = keep(Exchange("topic", name, interface.name))
@@ -97,13 +97,13 @@ def publish(live: Session, interface: Interface, name: str, message: Any, rate: 
 
 
 class Stop:
-    """The means by which a reader ends a repetition."""
+    """A handle by which a reader stops a repeated publication."""
 
     def __init__(self) -> None:
         self.event = threading.Event()
 
     def cancel(self) -> None:
-        """Publish no more."""
+        """Stop publishing."""
         self.event.set()
 
 
@@ -112,21 +112,21 @@ def _repeat(live: Session, exchange: Exchange, publisher: Publisher, message: An
     while live.ok and exchange.is_shown(UNSEEN):
         try:
             publisher.publish(message)
-        except (RCLError, InvalidHandle):  # the session has ended, or the type was built anew
+        except (RCLError, InvalidHandle):  # the session has ended, or the type was built again
             break
         count += 1
         if (now := time.monotonic()) - noted >= NOTED:
             noted, matched = now, publisher.get_subscription_count()
             to = f"to {matched} subscription{'s' * (matched != 1)}" if matched else "and no node subscribes to it"
             exchange.note(f"Published {count} time{'s' * (count != 1)} so far, {rate:g} a second, {to}.")
-        due = max(due + 1.0 / rate, now)  # what could not be published in time is left out
+        due = max(due + 1.0 / rate, now)  # skips messages that are late
         if stop.event.wait(due - now):
             break
     exchange.add("last message", f"number {count}")
 
 
 class Goal(GoalRecorder):
-    """A goal whose events go to an exchange."""
+    """A goal whose events are added to an exchange."""
 
     def __init__(self, client: ActionClient, exchange: Exchange, goal: Any):
         super().__init__(client)
@@ -137,7 +137,7 @@ class Goal(GoalRecorder):
         self.cancel_unanswered = threading.Event()
 
     def add(self, **values: object) -> None:
-        """Pass an event on; nothing is kept here."""
+        """Add an event to the exchange; nothing is kept here."""
         event = str(values["event"])
         if event == "cancel":
             self.cancel_unanswered.set()
@@ -195,7 +195,7 @@ def send_goal(live: Session, interface: Interface, name: str, goal: Any, timeout
 
 
 def _begun(exchange: Exchange, work: Callable[[], None]) -> Exchange:
-    """Do the work of an exchange in a thread; what it raises is told in the exchange."""
+    """Do the work of an exchange in a thread; an exception is reported in the exchange."""
 
     def run() -> None:
         failed = ""
@@ -204,7 +204,7 @@ def _begun(exchange: Exchange, work: Callable[[], None]) -> Exchange:
                 work()
         except CourseError as error:
             failed = str(error)
-        except Exception as error:  # of rclpy, when the session is closed meanwhile
+        except Exception as error:  # from rclpy, when the session is closed meanwhile
             failed = f"{type(error).__name__}: {error}"
         if failed or not exchange.over:
             exchange.end(failed)
@@ -214,7 +214,7 @@ def _begun(exchange: Exchange, work: Callable[[], None]) -> Exchange:
 
 
 def _hold(key: tuple[str, str], leave: Callable[[], object]) -> None:
-    """Keep a client or publisher until the next one of its name is made: late feedback, and messages on their way."""
+    """Keep a client or publisher until the next one of its name, for late feedback and messages on their way."""
     if key in _held:
         _held.pop(key)()
     _held[key] = leave

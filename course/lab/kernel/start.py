@@ -1,4 +1,4 @@
-"""The start of a kernel's answers to pages, and of its recording, at its first `course.live()`."""
+"""Starts answering pages and recording in a kernel, at its first `course.live()`."""
 
 import contextlib
 import os
@@ -10,15 +10,15 @@ from course.lab.kernel.bridge import Bridge
 from course.lab.kernel.panels import Panels
 from course.lab.protocol import socket_path
 
-SERVED = "JPY_SESSION_NAME"  # set by a Jupyter server for the kernel of a notebook, and not where one is executed
+SERVED = "JPY_SESSION_NAME"  # set by a Jupyter server for a notebook's kernel, but not by tools that execute notebooks
 
 _bridge: list[Bridge] = []
 
 
 def start() -> None:
-    """Listen for pages, once; in a process that is not a kernel, or may not listen, the panels just stay empty.
+    """Start listening for pages, once; in a process that is not a kernel, or cannot listen, the panels stay empty.
 
-    For a notebook in JupyterLab, what passes is recorded from now on.
+    In JupyterLab, also start recording requests.
     """
     if os.environ.get(SERVED):
         from course.lab.kernel import passing
@@ -32,7 +32,7 @@ def start() -> None:
 
 
 def _panels() -> Panels:
-    """Every panel's methods and topics.  A new panel is added here."""
+    """Return the methods and topics of all panels.  A new panel is added here."""
     from course.lab.kernel import driving, graph_picture, inspector, knobs, log, nodes, plot, robot
 
     panels = Panels()

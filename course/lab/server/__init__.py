@@ -1,4 +1,4 @@
-"""The Jupyter server's side: it relays pages to kernels, and hands in.  `environment/install` makes it known."""
+"""The Jupyter server extension: it relays pages to kernels, and hands in.  `environment/install` enables it."""
 
 import os
 
@@ -18,7 +18,7 @@ def _jupyter_server_extension_points() -> list[dict[str, str]]:
 
 
 def _load_jupyter_server_extension(server: ServerApp) -> None:
-    if os.environ.get("COURSE_ARRANGE"):  # environment/start
+    if os.environ.get("COURSE_ARRANGE"):  # set by environment/start
         server.web_app.settings.setdefault("page_config_data", {})["rosCourseArrange"] = "true"
     front.begin()
     base = server.web_app.settings["base_url"]

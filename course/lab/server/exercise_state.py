@@ -1,4 +1,4 @@
-"""The exercise panel's view of a notebook as it is in the page, saved or not; it needs no kernel."""
+"""The state of an exercise for its panel, from the notebook in the page, saved or not; it needs no kernel."""
 
 import asyncio
 import json
@@ -19,20 +19,20 @@ class Exercise(Beside):
 
     @web.authenticated
     async def post(self) -> None:
-        """Say how far the exercise is."""
+        """Answer with the state of the exercise."""
         body = await self.asked()
         self.finish(await asyncio.to_thread(_state, self.notebook(body["path"]), body.get("cells")))
 
 
 class Reset(Beside):
-    """POST {"path": the notebook's, "cell": the cell's name, "file": and its file's, "text": what it says now}.
+    """POST {"path": the notebook's, "cell": the cell's name, "file": its file's name, "text": its present text}.
 
-    The answer is {"stub": what it said when it was handed out, "copy": where the text is kept}, or {"error": "..."}.
+    The answer is {"stub": the text as released, "copy": the file that keeps the present text}, or {"error": "..."}.
     """
 
     @web.authenticated
     async def post(self) -> None:
-        """Keep a copy, and give the stub."""
+        """Keep a copy, and answer with the stub."""
         body = await self.asked()
         cell, file, text = (str(body.get(key) or "") for key in ("cell", "file", "text"))
         if not cell or Path(file).name != file or Path(file).suffix not in file_differences.SUFFIXES:

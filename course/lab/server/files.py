@@ -1,4 +1,4 @@
-"""The files that the pages request from the server, beside a notebook that it serves."""
+"""Handlers for files beside a notebook that the server serves."""
 
 from pathlib import Path
 from typing import Any
@@ -9,12 +9,12 @@ from tornado import web
 
 
 class Beside(APIHandler):
-    """A handler that is told a notebook by its path in JupyterLab."""
+    """A handler for a notebook given by its path in JupyterLab."""
 
     auth_resource = "contents"
 
     async def asked(self) -> dict[str, Any]:
-        """The body of the request, of whoever may write here."""
+        """Return the body of the request, after checking that the user may write here."""
         user = self.current_user
         if not await ensure_async(self.authorizer.is_authorized(self, user, "write", self.auth_resource)):
             raise web.HTTPError(403)

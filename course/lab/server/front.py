@@ -1,4 +1,4 @@
-"""The notebook in front in JupyterLab, which its terminals follow (`course/shell.py`)."""
+"""Records the notebook in front in JupyterLab, which terminals follow (`course/shell.py`)."""
 
 import asyncio
 import atexit
@@ -21,7 +21,7 @@ class Front(APIHandler):
 
     @web.authenticated
     async def post(self) -> None:
-        """Write it down for the terminals."""
+        """Record the kernel for the terminals."""
         user = self.current_user
         if not await ensure_async(self.authorizer.is_authorized(self, user, "write", self.auth_resource)):
             raise web.HTTPError(403)
@@ -34,6 +34,6 @@ class Front(APIHandler):
 
 
 def begin() -> None:
-    """No notebook is in front when the server begins; nor is one after its end."""
+    """Record that no notebook is in front, now and at the server's exit."""
     registry.put_in_front(os.getpid(), "")
     atexit.register(registry.forget_front, os.getpid())

@@ -1,4 +1,4 @@
-"""The hand-in button's work: what `course hand-in` does, asked for by a page.  It needs no kernel of the page's."""
+"""The hand-in button: does the same as `course hand-in`, for a page.  It does not need the notebook's kernel."""
 
 import asyncio
 import json
@@ -15,8 +15,8 @@ from course.lab.server.files import Beside
 class HandingIn(Beside):
     """POST {"path": the notebook's, "name": the student's, "agreed": the doubts that the student has seen}.
 
-    Without "agreed", or when there are other doubts by now, the answer is {"ask": {...}}, what there is to say before
-    handing in.  Otherwise it is a line of JSON for each step: {"began": true}, {"ran": 1, "of": 4}, and at last
+    Without "agreed", or if the doubts have changed since, the answer is {"ask": {...}} with the questions before
+    handing in.  Otherwise it is a line of JSON for each step: {"began": true}, {"ran": 1, "of": 4}, and finally
     {"done": {...}} or {"error": "..."}.
     """
 
@@ -73,4 +73,4 @@ class HandingIn(Beside):
         while (message := await news.get()) is not None:
             self.write(json.dumps(message) + "\n")
             await self.flush()
-        await ended  # raises what nobody has foreseen
+        await ended  # raises unexpected errors

@@ -1,4 +1,4 @@
-"""Sockets by which the Jupyter server reaches its kernels, and which only its user can open."""
+"""Kernel connections by Unix sockets that only the server's user can open."""
 
 import tempfile
 from pathlib import Path
@@ -8,16 +8,16 @@ from traitlets.config import Config
 
 from course.foundation.folders import runtime_folder
 
-LONGEST = 107  # bytes of a Unix socket's name (unix(7))
-NUMBER = len("-1")  # which of a kernel's five sockets it is
+LONGEST = 107  # bytes of a Unix socket's path (unix(7))
+NUMBER = len("-1")  # the suffix for one of a kernel's five sockets
 
 
 class PrivateKernel(ServerKernelManager):
-    """A kernel that listens at Unix sockets, in a folder of this user alone.
+    """A kernel that listens on Unix sockets, in a folder private to this user.
 
-    A message to a kernel is signed with a key, but what a kernel publishes goes to whoever connects to its TCP port:
-    every user of the machine could read all cells and their outputs.  Jupyter would lay the sockets into its runtime
-    folder, whose name may be too long for them; here it is the registry's, or else a new one.
+    Messages to a kernel are signed with a key, but a kernel publishes to anybody who connects to its TCP port: every
+    user of the machine could read all cells and their outputs.  Jupyter itself would put Unix sockets into its runtime
+    folder, whose path may be too long; here it is the registry's folder, or else a new one.
     """
 
     def _ip_default(self) -> str:
@@ -31,6 +31,6 @@ class PrivateKernel(ServerKernelManager):
 
 
 def keep_private(c: Config) -> None:
-    """Configure Unix sockets in place of TCP ports."""
+    """Configure Unix sockets instead of TCP ports."""
     c.MappingKernelManager.kernel_manager_class = f"{__name__}.{PrivateKernel.__name__}"
     c.KernelManager.transport = "ipc"

@@ -1,4 +1,4 @@
-"""A websocket of a page, relayed to the kernel's socket, with Jupyter's own authentication."""
+"""Relays a page's websocket to the kernel's socket, with Jupyter's authentication."""
 
 import asyncio
 import contextlib
@@ -13,22 +13,22 @@ from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from course.lab import protocol
 
-LOOK = 0.5  # s between two looks whether the kernel listens, while a page waits for it
+LOOK = 0.5  # s between two checks whether the kernel listens, while a page waits for it
 
 
 class Relay(WebSocketMixin, WebSocketHandler, JupyterHandler):
-    """The page stays connected over restarts of the kernel, and is told whether the kernel listens."""
+    """A websocket that stays open over restarts of the kernel, and tells the page whether the kernel listens."""
 
     auth_resource = "kernels"
     _task: asyncio.Task[None] | None = None
     _kernel: asyncio.StreamWriter | None = None
 
     def set_default_headers(self) -> None:
-        """A websocket has none of the headers of Jupyter's pages."""
+        """Set no headers: a websocket has none of those of Jupyter's pages."""
 
     @ws_authenticated
     async def get(self, kernel_id: str) -> None:
-        """Open the websocket for whoever may run code in the kernel `kernel_id`."""
+        """Open the websocket, if the user may run code in the kernel `kernel_id`."""
         allowed = await ensure_async(
             self.authorizer.is_authorized(self, self.current_user, "execute", self.auth_resource)
         )
@@ -39,12 +39,12 @@ class Relay(WebSocketMixin, WebSocketHandler, JupyterHandler):
         await super().get(kernel_id=kernel_id)
 
     async def open(self, kernel_id: str) -> None:
-        """Begin to relay."""
+        """Start relaying."""
         super().open()
         self._task = asyncio.create_task(self._relay(kernel_id))
 
     async def on_message(self, message: str | bytes) -> None:
-        """Pass on what the page says; without a kernel nobody hears it."""
+        """Pass a message of the page on; without a kernel it is dropped."""
         if self._kernel is not None:
             content = message if isinstance(message, bytes) else message.encode()
             with contextlib.suppress(OSError):
@@ -52,7 +52,7 @@ class Relay(WebSocketMixin, WebSocketHandler, JupyterHandler):
                 await self._kernel.drain()
 
     def on_close(self) -> None:
-        """The page has left."""
+        """Stop relaying."""
         if self._task is not None:
             self._task.cancel()
 
@@ -74,14 +74,14 @@ class Relay(WebSocketMixin, WebSocketHandler, JupyterHandler):
         return None
 
     async def _pass_on(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Pass on what the kernel says, as fast as the page takes it, until the kernel ends."""
+        """Pass the kernel's messages on, as fast as the page reads them, until the kernel ends."""
         self._kernel = writer
         try:
             await self._say({"link": "up"})
             while line := await reader.readline():
                 await self.write_message(line.decode())
         except (ConnectionError, ValueError):
-            pass  # it was killed in the middle of a line
+            pass  # the kernel was killed in the middle of a line
         finally:
             self._kernel = None
             writer.close()
