@@ -1,4 +1,4 @@
-"""Recorders keep what happened as a plain table: they collect in the nodes' threads, and the notebook reads.
+"""Recorders keep events in a plain table: the nodes' threads add rows, and the notebook reads them.
 
 A table is a dict of columns, each a list, so that `plot(table["time"], table["front"])` plots one against another.
 Times are in seconds since the recorder was made.
@@ -32,11 +32,11 @@ STATUS = {
 
 Table = dict[str, list[Any]]
 
-LATE = 1.0  # s that the news of an exception may come after the end of its goal
+LATE = 1.0  # s by which the report of an exception may come after the end of its goal
 
 
 class Recorder:
-    """Rows with a time, which any thread may add."""
+    """A table of rows with a time; any thread may add rows."""
 
     def __init__(self, *columns: str) -> None:
         self.columns = ("time", *columns)
@@ -53,7 +53,7 @@ class Recorder:
             self._rows.append(tuple(row.get(column) for column in self.columns))
 
     def table(self) -> Table:
-        """All rows so far, as columns."""
+        """Return all rows so far, as columns."""
         with self._lock:
             rows = list(self._rows)
         return {column: [row[number] for row in rows] for number, column in enumerate(self.columns)}
@@ -64,7 +64,7 @@ class Recorder:
     def wait_for(self, wanted: int | Callable[[Table], bool], timeout: float = 5.0) -> bool:
         """Wait until there are `wanted` rows, or until `wanted(table)` holds; False after `timeout` s."""
 
-        def there() -> bool:  # looked at without the lock: a callback must not wait while the table is judged
+        def there() -> bool:  # called without the lock: a callback must not wait while the table is checked
             return len(self._rows) >= wanted if isinstance(wanted, int) else wanted(self.table())
 
         return wait_until(there, timeout)
@@ -73,7 +73,7 @@ class Recorder:
 class TopicRecorder(Recorder):
     """The messages of a topic.
 
-    `fields` maps each column to its place in the message, `{"x": "pose.pose.position.x"}`, or to a function of the
+    `fields` maps each column to a path in the message, `{"x": "pose.pose.position.x"}`, or to a function of the
     message.
     """
 
@@ -96,7 +96,7 @@ class TopicRecorder(Recorder):
 
 
 class GoalRecorder(Recorder):
-    """The life of one goal, seen from its client: rows of `event`, `message` and `sequence`.
+    """The events of one goal, seen from its client: rows of `event`, `message` and `sequence`.
 
     The events are goal, accepted or rejected, feedback, cancel (requested) and, at the end, succeeded, canceled or
     aborted.  `message` is the feedback or the result that came with the event, and `sequence` the first list in it.
@@ -111,7 +111,7 @@ class GoalRecorder(Recorder):
         self._handle: ClientGoalHandle | None = None
 
     def send(self, goal: object) -> Self:
-        """Send the goal; its events are recorded from here on."""
+        """Send the goal, and record its events."""
         self.add(event="goal")
         self._client.send_goal_async(goal, feedback_callback=self._on_feedback).add_done_callback(self._on_answer)
         return self
@@ -157,7 +157,7 @@ class GoalRecorder(Recorder):
         self.add(event=event, message=message, sequence=lists[0] if lists else None)
 
     def count(self, event: str) -> int:
-        """Return how often `event` has been seen."""
+        """Return how often `event` has occurred."""
         return self.table()["event"].count(event)
 
     def wait_feedback(self, count: int, timeout: float = 10.0) -> bool:
@@ -178,7 +178,7 @@ class GoalRecorder(Recorder):
 
     @property
     def result(self) -> list[Any] | None:
-        """The list in the result; None before the end, and for a rejected goal.
+        """Return the list in the result; None before the end, and for a rejected goal.
 
         Feedback that was still on its way may be recorded after it.
         """
@@ -202,7 +202,7 @@ class GoalRecorder(Recorder):
         self.wait_for(lambda table: any(event in self.END for event in table["event"]), timeout)
         end = next((event for event in self.table()["event"] if event in self.END), None)
         if end == "aborted":
-            wait_until(lambda: False, LATE)  # the lookouts hear of the exception a little later
+            wait_until(lambda: False, LATE)  # the exception is reported a little later
         else:
             ask_lookouts()
         return end
@@ -226,7 +226,7 @@ class DecisionRecorder(Recorder):
 
 
 class ParameterRecorder(Recorder):
-    """Every attempt to set a parameter of a node in this kernel, whoever makes it.
+    """Every attempt to set a parameter of a node in this kernel, by anybody.
 
     The columns are `name`, `value`, `accepted` and `reason`; the first rows are the parameters' current values.
     """

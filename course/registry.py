@@ -1,7 +1,7 @@
-"""The registry of live sessions on this machine: each keeps a small file up to date, which other processes read.
+"""The registry of live sessions on this machine: each maintains a small file that other processes read.
 
-The file tells the session's process, ROS domain, folder and nodes, and how nodes came to their ends.  It is in a folder
-that only its user may enter, and says nothing once its process has ended.
+The file has the session's process, ROS domain, folder and nodes, and how nodes ended.  It is in a folder that only its
+user can enter, and is ignored once its process has ended.
 """
 
 import contextlib
@@ -16,7 +16,7 @@ from course.foundation import storage
 from course.foundation.folders import runtime_folder
 from course.foundation.processes import alive
 
-LOCK = 10.0  # s to wait for others who look for a domain
+LOCK = 10.0  # s to wait for other processes that look for a domain
 
 
 @dataclass(frozen=True)
@@ -24,12 +24,12 @@ class NodeRecord:
     """A started node."""
 
     name: str
-    state: str  # in a line: running, stopped, or how it ended
+    state: str  # one line: running, stopped, or how it ended
     alive: bool
     since: float  # time.time() of its start
     where: str
     services: list[str] = field(default_factory=list)
-    stories: list[str] = field(default_factory=list)  # its exceptions, and its end, as texts
+    stories: list[str] = field(default_factory=list)  # texts about its exceptions and its end
     told: list[float] = field(default_factory=list)  # time.time() of each report
 
 
@@ -40,9 +40,9 @@ class ShellRecord:
     pid: int
     born: int  # as SessionRecord.born
     folder: str
-    domain: int  # where it is now
-    own: int = 0  # the domain of all terminals of this user that are with no notebook; 0 if none was left
-    chosen: bool = False  # somebody has exported `domain` there
+    domain: int  # its present ROS domain
+    own: int = 0  # the domain of all this user's terminals without a notebook; 0 if none was free
+    chosen: bool = False  # whether the user has exported `domain` there
 
 
 @dataclass(frozen=True)
@@ -53,13 +53,13 @@ class SessionRecord:
     domain: int
     folder: str
     since: float  # time.time()
-    born: int  # what tells its process from a later one of the same number, see `course.foundation.processes.birth`
+    born: int  # distinguishes its process from a later one of the same id, see `course.foundation.processes.birth`
     nodes: list[NodeRecord] = field(default_factory=list)
     kernel: str = ""  # its kernel's id in Jupyter, if it has one
 
 
 def lock() -> contextlib.AbstractContextManager[object]:
-    """Held by whoever looks for a domain, until the domain is written down."""
+    """Return the lock to hold while looking for a domain, until the domain is recorded."""
     try:
         return FileLock(runtime_folder() / ".lock", timeout=LOCK)
     except OSError:
@@ -67,30 +67,30 @@ def lock() -> contextlib.AbstractContextManager[object]:
 
 
 def write(record: SessionRecord | ShellRecord) -> None:
-    """Write the file of a session or a terminal; what cannot be written is left out: others then do not know of it."""
+    """Write the file of a session or a terminal; if that fails, other processes do not know of it."""
     with contextlib.suppress(OSError):
         path = runtime_folder() / f"{'shell-' if isinstance(record, ShellRecord) else ''}{record.pid}.json"
         storage.replace(path, json.dumps(asdict(record)).encode(), storage.PRIVATE)
 
 
 def changes() -> Path:
-    """A file whose text is another one after each beginning and end of a session; a terminal looks at it."""
+    """Return the file whose text changes with each start and end of a session; terminals watch it."""
     return runtime_folder() / "changes"
 
 
 def note_change() -> None:
-    """Have the terminals look again which sessions run."""
+    """Have terminals look again for running sessions."""
     with contextlib.suppress(OSError):
         storage.replace(changes(), f"{time.time_ns()}\n".encode(), storage.PRIVATE)
 
 
 def front(server: int) -> Path:
-    """The file with the id of the kernel whose notebook is in front, in the JupyterLab of the process `server`."""
+    """Return the file with the id of the kernel whose notebook is in front in the JupyterLab of process `server`."""
     return runtime_folder() / f"front-{server}"
 
 
 def put_in_front(server: int, kernel: str) -> None:
-    """Write down which notebook's kernel is in front; '' for none."""
+    """Record the kernel whose notebook is in front; '' for none."""
     with contextlib.suppress(OSError):
         storage.replace(front(server), f"{kernel}\n".encode(), storage.PRIVATE)
 
@@ -102,13 +102,13 @@ def forget_front(server: int) -> None:
 
 
 def tell(record: SessionRecord, report: str) -> None:
-    """Let a session know that the reader was told `report`, so that its next cell does not say it again."""
+    """Tell a session that the reader has seen `report`, so that its next cell does not repeat it."""
     with contextlib.suppress(OSError), open(runtime_folder() / f"{record.pid}.told", "a", encoding="utf-8") as file:
         file.write(json.dumps(report) + "\n")
 
 
 def told_elsewhere(pid: int) -> set[str]:
-    """The stories that other processes have told the reader."""
+    """Return the reports that other processes have shown to the reader."""
     try:
         lines = (runtime_folder() / f"{pid}.told").read_text(encoding="utf-8").splitlines()
     except OSError:
@@ -125,7 +125,7 @@ def remove(pid: int) -> None:
 
 
 def running() -> list[SessionRecord]:
-    """The sessions whose process is alive, the oldest first; files of others are removed."""
+    """Return the sessions whose process is alive, the oldest first; removes the files of others."""
     found = []
     with contextlib.suppress(OSError):
         for path in runtime_folder().glob("[0-9]*.json"):
@@ -152,7 +152,7 @@ def shells() -> list[ShellRecord]:
 
 
 def of_domain(domain: int) -> SessionRecord | None:
-    """The session in a ROS domain, if one of this machine is there."""
+    """Return this machine's session in a ROS domain, or None."""
     return next((record for record in running() if record.domain == domain), None)
 
 

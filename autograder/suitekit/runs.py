@@ -125,7 +125,7 @@ def expect_gives_up(run: Run, server: str) -> None:
 
 
 def expect_usage(run: Run, doing: str) -> None:
-    """A client that is called wrongly (`doing`: "with too few arguments") prints its usage and exits with an error."""
+    """Check that a client called wrongly (`doing`: "with too few arguments") prints its usage and fails."""
     expect_status(run, doing, 2)
     expect_words(run, doing, "print how to use it")
 

@@ -34,7 +34,7 @@ class AIRobotController(Node):
 
         self.latest_laser_data: dict[str, float] | None = None  # the nearest obstacle (m) in each sector
         self.latencies: deque[float] = deque(maxlen=10_000)  # s, from the start of a decision to its published command
-        self.observers: list[Any] = []  # functions, called with each decision: see control_loop
+        self.observers: list[Any] = []  # functions that are called with each decision, see control_loop
         self._scan_stamp, self._scan_received = 0.0, self.get_clock().now()
 
         self.cmd_vel_pub = self.create_publisher(Twist, "cmd_vel", 10)

@@ -11,18 +11,18 @@ from std_msgs.msg import Float64
 from course.recorders import Recorder
 
 PERIOD = 0.02  # s
-LONGEST = 0.05  # s: on a busy machine the arm's time stands still rather than jumps
+LONGEST = 0.05  # s: on a busy machine the arm's time stops instead of jumping
 INERTIA = 0.5  # kg m²
 DAMPING = 4.0  # N m s/rad
-LOAD = 6.0  # N m, with which its weight pulls the arm down
+LOAD = 6.0  # N m by which its weight pulls the arm down
 
 
 class Arm(Node):
     """The node `arm`: one joint with a weight, simulated in real time; it begins at 0 rad.
 
-    Subscribes `effort` (std_msgs/Float64, N m).  Publishes `error` (std_msgs/Float64, rad: how far the angle is below
-    the parameter `target`), 50 times a second.  `track` records `angle`, `target` (rad) and `effort` (N m), and in rows
-    of their own what `note` was told.
+    Subscribes to `effort` (std_msgs/Float64, N m).  Publishes `error` (std_msgs/Float64, rad: the parameter `target`
+    minus the angle), 50 times a second.  `track` records `angle`, `target` (rad) and `effort` (N m), and the texts
+    given to `note` in separate rows.
     """
 
     def __init__(self, **kwargs: Any) -> None:
@@ -42,7 +42,7 @@ class Arm(Node):
         return float(self.get_parameter("target").value - self._angle)
 
     def note(self, text: str) -> None:
-        """Keep in `track` what is done to the controller now, such as 'ki = 20'."""
+        """Record in `track` a change of the controller, such as 'ki = 20'."""
         self.track.add(note=text)
 
     def _on_effort(self, msg: Float64) -> None:

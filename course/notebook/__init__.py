@@ -1,1 +1,1 @@
-"""The work of notebook cells (write an exercise's file, check it, run commands)."""
+"""The functions of notebook cells: writing an exercise's file, checking it, running commands."""

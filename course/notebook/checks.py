@@ -1,4 +1,4 @@
-"""`check()`: run the notebook's public checks again, at any time and each in one line."""
+"""`check()`: runs the notebook's public checks again, with one line of output each."""
 
 import contextlib
 import io
@@ -15,10 +15,10 @@ from course.session.live import current
 
 
 def check(name: str = "") -> None:
-    """Run the public checks called `name`, or all, of the notebook beside the kernel, and say how each ended.
+    """Run the public checks called `name`, or all, of the notebook in the kernel's folder, and print each outcome.
 
-    They are the notebook's locked cells as last saved, and see what you have run so far.  Files that are not what their
-    cells say are told first.
+    They are the notebook's locked cells as last saved, and use the variables of the cells run so far.  Files that
+    differ from their cells are reported first.
     """
     session = current()
     if session and (why := session.elsewhere):

@@ -1,4 +1,4 @@
-"""`%%exercise FILE`: the cell is the file that is handed in, and runs as a live node beside the notebook."""
+"""`%%exercise FILE`: writes the cell to the file that is handed in, and runs it as a live node beside the notebook."""
 
 import contextlib
 import importlib
@@ -73,7 +73,7 @@ def _content(path: Path) -> bytes | None:
 
 
 def _write(path: Path, cell: str) -> None:
-    """Write the cell's file as a whole, so that a full disk leaves the one before it."""
+    """Write the cell's file atomically, so that the old one is kept if the disk is full."""
     try:
         storage.replace(path, cell.encode("utf-8", errors="replace"))
     except OSError as error:
@@ -86,7 +86,7 @@ def _write(path: Path, cell: str) -> None:
 
 
 def _tell_of_others(path: Path) -> None:
-    """Tell the reader of another kernel in this folder: the file that was there may have been its."""
+    """Tell the reader about another kernel in this folder, which may have written the old file."""
     for each in registry.running():
         if Path(each.folder) == Path.cwd() and each.pid != os.getpid():
             print(
@@ -98,9 +98,9 @@ def _tell_of_others(path: Path) -> None:
 
 
 def _forget_imports(path: Path) -> None:
-    """Have the next import of this file, and of those beside it, take what lies there; tell of an import before it."""
+    """Have the next import of this file, and of those beside it, load the new text; warn about earlier imports."""
     here = path.resolve().parent
-    Path(cache_from_source(str(path))).unlink(missing_ok=True)  # which may be of the same second, and the same size
+    Path(cache_from_source(str(path))).unlink(missing_ok=True)  # its source may have the same second and size
     beside = {
         name
         for name, module in list(sys.modules.items())
@@ -124,7 +124,7 @@ def _check_syntax(path: Path, cell: str) -> None:
     except SyntaxError as error:
         lines = cell.splitlines()
         number = error.lineno or 0
-        # Python would read the line from the file, which still is the one of before.
+        # Python would read the line from the file, which still has the old text.
         quoted = lines[number - 1].strip() if 0 < number <= len(lines) else ""
         raise ExerciseError(
             f"{path.name}, line {number}: {error.msg}: {quoted}\n"

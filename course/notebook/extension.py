@@ -1,7 +1,7 @@
-"""The extension that every kernel of the course loads: the `%%exercise` magic, and hints for missing names.
+"""The IPython extension in every kernel of the course: the `%%exercise` magic, and hints for missing names.
 
-IPython loads it by the environment's own configuration (environment/install writes it), so that a cell that is run
-before `course.live()` is told which cell to run first.  It loads no ROS: a kernel starts as fast as without.
+IPython loads it by the environment's configuration (written by environment/install), so that a cell run before
+`course.live()` can say which cell to run first.  It loads no ROS, so a kernel starts as fast as without it.
 """
 
 import os
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def load_ipython_extension(shell: "InteractiveShell") -> None:
-    """Add the magic, the explanations and the news of dead nodes to a shell; loading twice changes nothing."""
+    """Add the magic, the hints and the reports of dead nodes to a shell; loading twice changes nothing."""
     if "exercise" in shell.magics_manager.magics["cell"]:
         return
     from course.interfaces import kept
@@ -28,11 +28,11 @@ def load_ipython_extension(shell: "InteractiveShell") -> None:
     shell.register_magic_function(exercise, magic_kind="cell", magic_name="exercise")  # type: ignore[call-arg]
     # IPython takes `%%exercise` below another line for a line magic of this name.
     shell.register_magic_function(_not_first, magic_kind="line", magic_name="%exercise")  # type: ignore[call-arg, arg-type]
-    # From Python 3.13 on, a program that a kernel starts colours its tracebacks, which hints and readers of logs read.
+    # From Python 3.13 on, a program started by a kernel would colour its tracebacks, which hints and log readers parse.
     os.environ.setdefault("PYTHON_COLORS", "0")
-    kept.use(Path())  # a package of this folder can be imported before there is a session
+    kept.use(Path())  # makes the folder's packages importable before there is a session
     if sys.flags.safe_path and "" not in sys.path:
-        sys.path.append("")  # the kernel's folder comes last: a file in it takes the place of nothing installed
+        sys.path.append("")  # the kernel's folder comes last: its files must not hide installed modules
     shell.set_custom_exc((Exception,), _explain)
     shell.events.register("pre_run_cell", _news_before)
     shell.events.register("post_run_cell", _news_after)
@@ -48,9 +48,9 @@ def _not_first(line: str) -> None:
 
 
 def _explain(shell: "InteractiveShell", kind: type, error: Any, trace: Any, tb_offset: int | None = None) -> None:
-    """Show the error as ever, and below it which cell to run, or what to do.
+    """Show the error as usual, and below it a hint: the cell to run, or what to do.
 
-    The report of Validate begins with what a check says, and not with the lines of the check.
+    Validate's report begins with a check's message instead of the check's lines.
     """
     if "NBGRADER_VALIDATING" in os.environ and isinstance(error, AssertionError):
         error._render_traceback_ = lambda: [f"{kind.__name__}: {error}"]  # type: ignore[attr-defined]
@@ -60,13 +60,13 @@ def _explain(shell: "InteractiveShell", kind: type, error: Any, trace: Any, tb_o
 
 
 def _known(error: Exception) -> str:
-    """The hint on an error that the cell itself has met, where a session is there to know it; '' for none."""
+    """Return the session's hint on an error in the cell itself; '' without a session or a hint."""
     module = sys.modules.get("course.session.failure_report")
     return str(module.hint_on(error)) if module and not isinstance(error, CourseError) else ""
 
 
 def reason(error: Exception, folder: Path) -> str:
-    """Return a sentence that names the cell in `folder` that defines what `error` misses, or ''."""
+    """Return a sentence that names the cell in `folder` that defines the name missing in `error`, or ''."""
     if isinstance(error, ModuleNotFoundError) and "." not in (error.name or ""):
         return _missing_package((error.name or "").split(".")[0], folder)
     if not isinstance(error, NameError):
@@ -102,13 +102,13 @@ def _code_cells(folder: Path) -> list[tuple[Path, cells.Cell]]:
 
 
 def _news_before(*_: Any) -> None:
-    """Say, before a cell runs, which node has died since the last one."""
+    """Report, before a cell runs, nodes that have died since the last one."""
     for text in _pending():
         print(text, file=sys.stderr)
 
 
 def _news_after(result: Any, *_: Any) -> None:
-    """Say, after a cell, which slips are in its text, and what its nodes' callbacks had to say to the reader."""
+    """Report, after a cell, slips in its text and messages from its nodes' callbacks."""
     for text in slips(str(result.info.raw_cell or "")):
         print(text, file=sys.stderr)
     session = _session()
@@ -123,6 +123,6 @@ def _pending() -> list[str]:
 
 
 def _session() -> Any:
-    """The live session of this process, if one was made: without loading it."""
+    """Return the live session of this process, if there is one, without loading its module."""
     module = sys.modules.get("course.session.live")
     return module.current() if module else None

@@ -1,4 +1,4 @@
-"""Exercise cells and the files that they write, where the two have come apart: what is handed in is the file."""
+"""Differences between exercise cells and their files: the file is what is handed in."""
 
 from pathlib import Path
 
@@ -10,20 +10,20 @@ from course.interfaces.definition import SECTIONS
 SUFFIXES = (".py", *(f".{kind}" for kind in SECTIONS))
 
 
-_written: dict[Path, bytes] = {}  # what this kernel's cells have written
+_written: dict[Path, bytes] = {}  # the texts that this kernel's cells have written
 
 
-_refused: dict[Path, str] = {}  # why the last version of a cell of this kernel was not written
+_refused: dict[Path, str] = {}  # why the last version of a cell was not written
 
 
 def remember(file: Path, content: str) -> None:
-    """Note what an exercise cell of this kernel has written: the notebook on the disk may not have that cell yet."""
+    """Remember the text that an exercise cell has written: the saved notebook may not have that cell yet."""
     _written[file.resolve()] = content.encode()
     _refused.pop(file.resolve(), None)
 
 
 def remember_refused(file: Path, why: str) -> None:
-    """Note that an exercise cell of this kernel was run and could not be written: the file is the one before it."""
+    """Remember that an exercise cell was run but not written: the file is still the one before it."""
     _refused[file.resolve()] = why
 
 
@@ -33,19 +33,19 @@ def refusal_of(file: Path) -> str:
 
 
 def last_written(file: Path) -> bytes | None:
-    """Return what a cell of this kernel has written last to a file, None if none has."""
+    """Return the text that a cell of this kernel last wrote to a file, or None."""
     return _written.get(file.resolve())
 
 
 def difference_of(file: Path) -> str:
-    """Return what `differences` says of one file, or ''."""
+    """Return the result of `differences` for one file, or ''."""
     return differences(file.parent).get(file.name, "")
 
 
 def differences(folder: Path = Path()) -> dict[str, str]:
-    """Return what is wrong with each file of `folder` that an exercise cell of its saved notebooks should have written.
+    """Return what is wrong with each exercise file of `folder`, compared with the cells of its saved notebooks.
 
-    A file that is as its cell says is left out, and so is one whose cell still has nothing but the stub in it.
+    Files that equal their cell are left out, and so are those whose cell still is the stub.
     """
     found = {}
     for path in sorted(folder.glob("*.ipynb")):
@@ -65,9 +65,9 @@ NOT_WRITTEN = "not written yet: run its cell"
 
 
 def unlike(folder: Path, known: list[cells.Cell]) -> dict[str, str]:
-    """Of each exercise cell's file in `folder` why it is not what its cell says now, saved or not; '' if it is.
+    """Return for each exercise file in `folder` why it differs from its cell as given, saved or not; '' if it does not.
 
-    A file that was edited elsewhere counts as edited, too: it takes running its cell to have the two agree.
+    A file that was edited elsewhere differs, too: only running its cell makes both equal.
     """
     found = {}
     for cell in known:
@@ -81,7 +81,7 @@ def unlike(folder: Path, known: list[cells.Cell]) -> dict[str, str]:
 
 
 def written_by(cell: cells.Cell) -> str:
-    """The file that an exercise cell writes; '' for any other cell."""
+    """Return the name of the file that an exercise cell writes; '' for any other cell."""
     words = cell.source.lstrip("\n").partition("\n")[0].split()
     wanted = cell.kind == "code" and words[:1] == ["%%exercise"] and len(words) > 1 and words[1].endswith(SUFFIXES)
     return words[1] if wanted and Path(words[1]).name == words[1] else ""

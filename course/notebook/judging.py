@@ -1,4 +1,4 @@
-"""The start of public checks: the files as they lie there, started afresh, and nobody else under their names."""
+"""Helpers of public checks: they start the files as they are on disk, and refuse other nodes with the same names."""
 
 import ast
 import re
@@ -24,19 +24,19 @@ from course.session.source import argument, blocked, calls
 from course.session.source import parse as parse_program
 from course.session.watch import Handle
 
-# Python itself tells where a program hangs, and ends it (`faulthandler`), whatever the program waits for.
+# Python itself (`faulthandler`) reports where a program hangs and ends it, whatever the program waits for.
 WATCHED = "import faulthandler; faulthandler.dump_traceback_later({timeout}, exit=True)"
-PERIOD = (0, "timer_period_sec")  # its place among the arguments of create_timer
-LATE = "Timeout ("  # how that report begins
+PERIOD = (0, "timer_period_sec")  # position and name of the argument of create_timer
+LATE = "Timeout ("  # the beginning of that report
 
 
 def judge(
     file: str, *arguments: object, names: tuple[str, ...] = (), parameters: Mapping[str, object] | None = None
 ) -> Handle:
-    """Start the program `file`, as it lies there, for the check that follows.
+    """Start the program `file`, as it is on disk, for the check that follows.
 
-    `names` are the services, actions and topics that the check uses.  Raises ExerciseError for a file that is not what
-    its cell was to write, LiveError while another node serves one of the names, and what `ros.start` raises.
+    `names` are the services, actions and topics that the check uses.  Raises ExerciseError if the file differs from its
+    cell, LiveError while another node serves one of the names, and the errors of `ros.start`.
     """
     as_it_lies(file)
     session = live()
@@ -49,7 +49,7 @@ def judge(
 
 
 def meet(*ends: Publisher | Subscription | ActionClient, timeout: float = 5.0) -> None:
-    """Wait until another node has the other end of these; raises LiveError that says why none has."""
+    """Wait until each of these is matched by another node; raises LiveError that says why one is not."""
     session = live()
     for end in ends:
         if isinstance(end, ActionClient):
@@ -62,9 +62,9 @@ def meet(*ends: Publisher | Subscription | ActionClient, timeout: float = 5.0) -
 
 
 def busy(process: Handle, service: str = "") -> str:
-    """Return where a program is that does not get on, as lines to put below what it has not done; '' if it waits.
+    """Return lines that say where a program that makes no progress is; '' if it is waiting.
 
-    With a `service` also why its callback may never answer, where its text shows that.
+    With a `service`, also why its callback may never answer, if its text shows that.
     """
     if not isinstance(process, NodeProcess):
         return ""
@@ -77,7 +77,7 @@ def busy(process: Handle, service: str = "") -> str:
 
 
 def unspun(file: str) -> str:
-    """Return why a program that asks a server can get no answer, as a line; '' if its text spins, or sends nothing."""
+    """Return a line that says why a client cannot get an answer; '' if its text spins or sends nothing."""
     tree = parse_program(text_at(Path(file)))
     spins = any("spin" in str(getattr(node, "attr", getattr(node, "id", ""))) for node in ast.walk(tree))
     sent = next(calls(tree, "call_async"), None)
@@ -90,7 +90,7 @@ def unspun(file: str) -> str:
 
 
 def slow_timer(file: str, most: float) -> str:
-    """Return the timer of a program whose period, as it is written, is above `most` s, as lines; '' without one."""
+    """Return lines about a timer whose literal period is above `most` s; '' without one."""
     source = text_at(Path(file))
     for call in calls(parse_program(source), "create_timer"):
         period = argument(call, *PERIOD)
@@ -101,12 +101,12 @@ def slow_timer(file: str, most: float) -> str:
 
 
 def fields(section: type) -> dict[str, str]:
-    """Return the fields of a request, a response or a message, with their types as a definition writes them."""
+    """Return the fields of a request, a response or a message, with types as in a definition."""
     return {name: type_name(kind) for name, kind in section.get_fields_and_field_types().items()}  # type: ignore[attr-defined]
 
 
 def plain_fields(name: str) -> None:
-    """Raise ExerciseError for a default or a constant in the definition `name`: the task wants fields alone."""
+    """Raise ExerciseError for a default or a constant in the definition `name`: the task asks only for fields."""
     for section in parse(Path(name).read_text(encoding="utf-8", errors="replace"), name).sections:
         for field in section:
             if field.value is not None:
@@ -118,10 +118,10 @@ def plain_fields(name: str) -> None:
 
 
 def run(source: str, *arguments: str, file: str, timeout: float = 5.0) -> str:
-    """Run Python's `source` in a process of its own, and return what it printed.
+    """Run Python `source` in a separate process, and return its output.
 
-    It uses `file`, which is judged.  Raises NodeFailed with the lines of that file where it failed, or where it still
-    was after `timeout` s.
+    It uses `file`, the file to check.  Raises NodeFailed, with the lines of that file where it failed or still was
+    after `timeout` s.
     """
     as_it_lies(file)
     done = subprocess.run(
@@ -146,7 +146,7 @@ def run(source: str, *arguments: str, file: str, timeout: float = 5.0) -> str:
 
 
 def as_it_lies(*files: str, package: str = "") -> None:
-    """Raise ExerciseError if one of the files is not what a run of its cell has left.
+    """Raise ExerciseError if one of the files differs from its cell as last run.
 
     An interface is built again when its file has changed, as part of the `package` that its task names; raises
     InterfaceError when it cannot be built.

@@ -1,6 +1,6 @@
-"""Mutation testing: of a program with one slip each, which does a test find?
+"""Mutation testing: runs a test on versions of a program with one slip each, and finds those that pass.
 
-A test that passes says little before one knows what it would not let pass (DeMillo, Lipton and Sayward, "Hints on test
+A passing test says little unless one knows which mistakes it would find (DeMillo, Lipton and Sayward, "Hints on test
 data selection", Computer 11(4), 1978).
 """
 
@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 from course.errors import ExerciseError
 from course.session.domains import claim_domain
 
-# An operator, and what somebody in a hurry writes in its place.
+# Operators, and their likely slips.
 SLIPS: dict[type[ast.AST], type[ast.AST]] = {
     ast.Add: ast.Sub,
     ast.Sub: ast.Add,
@@ -48,7 +48,7 @@ SIGNS = {
     ast.And: "and",
     ast.Or: "or",
 }
-AT_ONCE = 2  # mutants that are tried side by side
+AT_ONCE = 2  # mutants that are tested at the same time
 PYTEST = ("-m", "pytest", "-q", "-x", "--tb=line", "-rfE", "--color=no", "-p", "no:cacheprovider")
 FAILED = re.compile(r"^(?:FAILED|ERROR) [^ :]+(?:::(\w+))?", re.MULTILINE)
 HANGS = "does not end"
@@ -64,7 +64,7 @@ class Mutant(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """The mutants, each with the test that has found it, or with ''."""
+    """The mutants, each with the test that has found it, or ''."""
 
     found: list[tuple[Mutant, str]]
 
@@ -84,8 +84,8 @@ class Trial(NamedTuple):
 def try_tests(file: str | Path, tests: str, timeout: float = 20.0) -> Trial:
     """Run `tests`, the text of a pytest file, against each mutant of the Python file.
 
-    The tests import the file by its name.  Each run has a folder and a ROS domain of its own, and at most `timeout` s.
-    Raises ExerciseError when the tests fail for the file as it is, or when it is no Python.
+    The tests import the file by its name.  Each run has its own folder and ROS domain, and at most `timeout` s. Raises
+    ExerciseError when the tests fail for the unchanged file, or when it is not Python.
     """
     path = Path(file)
     try:
@@ -108,7 +108,7 @@ def try_tests(file: str | Path, tests: str, timeout: float = 20.0) -> Trial:
 def mutants_of(source: str) -> Iterator[Mutant]:
     """Each program that differs from `source` by one operator, truth value, sign or number, in the order of the lines.
 
-    Raises SyntaxError for what is no Python.
+    Raises SyntaxError if it is not Python.
     """
     tree = ast.parse(source)
     tree.body = [each for each in tree.body if not _is_guard(each)]
@@ -120,19 +120,19 @@ def mutants_of(source: str) -> Iterator[Mutant]:
 
 
 def _is_guard(statement: ast.stmt) -> bool:
-    """Return True for `if __name__ == '__main__':`, which a program that is imported does not run."""
+    """Return True for `if __name__ == '__main__':`, whose block does not run on import."""
     return isinstance(statement, ast.If) and "__name__" in ast.unparse(statement.test)
 
 
 def _places(tree: ast.AST) -> Iterator[tuple[int, int]]:
-    """The line and column of each possible slip, in the order of `ast.walk`."""
+    """Yield the line and column of each possible slip, in the order of `ast.walk`."""
     for node in ast.walk(tree):
         for _ in range(_slips(node)):
             yield node.lineno, node.col_offset  # type: ignore[attr-defined]
 
 
 def _slips(node: ast.AST) -> int:
-    """Return the number of slips that a node has room for."""
+    """Return the number of possible slips in a node."""
     if isinstance(node, ast.BinOp | ast.BoolOp):
         return int(type(node.op) in SLIPS)
     if isinstance(node, ast.Compare):
@@ -143,7 +143,7 @@ def _slips(node: ast.AST) -> int:
 
 
 def _change(nodes: list[ast.AST], number: int) -> str:
-    """Make the slip of this number, and return what it is."""
+    """Make the slip of this number, and return its description."""
     for node in nodes:
         if number < _slips(node):
             return _slip(node, number)
@@ -152,7 +152,7 @@ def _change(nodes: list[ast.AST], number: int) -> str:
 
 
 def _slip(node: ast.AST, number: int) -> str:
-    """Make one of a node's slips, and return what it is."""
+    """Make one of a node's slips, and return its description."""
     said = ast.unparse(node)
     match node:
         case ast.Constant(value=bool() as value):
@@ -173,13 +173,13 @@ def _slip(node: ast.AST, number: int) -> str:
 
 
 def _other(operator: ast.AST) -> tuple[Any, str]:
-    """The operator that takes another's place, and what is said of it."""
+    """Return the operator that replaces another one, and a description."""
     other = SLIPS[type(operator)]
     return other(), f"{SIGNS[type(operator)]} becomes {SIGNS[other]}"
 
 
 def _failing(name: str, source: str, tests: str, timeout: float) -> str:
-    """The first test that fails for a program, or HANGS; '' when all pass."""
+    """Return the first test that fails for a program, or HANGS; '' if all pass."""
     claim, domain = claim_domain()
     with tempfile.TemporaryDirectory() as folder, claim:
         (Path(folder) / name).write_text(source, encoding="utf-8")

@@ -1,6 +1,6 @@
-"""The cells that a notebook's exercises need: their own, the public checks, and those that make what these use.
+"""The cells that a notebook's exercises need: their own, the public checks, and those that define the names used.
 
-A page shows much that takes its time.  Who only wants to know whether the exercise is right need not run it.
+Other cells of a page may take long, and need not be run to check the exercise.
 """
 
 import ast
@@ -11,21 +11,21 @@ from dataclasses import dataclass, field
 
 from course.foundation.cells import Cell
 
-SESSION = "ros"  # what the notebooks call the session
+SESSION = "ros"  # the session's name in the notebooks
 MAGIC = "%%exercise"
-AT_ONCE = "genexpr"  # a scope of its own that runs where it stands
+AT_ONCE = "genexpr"  # a separate scope that runs at once
 
 
 @dataclass(frozen=True)
 class Names:
     """The names of a code cell."""
 
-    made: set[str] = field(default_factory=set)  # that it defines, assigns or imports for the cells after it
-    used: set[str] = field(default_factory=set)  # that it reads before it has made them itself
+    made: set[str] = field(default_factory=set)  # names that it defines, assigns or imports for later cells
+    used: set[str] = field(default_factory=set)  # names that it reads before defining them itself
 
 
 def names_of(source: str) -> Names:
-    """The names that a cell makes and uses; none for a cell magic, or a cell that is not Python."""
+    """Return the names that a cell makes and uses; none for a cell magic, or a cell that is not Python."""
     if source.lstrip().startswith("%%"):
         return Names()
     lines = ("" if line.lstrip().startswith(("!", "%")) else line for line in source.splitlines())
@@ -43,18 +43,18 @@ def names_of(source: str) -> Names:
         if isinstance(statement, ast.AugAssign):
             reads |= makes
         elif not isinstance(statement, (ast.Assign, ast.AnnAssign)):
-            reads -= makes  # as a loop reads its own variable, and a function its own name
+            reads -= makes  # a loop reads its own variable, and a function its own name
         used |= reads - made
         made |= makes
         called |= set(_read(table, later=True))
-    used |= called - made  # a function reads when it is called: by then the cell has made all of its names
+    used |= called - made  # a function reads names when it is called; by then the cell has made all of its own
     return Names(made, used - set(dir(builtins)))
 
 
 class _Comprehensions(ast.NodeTransformer):
-    """Makes generator expressions of all comprehensions: from Python 3.12 on, the others have no scope of their own."""
+    """Turns all comprehensions into generator expressions, the only ones with a separate scope from Python 3.12 on."""
 
-    def visit_ListComp(self, node: ast.ListComp | ast.SetComp) -> ast.AST:  # ast's own name
+    def visit_ListComp(self, node: ast.ListComp | ast.SetComp) -> ast.AST:  # the name is given by ast
         return self.generic_visit(ast.GeneratorExp(node.elt, node.generators))
 
     visit_SetComp = visit_ListComp  # noqa: N815
@@ -65,7 +65,7 @@ class _Comprehensions(ast.NodeTransformer):
 
 
 def _read(table: symtable.SymbolTable, *, later: bool, inside: bool = False) -> Iterator[str]:
-    """The names of the cell's own scope that a statement reads: at once, or `later`, in the functions it defines."""
+    """Return the names of the cell's scope that a statement reads at once, or `later`, in the functions it defines."""
     inside = inside or (table.get_type() == "function" and table.get_name() != AT_ONCE)
     if inside == later:
         for symbol in table.get_symbols():
@@ -76,10 +76,10 @@ def _read(table: symtable.SymbolTable, *, later: bool, inside: bool = False) -> 
 
 
 def needed_cells(cells: Sequence[Cell]) -> list[int]:
-    """The positions of the code cells that the exercises need, in order.
+    """Return the indices of the code cells that the exercises need, in order.
 
-    What a cell changes without giving it a name (it appends to a list, it starts a node) is not seen: a public check
-    that relies on that must do it itself.
+    Side effects of a cell (appending to a list, starting a node) are not noticed: a public check that relies on them
+    must do them itself.
     """
     names = [names_of(cell.source) if cell.kind == "code" else Names() for cell in cells]
     wanted: set[int] = set()

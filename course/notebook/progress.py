@@ -1,6 +1,6 @@
-"""`progress()`: what the public checks of all sections said when their notebooks were last saved.
+"""`progress()`: the results of all sections' public checks, as last saved in the notebooks.
 
-Nothing is run, and nothing is kept beside the notebooks: a notebook file has the outputs of its checks in it.
+Nothing is run or stored elsewhere: a notebook file contains the outputs of its checks.
 """
 
 import html
@@ -25,7 +25,7 @@ class Part:
     section: str
     name: str
     state: str  # passed, answered, or what is missing
-    points: float  # that the hidden tests, or the reader of the answer, can give for it
+    points: float  # the points that the hidden tests, or the marker of the answer, can give
 
     @property
     def done(self) -> bool:
@@ -33,7 +33,7 @@ class Part:
         return self.state in (PASSED, ANSWERED)
 
     def texts(self) -> tuple[str, str, str, str]:
-        """Return the texts of its row in the table."""
+        """Return the texts of the part's row in the table."""
         return self.section, self.name, self.state, f"{self.points:g}"
 
 
@@ -70,7 +70,7 @@ class Progress(list[Part]):
 
 
 def progress(folder: Path = Path()) -> Progress:
-    """Read the sections' notebooks as last saved, in the folders of `folder`, or beside it when it is a section's own.
+    """Read the sections' saved notebooks, in the folders of `folder`, or beside it if it is a section's own folder.
 
     A notebook that cannot be read is left out.
     """
@@ -87,7 +87,7 @@ def progress(folder: Path = Path()) -> Progress:
 
 
 def parts(section: str, known: list[Cell]) -> Progress:
-    """The parts of one section, by the cells of its notebook."""
+    """Return the parts of one section from the cells of its notebook."""
     return Progress(
         Part(section, cell.name, _state(cell, known[:at]), _points(cell))
         for at, cell in enumerate(known)
@@ -96,12 +96,12 @@ def parts(section: str, known: list[Cell]) -> Progress:
 
 
 def in_order(sections: Iterable[str]) -> list[str]:
-    """The sections in the course's order; those that were added come last, as they are given."""
+    """Return the sections in the course's order; added ones come last, in the given order."""
     return sorted(sections, key=lambda name: ORDER.index(name) if name in ORDER else len(ORDER))
 
 
 def _notebooks(folder: Path) -> Iterator[Path]:
-    """The sections' notebooks: those of the course in its order, then those that were added."""
+    """Yield the sections' notebooks: those of the course in order, then added ones."""
     for name in in_order(path.stem for path in sorted(folder.glob("*/*.ipynb")) if path.stem == path.parent.name):
         yield folder / name / f"{name}.ipynb"
 

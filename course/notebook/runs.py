@@ -1,4 +1,4 @@
-"""The public checks of a notebook in a kernel of their own, with only what they need: for Validate and the hand-in."""
+"""Runs a notebook's public checks in a separate kernel, with only the cells they need, for Validate and the hand-in."""
 
 import re
 import subprocess
@@ -23,17 +23,17 @@ COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
 
 class Needed(NbGraderPreprocessor):
-    """Leaves out the code cells that no exercise needs, so that Validate is soon through; Markdown stays."""
+    """Removes the code cells that no exercise needs, so that Validate is fast; keeps Markdown."""
 
     def preprocess(self, nb: NotebookNode, resources: dict[str, Any]) -> tuple[NotebookNode, dict[str, Any]]:
-        """The notebook without these cells."""
+        """Return the notebook without these cells."""
         kept = set(needed_cells([_cell(cell) for cell in nb.cells]))
         nb.cells = [cell for number, cell in enumerate(nb.cells) if cell.cell_type != "code" or number in kept]
         return nb, resources
 
 
 def validate_what_is_needed() -> None:
-    """Have nbgrader's Validate, in this process, leave out what no exercise needs.  nbgrader has no setting for it."""
+    """Have nbgrader's Validate, in this process, skip cells that no exercise needs; nbgrader has no setting for it."""
     steps = [CheckCellMetadata, ClearOutput, Needed, Execute]
     Validator.preprocessors.default_args = (steps,)
 
@@ -41,10 +41,10 @@ def validate_what_is_needed() -> None:
 def outcomes(
     cells: list[Cell], files: Mapping[str, bytes], folder: Path, tell: Callable[[int, int], None] = lambda ran, of: None
 ) -> dict[str, str]:
-    """Return how each public check of a notebook ends with these `files`: "passed", or "not yet: " and why.
+    """Return the outcome of each public check of a notebook with these `files`: "passed", or "not yet: " and why.
 
-    `folder` must be empty: the files are written there, from what was handed over and not from the exercise cells.
-    `tell` is given how many of the checks have run, and of how many, whenever it is one more.
+    `folder` must be empty: `files`, not the exercise cells, are written there.  `tell` is called with the number of
+    checks done and their total after each check.
     """
     wanted = [cells[number] for number in needed_cells(cells)]
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(_source(cell, files)) for cell in wanted])
@@ -85,7 +85,7 @@ def _outcome(ran: NotebookNode) -> str:
     error = next((output for output in ran.outputs if output.output_type == "error"), None)
     if error is None:
         return ""
-    if error.ename in ("KeyboardInterrupt", "Interrupted"):  # by the limit of time
+    if error.ename in ("KeyboardInterrupt", "Interrupted"):  # by the time limit
         marked = [line for text in error.traceback for line in COLOUR.sub("", text).splitlines() if "-> " in line]
         at = f", in `{re.sub(r'^-+> *[0-9]+', '', marked[0]).strip()}`" if marked else ""
         return f"not yet: it was not through after {CELL} s{at}"

@@ -1,15 +1,15 @@
-"""The stubs of exercise cells, as they were released, and a copy of what one has written before it is reset to them."""
+"""The stubs of exercise cells as released, and copies of a student's text before a reset to the stub."""
 
 from pathlib import Path
 
 from course.errors import ExerciseError, UnreadableNotebook
 from course.foundation import cells
 
-RELEASED = ".released"  # beside the sections' folders: the notebooks as they were handed out
+RELEASED = ".released"  # beside the sections' folders: the notebooks as released
 
 
 def stub_of(notebook: Path, name: str) -> str:
-    """The text that the cell called `name` had when the notebook was handed out; raises ExerciseError."""
+    """Return the released text of the cell called `name`; raises ExerciseError."""
     released = notebook.parent.parent / RELEASED / notebook.stem / notebook.name
     try:
         known = cells.read(released)
@@ -22,7 +22,7 @@ def stub_of(notebook: Path, name: str) -> str:
 
 
 def keep_copy(folder: Path, file: str, text: str) -> Path:
-    """Write what the cell of `file` says into a file beside it that is not there yet; raises OSError."""
+    """Write the text of the cell of `file` into a new file beside it; raises OSError."""
     name = Path(file)
     number = 1
     while True:

@@ -1,4 +1,4 @@
-"""Commands run side by side, each as in a terminal of its own, and what they printed."""
+"""Runs commands at the same time, each as in its own terminal, and returns their output."""
 
 import contextlib
 import math
@@ -25,15 +25,15 @@ STYLE = (
     "white-space: pre-wrap; overflow-wrap: anywhere;"
 )
 PROMPT = "color: #7fc8a9;"
-USUAL = 30.0  # s for a command; whoever gives it more knows that it computes for long
-LOOK = 0.2  # s between two looks whether a program loops, or a node has failed
-IN_VAIN = 3.0  # s that a program may wait and print nothing when a node of the session has failed
-SOON = 0.5  # s in which a node is known to have failed, after a program that has got no answer from it
+USUAL = 30.0  # s for a command; a longer limit means that it is expected to compute for long
+LOOK = 0.2  # s between two checks whether a program loops, or a node has failed
+IN_VAIN = 3.0  # s that a silent program may wait after a node of the session has failed
+SOON = 0.5  # s until a node's failure is known, after a program got no answer from it
 CHUNK = 65536  # bytes
 GRACE = 10.0  # s for a program to end after Ctrl-C
-OF_A_SHELL = ("cd", "source", ".", "export", "alias", "unset")  # words that are no programs
+OF_A_SHELL = ("cd", "source", ".", "export", "alias", "unset")  # commands of a shell, not programs
 JOINED = ("&&", "||", "|", ";", "&", ">", ">>", "2>", "<")
-WAITS = b"still waiting; "  # what the `ros2` command says of a name that nobody serves
+WAITS = b"still waiting; "  # printed by the `ros2` command for a name without a server
 ENDLESS = re.compile(r"\b(rclpy|\w*executor)\.spin\(")
 OVERRIDE = re.compile(r"Couldn't parse parameter override rule: '-p ([^\s:=]+)=(.*?)'")
 
@@ -41,7 +41,7 @@ OVERRIDE = re.compile(r"Couldn't parse parameter override rule: '-p ([^\s:=]+)=(
 class Terminal:
     """The output of commands: `runs` holds each command, its output and its exit status.
 
-    `failures` tells of the session's nodes that ended or raised an exception meanwhile.
+    `failures` are reports of the session's nodes that ended or raised an exception meanwhile.
     """
 
     def __init__(self, runs: list[tuple[str, str, int]], failures: Collection[str] = ()):
@@ -50,7 +50,7 @@ class Terminal:
 
     @property
     def lines(self) -> list[str]:
-        """The transcript: each command behind a `$`, its output, and its exit status if that was not 0."""
+        """Return the transcript: each command after a `$`, its output, and its exit status if that was not 0."""
         lines = []
         for command, output, status in self.runs:
             lines += [f"$ {command}", *output.rstrip("\n").splitlines()]
@@ -70,11 +70,10 @@ class Terminal:
 def terminal(*commands: str, timeout: float = USUAL, until: str = "") -> Terminal:
     """Run the commands at the same time (no shell), each for at most `timeout` s, and return the transcript.
 
-    A Python file that only computes, and prints nothing, is stopped earlier, unless `timeout` is longer than usual; so
-    is one that waits when a node of the session has failed, and a `ros2` command that waits for a name that nobody
-    serves.
-    With `until`, a command that runs on is ended with Ctrl-C once it has printed a line with that text; the transcript
-    leaves out what it prints afterwards.
+    A Python file that computes without output is stopped earlier, unless `timeout` is longer than usual; so is one that
+    waits after a node of the session has failed, and a `ros2` command that waits for a name without a server. With
+    `until`, a command is ended with Ctrl-C once it has printed a line with that text; its later output is left out of
+    the transcript.
     """
     failed = threading.Event()
     with ThreadPoolExecutor(len(commands)) as pool:
@@ -84,7 +83,7 @@ def terminal(*commands: str, timeout: float = USUAL, until: str = "") -> Termina
 
 
 def _failures_during(begun: "Collection[Future[tuple[str, str, int]]]", failed: threading.Event) -> list[str]:
-    """Wait for the commands, and return what was told of the session's nodes; `failed` is set with the first."""
+    """Wait for the commands, and return the failure reports of the session's nodes; `failed` is set at the first."""
     failures: list[str] = []
 
     def look() -> None:
@@ -104,7 +103,7 @@ def _failures_during(begun: "Collection[Future[tuple[str, str, int]]]", failed: 
 
 
 def _untold() -> list[str]:
-    """Return what has ended or raised an exception in the session, and nobody was told."""
+    """Return reports on nodes of the session that ended or raised an exception, if not shown yet."""
     found = []
     for look in lookouts:
         more = True
@@ -137,7 +136,7 @@ def _run(command: str, timeout: float, until: str, failed: threading.Event) -> t
 
 
 def _no_shell(command: str, words: list[str]) -> str:
-    """Return why a command that only a shell can run is not run here."""
+    """Return why a command that needs a shell is not run here."""
     what = f"`{words[0]}` is a word of the shell" if words else "there is no program in it"
     return (
         f"This is not run: {what}, and `terminal(...)` runs each line as one program, without a shell. Type it in a "
@@ -146,10 +145,10 @@ def _no_shell(command: str, words: list[str]) -> str:
 
 
 def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -> tuple[str, int]:
-    """Return what a command prints, and its exit status.
+    """Run a command; return its output and exit status.
 
-    A Python program that hangs is stopped with the line where it is, and one that loops, or waits when a node has
-    `failed`, is not waited for.
+    A Python program that hangs is stopped, and the line shown where it was; one that loops, or waits after a node has
+    `failed`, is stopped early.
     """
     path = _program(words)
     stacks = Stacks()
@@ -166,7 +165,7 @@ def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -
     reader.start()
     end = time.monotonic() + timeout
     told, spent, at = 0, 0.0, ""
-    in_vain = math.inf  # when it has waited long enough
+    in_vain = math.inf  # the time at which it has waited long enough
     while (left := min(end, in_vain) - time.monotonic()) > 0 and not at:
         reader.join(min(left, LOOK))
         if not reader.is_alive():
@@ -196,7 +195,7 @@ def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -
 
 
 def _read(program: "subprocess.Popen[bytes]", printed: bytearray) -> None:
-    """Collect what a program prints, up to its end."""
+    """Collect the output of a program until its end."""
     assert program.stdout is not None
     while chunk := os.read(program.stdout.fileno(), CHUNK):
         printed += chunk
@@ -204,7 +203,7 @@ def _read(program: "subprocess.Popen[bytes]", printed: bytearray) -> None:
 
 
 def _program(words: list[str]) -> Path | None:
-    """The Python file that a command runs."""
+    """Return the Python file that a command runs, or None."""
     named = Path(words[1]) if len(words) > 1 and re.fullmatch(r"python[\d.]*", Path(words[0]).name) else None
     return named.absolute() if named and named.suffix == ".py" and named.is_file() else None
 
@@ -214,7 +213,7 @@ def _lines(frames: tuple[Frame, ...]) -> str:
 
 
 def _folded(path: Path, output: str, status: int) -> str:
-    """Return what a program has printed, with the lines of libraries left out of its traceback."""
+    """Return a program's output without the libraries' lines of its traceback."""
     before, mark, rest = output.rpartition(MARK)
     report = of_program(path, output, status)
     if not (mark and report.error and report.frames):
@@ -225,7 +224,7 @@ def _folded(path: Path, output: str, status: int) -> str:
 
 
 def _run_until(words: list[str], timeout: float, until: str) -> tuple[str, int]:
-    """Return what a command prints up to a line with `until`, or to its end, and its exit status."""
+    """Run a command until it prints a line with `until`, or ends; return output and exit status."""
     program = subprocess.Popen(
         words,
         stdin=subprocess.DEVNULL,
@@ -260,7 +259,7 @@ def _run_until(words: list[str], timeout: float, until: str) -> tuple[str, int]:
 
 
 def _end(program: subprocess.Popen[str]) -> None:
-    """End a program as Ctrl-C in its terminal does, and by force when it takes no notice."""
+    """End a program as Ctrl-C in its terminal does, and by force if it does not react."""
     try:
         _signal(program, signal.SIGINT)
         program.communicate(timeout=GRACE)
@@ -270,6 +269,6 @@ def _end(program: subprocess.Popen[str]) -> None:
 
 
 def _signal(program: subprocess.Popen[str], number: int) -> None:
-    """Send a signal to a program and to those that it has started."""
+    """Send a signal to a program and to its process group."""
     with contextlib.suppress(ProcessLookupError):  # they have ended by themselves
         os.killpg(program.pid, number)

@@ -1,1 +1,1 @@
-"""`course feedback`: what came back from the instructor, in the terminal, in the notebook and as a page."""
+"""`course feedback`: shows the instructor's feedback in the terminal, in the notebook and as a page."""

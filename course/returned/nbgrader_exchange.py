@@ -1,6 +1,6 @@
-"""Feedback in nbgrader's exchange, on a server where a class works: whether there is any, and where.
+"""Finding feedback in nbgrader's exchange, on a class's server.
 
-nbgrader takes a second to load.  So nothing of it is, unless this student has handed in something by an exchange.
+nbgrader takes a second to load, so it is loaded only if this student has handed in something by an exchange.
 """
 
 import logging
@@ -14,20 +14,20 @@ from course.errors import FeedbackError
 
 @dataclass(frozen=True)
 class Released:
-    """A page that the instructor has released."""
+    """A feedback page that the instructor has released."""
 
-    handed_in: str  # the time, as nbgrader writes it: later ones sort last
+    handed_in: str  # the time in nbgrader's form: later ones sort last
     path: Path
 
 
 def folder() -> Path | None:
-    """The exchange's folder, as nbgrader's configuration says, or nbgrader's own; None if it cannot be worked with."""
+    """Return the exchange's folder, as configured or nbgrader's default; None if it cannot be used."""
     root = Path(_fetcher("", "").root)
-    return root if os.access(root, os.W_OK | os.X_OK) else None  # what nbgrader asks for
+    return root if os.access(root, os.W_OK | os.X_OK) else None  # nbgrader requires both
 
 
 def released(assignment: str) -> list[Released]:
-    """Return what was released to this student, the newest hand-in last; raise FeedbackError if unreadable."""
+    """Return the pages released to this student, the newest hand-in last; raises FeedbackError if unreadable."""
     found = []
     for course in _courses(assignment):
         root = "of nbgrader"
@@ -40,14 +40,14 @@ def released(assignment: str) -> list[Released]:
             for notebook, handed_in, path in fetcher.feedback_files:
                 if notebook == assignment:
                     found.append(Released(handed_in, Path(path)))
-        except Exception as error:  # nbgrader's, and those of the system
+        except Exception as error:  # errors of nbgrader and of the system
             why = error.strerror if isinstance(error, OSError) else str(error)
             raise FeedbackError(f"the exchange {root} cannot be read: {why}") from None
     return sorted(found, key=lambda each: each.handed_in)
 
 
 def _courses(assignment: str) -> list[str]:
-    """The courses that this student has handed an assignment in to: nbgrader keeps a copy of each hand-in."""
+    """Return the courses to which this student has handed in an assignment: nbgrader keeps a copy of each hand-in."""
     from jupyter_core.paths import jupyter_data_dir
 
     cache = Path(jupyter_data_dir(), "nbgrader_cache")
@@ -58,7 +58,7 @@ def _courses(assignment: str) -> list[str]:
 
 
 def _fetcher(course: str, assignment: str) -> Any:
-    """nbgrader's own finder of feedback, which says nothing."""
+    """Return nbgrader's own fetcher of feedback, without its messages."""
     from nbgrader.apps import NbGrader
     from nbgrader.coursedir import CourseDirectory
     from nbgrader.exchange import ExchangeFactory

@@ -1,4 +1,4 @@
-"""Pages of feedback as files: read from what came back, kept in the exercise's folder, found there again."""
+"""Feedback pages as files: read, kept in the exercise's folder, and found there again."""
 
 import contextlib
 import io
@@ -14,12 +14,12 @@ from course.returned.record import Feedback, read
 FOLDER = "feedback"  # in the exercise's folder; nbgrader puts pages there too
 LARGEST = 5_000_000  # bytes of a page
 LARGEST_ARCHIVE = 50_000_000  # bytes
-MOST = 100  # files that are looked at in an archive
-ZIP = b"PK"  # how a zip archive begins
+MOST = 100  # files of an archive that are read
+ZIP = b"PK"  # the beginning of a zip archive
 
 
 def take(file: Path) -> tuple[Feedback, bytes]:
-    """The page that `file` is, or that an archive holds; raises FeedbackError."""
+    """Return the page in `file`, which may be an archive; raises FeedbackError."""
     try:
         content = read_regular(file, LARGEST_ARCHIVE)
     except OSError as error:
@@ -42,7 +42,7 @@ def take(file: Path) -> tuple[Feedback, bytes]:
 
 
 def keep(page: bytes, feedback: Feedback, folder: Path) -> Path:
-    """Put a page into the exercise's folder; one that was there before is kept.  Raises FeedbackError."""
+    """Write a page into the exercise's folder; an earlier one is kept, too.  Raises FeedbackError."""
     target = folder / FOLDER
     try:
         target.mkdir(exist_ok=True)
@@ -60,7 +60,7 @@ def keep(page: bytes, feedback: Feedback, folder: Path) -> Path:
 
 
 def newest(folder: Path, assignment: str = "") -> tuple[Path, Feedback] | None:
-    """The newest page in an exercise's folder that is about `assignment`, or about any exercise; None without one."""
+    """Return the newest page in an exercise's folder about `assignment`, or about any exercise; None without one."""
     found = []
     for path in (folder / FOLDER).rglob("*.html"):
         with contextlib.suppress(OSError):
@@ -74,9 +74,9 @@ def newest(folder: Path, assignment: str = "") -> tuple[Path, Feedback] | None:
 
 
 def place_of(feedback: Feedback, start: Path) -> Path:
-    """The exercise's folder, seen from `start`: that one, or one in it; raises FeedbackError."""
+    """Return the exercise's folder: `start` or one in it; raises FeedbackError."""
     name = feedback.assignment
-    if re.fullmatch(r"\w+", name):  # a page may say anything
+    if re.fullmatch(r"\w+", name):  # a page may contain anything
         for folder in (start, start / name, start / "notebooks" / name, start.parent / name):
             if (folder / f"{name}.ipynb").exists():
                 return folder
@@ -84,7 +84,7 @@ def place_of(feedback: Feedback, start: Path) -> Path:
 
 
 def _pages_in(file: Path, content: bytes) -> Iterator[bytes]:
-    """The pages of an archive, of a sane number and size, one after the other."""
+    """Yield the pages of an archive, limited in number and size."""
     try:
         archive, allowance = Archive(io.BytesIO(content)), Allowance(LARGEST_ARCHIVE)
         for info in archive.files[:MOST]:

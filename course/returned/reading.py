@@ -1,4 +1,4 @@
-"""`course feedback` and `course.feedback()`: finds what came back, keeps it beside the work, and shows it."""
+"""`course feedback` and `course.feedback()`: find feedback, keep it beside the work, and show it."""
 
 import contextlib
 from pathlib import Path
@@ -10,9 +10,9 @@ from course.returned.shown import Shown
 
 
 def feedback(cell: str = "") -> Shown:
-    """The newest feedback on the exercise of this folder, of one cell or of all; raises FeedbackError.
+    """Return the newest feedback on the exercise of this folder, on one cell or on all; raises FeedbackError.
 
-    What was released in nbgrader's exchange is fetched first.
+    Pages released in nbgrader's exchange are fetched first.
     """
     _, found = find(Path())
     if cell and cell not in found.cells and cell not in {mark.cell for mark in found.marks}:
@@ -21,7 +21,7 @@ def feedback(cell: str = "") -> Shown:
 
 
 def find(folder: Path) -> tuple[Path, Feedback]:
-    """The newest feedback in an exercise's folder, with its page; raises FeedbackError when there is none."""
+    """Return the newest feedback in an exercise's folder, with its page; raises FeedbackError if there is none."""
     unreadable = ""
     for assignment in _assignments(folder):
         try:
@@ -41,13 +41,13 @@ def find(folder: Path) -> tuple[Path, Feedback]:
 
 
 def take(file: Path, start: Path) -> tuple[Path, Feedback]:
-    """Keep a page, or that of an archive, in the folder of its exercise, seen from `start`; raises FeedbackError."""
+    """Keep a page, or the page in an archive, in its exercise's folder (`start` or one in it); raises FeedbackError."""
     found, page = pages.take(file)
     return pages.keep(page, found, pages.place_of(found, start)), found
 
 
 def news(folder: Path) -> str:
-    """A line about feedback that was released in the exchange and not read yet; '' for none.  Never raises."""
+    """Return a line about unread feedback in the exchange; '' for none.  Never raises."""
     with contextlib.suppress(Exception):  # a notebook's first cell calls it
         for assignment in _assignments(folder):
             for _, page in _fetched(assignment)[-1:]:
@@ -58,10 +58,10 @@ def news(folder: Path) -> str:
 
 
 def _fetched(assignment: str) -> list[tuple[Feedback, bytes]]:
-    """The pages that the exchange has for this student, the newest hand-in last."""
+    """Return the exchange's pages for this student, the newest hand-in last."""
     return [pages.take(released.path) for released in nbgrader_exchange.released(assignment)]
 
 
 def _assignments(folder: Path) -> list[str]:
-    """The exercises of a folder: its notebooks are called like them."""
+    """Return the exercises of a folder, which are named like its notebooks."""
     return sorted(path.stem for path in folder.glob("*.ipynb"))

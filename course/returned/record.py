@@ -1,7 +1,7 @@
-"""The content of a feedback page, as data that travels inside the page.
+"""The content of a feedback page, as data embedded in the page.
 
-The grader writes it, and students' machines read it back.  A page may come from anywhere: whatever is read is checked,
-cut to a sane length, and never more than text and numbers.
+The grader writes it, and students' machines read it.  A page may come from anywhere, so the data is checked, cut to a
+sane length, and consists only of text and numbers.
 """
 
 import json
@@ -23,14 +23,14 @@ PASSED = "passed"
 
 @dataclass(frozen=True)
 class Test:
-    """One hidden test, as the student may know it."""
+    """The public part of a hidden test's result."""
 
-    __test__ = False  # not one of pytest's own
+    __test__ = False  # tells pytest that this is not a test class
     title: str
     outcome: str  # passed, failed, crashed, timed_out or not_run
     points: float
     max_points: float
-    message: str = ""  # what to mend
+    message: str = ""  # what to correct
     cell: str = ""  # the notebook's cell that the points belong to
 
 
@@ -40,7 +40,7 @@ class Mark:
 
     cell: str
     points: float | None  # None: only a comment, or still to be marked
-    max_points: float  # 0 for what only takes points off
+    max_points: float  # 0 for a cell that only takes points off
     comment: str = ""
     waiting: bool = False  # still to be marked
 
@@ -60,7 +60,7 @@ class Feedback:
 
     @property
     def causes(self) -> dict[str, list[Test]]:
-        """Return what must be mended: each message once, with the tests that failed for it."""
+        """Return each message about a mistake once, with the tests that failed for it."""
         found: dict[str, list[Test]] = {}
         for test in self.tests:
             if test.message:
@@ -74,7 +74,7 @@ class Feedback:
 
     @property
     def cells(self) -> dict[str, tuple[float, float]]:
-        """The points of each cell and their maximum; a cell that was marked by hand counts with its mark."""
+        """Return the points of each cell and their maximum; a cell marked by hand counts with its mark."""
         found: dict[str, tuple[float, float]] = {}
         for test in self.tests:
             points, most = found.get(test.cell, (0.0, 0.0))
@@ -128,7 +128,7 @@ class Feedback:
 
 
 def read(page: bytes) -> Feedback:
-    """The record in a page; raises FeedbackError.  Nothing else of the page is looked at, and nothing is run."""
+    """Return the record in a page; raises FeedbackError.  Reads nothing else of the page, and runs nothing."""
     found = RECORD.search(page.decode(errors="replace"))
     if not found:
         raise FeedbackError("it is not a feedback page from this course, or it is too old: open it in a browser")

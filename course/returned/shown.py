@@ -1,6 +1,6 @@
 """Feedback for a reader: as text in a terminal, and as a table below the exercise in a notebook.
 
-It is made from the record alone, never from the page, and everything in it is escaped: a page may come from anywhere.
+It is made only from the record, not from the page, and everything is escaped, because a page may come from anywhere.
 """
 
 from pathlib import Path
@@ -27,7 +27,7 @@ class Shown:
 
 
 def heading(feedback: Feedback) -> str:
-    """The exercise, and its points or why there are none."""
+    """Return the exercise, and its points or why there are none."""
     if feedback.status == "infrastructure_error":
         return f"{feedback.title}: no score yet, it will be graded again"
     so_far = " so far" if feedback.waiting else ""
@@ -35,7 +35,7 @@ def heading(feedback: Feedback) -> str:
 
 
 def text(feedback: Feedback, cell: str = "") -> str:
-    """The points of each cell, what the instructor wrote, and what to mend."""
+    """Return the points of each cell, the instructor's comments, and what to correct."""
     lines = [heading(feedback), f"handed in by {feedback.student}", ""]
     tests, marks = _chosen(feedback, cell)
     if feedback.status == "invalid_submission":
@@ -55,7 +55,7 @@ def text(feedback: Feedback, cell: str = "") -> str:
 
 
 def html(feedback: Feedback, cell: str = "") -> str:
-    """The same as a table, with every test below its cell."""
+    """Return the same as an HTML table, with every test below its cell."""
     tests, marks = _chosen(feedback, cell)
     causes = _causes(tests)
     environment = Environment(loader=FileSystemLoader(HERE), autoescape=True, trim_blocks=True, lstrip_blocks=True)
@@ -79,7 +79,7 @@ def _chosen(feedback: Feedback, cell: str) -> tuple[list[Test], list[Mark]]:
 
 
 def _said(feedback: Feedback, cell: str) -> str:
-    """The points of a cell, and whose they are where they are not those of its tests."""
+    """Return the points of a cell, and who gave them if not the tests."""
     if any(mark.cell == cell and mark.waiting for mark in feedback.marks):
         return "still to be marked"
     by_hand = any(mark.cell == cell and mark.points is not None for mark in feedback.marks)

@@ -1,6 +1,6 @@
-"""The choice of nbgrader's tabs in JupyterLab: Assignments only where there is an exchange that it can list.
+"""The choice of nbgrader's tabs in JupyterLab: Assignments only if there is an exchange to list.
 
-Loaded by JupyterLab's server, in a setting that environment/install writes.
+Loaded by JupyterLab's server through a setting written by environment/install.
 """
 
 from typing import Any
@@ -11,12 +11,12 @@ ASSIGNMENTS, FORMGRADER, MENU = (f"@jupyter/nbgrader:{name}" for name in ("assig
 
 
 def page_config_hook(handler: object, page_config: dict[str, Any]) -> dict[str, Any]:
-    """JupyterLab's `page_config_hook`: leave out what could only say that it does not work."""
+    """Disable tabs that cannot work here; JupyterLab's `page_config_hook`."""
     off = page_config["disabledExtensions"]
     try:
         works = nbgrader_exchange.folder() is not None
-    except Exception:  # a configuration of nbgrader's that cannot be loaded: nbgrader says so itself
+    except Exception:  # nbgrader's configuration cannot be loaded, which nbgrader itself reports
         works = True
     if not works:
-        off = [*off, ASSIGNMENTS, *([MENU] if FORMGRADER in off else [])]  # a menu with nothing in it
+        off = [*off, ASSIGNMENTS, *([MENU] if FORMGRADER in off else [])]  # the menu would be empty
     return page_config | {"disabledExtensions": off}

@@ -1,4 +1,4 @@
-"""A good driver to learn from: a rule that looks all around, where the chapter's agent has three numbers."""
+"""A good driver to learn from: a rule that uses the whole scan, where the chapter's agent has three numbers."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -7,18 +7,18 @@ import numpy as np
 
 from course.robot.sectors import wrap
 
-AHEAD = math.radians(100.0)  # rad to both sides, where the way may go
-FRONT = math.radians(25.0)  # rad to both sides, where an obstacle is in the way
+AHEAD = math.radians(100.0)  # rad to both sides: directions in which it may steer
+FRONT = math.radians(25.0)  # rad to both sides: obstacles there are in the way
 NEAR = 0.6  # m within which an obstacle pushes the robot aside
-SLOW, STAND = 0.75, 0.35  # m ahead, from where it drives more slowly, and not at all
-SPEED, TURN, PIVOT = 0.3, 1.0, 0.8  # m/s; rad/s at most while it drives; rad/s on the spot
+SLOW, STAND = 0.75, 0.35  # m ahead, below which it slows down, and stops
+SPEED, TURN, PIVOT = 0.3, 1.0, 0.8  # m/s; rad/s at most while driving; rad/s on the spot
 
 
 class GoodDriver:
-    """Steers towards the open, away from what is near, and the more slowly the less room is ahead."""
+    """Steers towards open space and away from near obstacles, and drives more slowly with less room ahead."""
 
     def decide_action(self, laser_data: Mapping[str, Sequence[float]]) -> dict[str, float]:
-        """The next action, {'linear': m/s, 'angular': rad/s}.
+        """Return the next action, {'linear': m/s, 'angular': rad/s}.
 
         Args:
             laser_data: a dict with 'ranges', the distances (m, finite) at angles that are spread evenly over a turn,

@@ -30,7 +30,7 @@ class Scan(Protocol):
 
 
 def wrap(angles: ArrayLike) -> NDArray[np.float64]:
-    """The same angles (rad, of any shape) in (-pi, pi]."""
+    """Return the angles (rad, of any shape) wrapped to (-pi, pi]."""
     angles = np.asarray(angles, dtype=float)
     return angles - 2.0 * np.pi * np.ceil((angles - np.pi) / (2.0 * np.pi))
 
@@ -47,7 +47,7 @@ def members(count: int, angle_min: float, angle_increment: float) -> dict[str, N
 
 
 def usable(ranges: ArrayLike, range_min: float, range_max: float) -> NDArray[np.float64]:
-    """The distances that can be trusted (m, shape (n,)), NaN elsewhere (REP 117).
+    """Return the usable distances (m, shape (n,)), NaN elsewhere (REP 117).
 
     +inf is a beam with no return and stays inf; -inf is an obstacle too close to measure and becomes 0.0.  NaN, and a
     finite value outside [range_min, range_max], is not a measurement and becomes NaN.

@@ -1,1 +1,1 @@
-"""The library on ROS 2 below everything else: the graph, messages, packages, parameters, and rclpy's internals."""
+"""The lowest library for ROS 2: the graph, messages, packages, parameters, and rclpy's internals."""

@@ -2,8 +2,8 @@
 
 Fast DDS answers the first announcement of a new participant with its own, within a millisecond.  Half the time that is
 too early: the new participant does not listen yet, and without the course's profile the next announcement comes three
-seconds later.  So the command asks a second time, when it listens: it announces a participant that does not exist, and
-whose address is its own (RTPS 2.5, 8.5.3 and 9.6.3).
+seconds later.  So the command asks a second time, once it listens: it announces a participant that does not exist, with
+its own address (RTPS 2.5, 8.5.3 and 9.6.3).
 """
 
 import contextlib
@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 COUNTABLE = range(101)  # domains; from 101 on, Linux also gives their ports to other programs
 LOOPBACK = "127.0.0.1"
-LEASE = 1  # s until the others forget the participant that does not exist
+LEASE = 1  # s until the others drop the participant that does not exist
 VENDOR = bytes([1, 15])  # eProsima Fast DDS
 VERSION = bytes([2, 3])  # of the RTPS protocol
 # Identifiers of the specification: entities, parameters, and the two ends of participant discovery.
@@ -56,12 +56,12 @@ def participants_here(domain: int) -> int:
 def ask_participants(domain: int) -> None:
     """Have the other participants of `domain` on this host announce themselves to this process's participant.
 
-    Does nothing where this process has none, and raises nothing.
+    Does nothing if this process has none, and never raises.
     """
     sockets = set()
     with contextlib.suppress(OSError):
         for descriptor in os.listdir("/proc/self/fd"):
-            with contextlib.suppress(OSError):  # closed meanwhile
+            with contextlib.suppress(OSError):  # the port was closed meanwhile
                 sockets.add(os.readlink(f"/proc/self/fd/{descriptor}"))
     listening = ports(domain, ("udp",))
     own = [port.number for port in listening if f"socket:[{port.inode}]" in sockets]
@@ -75,15 +75,15 @@ def ask_participants(domain: int) -> None:
 
 
 def is_of_process(endpoint_gid: Iterable[int], pid: int) -> bool:
-    """Return True if an endpoint of this host is one of the process `pid`, or of one that shares 16 bits with it.
+    """Return True if an endpoint of this host belongs to process `pid`, or to one whose id has the same low 16 bits.
 
-    Fast DDS 2.14 puts the low half of the process's number into the identifier of its participant (`GuidPrefix_t`).
+    Fast DDS 2.14 puts the low 16 bits of the process id into the id of its participant (`GuidPrefix_t`).
     """
     return bytes(endpoint_gid)[4:6] == struct.pack("<H", pid & 0xFFFF)
 
 
 def announcement(port: int) -> bytes:
-    """Return the RTPS message with which a new participant announces itself that listens on a local UDP port."""
+    """Return the RTPS message that announces a new participant listening on a local UDP port."""
     prefix = VENDOR + os.urandom(10)
     address = struct.pack("<iI12x4s", 1, port, socket.inet_aton(LOOPBACK))
     parameters = (

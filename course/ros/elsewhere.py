@@ -1,4 +1,4 @@
-"""The other ROS domains in which this user has nodes: who sees an empty graph is told, and how to join."""
+"""A hint for an empty graph: the other ROS domains in which this user has nodes, and how to join them."""
 
 import os
 import sys
@@ -13,19 +13,19 @@ from course.ros.graph import Graph
 
 
 def tell_if_alone(graph: Graph) -> None:
-    """Say on stderr, in a line, where this user has nodes, when the graph is known whole and has none."""
+    """Print a line on stderr about other domains with nodes of this user, if the graph is complete and empty."""
     if graph.complete() and not graph.nodes():
         here = graph.context.get_domain_id()
         places = dict(_places(here))
         if places:
             named = ", ".join(f"{domain} ({one_line(place)})" for domain, place in places.items())
-            # In a notebook's kernel `export` would join nothing.
+            # In a notebook's kernel `export` would have no effect.
             how = "" if KERNEL in os.environ else f" To join: export ROS_DOMAIN_ID={next(iter(places))}"
             print(f"ROS domain {here} has no nodes. You have nodes in ROS domain {named}.{how}", file=sys.stderr)
 
 
 def _places(here: int) -> Iterator[tuple[int, str]]:
-    """The other domains in which this user's sessions and terminals have nodes, those of sessions last."""
+    """Yield the other domains in which this user's sessions and terminals have nodes, sessions last."""
     sessions = {record.domain: record for record in registry.running() if record.domain != here}
     for shell in registry.shells():
         for domain in {shell.domain, shell.own} - {0, here, *sessions}:

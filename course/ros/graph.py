@@ -1,9 +1,9 @@
-"""The ROS graph as a verb sees it: through a node of its own, which waits until discovery is complete.
+"""The ROS graph for the verbs of `ros2`: a node that waits until discovery is complete.
 
-ros2cli asks a daemon that has watched the graph for a long time, or else waits half a second and takes what has arrived
-by then.  Here there is no daemon, but it is known what must arrive: every participant on this host holds a UDP port of
-its domain (RTPS 2.5, 9.6.2.3).  So discovery is complete when as many participants are known, with their nodes, as
-there are ports; and each of them is asked to announce itself.
+ros2cli asks a daemon that has long watched the graph, or else waits half a second and uses what has arrived by then.
+Here there is no daemon, but the number of participants is known: every participant on this host has a UDP port of its
+domain (RTPS 2.5, 9.6.2.3).  So discovery is complete when as many participants are known, with their nodes, as there
+are ports; each of them is also asked to announce itself.
 """
 
 from __future__ import annotations
@@ -80,9 +80,9 @@ def choose_transport(talks: bool) -> None:
 
 @contextlib.contextmanager
 def uninterrupted() -> Iterator[list[bool]]:
-    """Delay the KeyboardInterrupt of a Ctrl-C to the end of the block; the list is not empty once it was pressed.
+    """Delay the KeyboardInterrupt of Ctrl-C to the end of the block; the list is not empty once it was pressed.
 
-    When it is raised in the middle of a call into rclpy, it can turn into another error.
+    Raised in the middle of a call into rclpy, it could turn into another error.
     """
     pressed: list[bool] = []
     if threading.current_thread() is not threading.main_thread():
@@ -98,9 +98,9 @@ def uninterrupted() -> Iterator[list[bool]]:
 
 
 class Graph:
-    """A context manager: a bare node that looks at the graph, or with `talks=True` a full rclpy node as `node`.
+    """A context manager: a bare node for looking at the graph, or with `talks=True` a full rclpy node as `node`.
 
-    Raises what rclpy raises when the middleware cannot be started.
+    Raises rclpy's errors when the middleware cannot be started.
     """
 
     def __init__(self, args: Namespace | None = None, *, talks: bool = False, node_name: str | None = None) -> None:
@@ -228,7 +228,7 @@ class Graph:
     def spin(self, until: Callable[[], object] = lambda: False, timeout: float | None = None) -> bool:
         """Run callbacks until `until()`, by default for ever; return False after `timeout` s.
 
-        Not `wait_until`: callbacks run only while this thread spins, and Ctrl-C is heard between two of them.
+        Not `wait_until`: callbacks run only while this thread spins, and Ctrl-C is handled between two of them.
         """
         from rclpy.executors import SingleThreadedExecutor
 

@@ -12,15 +12,15 @@ from course.errors import RosError
 
 KINDS = ("msg", "srv", "action")
 Message = Any  # an object of a generated message class; those come without types
-Stamp = Callable[[Any], None]  # sets a field to the time (builtin_interfaces/msg/Time) that it is given
+Stamp = Callable[[Any], None]  # sets a field to a given time (builtin_interfaces/msg/Time)
 
 
 class Limits(NamedTuple):
     """The limits on how much of a message is printed."""
 
     length: int | None = None  # longer arrays and strings are cut here
-    no_arr: bool = False  # of an array, print its type and length alone
-    no_str: bool = False  # of a string, print its length alone
+    no_arr: bool = False  # print only the type and length of an array
+    no_str: bool = False  # print only the length of a string
 
 
 ALL = Limits()
@@ -30,7 +30,7 @@ ALL = Limits()
 
 
 class WrongKind(ValueError):
-    """There is such a type, but it is a message, a service or an action where another of these is expected."""
+    """The type exists, but is of another kind (message, service or action) than expected."""
 
 
 def _load(identifier: str, kind: str, parts: tuple[str, ...]) -> Any:
@@ -167,7 +167,7 @@ def _cut(text: str, length: int | None) -> str:
 def to_plain(value: Any, limits: Limits = ALL, definition: Any = None) -> Any:
     """Return a message, or the value of a field, as dicts, lists and YAML's scalars.
 
-    `definition` is the field's type as rosidl_parser describes it, which `no_arr` prints.
+    `definition` is the field's type from rosidl_parser, which `no_arr` prints.
     """
     if hasattr(value, "SLOT_TYPES"):
         names = value.get_fields_and_field_types()

@@ -16,12 +16,12 @@ def absolute(node_name: str) -> str:
 
 
 def full(name: str, namespace: str) -> str:
-    """Return a node's full name from the two parts that rclpy has of it."""
+    """Return a node's full name from name and namespace."""
     return f"{namespace.rstrip('/')}/{name}"
 
 
 def split(node_name: str) -> tuple[str, str]:
-    """Return the name and the namespace in a full node name, as rclpy asks for them."""
+    """Return the name and the namespace of a full node name, the two arguments of rclpy's functions."""
     namespace, name = absolute(node_name).rsplit("/", 1)
     return name, namespace or "/"
 

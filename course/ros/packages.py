@@ -5,11 +5,11 @@ import sys
 from pathlib import Path
 
 COURSE = "course"
-BOOK = "my_package"  # what the book's commands call the reader's package
+BOOK = "my_package"  # the name of the reader's package in the book's commands
 NODES = Path(__file__).parent.parent / "nodes"
-# The packages of demos that the beginner's tutorials run, as far as the course has their nodes: module and arguments.
+# The demo packages of the beginner's tutorials whose nodes the course has: module and arguments.
 DEMOS = {
-    "add_two_ints_client": ("add_two_ints_client", "2", "3"),  # the numbers that the demo asks about
+    "add_two_ints_client": ("add_two_ints_client", "2", "3"),  # the numbers that the demo adds
     "add_two_ints_client_async": ("add_two_ints_client", "2", "3"),
     "add_two_ints_server": ("add_two_ints_server",),
     "introspection": ("demos.introspection",),
@@ -32,7 +32,7 @@ Executables = dict[str, list[list[str]]]
 
 
 def own_folders() -> dict[str, Path]:
-    """Return the packages in the current folder: each folder under its own name, or under that in its package.xml.
+    """Return the packages in the current folder: each folder by its own name, or by the name in its package.xml.
 
     A package.xml is looked for in the current folder and up to two folders below (`src/my_package/package.xml`).
     """
@@ -55,7 +55,7 @@ def package_name(manifest: Path) -> str | None:
 
 
 def own_executables(name: str, folder: Path) -> Executables:
-    """Return the Python files in a package's folder, or in the folder of its name in there."""
+    """Return the Python files in a package's folder, or in its subfolder of the same name."""
     found: Executables = {}
     for place in (folder / name, folder):
         for path in sorted(place.glob("*.py")):
@@ -96,7 +96,7 @@ def find_executables(name: str) -> Executables | None:
     found: Executables = {}
     for path in installed or ():
         found.setdefault(path.name, []).append([str(path)])
-    if name == COURSE:  # it is there without having been registered too
+    if name == COURSE:  # exists even if it is not registered
         for path in sorted(NODES.glob("[!_]*.py")):
             found.setdefault(path.stem, [[sys.executable, "-m", f"course.nodes.{path.stem}"]])
     elif installed is None:

@@ -1,4 +1,4 @@
-"""Quality of service by the names of the command line: presets, policies, and what suits the publishers of a topic."""
+"""Quality of service by the names of the command line: presets, policies, and profiles that match publishers."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -46,7 +46,7 @@ def make_profile(
 
 
 def words(profile: Any) -> str:
-    """Return the two policies of a QoSProfile that most often keep the ends of a topic apart."""
+    """Return the two policies of a QoSProfile that most often make endpoints incompatible."""
     return f"{profile.reliability.name.lower()} and {profile.durability.name.lower()}"
 
 

@@ -1,7 +1,7 @@
-"""All that this repository patches in rclpy, and every use of what rclpy does not offer in public.
+"""All patches of rclpy in this repository, and every use of rclpy's private parts.
 
-Each entry names the version it was seen in.  tests/ros/test_rclpy_internals.py fails when a patch is no longer
-needed, and when something used here has gone.  `patch` is called where a live session, or the grader, starts.
+Each entry names the version it was seen in.  tests/ros/test_rclpy_internals.py fails when a patch is no longer needed,
+or a private part used here is gone.  `patch` is called when a live session or the grader starts.
 """
 
 from __future__ import annotations
@@ -44,10 +44,10 @@ def patch() -> None:
 
 
 def _lock_action_clients(action_client: type) -> None:
-    """Have a spinning thread take no answer before the thread that asks has noted its question.
+    """Keep a spinning thread from taking an answer before the asking thread has recorded its request.
 
-    Seen in 7.1.6: rclpy locks a Client so but not an ActionClient, which then ignores an answer that comes at once, and
-    the goal's future never ends.
+    Seen in 7.1.6: rclpy has this lock for a Client but not for an ActionClient, which then ignores an immediate answer,
+    and the goal's future never ends.
     """
     lock = threading.RLock()
 
@@ -64,12 +64,12 @@ def _lock_action_clients(action_client: type) -> None:
 
 
 def is_initialized(node: Node) -> bool:
-    """Return True if `Node.__init__` has made the node behind a Node object.  Seen in 7.1.6: nothing public tells."""
+    """Return True if `Node.__init__` has made the node behind a Node object.  Seen in 7.1.6: not public."""
     return hasattr(node, "_Node__node")
 
 
 def cancel_pending_requests(client: Client) -> None:
-    """Cancel the requests that wait for an answer, so that no callback waits for ever.
+    """Cancel the requests that wait for an answer, so that no callback waits forever.
 
     Seen in 7.1.6: rclpy leaves them pending when the executor is shut down.
     """
@@ -80,7 +80,7 @@ def cancel_pending_requests(client: Client) -> None:
 def end_thread_pool(executor: MultiThreadedExecutor) -> Iterable[threading.Thread]:
     """Give no more work to the executor's threads, and return them.
 
-    Seen in 7.1.6: `shutdown` leaves the thread pool alone, and prints on stderr how tasks ended that nobody asks about.
+    Seen in 7.1.6: `shutdown` leaves the thread pool alone, and prints the exceptions of unawaited tasks on stderr.
     """
     from rclpy.task import Future
 
@@ -92,12 +92,12 @@ def end_thread_pool(executor: MultiThreadedExecutor) -> Iterable[threading.Threa
 
 
 def is_shut_down(executor: Executor) -> bool:
-    """Return True if `executor.shutdown` was called.  Seen in 7.1.6: nothing public tells."""
+    """Return True if `executor.shutdown` was called.  Seen in 7.1.6: not public."""
     return executor._is_shutdown
 
 
 def destroy(waitable: object) -> None:
-    """Destroy an action client or server.  Seen in 7.1.6: the method is public there, but not of their base."""
+    """Destroy an action client or server.  Seen in 7.1.6: the method is public in both, but not in their base class."""
     waitable.destroy()  # type: ignore[attr-defined]
 
 
@@ -107,32 +107,32 @@ def action_type(waitable: object) -> type | None:
 
 
 def action_name(client: ActionClient) -> str:
-    """The full name of an action client's action.  Seen in 7.1.6: rclpy keeps it as it was given, and not in public."""
+    """Return the full name of an action client's action.  Seen in 7.1.6: rclpy keeps only the given name, privately."""
     return client._node.resolve_topic_name(client._action_name)
 
 
 class _Kept(dict[bytes, Callable[..., Any]]):
-    """Callbacks that nobody removes."""
+    """Callbacks that are never removed."""
 
     def __delitem__(self, key: bytes) -> None:
-        """Keep it."""
+        """Keep the callback."""
 
 
 def keep_feedback(client: ActionClient) -> None:
-    """Have the feedback callbacks of this action client hear what comes after the result, too.
+    """Have the feedback callbacks of this action client receive feedback that comes after the result, too.
 
-    Seen in 7.1.6: rclpy removes a goal's callback when its result has come.  Result and feedback travel apart, so that
-    the last feedback is lost when it is the slower of the two.
+    Seen in 7.1.6: rclpy removes a goal's callback when its result has come.  Result and feedback are sent separately,
+    so the last feedback is lost if it is slower.
     """
     if not isinstance(client._feedback_callbacks, _Kept):
         client._feedback_callbacks = _Kept(client._feedback_callbacks)
 
 
 def watch_parameters(node: Node, watcher: Callable[[list[Parameter], SetParametersResult], None]) -> Callable[[], None]:
-    """Have `watcher` told of every attempt to set parameters of `node`, and how it ended; returns what ends that.
+    """Call `watcher` with every attempt to set parameters of `node` and its outcome; return a function that ends this.
 
-    Seen in 7.1.6: services, the command line and `set_parameters` all come through one method that is not public, and
-    the public callbacks are not told of what another of them refuses.
+    Seen in 7.1.6: services, the command line and `set_parameters` all use one private method, and the public callbacks
+    are not called for values that another one refuses.
     """
     original = node._set_parameters_atomically
 
@@ -151,9 +151,9 @@ def watch_parameters(node: Node, watcher: Callable[[list[Parameter], SetParamete
 def replace_in_rclpy(
     make: Callable[[Callable[..., Any]], Callable[..., Any]], owner: Any, name: str
 ) -> Callable[[], None]:
-    """Put `make(original)` in the place of `owner.name`; returns what puts the original back.
+    """Replace `owner.name` by `make(original)`; return a function that restores the original.
 
-    A live session replaces what is right in a program and blocks a kernel (`course.session.guards`).
+    A live session replaces functions that are right in a program but block a kernel (`course.session.guards`).
     """
     original = getattr(owner, name)
     setattr(owner, name, functools.wraps(original)(make(original)))
@@ -161,13 +161,13 @@ def replace_in_rclpy(
 
 
 def watch_goals(tell: Callable[[Node, Exception | None, bool], None]) -> Callable[[], None]:
-    """Have `tell` told of an exception in an execute callback of this process; returns what ends that.
+    """Call `tell` with each exception in an execute callback of this process; return a function that ends this.
 
-    It is told the exception, or None when the callback returned without a result, or before the goal had a state (rclpy
-    then aborts it); and whether there is a result.
+    Its arguments are the node; the exception, or None if the callback returned without a result or before the goal had
+    a final state (rclpy then aborts it); and whether there is a result.
 
-    Seen in 7.1.6: an ActionServer prints the traceback on stderr, in the midst of whatever cell runs, and aborts the
-    goal.  The goal is still aborted.
+    Seen in 7.1.6: an ActionServer prints the traceback on stderr, in the output of the cell that happens to run, and
+    aborts the goal.  The goal is still aborted.
     """
     from rclpy.action import ActionServer
     from rclpy.executors import await_or_execute
@@ -195,25 +195,25 @@ def watch_goals(tell: Callable[[Node, Exception | None, bool], None]) -> Callabl
 
 
 class ClientWatcher(Protocol):
-    """Is told what the clients of this process send; `at` is when (s, as `time.monotonic` gives it)."""
+    """A receiver of what the clients of this process send; `at` is the time (s of `time.monotonic`)."""
 
     def called(self, client: Client, request: Any, future: Future, at: float) -> None:
-        """A service was called; `future` will have the response, or why there is none."""
+        """Note that a service was called; `future` will have the response, or an exception."""
 
     def goal_begins(self, client: ActionClient, goal: Any, goal_id: bytes, *, own: bool) -> None:
-        """A goal is about to be sent; an `own` one is the course's, and the next methods are not called for it."""
+        """Note that a goal is about to be sent; for the course's `own` goals the next methods are not called."""
 
     def goal_sent(self, goal_id: bytes, future: Future) -> None:
-        """It was sent; `future` will have its handle."""
+        """Note that the goal was sent; `future` will have its handle."""
 
     def feedback(self, goal_id: bytes, feedback: Any) -> None:
-        """Feedback has come."""
+        """Note that feedback has come."""
 
     def result_asked(self, goal_id: bytes, future: Future) -> None:
-        """Its result was asked for."""
+        """Note that the goal's result was requested."""
 
     def cancel_sent(self, goal_id: bytes, future: Future) -> None:
-        """It was asked to be canceled."""
+        """Note that canceling the goal was requested."""
 
 
 _threads = threading.local()
@@ -221,7 +221,7 @@ _threads = threading.local()
 
 @contextlib.contextmanager
 def unwatched() -> Iterator[None]:
-    """Hide what this thread sends in the block from every `ClientWatcher`: it is the course's own."""
+    """Hide the course's own requests, sent by this thread in the block, from every `ClientWatcher`."""
     before = getattr(_threads, "unwatched", False)
     _threads.unwatched = True
     try:
@@ -231,17 +231,17 @@ def unwatched() -> Iterator[None]:
 
 
 def watch_clients(watcher: ClientWatcher) -> Callable[[], None]:
-    """Have `watcher` told what the clients and action clients of this process send; returns what ends that.
+    """Call `watcher` for everything that the clients of this process send; return a function that ends this.
 
-    Seen in 7.1.6: service introspection tells of a call, but not who waits for it and why there is no answer, and
-    actions have none.
+    Seen in 7.1.6: service introspection reports a call, but not who waits for it or why there is no answer, and actions
+    have none.
     """
     from rclpy.action import ActionClient
     from rclpy.client import Client
 
     def tell(method: Callable[..., None], *args: Any, **kwargs: Any) -> None:
         if not getattr(_threads, "unwatched", False):
-            with contextlib.suppress(Exception):  # whoever sends must not suffer from who watches
+            with contextlib.suppress(Exception):  # an error of the watcher must not disturb the sender
                 method(*args, **kwargs)
 
     def calls(original: Callable[..., Future]) -> Callable[..., Future]:
@@ -294,7 +294,7 @@ def watch_clients(watcher: ClientWatcher) -> Callable[[], None]:
 
 
 def _heard(callback: Callable[..., Any] | None, watcher: ClientWatcher, goal_id: bytes) -> Callable[..., Any]:
-    """A feedback callback that tells the watcher, and then calls the client's own."""
+    """Return a feedback callback that calls the watcher, and then the client's own."""
 
     def tell(message: Any) -> None:
         with contextlib.suppress(Exception):

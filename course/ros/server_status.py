@@ -10,14 +10,14 @@ from course.ros.elsewhere import tell_if_alone
 from course.ros.graph import Graph
 from course.ros.names import OF_EVERY_NODE
 
-LOOK = 0.2  # s between two looks at what became of a server
-TELL = 5.0  # s after which it is told what is served instead
-LATE = 1.0  # s that the news of a failed goal may come after its end
-STALE = 0.2  # s that what was read is good for
+LOOK = 0.2  # s between two checks of a server
+TELL = 5.0  # s after which the services that exist instead are printed
+LATE = 1.0  # s by which the report of a failed goal may come after its end
+STALE = 0.2  # s for which read data is used
 
 
 class ServerStatus:
-    """The failure reports of nodes that serve `service`, or whose services were never known."""
+    """The failure reports of nodes that serve `service`, or whose services are not known."""
 
     def __init__(self, service: str):
         self.name = service if service.startswith("/") else f"/{service}"
@@ -27,11 +27,11 @@ class ServerStatus:
         self._told: set[str] = set()
 
     def ending(self) -> str:
-        """Return how a node ended that served it, or was to; '' if none is known."""
+        """Return how a node ended that served it, or should have; '' if unknown."""
         return self._telling(next((node.stories[-1] for node in self._nodes() if node.stories and not node.alive), ""))
 
     def report(self) -> str:
-        """Return what such a node has reported since this object was made."""
+        """Return the report of such a node since this object was made."""
         for node in self._nodes():
             for report, told in zip(node.stories, node.told, strict=True):
                 if told >= self._began:
@@ -54,7 +54,7 @@ class ServerStatus:
 
 
 def _served(graph: Graph, name: str) -> bool:
-    """Return True if the service, or the action, has a server: one that only has clients is listed as well."""
+    """Return True if the service or action has a server: the graph also lists names with only clients."""
     return any(graph.service_counts(each)[1] for each in (name, f"{name}/_action/send_goal"))
 
 
@@ -65,9 +65,9 @@ def wait_for_server(
     look: Callable[..., list[tuple[str, list[str]]]],
     what: str,
 ) -> str:
-    """Wait until a server is there; return why there will be none when its node is known to have died, else ''.
+    """Wait for a server; return '' when there is one, or why there will be none if its node has died.
 
-    After `TELL` s it says on stderr what is served instead, once, and waits on.
+    After `TELL` s it prints once on stderr which services exist instead, and goes on waiting.
     """
     began, told = time.monotonic(), False
     if not graph.settle(ready, names_only=True):

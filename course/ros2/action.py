@@ -1,4 +1,4 @@
-"""`ros2 action`: list the actions, see who serves and calls them, and send one a goal."""
+"""`ros2 action`: list the actions, show their servers and clients, and send a goal."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # loaded when the verb runs, and not for its help
     from rclpy.action import ActionClient
     from rclpy.action.client import ClientGoalHandle
 
-# What `echo` listens to: the topic's name, the part of the action's class with its type, and its quality of service.
+# The topics of `echo`: name, the part of the action's class with its type, and quality of service.
 INTERFACES = {
     "GOAL_SERVICE": ("send_goal/_service_event", "SendGoalService", "service"),
     "CANCEL_SERVICE": ("cancel_goal/_service_event", "CancelGoalService", "service"),
@@ -157,10 +157,10 @@ def send_goal(args: Namespace) -> int | str | None:
 def _follow(
     graph: Graph, client: ActionClient, goal: Message, stamps: list[Stamp], args: Namespace
 ) -> int | str | None:
-    """Send the goal and print what becomes of it; return 1 when `--timeout` ends first, or why there is no end."""
+    """Send the goal and print its progress; return 1 if `--timeout` ends first, or why there will be no result."""
 
     accepted = False
-    early: list[Message] = []  # feedback can arrive before the answer to the goal; it is printed after it
+    early: list[Message] = []  # feedback that arrives before the goal is accepted; printed afterwards
 
     def show(feedback: Message) -> None:
         if accepted:
@@ -177,7 +177,7 @@ def _follow(
     print(f"Sending goal:\n     {messages.to_yaml(goal)}")
     sent = client.send_goal_async(goal, show if args.feedback else None)
     graph.spin(lambda: sent.done() or status.report())
-    if not graph.spin(sent.done, LATE):  # what became of the goal can be known before its answer is here
+    if not graph.spin(sent.done, LATE):  # the goal's end may be known before its answer has arrived
         return f"The goal got no answer. {status.report()}"
     handle = sent.result()
     if handle is None:

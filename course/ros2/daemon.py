@@ -1,4 +1,4 @@
-"""`ros2 daemon`: ros2cli's daemon watches the graph so that later commands need not wait; here there is none."""
+"""`ros2 daemon`: ros2cli's daemon watches the graph to make later commands faster; here there is none."""
 
 from argparse import ArgumentParser, Namespace
 

@@ -36,7 +36,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.set_defaults(main=main)
 
 
-Report = list[tuple[str, object]]  # lines of a report: what it is, and its value
+Report = list[tuple[str, object]]  # lines of a report: name and value
 
 
 class Result:
@@ -115,7 +115,7 @@ def pairs(graph: Graph) -> Iterator[tuple[str, Any, Any, Any, str]]:
 
 
 def check_middleware(graph: Graph, result: Result) -> None:
-    """Publishers and subscriptions must have compatible quality of service."""
+    """Check that publishers and subscriptions have compatible quality of service."""
     from rclpy.qos import QoSCompatibility
 
     for topic, _, _, fits, explanation in pairs(graph):
@@ -127,7 +127,7 @@ def check_middleware(graph: Graph, result: Result) -> None:
 
 
 def check_network(graph: Graph, result: Result) -> None:
-    """There must be a loopback interface, and there should be multicast."""
+    """Check that there is a loopback interface; warn without multicast."""
     flags = interface_flags().values()
     if not any(each & LOOPBACK for each in flags):
         result.error("No loopback IP address is found.")
@@ -138,7 +138,7 @@ def check_network(graph: Graph, result: Result) -> None:
 
 
 def check_package(graph: Graph, result: Result) -> None:
-    """The packages that the course needs must be in the package index."""
+    """Check that the packages that the course needs are in the package index."""
     from ament_index_python import get_packages_with_prefixes
 
     installed = get_packages_with_prefixes()
@@ -148,13 +148,13 @@ def check_package(graph: Graph, result: Result) -> None:
 
 
 def check_platform(graph: Graph, result: Result) -> None:
-    """The ROS distribution must be known."""
+    """Check that the ROS distribution is known."""
     if distribution() is None:
         result.error("ROS_DISTRO is not set.")
 
 
 def check_topic(graph: Graph, result: Result) -> None:
-    """A topic should have both a publisher and a subscriber."""
+    """Warn of topics without a publisher or a subscriber."""
     for topic in topics(graph):
         publishers, subscribers = graph.counts(topic)
         if publishers > subscribers == 0:

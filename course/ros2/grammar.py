@@ -16,8 +16,8 @@ class Verb(NamedTuple):
 
 
 def complete_with(argument: argparse.Action, completer: Completer) -> None:
-    """Have the Tab key offer for `argument` what `completer` returns."""
-    argument.completer = completer  # type: ignore[attr-defined]  # where argcomplete looks for it
+    """Have the Tab key complete `argument` by `completer`."""
+    argument.completer = completer  # type: ignore[attr-defined]  # argcomplete looks there
 
 
 def add_subparsers(
@@ -58,13 +58,13 @@ def add_direct_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_strategy_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a verb that may ask the daemon in ros2cli; here there is no daemon, and it looks itself."""
+    """Add ros2cli's options of verbs that may ask the daemon; here there is no daemon."""
     add_direct_arguments(parser)
     parser.add_argument("--no-daemon", action="store_true", help="Do not spawn nor use an already running daemon")
 
 
 def add_hidden(parser: argparse.ArgumentParser, *names: str, what: str, verb: bool = True) -> None:
-    """Add `--include-hidden-...`; a verb's option leaves the same option alone when it was given to the command."""
+    """Add `--include-hidden-...`; a verb's option does not override the same option of the command."""
     parser.add_argument(
         *names,
         action="store_true",

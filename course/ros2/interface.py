@@ -16,7 +16,7 @@ PRIMITIVES = {
     "bool", "byte", "char", "float32", "float64", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64",
     "uint64", "string", "wstring",
 }  # fmt: skip
-# The part of a line before its comment; a string in quotes may hold a hash sign.
+# The part of a line before its comment; a quoted string may contain a hash sign.
 BEFORE_COMMENT = re.compile(r"""(?:[^#"']|"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*'|["'])*""")
 # A field: its type without array and string bounds, then its name; a constant has `=` after the name.
 FIELD = re.compile(r"^(?P<type>[\w/]+)(?:<=\d+)?(?:\[[^\]]*\])?\s+\w+\s*(?!\s*=)(?:\s|$)")

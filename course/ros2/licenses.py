@@ -3,7 +3,7 @@
 from importlib import metadata
 from pathlib import Path
 
-# ament's identifiers, each with the file of Debian and Ubuntu that has the text, where there is one.
+# ament's identifiers, each with the file on Debian and Ubuntu that has the text, if there is one.
 LICENSES = {
     "Apache-2.0": "Apache-2.0",
     "BSL-1.0": "",

@@ -13,7 +13,7 @@ from course.ros.server_status import ServerStatus
 from course.ros2 import completion, grammar
 from course.ros2.grammar import Verb
 
-MARK = "lifecycle_msgs/srv/GetState"  # the type of a service that every node with a lifecycle has, and no other
+MARK = "lifecycle_msgs/srv/GetState"  # the type of a service that only nodes with a lifecycle have
 
 
 def _lifecycle_nodes(graph: Graph, *, hidden: bool) -> list[str]:

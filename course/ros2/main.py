@@ -33,7 +33,7 @@ ALIASES = {"wtf": "doctor"}
 ELSEWHERE = (
     "bag", "control", "extension_points", "extensions", "launch", "plugin", "security", "test", "trace",
 )  # fmt: skip
-# Commands of which there is nothing to have here, with what they are and what to use.
+# Commands that make no sense here, with an explanation and what to use instead.
 INSTEAD = {
     "component": "loads C++ nodes into a running process. The nodes here are programs in Python: start each with "
     "`ros2 run PACKAGE EXECUTABLE`; in a notebook, ros.start(NodeClass) runs several in one process",
@@ -55,7 +55,7 @@ def find_real() -> str | None:
 
 
 def hand_over(path: str) -> None:
-    """Become the real `ros2`, whose Python must not load this environment's libraries."""
+    """Replace this process by the real `ros2`, whose Python must not load this environment's libraries."""
     libraries = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
     kept = [folder for folder in libraries if folder and not folder.startswith(sys.prefix + os.sep)]
     os.environ.pop("LD_LIBRARY_PATH", None)
@@ -124,11 +124,11 @@ def main() -> int | str | None:
         )
     if selected in INSTEAD:
         return f"ros2 {selected} {INSTEAD[selected]}."
-    guard_terminal()  # names, logs, parameters and messages come from any program
+    guard_terminal()  # names, logs, parameters and messages can come from any program
     args = parser.parse_args()
     if not args.use_python_default_buffering:
         sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]  # a TextIOWrapper unless replaced
-    # After rclpy has rejected a name, it warns about what it could not clean up.
+    # After rejecting a name, rclpy warns about its own incomplete cleaning up.
     warnings.simplefilter("ignore", RuntimeWarning)
     # When Ctrl-C comes while rclpy makes an executor, its __del__ complains about attributes that it does not have.
     sys.unraisablehook = lambda unraisable: None

@@ -12,7 +12,7 @@ from course.ros.parameter_services import call, list_parameters, set_parameter
 from course.ros2 import completion, grammar
 from course.ros2.grammar import Verb
 
-# What `list --param-type` and `describe` call a type, in the order of rcl_interfaces/msg/ParameterType.
+# The names of types in `list --param-type` and `describe`, in the order of rcl_interfaces/msg/ParameterType.
 TYPE_NAMES = (
     "not set", "boolean", "integer", "double", "string",
     "byte array", "boolean array", "integer array", "double array", "string array",
@@ -32,7 +32,7 @@ VALUES = (
 )
 
 
-NO_ANSWER = "Callback returned an invalid type"  # rclpy says it of a callback that returned None, or True
+NO_ANSWER = "Callback returned an invalid type"  # rclpy's reason for a callback that returned None or True
 
 
 def report(result: Any, done: str, failed: str) -> None:

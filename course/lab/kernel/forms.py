@@ -113,7 +113,7 @@ def _choices(message: type[Any], name: str, value: object) -> dict[str, str]:
 class Filled:
     """A form filled in by the reader."""
 
-    values: dict[str, Any] = field(default_factory=dict)  # what differs from the defaults, and every scalar of the top
+    values: dict[str, Any] = field(default_factory=dict)  # those changed, and every top-level scalar
     wrong: dict[str, str] = field(
         default_factory=dict
     )  # corrections by the path of the field: pose.position.x

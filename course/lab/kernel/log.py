@@ -22,7 +22,7 @@ class LogFeed:
     """A feed of the log's new lines."""
 
     def __init__(self, nodes: list[str] | None = None, level: str = "DEBUG", text: str = ""):
-        """Lines of these `nodes` (names without namespace, and files; None: of all), of at least `level`, with `text`.
+        """Follow lines of `nodes` (names without namespace, or files; None for all), of at least `level`, with `text`.
 
         The search for `text` ignores case.
         """

@@ -221,7 +221,7 @@ class Passing:
             self._follow(self._goal(bytes(each.goal_info.goal_id.uuid), name, over=over), each.status, at)
 
     def _goal(self, goal_id: bytes, name: str, *, over: bool = False) -> _Goal:
-        """Return the record of a goal; an unknown one is another program's, and of no interest if it is `over`."""
+        """Return the record of a goal; an unknown one is another program's, and is not recorded if it is `over`."""
         if goal_id not in self._goals:
             goal = _Goal(None if over else self._outside(name), outside=True)
             with self._noting:

@@ -103,7 +103,7 @@ class PlotFeed:
         self._said: str | None = None
 
     def read(self) -> dict[str, Any] | None:
-        """{"points": [[s since 1970, value or None], ...], "says": why none come, or ""}, when anything is new."""
+        """Return {"points": [[s since 1970, value or None], ...], "says": why there are none, or ""} if it is new."""
         says = self._listen()
         waiting = [self._waiting.popleft() for _ in range(len(self._waiting))]
         step = math.ceil(len(waiting) / POINTS) or 1

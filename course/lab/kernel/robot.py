@@ -48,7 +48,7 @@ class RobotFeed:
         self._path = _Path()
 
     def read(self) -> dict[str, Any] | None:
-        """The changed ones of `scan`, `robot`, `command`, `state`, `collisions`, `room`, `path`, `nodes`, `idle`.
+        """Return the news of `scan`, `robot`, `command`, `state`, `collisions`, `room`, `path`, `nodes`, `idle`.
 
         `idle` is why driving by hand is impossible, or "".
         """
@@ -92,7 +92,7 @@ class _Path:
         self._last: tuple[float, float] | None = None
 
     def news(self, world: World | None) -> dict[str, Any] | None:
-        """{"anew": whether it begins here, "places": [x m, y m, time s] of each}; None when there is nothing new."""
+        """Return {"anew": whether a path begins, "places": [[x m, y m, time s], ...]}; None without news."""
         if world is None:
             told, self._simulation = self._simulation is not None, None
             return {"anew": True, "places": None} if told else None

@@ -163,7 +163,7 @@ class Goal(GoalRecorder):
 
 
 def send_goal(live: Session, interface: Interface, name: str, goal: Any, timeout: float) -> Exchange:
-    """Send a goal to an action server, which must answer it within `timeout` s; it may work on it for any time."""
+    """Send a goal to an action server, which must answer within `timeout` s but may execute it for any time."""
     exchange = keep(Exchange("action", name, interface.name))
 
     def work() -> None:

@@ -15,7 +15,7 @@ from course.notebook.progress import parts
 
 
 class Exercise(Beside):
-    """POST {"path": the notebook's, "cells": its cells, of the outputs the errors}: parts, files and a summary."""
+    """POST {"path": the notebook's, "cells": its cells, with only error outputs}; answers parts, files, summary."""
 
     @web.authenticated
     async def post(self) -> None:

@@ -1,1 +1,1 @@
-"""The nodes of the official demos that the beginner's tutorials run, under the names that they have there."""
+"""The nodes of the official demos in the beginner's tutorials, under the same names."""

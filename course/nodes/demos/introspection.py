@@ -1,6 +1,6 @@
-"""`ros2 run demo_nodes_py introspection`: a service and a client whose talk can be followed by `ros2 service echo`.
+"""`ros2 run demo_nodes_py introspection`: a service and a client for `ros2 service echo`.
 
-demo_nodes_cpp has each of the two nodes as a program of its own: `introspection_service`, `introspection_client`.
+demo_nodes_cpp has a program for each of the two nodes: `introspection_service`, `introspection_client`.
 """
 
 import sys
@@ -27,10 +27,10 @@ STATES = {
 
 
 class Introspected(Node):
-    """A node with a string parameter that says what of its service or client is published."""
+    """A node with a string parameter that sets the introspection of its service or client."""
 
     def follow(self, parameter: str, end: Service | Client) -> None:
-        """Declare the parameter, and do what it says with the service or client `end`."""
+        """Declare the parameter, and apply its value to the service or client `end`."""
 
         def check(changed: list[Parameter]) -> SetParametersResult:
             wrong = any(each.name == parameter and each.value not in STATES for each in changed)
@@ -62,7 +62,7 @@ class IntrospectionService(Introspected):
 
 
 class IntrospectionClient(Introspected):
-    """Asks for 2 + 3, one question after the other."""
+    """Asks for 2 + 3, one request after the other."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__("introspection_client", **kwargs)
@@ -72,7 +72,7 @@ class IntrospectionClient(Introspected):
         self.timer = self.create_timer(PERIOD, self.ask)
 
     def ask(self) -> None:
-        """Send the next request, once the last has its answer."""
+        """Send the next request, once the last one is answered."""
         if self.client.service_is_ready() and (self.asked is None or self.asked.done()):
             self.asked = self.client.call_async(AddTwoInts.Request(a=2, b=3))
             self.asked.add_done_callback(self.tell)

@@ -1,4 +1,4 @@
-"""`ros2 run lifecycle lifecycle_talker`: a managed node, `lc_talker`, that is heard only while it is active."""
+"""`ros2 run lifecycle lifecycle_talker`: a managed node, `lc_talker`, that publishes only while it is active."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ PERIOD = 1.0  # s
 
 
 class LifecycleTalker(Node):
-    """Has a publisher once it is configured, which sends only while the node is active."""
+    """Has a publisher once it is configured; it publishes only while the node is active."""
 
     def __init__(self, **kwargs: Any) -> None:
         self.count = 0
@@ -34,7 +34,7 @@ class LifecycleTalker(Node):
         self.said.publish(message)
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Make publisher and timer."""
+        """Make the publisher and the timer."""
         self.said = self.create_lifecycle_publisher(String, "lifecycle_chatter", 10)
         self.timer = self.create_timer(PERIOD, self.say)
         self.get_logger().info("on_configure() is called.")
@@ -51,13 +51,13 @@ class LifecycleTalker(Node):
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Forget publisher and timer."""
+        """Destroy the publisher and the timer."""
         self._forget()
         self.get_logger().info("on_cleanup() is called.")
         return TransitionCallbackReturn.SUCCESS
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Forget publisher and timer, whatever the state was."""
+        """Destroy the publisher and the timer, whatever the state was."""
         self._forget()
         self.get_logger().info("on_shutdown() is called.")
         return TransitionCallbackReturn.SUCCESS

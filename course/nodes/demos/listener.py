@@ -1,4 +1,4 @@
-"""`ros2 run demo_nodes_py listener`: logs what is said on `chatter`."""
+"""`ros2 run demo_nodes_py listener`: logs the messages on `chatter`."""
 
 from typing import Any
 

@@ -8,7 +8,7 @@ from rclpy.node import Node
 
 
 class ParameterBlackboard(Node):
-    """Takes parameters that nobody has declared, from the command line and by `ros2 param set`."""
+    """Accepts undeclared parameters, from the command line and by `ros2 param set`."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(

@@ -11,7 +11,7 @@ PERIOD = 1.0  # s
 
 
 class Talker(Node):
-    """Publishes a message with a number that grows."""
+    """Publishes messages with a number that increases."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__("talker", **kwargs)
