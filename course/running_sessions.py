@@ -1,4 +1,4 @@
-"""`course sessions`: what runs on this machine, and an end to what was forgotten."""
+"""`course sessions`: lists the sessions on this machine, and ends forgotten ones."""
 
 import contextlib
 import os
@@ -19,7 +19,7 @@ GRACE = 5.0  # s for a kernel to end by itself
 
 
 def show() -> int:
-    """Print a table of the sessions; always 0."""
+    """Print a table of the sessions; always return 0."""
     found = registry.running()
     if not found:
         print("No live session of yours runs on this machine.")
@@ -34,7 +34,7 @@ def show() -> int:
 
 
 def end(numbers: list[int], *, everything: bool) -> int:
-    """End the sessions of these numbers, or all; 2, with a line, for a number that no session has."""
+    """End the sessions with these numbers, or all; for an unknown number print a line and return 2."""
     found = {record.pid: record for record in registry.running()}
     if unknown := sorted(set(numbers) - set(found)):
         print(f"There is no session {unknown[0]}; `course sessions` lists them.", file=sys.stderr)
@@ -47,7 +47,7 @@ def end(numbers: list[int], *, everything: bool) -> int:
 
 
 def _end(record: registry.SessionRecord) -> None:
-    """End a session's process, by force when it does not end by itself; its nodes' processes end with it."""
+    """End a session's process, by force if needed; its nodes' processes end with it."""
     with contextlib.suppress(ProcessLookupError):
         os.kill(record.pid, signal.SIGTERM)
         if not wait_until(lambda: not processes.alive(record.pid, record.born), GRACE):

@@ -1,9 +1,9 @@
-"""A shell, or one command, in the course's world: `environment/shell [--session NUMBER] [COMMAND...]`.
+"""A shell, or one command, in the course's environment: `environment/shell [--session NUMBER] [COMMAND...]`.
 
-It has the course's Python and `ros2`, the middleware's profile, the interface packages that were built in the folder it
-stands in, and a ROS domain.  That is the domain of the notebook that runs in its folder, so that it meets the nodes
-there, or else the one that all terminals of its user share.  A terminal of JupyterLab (`--lab`) follows the notebook in
-front.  A domain that somebody exports stays.
+It has the course's Python and `ros2`, the middleware's profile, the interface packages built in its folder, and a ROS
+domain.  That is the domain of the notebook that runs in its folder, so that it finds the nodes there, or else the one
+that all terminals of its user share.  A terminal of JupyterLab (`--lab`) follows the notebook in front.  A domain that
+the user exports is kept.
 """
 
 import contextlib
@@ -19,25 +19,25 @@ from course.interfaces import kept
 from course.session.domains import note_chosen, shell_domain
 
 BASHRC = Path(__file__).parent / "bashrc"
-# What a shell hands on to its later looks (`--refresh`).
-FIXED = "COURSE_SESSION"  # the session that was asked for, by --session
-SHELL = "COURSE_SHELL"  # the process of the shell
-FRONT = "COURSE_FRONT"  # in a terminal of JupyterLab, the file that says which notebook is in front
-WATCHED = "COURSE_WATCHED"  # what the two files that a shell watches said at its last look
+# Variables that a shell passes to its later refreshes (`--refresh`).
+FIXED = "COURSE_SESSION"  # the session chosen by --session
+SHELL = "COURSE_SHELL"  # the process id of the shell
+FRONT = "COURSE_FRONT"  # in a terminal of JupyterLab, the file that names the notebook in front
+WATCHED = "COURSE_WATCHED"  # the content of the two watched files at the last refresh
 USAGE = "Usage: environment/shell [--session NUMBER] [COMMAND...]"
 
 
 def main(words: list[str]) -> int:
-    """Become the shell or the command; returns an exit status only when that fails."""
+    """Replace this process by the shell or the command; return an exit status only if that fails."""
     if words[:1] == ["--refresh"]:
         print(exports(Path.cwd(), int(os.environ[SHELL]), os.environ.get(FIXED, "")))
         return 0
     session = ""
-    os.environ.pop(FRONT, None)  # another terminal's
+    os.environ.pop(FRONT, None)  # belongs to another terminal
     if words[:1] == ["--lab"]:
         words = words[1:]
         with contextlib.suppress(OSError):
-            os.environ[FRONT] = str(registry.front(os.getppid()))  # the Jupyter server has started this process
+            os.environ[FRONT] = str(registry.front(os.getppid()))  # the Jupyter server is the parent process
     elif words[:1] == ["--session"]:
         session, words = words[1] if len(words) > 1 else "", words[2:]
         if not session.isdigit():
@@ -49,7 +49,7 @@ def main(words: list[str]) -> int:
         print(f"environment/shell: {error}", file=sys.stderr)
         return 2
     os.environ.update(variables)
-    if not words:  # closing a terminal ends what runs in it, also where `nohup` has started the server
+    if not words:  # closing a terminal must end its programs, even if the server was started by `nohup`
         signal.signal(signal.SIGHUP, signal.SIG_DFL)
     command = words or ["bash", "--rcfile", str(BASHRC), "-i"]
     try:
@@ -60,9 +60,9 @@ def main(words: list[str]) -> int:
 
 
 def join(folder: Path, shell: int, session: str = "") -> dict[str, str]:
-    """The variables of a shell, the process `shell`, in `folder`: of its session, or of the one with this number.
+    """Return the variables of the shell process `shell` in `folder`, for its session or the one with this number.
 
-    Raises LiveError when there is no session of this number, or no domain is left.
+    Raises LiveError if there is no session with this number, or no free domain.
     """
     environment.prepare()
     if other := environment.foreign_distribution():
@@ -70,7 +70,7 @@ def join(folder: Path, shell: int, session: str = "") -> dict[str, str]:
             f"ROS 2 {other} is sourced in this terminal, and this course is for Jazzy: open a terminal without it "
             "(look for `source /opt/ros/...` in ~/.bashrc)"
         )
-    watched = _watched()  # first: what changes from now on is seen at the next look
+    watched = _watched()  # first, so that later changes are seen at the next refresh
     home, where = folder, ""
     if session:
         record = next((found for found in registry.running() if str(found.pid) == session), None)
@@ -87,7 +87,7 @@ def join(folder: Path, shell: int, session: str = "") -> dict[str, str]:
         place = shell_domain(folder, shell, watched.partition(" ")[2])
         domain, home = str(place.domain), place.folder
         if place.claim is not None:
-            place.claim.set_inheritable(True)  # the shell goes on holding it
+            place.claim.set_inheritable(True)  # the shell keeps holding it
             place.claim.detach()
     for line in kept.refresh(home):
         print(line, file=sys.stderr)
@@ -116,9 +116,9 @@ def join(folder: Path, shell: int, session: str = "") -> dict[str, str]:
 
 
 def exports(folder: Path, shell: int, session: str) -> str:
-    """The same variables as a shell's commands; a line on stderr instead when it cannot join.
+    """Return the same variables as shell commands; if joining fails, print a line on stderr instead.
 
-    When the shell comes into another domain by this, a line on stderr says so.
+    If this moves the shell to another domain, a line on stderr says so.
     """
     before = os.environ.get(environment.DOMAIN, "")
     try:
@@ -135,7 +135,7 @@ def exports(folder: Path, shell: int, session: str) -> str:
 
 
 def _changes() -> str:
-    """The file that changes with the sessions, or ''."""
+    """Return the file that changes with the sessions, or ''."""
     try:
         return str(registry.changes())
     except OSError:
@@ -143,7 +143,7 @@ def _changes() -> str:
 
 
 def _watched() -> str:
-    """The first lines of the two files that a shell watches, as `course/bashrc` puts them together."""
+    """Return the first lines of the two files that a shell watches, combined as in `course/bashrc`."""
     return f"{_first_line(_changes())} {_first_line(os.environ.get(FRONT, ''))}"
 
 

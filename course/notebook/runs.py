@@ -17,7 +17,7 @@ from course.foundation.cells import PASSED, Cell
 from course.notebook.file_differences import written_by
 from course.notebook.needed_cells import needed_cells
 
-TOLD = ("AssertionError", "CallTimeout", "ExerciseError", "InterfaceError", "LiveError", "NodeFailed")  # by a message
+TOLD = ("AssertionError", "CallTimeout", "ExerciseError", "InterfaceError", "LiveError", "NodeFailed")  # by message
 CELL = 60  # s that a cell may take
 COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 

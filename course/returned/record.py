@@ -14,7 +14,7 @@ from typing import Any
 from course.errors import FeedbackError
 
 META = "course-feedback"  # the name of the page's <meta> element that holds it
-RECORD = re.compile(rf'<meta name="{META}" content="([^"]*)"')  # no parser: a page may be made to keep one busy
+RECORD = re.compile(rf'<meta name="{META}" content="([^"]*)"')  # a crafted page could keep a parser busy
 FORMAT = 1
 LONGEST = 5000  # characters of a text
 MOST = 500  # tests, or marks
@@ -136,7 +136,7 @@ def read(page: bytes) -> Feedback:
 
 
 def _text(value: Any) -> str:
-    """A text without control characters, which would move a terminal's cursor; raises TypeError for anything else."""
+    """Return a text without control characters, which could move a cursor; raises TypeError for other types."""
     if not isinstance(value, str):
         raise TypeError
     return "".join(c if c == "\n" or c.isprintable() else " " for c in value[:LONGEST])

@@ -32,7 +32,7 @@ def _places(here: int) -> Iterator[tuple[int, str]]:
             if participants_here(domain):
                 yield domain, "a terminal"
     for domain, record in sessions.items():
-        if any(node.alive for node in record.nodes) or participants_here(domain) > 1:  # one is the session's own
+        if any(node.alive for node in record.nodes) or participants_here(domain) > 1:  # one is the session's
             yield domain, f"the notebook in {_short(record.folder)}"
 
 

@@ -1,4 +1,4 @@
-"""`ros2 pkg`: the installed packages and their executables, and the beginning of a new package."""
+"""`ros2 pkg`: list the installed packages and their executables, and create a new package."""
 
 import getpass
 import os
@@ -29,7 +29,7 @@ def _add_name_argument(parser: ArgumentParser, *, optional: bool = False) -> Non
 
 
 def add_list_arguments(parser: ArgumentParser) -> None:
-    """`ros2 pkg list` has no arguments."""
+    """Do nothing: `ros2 pkg list` has no arguments."""
 
 
 def list_packages(args: Namespace) -> None:
@@ -45,7 +45,7 @@ def add_executables_arguments(parser: ArgumentParser) -> None:
 
 
 def executables(args: Namespace) -> None:
-    """Print the executables of one installed package, or of all; of a package in this folder if it is named."""
+    """Print the executables of a package, installed or in this folder, or of all installed packages."""
     names = installed_packages() if args.package_name is None else [args.package_name]
     for name in names:
         paths = installed_paths(name)
@@ -53,7 +53,7 @@ def executables(args: Namespace) -> None:
             found = find_executables(name)
             if found is None:
                 raise RosError(f"Package '{name}' not found")
-            # A demo is a module of the course, not a file that its command names.
+            # A demo is run as a module of the course, so its command names no file.
             files = [(each, Path(command[-1])) for each, commands in found.items() for command in commands]
             paths = [file if file.is_file() else Path(each) for each, file in files]
         for path in sorted(paths):
@@ -110,7 +110,7 @@ def xml(args: Namespace) -> str | None:
 def _user() -> str:
     try:
         return getpass.getuser()
-    except (KeyError, OSError):  # a user without a name, as containers have them
+    except (KeyError, OSError):  # a user without a name, as in containers
         return "todo"
 
 
@@ -154,7 +154,7 @@ def _email(args: Namespace) -> str:
 
 
 def create(args: Namespace) -> str | None:
-    """Lay out a new package; what it prints is ros2cli's."""
+    """Create a new package; prints the same as ros2cli."""
     if args.license == "?":
         print("\n".join(["Supported licenses:", *LICENSES]))
         return None

@@ -1,4 +1,4 @@
-"""Options for the amount and form of printed messages: those that `topic`, `service` and `action echo` share."""
+"""The options of `topic`, `service` and `action echo` for the amount and form of printed messages."""
 
 from argparse import ArgumentParser, Namespace
 
@@ -46,7 +46,7 @@ def limits(args: Namespace) -> Limits:
 
 
 def event_text(message: Message, args: Namespace) -> str:
-    """Return what `service echo` and `action echo` print of a message: the kind of an event is its name."""
+    """Return the text of a message for `service echo` and `action echo`, with an event's kind by name."""
     if args.csv:
         return messages.to_csv(message, limits(args))
     plain = messages.to_plain(message, limits(args))

@@ -12,7 +12,7 @@ from course.ros.packages import COURSE, find_executables, installed_paths, own_f
 from course.ros2 import completion, grammar
 
 PREFIX = "[ros2run]:"
-AGAIN = 2  # s after which a program that was told to end, and is still there, is told again
+AGAIN = 2  # s after which a program that still runs gets SIGTERM again
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -47,7 +47,7 @@ def main(args: Namespace) -> int | str:
         return f"{error.strerror}: '{error.filename}'"
     _pass_on_termination(child)
     while child.returncode is None:
-        with contextlib.suppress(KeyboardInterrupt):  # the child receives it too: wait on until it ends
+        with contextlib.suppress(KeyboardInterrupt):  # the child receives Ctrl-C, too: keep waiting until it ends
             child.wait()
     if child.returncode < 0:
         print(PREFIX, signal.strsignal(-child.returncode))
@@ -57,10 +57,10 @@ def main(args: Namespace) -> int | str:
 
 
 def _pass_on_termination(child: subprocess.Popen[bytes]) -> None:
-    """Tell the child to end when this program is told, and again while it is there.
+    """Pass SIGTERM on to the child, repeatedly while it runs.
 
-    One program in a hundred that waits in `rclpy.spin` misses the first SIGTERM: rclpy 7.1.6 wakes the executor before
-    it shuts the context down (`signal_handler.cpp`), and an executor that looks in between waits on.
+    One in a hundred programs in `rclpy.spin` misses the first SIGTERM: rclpy 7.1.6 wakes the executor before it shuts
+    the context down (`signal_handler.cpp`), and an executor that checks the context in between goes on waiting.
     """
 
     def end(number: int, frame: object) -> None:
@@ -72,7 +72,7 @@ def _pass_on_termination(child: subprocess.Popen[bytes]) -> None:
 
 
 def child_environment(name: str) -> dict[str, str]:
-    """Return the child's environment, in which a package in the current folder can be imported by its name."""
+    """Return the child's environment, in which a package of the current folder is importable by name."""
     environment = dict(os.environ)
     if name == COURSE or installed_paths(name) is not None:
         return environment

@@ -161,7 +161,8 @@ def call(args: Namespace) -> str | None:
         client = graph.node.create_client(service, args.service_name)
         ready = client.service_is_ready
         status = ServerStatus(args.service_name)
-        # ros2cli prints this line when its first look, before discovery, finds nothing; here, when one has to wait.
+        # ros2cli prints this line if its first look, before discovery, finds nothing; here it means that the command
+        # waits.
         if not graph.settle(ready):
             print("waiting for service to become available...")
             if report := wait_for_server(graph, status, ready, graph.services, "service"):
@@ -180,7 +181,7 @@ def call(args: Namespace) -> str | None:
             print(f"response:\n{future.result()!r}\n")
             if args.rate is None:
                 return None
-            time.sleep(max(0.0, began + 1.0 / args.rate - time.monotonic()))  # the rate, not a condition
+            time.sleep(max(0.0, began + 1.0 / args.rate - time.monotonic()))  # keeps the rate
 
 
 def add_echo_arguments(parser: ArgumentParser) -> None:
@@ -212,7 +213,7 @@ def _find_type(graph: Graph, name: str) -> Any:
 
 
 def echo(args: Namespace) -> None:
-    """Print the requests and responses of a service whose client or server publishes them, until Ctrl-C."""
+    """Print the requests and responses of a service with introspection, until Ctrl-C."""
     from rclpy.qos import qos_profile_services_default
 
     with Graph(talks=True) as graph:

@@ -40,8 +40,8 @@ def add_list_arguments(parser: ArgumentParser) -> None:
 
 def list_topics(args: Namespace) -> None:
     """Print the names of the topics, or with -v also the type, publishers and subscribers of each."""
-    # Every node of rclpy has these two.  The command's own node would show them: where nothing is counted, it is not
-    # made, because that takes as long as all the rest.
+    # Every rclpy node has these two topics, so the command's own node would show them.  It is not made unless something
+    # is counted, because making it takes as long as all the rest.
     talks = args.verbose and not args.count_topics
     with Graph(args, talks=talks) as graph:
         graph.settle()

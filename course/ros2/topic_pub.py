@@ -13,7 +13,7 @@ from course.ros.graph import Graph
 from course.ros.messages import Stamp
 from course.ros2 import completion, grammar, qos_options
 
-if TYPE_CHECKING:  # loaded when the verb runs, and not for its help
+if TYPE_CHECKING:  # loaded when the verb runs, but not for its help
     from rclpy.publisher import Publisher
 
 
@@ -121,7 +121,7 @@ def pub(args: Namespace) -> str | None:
         if times != 1:
             graph.node.create_timer(1.0 / args.rate, publish)
             graph.spin(lambda: times and count >= times)
-        time.sleep(args.keep_alive)  # until the last message has left
+        time.sleep(args.keep_alive)  # until the last message has been sent
     return None
 
 

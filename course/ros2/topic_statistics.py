@@ -1,4 +1,4 @@
-"""`ros2 topic hz`, `bw` and `delay`: how often, how much and how late the messages of a topic arrive."""
+"""`ros2 topic hz`, `bw` and `delay`: the rate, bandwidth and delay of a topic's messages."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # loaded when a verb runs, and not for its help
 WINDOW = 10000  # messages
 BANDWIDTH_WINDOW = 100
 PERIOD = 1.0  # s between two lines of `bw` and `delay`
-# Up to how many bytes (per second) a unit is used, how many bytes it has, and its decimals.
+# The units: upper limit in bytes (per second), bytes of the unit, and decimals.
 UNITS = (("B", 1000, 1, 0), ("KB", 1000000, 1000, 2), ("MB", math.inf, 1000000, 2))
 
 
@@ -124,7 +124,7 @@ def add_bw_arguments(parser: ArgumentParser) -> None:
 
 
 def bw(args: Namespace) -> None:
-    """Print each second how many bytes a second the messages in the window have brought."""
+    """Print each second the bandwidth of the messages in the window."""
     from rclpy.qos import qos_profile_sensor_data
 
     with Graph(args, talks=True) as graph:
@@ -191,7 +191,7 @@ class Delays:
         self.printed = 0  # ns
 
     def add(self, message: Message) -> None:
-        """Take in a message; raises RosError if it has no header."""
+        """Count a message; raises RosError if it has no header."""
         if not hasattr(message, "header"):
             raise RosError("msg does not have header")
         now = self.clock.now().nanoseconds
@@ -226,7 +226,7 @@ class Delays:
 
 
 def delay(args: Namespace) -> None:
-    """Print each second how late the messages in the window arrived after the time in their headers."""
+    """Print each second the delay between the time in a message's header and its arrival, over the window."""
     from rclpy.qos import qos_profile_sensor_data
 
     with Graph(args, talks=True) as graph:

@@ -1,4 +1,4 @@
-"""`ros2 topic echo`: print the messages of a topic.  And what other verbs that listen to a topic need."""
+"""`ros2 topic echo`: print the messages of a topic; with helpers for other verbs that subscribe to a topic."""
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
@@ -45,7 +45,7 @@ def find_message_type(graph: Graph, topic: str, *, wait: bool) -> Any:
 
 
 def make_filter(expression: str | None) -> Callable[[Message], Any]:
-    """Return the test that `--filter` gives as a Python expression of the message `m`.
+    """Return the test given by `--filter`, a Python expression of the message `m`.
 
     Raises RosError if it is not valid Python.
     """
@@ -152,7 +152,7 @@ def echo(args: Namespace) -> str | None:
 
 
 def _events(args: Namespace, graph: Graph, asked: Any) -> Any:
-    """Return the event callbacks that report lost messages, and publishers whose QoS does not fit what is `asked`."""
+    """Return the event callbacks that report lost messages, and publishers incompatible with the QoS `asked`."""
     from rclpy.event_handler import SubscriptionEventCallbacks
     from rclpy.qos import QoSCompatibility, qos_check_compatible, qos_policy_name_from_kind
 

@@ -1,1 +1,1 @@
-"""The live session: nodes in the notebook's kernel and in processes beside it, and what they log."""
+"""The live session: nodes in the notebook's kernel and in processes beside it, and their logs."""

@@ -1,11 +1,11 @@
-"""Hints on calls of rclpy whose arguments are too few, too many, of another kind, or in another order."""
+"""Hints on calls of rclpy with too few, too many, wrong or misplaced arguments."""
 
 import ast
 import re
 
 from course.session.source import calls, name_of, parse, without_self
 
-# What makes a node's ends, the place of the name among its arguments, and how it is called.
+# The methods that make a node's endpoints, the position of the name among the arguments, and a correct call.
 MAKERS = {
     "create_service": (1, "create_service(TheType, '/name', self.callback)"),
     "create_client": (1, "create_client(TheType, '/name')"),
@@ -17,7 +17,7 @@ MAKERS = {
 
 
 def order_of_arguments(found: re.Match[str], source: str) -> str:
-    """Of a call whose name does not stand where a name belongs, or whose last argument is no queue's length."""
+    """Return the hint on a call with a misplaced name, or whose last argument is not a queue length or QoS profile."""
     tree = parse(source)
     for maker, (place, usual) in MAKERS.items():
         for call in calls(tree, maker):
@@ -29,7 +29,7 @@ def order_of_arguments(found: re.Match[str], source: str) -> str:
 
 
 def wrong_kind(found: re.Match[str], source: str) -> str:
-    """Of a message where a service belongs, and the like."""
+    """Return the hint on an interface of the wrong kind, such as a message instead of a service."""
     wanted, package, kind, name = found.groups()
     is_one = {"msg": "a message", "srv": "a service", "action": "an action"}.get(kind, "something else")
     wants = {"service": "a service's type, from a `.srv`", "message": "a message's type, from a `.msg`"}[wanted]
@@ -38,7 +38,7 @@ def wrong_kind(found: re.Match[str], source: str) -> str:
 
 
 def argument_count(found: re.Match[str], source: str) -> str:
-    """Of a function that was called with the wrong number of arguments."""
+    """Return the hint on a function called with the wrong number of arguments."""
     name = found[1].rpartition(".")[2]
     takes = {
         "create_service": "(self, request, response)",

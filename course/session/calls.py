@@ -1,4 +1,4 @@
-"""The session's calls of services: what to wait for, for how long, and what to say when no answer comes."""
+"""The session's service calls: waiting for the server and the answer, and explaining why no answer comes."""
 
 import threading
 import time
@@ -20,23 +20,23 @@ from course.session.outsiders import Outsiders
 from course.session.source import blocked, wrong_result
 from course.session.watch import Handle, Watch
 
-INVALID = "Callback returned an invalid type"  # rclpy's reason, when a callback for parameters returned no result
-LOOK = 0.05  # s between two looks whether the node that is to answer has died
-LISTED = 8  # services that a message names
-GRACE = 1.0  # s that a server may take to be found, before the report of a dead node is told instead
+INVALID = "Callback returned an invalid type"  # rclpy's reason when a parameter callback returned no result
+LOOK = 0.05  # s between two checks whether the node that should answer has died
+LISTED = 8  # services that are named in a message
+GRACE = 1.0  # s that discovering a server may take before a dead node is reported instead
 
 
 class Calls:
-    """The clients of `node`, which is spun elsewhere, and what is known of the `handles` that serve them."""
+    """The clients of `node`, which is spun elsewhere, and the nodes in `handles` that serve them."""
 
     def __init__(self, node: Node, handles: Mapping[str, Handle], watch: Watch, outsiders: Outsiders):
         self.node, self._handles, self.watch, self._outsiders = node, handles, watch, outsiders
         self._clients: dict[tuple[str, type], Client] = {}
-        self._outdated: dict[NodeProcess, str] = {}  # programs that were started before this package was built again
-        self._servers: dict[str, int] = {}  # how many served each service when the reader was last told who does
+        self._outdated: dict[NodeProcess, str] = {}  # programs started before this package was built again
+        self._servers: dict[str, int] = {}  # the number of servers of each service when the reader was last told
 
     def forget(self, services: Collection[str]) -> None:
-        """Destroy the clients of these services: matched with a server that ends, they could miss the next one."""
+        """Destroy the clients of these services: matched with an ended server, they might not find the next one."""
         self._destroy([key for key, client in self._clients.items() if client.service_name in services])
 
     def forget_types(self, package: str) -> None:
@@ -44,13 +44,13 @@ class Calls:
         self._destroy([key for key in self._clients if is_of(key[1], package)])
 
     def package_replaced(self, package: str) -> None:
-        """Note the programs that run with the interfaces of `package` as they were before."""
+        """Note the programs that still run with the old interfaces of `package`."""
         for handle in list(self._handles.values()):
             if isinstance(handle, NodeProcess) and handle.alive and f"{package}." in handle.source:
                 self._outdated[handle] = package
 
     def _tell_of_outdated(self, service: str) -> None:
-        """Tell the reader of a server of `service` that was started before an interface was built again."""
+        """Tell the reader if the server of `service` was started before an interface was built again."""
         for handle, package in self._outdated.items():
             if handle.alive and service in handle.services:
                 self.watch.notice(
@@ -68,7 +68,7 @@ class Calls:
         self._ready(self._client(service, srv_type), timeout)
 
     def call(self, service: str, srv_type: type[Any], request: object, timeout: float) -> Any:
-        """Send `request` and return the response; raises CallTimeout when none has come after `timeout` s."""
+        """Send `request` and return the response; raises CallTimeout if none comes within `timeout` s."""
         self._tell_of_outdated(service)
         client = self._client(service, srv_type)
         deadline = time.monotonic() + timeout
@@ -77,7 +77,7 @@ class Calls:
         try:
             response = self._answer(client, future, deadline, timeout)
         except LiveError as error:
-            future.set_exception(error)  # for whoever watches: no answer will be taken any more
+            future.set_exception(error)  # for watchers: no answer will be accepted any more
             future.exception()
             raise
         if INVALID in str(response):
@@ -85,7 +85,7 @@ class Calls:
         return response
 
     def _tell_of_no_result(self, service: str) -> None:
-        """Tell the reader what a callback for parameters has returned, which rclpy says of no node."""
+        """Tell the reader about a parameter callback with a wrong return value, for which rclpy names no node."""
         for handle in list(self._handles.values()):
             if service in handle.services and (wrong := wrong_result(handle.source)):
                 name, line, text = wrong
@@ -107,18 +107,18 @@ class Calls:
         raise CallTimeout(f"{client.service_name} did not answer within {timeout:g} s: {why}{at}{unfit}")
 
     def _doing(self, service: str) -> str:
-        """Return where the program that serves `service` is, or any without one; '' when it only waits."""
+        """Return where the program that serves `service` is now, or any program if none does; '' if it only waits."""
         for handle in list(self._handles.values()):
             if isinstance(handle, NodeProcess) and service in ("", *handle.services) and (frames := handle.doing()):
                 return "\n".join(["", f"{handle.name} is here:", *map(str, frames)])
         return ""
 
     def _blocked(self, service: str) -> str:
-        """Return what in the text of a node's callback may keep it from answering at `service`."""
+        """Return why a node's callback may not answer at `service`, from its text."""
         for handle in list(self._handles.values()):
             text, name = (handle.source, "") if isinstance(handle, NodeProcess) else handle.callback_of(service)
             if service in handle.services and (why := blocked(text, service, name)):
-                self.watch.forget("inside a callback")  # the guards have noticed the same
+                self.watch.forget("inside a callback")  # the guards have reported the same
                 return why
         return ""
 
@@ -142,7 +142,7 @@ class Calls:
         return True
 
     def _look_at(self, service: str, *, again: bool = False) -> None:
-        """Raise NodeFailed when a node that serves, or was to serve, `service` has something to tell."""
+        """Raise NodeFailed if a node that serves `service`, or should serve it, has an unreported failure."""
         if report := self.watch.reason(service, again=again):
             raise NodeFailed(f"{service} does not answer.\n{report}")
 
@@ -154,13 +154,13 @@ class Calls:
 
     def _ready(self, client: Client, timeout: float) -> None:
         if not wait_until(client.service_is_ready, min(timeout, GRACE), alert=False):
-            self._look_at(client.service_name, again=True)  # nobody serves it, and somebody has died
+            self._look_at(client.service_name, again=True)  # there is no server, and a node has died
         if not wait_until(client.service_is_ready, timeout - GRACE):
             raise CallTimeout(f"no server for {client.service_name} within {timeout:g} s. {self._served(client)}")
         self._tell_who_answers(client.service_name)
 
     def _tell_who_answers(self, service: str) -> None:
-        """Tell the reader, once, of several servers of `service`, and of one that the session has not started."""
+        """Tell the reader, once, about several servers of `service`, or one that the session did not start."""
         count = self.node.count_services(service)
         if self._servers.get(service) == count:
             return
@@ -184,9 +184,9 @@ class Calls:
             )
 
     def _served(self, client: Client) -> str:
-        """Return what is served in place of what `client` asks for."""
+        """Return the services that exist instead of the client's."""
         kind = type_name(cast(type, client.srv_type))
-        if kind.startswith(OF_EVERY_NODE):  # so its node is not there
+        if kind.startswith(OF_EVERY_NODE):  # its node is missing
             node, _, _ = client.service_name.rpartition("/")
             nodes = sorted(full(name, space) for name, space in self.node.get_node_names_and_namespaces())
             listed = ", ".join([name for name in nodes if not base(name).startswith("_")][:LISTED])

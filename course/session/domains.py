@@ -1,9 +1,9 @@
 """The ROS domains of a user on this machine: one for each session, and one for all terminals.
 
-A session, which is a notebook's, has a domain that no other session has.  A terminal is in the domain of the notebook
-that runs in its folder, or that is in front in its JupyterLab; without such a notebook, all terminals of a user are in
-one domain, whatever their folders.  A notebook that starts where a terminal waits for it takes that domain, unless
-another notebook has it: terminal and notebook meet, whoever was first.
+The session of a notebook has a domain that no other session has.  A terminal is in the domain of the notebook that runs
+in its folder, or that is in front in its JupyterLab; all other terminals of a user share one domain, whatever their
+folders.  A notebook that starts in a folder where a terminal already is takes the terminal's domain, unless another
+notebook has it, so terminal and notebook meet in either order.
 """
 
 import os
@@ -18,24 +18,24 @@ from course.errors import LiveError
 from course.foundation import processes
 from course.ros.graph import participants_here
 
-# 0 is everybody's; from 101 on the ports meet Linux's ephemeral ones, and `ros2` cannot count nodes.
+# 0 is the default of all; from 101 on, ports overlap with Linux's ephemeral ones, and `ros2` cannot count nodes.
 DOMAINS = range(1, 101)
-LAST = 232  # from 233 on, the ports of a domain lie beyond 65535
-CLAIM = "ros2-course-domain-{}"  # an abstract socket's name; those of later holders go on with a hyphen
-KERNEL = "kernel-"  # what Jupyter puts before a kernel's id in the name of its connection file
+LAST = 232  # from 233 on, the ports of a domain would exceed 65535
+CLAIM = "ros2-course-domain-{}"  # an abstract socket's name; later holders add a hyphen
+KERNEL = "kernel-"  # Jupyter's prefix of a kernel's id in the name of its connection file
 
 
 class Place(NamedTuple):
-    """A terminal's place: its ROS domain, and what comes with it."""
+    """A terminal's place: its ROS domain, and the folder and claim that belong to it."""
 
     domain: int
-    folder: Path  # whose interface packages it has: the notebook's, or its own
-    claim: socket.socket | None  # what holds the terminals' domain, until the process ends
+    folder: Path  # whose interface packages it uses: the notebook's, or its own
+    claim: socket.socket | None  # holds the terminals' domain until the process ends
     with_notebook: bool
 
 
 def domain_number(text: str) -> int:
-    """The domain that the user has set in ROS_DOMAIN_ID; raises LiveError for what is none."""
+    """Return the domain that the user has set in ROS_DOMAIN_ID; raises LiveError for an invalid one."""
     if text.isascii() and text.isdecimal() and int(text) <= LAST:
         return int(text)
     raise LiveError(
@@ -45,9 +45,9 @@ def domain_number(text: str) -> int:
 
 
 def session_domain(folder: Path) -> tuple[socket.socket | None, int]:
-    """The domain for a new session in `folder`, and what holds it; raises LiveError when all are in use.
+    """Return the domain for a new session in `folder`, and the socket that claims it; raises LiveError if none is free.
 
-    It is the domain of a terminal that waits there for a session, or else a new one.
+    It is the domain of a terminal in that folder, or else a new one.
     """
     with registry.lock():
         taken = {record.domain for record in registry.running()}
@@ -64,10 +64,10 @@ def session_domain(folder: Path) -> tuple[socket.socket | None, int]:
 
 
 def shell_domain(folder: Path, pid: int, front: str = "") -> Place:
-    """The place of a terminal in `folder` whose shell is the process `pid`; raises LiveError when all are in use.
+    """Return the place of a terminal in `folder` with the shell process `pid`; raises LiveError if all are in use.
 
-    That is with the notebook of the kernel `front`, if its session runs, or the oldest session in the folder, or else
-    in the domain that this user's terminals share.
+    It joins the session of the kernel `front`, if that runs, or the oldest session in the folder, or else the domain
+    that this user's terminals share.
     """
     with registry.lock():
         sessions = registry.running()
@@ -88,14 +88,14 @@ def shell_domain(folder: Path, pid: int, front: str = "") -> Place:
 
 
 def note_chosen(folder: Path, pid: int, domain: int) -> None:
-    """Write down that somebody has exported `domain` in the terminal of the process `pid`."""
+    """Record that the user has exported `domain` in the terminal of process `pid`."""
     with registry.lock():
         own = next((shell.own for shell in registry.shells() if shell.pid == pid), 0)
         registry.write(registry.ShellRecord(pid, processes.birth(pid), str(folder), domain, own, chosen=True))
 
 
 def kernel_id() -> str:
-    """The id in Jupyter of the kernel that this process is; '' if it is none."""
+    """Return the Jupyter id of this kernel; '' if this process is not a kernel."""
     kernels = sys.modules.get("ipykernel.kernelapp")
     if kernels is None or not kernels.IPKernelApp.initialized():
         return ""
@@ -103,7 +103,7 @@ def kernel_id() -> str:
 
 
 def _shared_domain(others: list[registry.ShellRecord]) -> tuple[socket.socket | None, int]:
-    """The domain of the terminals of this user, the `others`, and what holds it as long as one of them runs."""
+    """Return the domain shared with this user's `others` (terminals), and the socket that claims it while one runs."""
     domain = next((shell.own for shell in others if shell.own), None)
     if domain is None:
         return claim_domain()
@@ -112,9 +112,9 @@ def _shared_domain(others: list[registry.ShellRecord]) -> tuple[socket.socket | 
 
 
 def claim_domain() -> tuple[socket.socket, int]:
-    """Find a domain without any participant, and hold it by an abstract socket until the process ends.
+    """Find a domain without participants, and claim it by an abstract socket until the process ends.
 
-    The socket keeps other users of this network namespace away from a domain whose nodes are still to come.
+    The socket keeps other users of this network namespace away from the domain before it has nodes.
     """
     reserved = {domain for shell in registry.shells() for domain in (shell.domain, shell.own)}
     first = os.getpid() % len(DOMAINS)
@@ -133,7 +133,7 @@ def claim_domain() -> tuple[socket.socket, int]:
 
 
 def _bound(name: str) -> socket.socket | None:
-    """An abstract socket of this name, which nobody else can have until it is closed; None if somebody has it."""
+    """Bind an abstract socket of this name, which nobody else can bind until it is closed; None if it is taken."""
     claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
     try:
         claim.bind(f"\0{name}")
@@ -144,7 +144,7 @@ def _bound(name: str) -> socket.socket | None:
 
 
 def _held(domain: int) -> bool:
-    """Return True if a terminal holds the domain that came when another one held it."""
+    """Return True if a later terminal holds the domain in addition to the first one."""
     try:
         with open("/proc/net/unix") as file:
             return any(f" @{CLAIM.format(domain)}-" in line for line in file)

@@ -1,6 +1,6 @@
-"""Failure reports of nodes, for the person who wrote them: the error, their own lines, and what lies behind it.
+"""Failure reports of nodes for their author: the error, the author's own lines, and the cause.
 
-Python's traceback of a node is mostly rclpy's: of thirty lines, three are the student's.  These are shown.
+Most of a node's traceback is rclpy's: of thirty lines, three are the student's.  Only these are shown.
 """
 
 import linecache
@@ -25,9 +25,9 @@ IN_A_CELL = (
     "context, `Node('name', context=ros.context)`."
 )
 MARK = "Traceback (most recent call last):"
-GOAL_FAILED = "Error raised in execute callback"  # rclpy's ActionServer logs it, and prints the traceback
-STATE_NOT_SET = "Goal state not set, assuming aborted"  # it logs this, too
-NO_DECISION = "Goal request callback did not return a GoalResponse type"  # and this
+GOAL_FAILED = "Error raised in execute callback"  # logged by rclpy's ActionServer, which prints the traceback
+STATE_NOT_SET = "Goal state not set, assuming aborted"  # logged by it as well
+NO_DECISION = "Goal request callback did not return a GoalResponse type"  # logged by it as well
 REJECTED = "rejected a goal, because its goal callback did not return a GoalResponse"
 NO_STATE = "returned a result and never said how the goal ended, so that it counts as aborted"
 NO_RESULT = "ended an execute callback without returning a result"
@@ -37,26 +37,26 @@ ABOUT_GOALS = {
     NO_RESULT: "End the execute callback with `return TheType.Result(...)`, on every path through it.",
 }
 GOAL_ENDING = "raised an exception in an execute callback, so that the goal was aborted"
-NEVER_RETRIEVED = "The following exception was never retrieved"  # rclpy prints it of futures that nobody asks
+NEVER_RETRIEVED = "The following exception was never retrieved"  # printed by rclpy about futures that nobody awaits
 FRAME = re.compile(r'^  File "(.+)", line (\d+)(?:, in (.+))?$')
 COURSE = Path(__file__).resolve().parents[1]
-MACHINERY = tuple(COURSE / name for name in ("foundation", "ros", "session"))  # no code of theirs, nor for them to read
-PRE_SET = "_call_pre_set_parameters_callback"  # the function of rclpy that takes the list of a pre-set callback
+MACHINERY = tuple(COURSE / name for name in ("foundation", "ros", "session"))  # code that students need not read
+PRE_SET = "_call_pre_set_parameters_callback"  # rclpy's function that uses the list returned by a pre-set callback
 NO_LIST = "The pre-set callback '{}' must return the list of what is to be set, also when it changes nothing."
-MANY = 20  # calls of the reader's own functions: more than these come from a recursion
-MESSAGE_LINES = 6  # of an exception's own message
+MANY = 20  # calls of the reader's own functions: more are a recursion
+MESSAGE_LINES = 6  # lines of an exception's message
 RESULT_TYPE = "The 'result' field must be a sub message of type"
-NO_RESPONSE = ("TypeError", "TypeError:")  # all that rclpy says of a callback that returned no response
-LIBRARIES = ("site-packages", "dist-packages", f"{os.sep}lib{os.sep}python")  # in the path of code that is not theirs
+NO_RESPONSE = ("TypeError", "TypeError:")  # rclpy's only message about a callback that returned no response
+LIBRARIES = ("site-packages", "dist-packages", f"{os.sep}lib{os.sep}python")  # in paths of other people's code
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A line of the student's own on the way to the error."""
+    """A stack frame in the student's own code."""
 
     place: str  # the file, or the notebook's cell
     line: int
-    function: str  # '' outside of any
+    function: str  # '' outside of functions
     code: str
 
     def __str__(self) -> str:
@@ -65,24 +65,24 @@ class Frame:
 
 
 def frame_at(place: str, line: int, source: str) -> Frame:
-    """The frame of a line of a file's text, outside of any function."""
+    """Return the frame of a line of a file's text, outside of functions."""
     return Frame(place, line, "", source.splitlines()[line - 1].strip())
 
 
 @dataclass(frozen=True)
 class FailureReport:
-    """The report of a node, or a program, on how it ended."""
+    """The report on how a node or a program ended."""
 
     who: str
     ending: str  # what happened: "ended with exit status 1"
     error: str = ""  # the last line of the traceback
     frames: tuple[Frame, ...] = ()
     hint: str = ""
-    at: float = field(default_factory=time.time, compare=False)  # when it was known
+    at: float = field(default_factory=time.time, compare=False)  # the time at which it was known
 
     @property
     def line(self) -> str:
-        """All in one line, for a table."""
+        """Return the report in one line, for a table."""
         last = f" ({self.frames[-1].place}, line {self.frames[-1].line})" if self.frames else ""
         return self.ending + (f": {self.error.splitlines()[0]}{last}" if self.error else "")
 
@@ -92,7 +92,7 @@ class FailureReport:
 
 
 def of_program(path: Path, output: str, status: int, *, before_its_node: bool = False) -> FailureReport:
-    """The report of the program at `path` that printed `output` and ended with `status` (negative: by that signal)."""
+    """Return the report on the program at `path` that printed `output` and ended with `status` (negative: a signal)."""
     source = text_at(path)
     error, frames = _last_traceback(output, path)
     ending = f"ended with exit status {status}" if status >= 0 else f"was ended by the signal {_signal(-status)}"
@@ -100,7 +100,7 @@ def of_program(path: Path, output: str, status: int, *, before_its_node: bool = 
     pre_set = no_list(source) if "not iterable" in error and f"in {PRE_SET}" in output else None
     if error in NO_RESPONSE or RESULT_TYPE in error or pre_set:
         callback = pre_set or (no_result(source) if RESULT_TYPE in error else wrong_return(source))
-    if callback and not _inside(frames):  # the error is raised after it, in rclpy
+    if callback and not _inside(frames):  # the error is raised in rclpy, after the callback
         frames = (frame_at(path.name, callback[1], source),)
     if error:
         why = NO_LIST.format(pre_set[0]) if pre_set else _hint(error, source, frames)
@@ -128,7 +128,7 @@ def of_program(path: Path, output: str, status: int, *, before_its_node: bool = 
 def of_exception(
     who: str, error: BaseException, callbacks: list[Callable[..., object]], doing: str = ""
 ) -> FailureReport:
-    """The report of an exception in a node of this kernel; `callbacks` are those of the node's services."""
+    """Return the report on an exception in a node of this kernel; `callbacks` are those of its services."""
     last = "".join(traceback.format_exception_only(error)).strip()
     frames = _own_frames(error.__traceback__)
     source = _source(error.__traceback__) or next(filter(None, map(text_of, callbacks)), "")
@@ -143,12 +143,12 @@ def of_exception(
 
 
 def of_goal(who: str, ending: str) -> FailureReport:
-    """The report of a goal whose callback has returned, and not as it should: `REJECTED`, `NO_STATE` or `NO_RESULT`."""
+    """Return the report on a goal whose callback returned wrongly: `REJECTED`, `NO_STATE` or `NO_RESULT`."""
     return FailureReport(who, ending, hint=ABOUT_GOALS[ending])
 
 
 def hint_on(error: Exception) -> str:
-    """The hint on an error in a cell's own code, as a line; '' where nothing is known."""
+    """Return the hint on an error in a cell's own code, as a line; '' for none."""
     frames = _own_frames(error.__traceback__)
     last = "".join(traceback.format_exception_only(error)).strip()
     why = IN_A_CELL if isinstance(error, NotInitializedException) else ""
@@ -157,7 +157,7 @@ def hint_on(error: Exception) -> str:
 
 
 def failed_goals(path: Path, output: str) -> list[FailureReport]:
-    """Return what a program's action server has printed of its goals: of each exception, one for each place."""
+    """Return reports on a program's failed goals from its output, one for each place of an exception."""
     reports = [of_goal(path.name, REJECTED)] if NO_DECISION in output else []
     if STATE_NOT_SET in re.sub(f"{GOAL_FAILED}.*?{STATE_NOT_SET}", "", output, flags=re.DOTALL):  # it follows each
         reports.append(of_goal(path.name, NO_STATE))
@@ -170,9 +170,9 @@ def failed_goals(path: Path, output: str) -> list[FailureReport]:
 
 
 def where(stacks: str, path: Path) -> tuple[Frame, ...]:
-    """The frames of the program at `path` in what `faulthandler` says of its threads, in order of the calls.
+    """Return the frames of the program at `path` in the output of `faulthandler`, in order of the calls.
 
-    Of a thread in one of its callbacks, or else of its main part; () when that only waits for callbacks.
+    They are those of a thread in a callback, or else of the main thread; () if that only waits for callbacks.
     """
     lines = text_at(path).splitlines()
     found: list[list[Frame]] = []
@@ -188,9 +188,9 @@ def where(stacks: str, path: Path) -> tuple[Frame, ...]:
 
 
 def _last_traceback(output: str, path: Path, *, first: bool = False) -> tuple[str, tuple[Frame, ...]]:
-    """The error and the student's frames of the last (or `first`) traceback in `output`; ('', ()) without one."""
+    """Return error and student's frames of the last (or `first`) traceback in `output`; ('', ()) without one."""
     lines = output.splitlines()
-    # What was printed without an end of line (`input("name? ")`) stands before it.
+    # Output without a newline (`input("name? ")`) may precede it.
     starts = [number for number, line in enumerate(lines) if line.rstrip().endswith(MARK)]
     if not starts and not re.search(r"^\w*Error: ", output, re.MULTILINE):
         return "", ()
@@ -204,17 +204,17 @@ def _last_traceback(output: str, path: Path, *, first: bool = False) -> tuple[st
             if own:
                 frames.append(Frame(path.name, int(found[2]), found[3] or "", code))
         elif line and not line.startswith(" ") and re.match(r"[\w.]+", line):
-            first_line = re.sub(r" \(/\S+\)$", "", line)  # without where Python has found a module
+            first_line = re.sub(r" \(/\S+\)$", "", line)  # without the path of a module
             first_line = first_line.removesuffix(" The following argument types are supported:")
             first_line = first_line.removesuffix(" and no __dict__ for setting new attributes")  # Python 3.13
-            many = "incompatible function arguments" in line  # and below it, all that C++ would take
+            many = "incompatible function arguments" in line  # followed by all signatures in C++
             message = [first_line] if many else [first_line, *_continued(rest[number + 1 :])]
             return "\n".join(message), _once(list(_without_main(frames)))
     return "", ()
 
 
 def _continued(lines: list[str]) -> list[str]:
-    """The further lines of an exception's message: up to an empty one, or to what a logger wrote."""
+    """Return the further lines of an exception's message, up to an empty line or a log line."""
     found = []
     for line in lines[: MESSAGE_LINES - 1]:
         if (
@@ -228,12 +228,12 @@ def _continued(lines: list[str]) -> list[str]:
 
 
 def _inside(frames: Iterable[Frame]) -> list[Frame]:
-    """The frames in functions of theirs other than `main`."""
+    """Return the frames in the student's functions other than `main`."""
     return [frame for frame in frames if frame.function not in ("main", "<module>")]
 
 
 def _without_main(frames: list[Frame]) -> tuple[Frame, ...]:
-    """Without the way through `main`, when it led into another function of theirs."""
+    """Return the frames without `main`, if it called another function of the student's."""
     return tuple(_inside(frames) or [frame for frame in frames[-1:] if not re.search(r"\bspin\(\s*[^)\s]", frame.code)])
 
 
@@ -242,33 +242,33 @@ def _hint(error: str, source: str, frames: tuple[Frame, ...]) -> str:
 
 
 def _source(trace: TracebackType | None) -> str:
-    """The text of the file, or of the cell, that the last frame of the reader's own is in."""
+    """Return the text of the file or cell of the reader's last frame."""
     own = [each.filename for each in traceback.extract_tb(trace) if _is_own(each.filename)]
     return "".join(linecache.getlines(own[-1])) if own else ""
 
 
 def text_of(callback: Callable[..., object]) -> str:
-    """The text of the file, or of the cell, that a callback is in."""
+    """Return the text of the file or cell that defines a callback."""
     code = getattr(callback, "__code__", None)
     return "".join(linecache.getlines(code.co_filename)) if code else ""
 
 
 def cell_of(cls: type) -> str:
-    """The text of the cell that defines a class; '' for one that no cell defines."""
+    """Return the text of the cell that defines a class; '' if no cell does."""
     codes = (getattr(each, "__code__", None) for each in vars(cls).values())
     name = next((code.co_filename for code in codes if code and is_cell(code.co_filename)), "")
     return "".join(linecache.getlines(name)) if name else ""
 
 
 def _defined_at(callback: Callable[..., object]) -> Frame:
-    """The line of a function's `def`."""
+    """Return the frame of a function's `def`."""
     code = callback.__code__
     text = linecache.getline(code.co_filename, code.co_firstlineno).strip()
     return Frame(_place(code.co_filename), code.co_firstlineno, "", text)
 
 
 def _pre_set(trace: TracebackType | None) -> Any:
-    """The pre-set callback whose answer rclpy could not take, if that is where the error was raised."""
+    """Return the pre-set callback whose return value rclpy could not use, if the error was raised there."""
     while trace and trace.tb_next:
         trace = trace.tb_next
     if trace and trace.tb_frame.f_code.co_name == PRE_SET:
@@ -285,7 +285,7 @@ def _is_own(filename: str) -> bool:
 
 
 def _own_frames(trace: TracebackType | None) -> tuple[Frame, ...]:
-    """The frames that are in the student's cells and files."""
+    """Return the frames that are in the student's cells and files."""
     found = []
     for summary in traceback.extract_tb(trace):
         if summary.lineno is None or not _is_own(summary.filename):
@@ -297,7 +297,7 @@ def _own_frames(trace: TracebackType | None) -> tuple[Frame, ...]:
 
 
 def _once(frames: list[Frame]) -> tuple[Frame, ...]:
-    """The frames without those of calls that come back to the same lines again and again."""
+    """Return the frames without repeated ones of a recursion."""
     return tuple(frames) if len(frames) < MANY else tuple(dict.fromkeys(frames))
 
 
@@ -306,12 +306,12 @@ def _place(filename: str) -> str:
 
 
 def is_cell(filename: str) -> bool:
-    """Return True if code compiled under this name is a notebook's cell."""
+    """Return True if the name of compiled code is that of a notebook's cell."""
     return "ipykernel_" in filename or filename.startswith("<ipython-input")
 
 
 def text_at(path: Path) -> str:
-    """The program's text; '' when its file is not there any more."""
+    """Return the program's text; '' if its file is gone."""
     try:
         return path.read_text(encoding="utf-8", errors="replace")
     except OSError:

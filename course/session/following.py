@@ -1,4 +1,4 @@
-"""The log as it grows: what has come to a session's log book and from its programs since one looked last."""
+"""Following the log: new entries of a session's log book and of its programs since the last read."""
 
 from collections.abc import Callable, Iterable, Mapping
 from itertools import chain
@@ -11,23 +11,23 @@ from course.session.watch import Handle
 
 
 class LogFollower:
-    """Reads on in the book and in the programs' output; what is not `wanted` is left out."""
+    """Reads new entries of the book and of the programs' output, if they are `wanted`."""
 
     def __init__(self, book: LogBook, handles: Mapping[str, Handle], wanted: Callable[[Entry], bool] | None = None):
         self._book, self._handles, self._wanted = book, handles, wanted
-        self._logged = 0  # of the book's messages that were read
-        self._held: list[bytes] = []  # of these, until it is known whether a program prints them as well
-        self._printed: dict[NodeProcess, int] = {}  # of the lines of each program
-        self._ended: set[tuple[NodeProcess, int]] = set()  # the programs' ends that were told, and the reports before
+        self._logged = 0  # the number of the book's messages that were read
+        self._held: list[bytes] = []  # messages held until it is known whether a program also prints them
+        self._printed: dict[NodeProcess, int] = {}  # the number of lines read of each program
+        self._ended: set[tuple[NodeProcess, int]] = set()  # reported ends of programs, with the reports before
 
     def read(self, limit: int) -> tuple[list[Entry], int]:
-        """The newest new entries, `limit` at most from the book and as many from each program, and how many are lost.
+        """Return the newest entries, at most `limit` from the book and from each program, and the number of lost ones.
 
-        Lost are those that came faster than they were read, or are more than the limit.
+        Entries are lost if they come faster than they are read, or exceed the limit.
         """
         programs = [handle for handle in list(self._handles.values()) if isinstance(handle, NodeProcess)]
         self._printed = {each: self._printed.get(each, 0) for each in programs}
-        # Of programs what they wrote on their terminal, where it is in order; of the others what is on /rosout.
+        # For programs their terminal output, which is in order; for other nodes the messages on /rosout.
         found, lost = self._from_book(limit, programs)
         for program in programs:
             entries, more = self._from_program(program, limit)
@@ -35,9 +35,9 @@ class LogFollower:
         return found, lost
 
     def _from_book(self, limit: int, programs: list[NodeProcess]) -> tuple[list[Entry], int]:
-        starting = any(program.starting for program in programs)  # asked before the book: what comes later is not held
+        starting = any(program.starting for program in programs)  # read before the book: later messages are not held
         before, (self._logged, messages) = self._logged, self._book.since(self._logged)
-        lost = self._logged - before - len(messages) if before else 0  # what was forgotten before is not lost
+        lost = self._logged - before - len(messages) if before else 0  # older ones are not counted as lost
         messages, self._held = self._held + messages, []
         if printed := {name for program in programs for name in program.names}:
             messages = [message for message in messages if node_of(message) not in printed]
@@ -51,7 +51,7 @@ class LogFollower:
         return self._newest(map(entry_of, messages), limit, lost)
 
     def _hold(self, messages: list[bytes]) -> tuple[list[bytes], list[bytes]]:
-        """The messages of nodes in this process, and the others."""
+        """Divide messages into those of nodes in this process, and the others."""
         nodes = [node for each in list(self._handles.values()) if isinstance(each, LiveNode) for node in each.nodes]
         mine = {base(node) for node in nodes}
         of_mine = [message for message in messages if node_of(message) in mine]
@@ -59,7 +59,7 @@ class LogFollower:
 
     def _from_program(self, program: NodeProcess, limit: int) -> tuple[list[Entry], int]:
         before = self._printed[program]
-        over = program.ended  # asked first: whoever has ended prints no more
+        over = program.ended  # read first: an ended program prints nothing more
         self._printed[program], lines = program.printed_since(before)
         lost = self._printed[program] - before - len(lines)
         if self._wanted is None:
@@ -69,7 +69,7 @@ class LogFollower:
         return self._newest(chain(entries, self._news(program, over)), limit + 10, lost)
 
     def _news(self, program: NodeProcess, over: bool) -> Iterable[Entry]:
-        """Return how it has ended, once."""
+        """Return the entry on how the program ended, once."""
         for number, report in enumerate(program.reports if over else []):
             if (program, number) not in self._ended:
                 self._ended.add((program, number))

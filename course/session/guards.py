@@ -1,7 +1,7 @@
-"""Guards for calls that are wrong in a cell: `rclpy.spin`, `rclpy.init`, `main()`, waiting inside a callback.
+"""Guards for calls that are wrong in a kernel: `rclpy.spin`, `rclpy.init`, `main()`, waiting inside a callback.
 
 In a kernel with a live session they say what to do instead, can be interrupted within a second, and leave the session
-alone.  In another thread than the main one, and for whoever spins with a time limit of its own, nothing changes.
+alone.  In threads other than the main one, and for spinning with a time limit, nothing changes.
 """
 
 import contextlib
@@ -27,7 +27,7 @@ SPUN = "the session spins it already, in the background"
 
 
 class Interrupted(KeyboardInterrupt):
-    """■ while a cell spun or waited: shown in a line, without rclpy's own frames."""
+    """An interruption (■) while a cell spun or waited; shown in one line, without rclpy's frames."""
 
     def _render_traceback_(self) -> list[str]:
         return ["KeyboardInterrupt: the cell was interrupted. The session goes on."]
@@ -35,7 +35,7 @@ class Interrupted(KeyboardInterrupt):
 
 @contextlib.contextmanager
 def interruptible() -> Iterator[None]:
-    """Show an interruption (■) of what runs in this block in a line."""
+    """Show an interruption (■) of this block in one line."""
     try:
         yield
     except KeyboardInterrupt:
@@ -46,12 +46,12 @@ class Guards:
     """The replaced functions, from `install` to `remove`."""
 
     def __init__(self, notice: Callable[[str], None]):
-        """`notice` is given what a callback's thread has to say to the reader."""
+        """Prepare; `notice` is called with messages to the reader from a callback's thread."""
         self._notice = notice
         self._undo: list[Callable[[], None]] = []
 
     def install(self) -> None:
-        """Guard this process."""
+        """Install the guards in this process."""
         self._undo = [
             replace_in_rclpy(self._init, rclpy, "init"),
             replace_in_rclpy(self._spin, rclpy, "spin"),
@@ -60,7 +60,7 @@ class Guards:
         ]
 
     def remove(self) -> None:
-        """Leave rclpy as it was."""
+        """Restore rclpy's functions."""
         for undo in reversed(self._undo):
             undo()
         self._undo.clear()
@@ -78,7 +78,7 @@ class Guards:
             elif rclpy.ok():
                 say("rclpy.init() was called before in this kernel, and once is enough. Here it is not needed at all.")
             else:
-                # rclpy's own handlers would end every context of this process at Ctrl-C, the session's too.
+                # rclpy's own handlers would shut down every context of this process at Ctrl-C, including the session's.
                 original(args=args, domain_id=domain_id, signal_handler_options=SignalHandlerOptions.NO)
 
         return init
@@ -127,7 +127,7 @@ class Guards:
                     f"spin_until_future_complete inside a callback of '{node.get_name()}' waits for an executor that "
                     "is busy with this callback. Make it `async def`, and write `await` before call_async(...)."
                 )
-                # There is no other executor that could spin it: this waits, as it would in a program.
+                # No other executor spins it, so this waits, as it would in a program.
                 wait_until(lambda: future.done() or node.executor is None or not node.context.ok(), limit)
                 return
             end = time.monotonic() + limit
@@ -156,7 +156,7 @@ class Guards:
 
 
 def for_a_file() -> str:
-    """Return what to say of a cell that runs, and is written as a file of its own."""
+    """Return the advice for a cell whose code belongs into a file of its own."""
     frame = sys._getframe()
     while frame.f_back is not None:
         frame = frame.f_back
@@ -168,10 +168,10 @@ def for_a_file() -> str:
 
 
 def in_main_thread() -> bool:
-    """Return True if a cell's own code runs this."""
+    """Return True in the main thread, in which cells run."""
     return threading.current_thread() is threading.main_thread()
 
 
 def say(text: str) -> None:
-    """Tell the reader, beneath the cell."""
+    """Print a message below the cell."""
     print(text, file=sys.stderr, flush=True)

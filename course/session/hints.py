@@ -1,6 +1,6 @@
 """Hints on the causes of the errors that students of ROS 2 meet most, a sentence each.
 
-A hint is only given where the cause is known; an error without one speaks for itself.
+There is a hint only if the cause is known.
 """
 
 import ast
@@ -33,17 +33,17 @@ from course.session.source import (
     wrong_return,
 )
 
-# What rclpy's node keeps under names that a class may take by mistake.
+# Attributes of rclpy's node whose names a class may use by mistake.
 OF_A_NODE = ("_parameters", "_parameter_overrides", "_descriptors", "_clock", "_logger", "_context")
-OWN_FILE = 0.7  # how much alike the names of a module and of a file are that may be meant
-# What Python calls a field's type, as a definition file writes it.
+OWN_FILE = 0.7  # least similarity of a module's name and the file that may be meant
+# Python's names of a field's type, and the names in a definition file.
 TYPES = {"boolean": "bool", "double": "float64", "float": "float32", "octet": "byte"}
 
 
 def hint(error: str, source: str = "", code: str = "") -> str:
-    """Return what to do about `error`, the last line of a traceback (`TypeError: ...`), or '' where nothing is known.
+    """Return a hint on `error`, the last line of a traceback (`TypeError: ...`), or ''.
 
-    `source` is the text of the program that it came from, and `code` the reader's own line that led to it.
+    `source` is the text of the program, and `code` the reader's line that caused the error.
     """
     for pattern, line, text in IN_A_LINE:
         if re.search(pattern, error) and re.search(line, code):
@@ -58,7 +58,7 @@ def hint(error: str, source: str = "", code: str = "") -> str:
 
 
 def type_name(kind: str) -> str:
-    """A field's type as a definition writes it: `float64`, where the Python class says `double`."""
+    """Return a field's type as in a definition: `float64`, where the Python class has `double`."""
     if found := re.fullmatch(r"sequence<(.*?)(?:, (\d+))?>", kind):
         return f"{type_name(found[1])}[{'<=' + found[2] if found[2] else ''}]"
     if found := re.fullmatch(r"(.*)\[(\d+)\]", kind):
@@ -67,7 +67,7 @@ def type_name(kind: str) -> str:
 
 
 def returns_nothing(callback: Callable[..., object]) -> bool:
-    """Return True if a function has no `return` with a value in it, as far as its source is known."""
+    """Return True if a function's source has no `return` with a value."""
     try:
         found = list(functions(parse(textwrap.dedent(inspect.getsource(callback)))))
     except (OSError, TypeError):
@@ -82,7 +82,7 @@ def never_called(source: str, name: str = "main") -> bool:
 
 
 def never_spins(source: str) -> bool:
-    """Return True if nothing in a program waits for callbacks: it makes its node, and is done."""
+    """Return True if a program makes its node but never waits for callbacks."""
     tree = parse(source)
     return not any(list(calls(tree, name)) for name in SPINS)
 
@@ -112,7 +112,7 @@ def _unknown_field(found: re.Match[str], source: str) -> str:
 
 
 def _wrapped(found: re.Match[str], source: str) -> str:
-    """Of a name that the end of a goal, or a feedback message, does not have itself."""
+    """Return the hint on a missing attribute of a goal's response or a feedback message, which wraps the one meant."""
     part, name = found[2], found[3]
     if part == "FeedbackMessage":
         return f"A feedback callback gets a message around the feedback: write `.feedback.{name}`."
@@ -156,7 +156,7 @@ def _has_fields(what: str, fields: list[str], name: str) -> str:
 
 
 def _no_such_argument(found: re.Match[str], source: str, code: str) -> str:
-    """Of `Fibonacci.Feedback(sequence=...)`, or `SetParametersResult(success=...)`."""
+    """Return the hint on an unknown field, as in `SetParametersResult(success=...)`."""
     name = found[1]
     for message, part in re.findall(r"\b([A-Z]\w*)(?:\.([A-Z]\w*))?\(", code):
         if fields := _fields(message, part, source):
@@ -166,7 +166,7 @@ def _no_such_argument(found: re.Match[str], source: str, code: str) -> str:
 
 
 def _fields(message: str, part: str, source: str) -> list[str]:
-    """The fields of a type that the program imports, as this process knows it."""
+    """Return the fields of a type that the program imports, if it is known here."""
     module = re.search(rf"from ([\w.]+) import (?:\([^)]*|[^\n]*)\b{message}\b", source)
     try:
         kind = getattr(importlib.import_module(module[1]), message) if module else None
@@ -229,7 +229,7 @@ def _not_callable(found: re.Match[str], source: str) -> str:
 
 
 def _called_here(found: re.Match[str], source: str, code: str) -> str:
-    """Of the only thing that a line calls by a plain name; what else it may be follows from the whole text."""
+    """Return the hint on the only function that a line calls by a plain name, else by the whole text."""
     names = {ast.unparse(node.func) for node in ast.walk(parse(code)) if isinstance(node, ast.Call)}
     if len(names) != 1 or hidden_method(source) or called_callback(source):
         return ""
@@ -338,7 +338,7 @@ def _future(found: re.Match[str], source: str) -> str:
 
 
 def _future_in_a_cell(found: re.Match[str], source: str, code: str) -> str:
-    """Of a line outside of all functions, in a cell that uses the session: it may wait."""
+    """Return the hint on a line outside of functions in a cell that uses the session, where waiting is allowed."""
     if code and re.search(r"\bros\.\w", source) and re.search(rf"^{re.escape(code)}\s*$", source, re.MULTILINE):
         return "What is sent gives a future at once, and not yet the answer: wait for it, as in `ros.wait(future)`."
     return ""
@@ -373,7 +373,7 @@ def _without_end(found: re.Match[str], source: str, code: str) -> str:
 
 
 def _of_the_class(found: re.Match[str], source: str, code: str) -> str:
-    """Of a method that is called on its class: `Agent` was handed over, and not `Agent()`."""
+    """Return the hint on a method called on its class: `Agent` was passed instead of `Agent()`."""
     cls, method = found[1].split(".")[-1], found[2]
     sent = next(calls(parse(code), method), None)
     takes = [_parameters(getattr(getattr(sys.modules.get("__main__"), cls, None), method, None))]
@@ -388,7 +388,7 @@ def _of_the_class(found: re.Match[str], source: str, code: str) -> str:
 
 
 def _parameters(function: object) -> int:
-    """Return how many arguments a function takes, `self` included; 0 for anything else."""
+    """Return the number of a function's parameters, `self` included; 0 for anything else."""
     return len(inspect.signature(function).parameters) if inspect.isfunction(function) else 0
 
 
@@ -424,11 +424,11 @@ def _is_module(found: re.Match[str], source: str) -> str:
 
 
 def _says(text: str) -> Callable[[re.Match[str], str], str]:
-    """An explanation that is always the same."""
+    """Return a hint with a fixed text."""
     return lambda found, source: text
 
 
-# The last line of a traceback, and what to say about it; the first that fits is taken.  Seen with rclpy 7.1.6.
+# Patterns for the last line of a traceback, with their hints; the first match counts.  Seen with rclpy 7.1.6.
 KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (r"^TypeError:?\s*$", _nothing_returned),
     (r"'(\w+)_(GetResult_Response|FeedbackMessage)' object has no attribute '(\w+)'", _wrapped),
@@ -583,8 +583,8 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (r"name '(\w+)' is not defined", _own_attribute),
 )
 
-NO_TEXT = r"^TypeError:?\s*$"  # what rclpy raises for an argument of the wrong type
-# An error, the reader's line that led to it, and what to say: asked before `KNOWN`.
+NO_TEXT = r"^TypeError:?\s*$"  # raised by rclpy for an argument of the wrong type
+# Patterns for an error and the reader's line that caused it, with hints; tried before `KNOWN`.
 IN_A_LINE: tuple[tuple[str, str, str], ...] = (
     (
         r"object is not callable",

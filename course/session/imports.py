@@ -1,4 +1,4 @@
-"""The mistake in an import of a ROS interface: what is installed is looked at, and the right line is named."""
+"""Hints on wrong imports of ROS interfaces: compares with the installed ones, and names the right line."""
 
 import ast
 import difflib
@@ -10,11 +10,11 @@ from course.session.source import parse
 
 INDEX = Path("share", "ament_index", "resource_index", "rosidl_interfaces")
 INTERFACE = re.compile(r"(msg|srv|action)/([A-Z]\w*)\.(?:msg|srv|action|idl)")
-LISTED = 3  # places that a hint names
+LISTED = 3  # possible imports in a hint
 
 
 def installed() -> dict[str, dict[str, list[str]]]:
-    """Return the interfaces of each package that can be imported here: by kind (msg, srv, action), their names."""
+    """Return the names of importable interfaces by package, then by kind (msg, srv, action)."""
     found: dict[str, dict[str, list[str]]] = {}
     for prefix in filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)):
         for path in sorted(Path(prefix, INDEX).glob("*")):
@@ -25,9 +25,9 @@ def installed() -> dict[str, dict[str, list[str]]]:
 
 
 def wrong_import(module: str, name: str, source: str) -> str:
-    """Return what to write instead of an import of `name` from `module` that fails, or '' where nothing is known.
+    """Return the hint on a failed import of `name` from `module`, or ''.
 
-    Without a `name` the module itself is not there: what was to be imported stands in `source`.
+    Without a `name` the module itself is missing: the imported names are in `source`.
     """
     known = installed()
     package, _, kind = module.partition(".")
@@ -52,6 +52,6 @@ def is_there(package: str) -> bool:
 
 
 def _imported(module: str, source: str) -> list[str]:
-    """The names that a program imports from `module`."""
+    """Return the names that a program imports from `module`."""
     imports = (node for node in ast.walk(parse(source)) if isinstance(node, ast.ImportFrom) and node.module == module)
     return [alias.name for node in imports for alias in node.names]

@@ -9,12 +9,12 @@ from course.ros.rclpy_internals import action_type, destroy
 
 
 def is_of(interface: object, package: str) -> bool:
-    """Return True if an interface's class is of `package`."""
+    """Return True if an interface's class belongs to `package`."""
     return str(getattr(interface, "__module__", "")).split(".")[0] == package
 
 
 def destructors(node: Node, package: str) -> Iterator[Callable[[], object]]:
-    """For each client, server, publisher, ... of `node` whose type is of `package`, what destroys it."""
+    """Yield a function that destroys it for each client, server, publisher, ... of `node` with a type of `package`."""
     for client in node.clients:
         if is_of(client.srv_type, package):
             yield functools.partial(node.destroy_client, client)

@@ -1,8 +1,8 @@
-"""The live session: how a notebook runs ROS 2 nodes inside its kernel, and as processes beside it.
+"""The live session: runs a notebook's ROS 2 nodes inside its kernel, and as processes beside it.
 
-One session serves one kernel.  It owns a private context on a ROS domain of its own, and every node that it starts is
-spun in a background thread by an executor of its own, as if each ran in its own process: a node that blocks, blocks
-only itself.  Callbacks run in those threads; cells run in the main thread.
+A kernel has one session, with its own context and ROS domain.  Every node that it starts is spun in a background thread
+by its own executor, as if each ran in its own process: a node that blocks does not block the others.  Callbacks run in
+those threads; cells run in the main thread.
 """
 
 import atexit
@@ -44,15 +44,15 @@ from course.session.started_nodes import USUAL, StartedNodes
 from course.session.table import Nodes, Row
 from course.session.watch import Handle, Watch
 
-TELLING = 0.5  # s that a wait must have lasted for the reader to be told why it may have been in vain
+TELLING = 0.5  # s that a failed wait must have lasted before a possible reason is shown
 
 
 class Session:
     """A private ROS 2 context on its own domain, and the nodes that were started in it.
 
-    `domain_id`: the domain to use; by default $ROS_DOMAIN_ID if the user has set it, else that of the current folder,
-    which no other session on this machine has.  `node` is the session's own node (hidden, spun in the background) for
-    clients, publishers and subscriptions.
+    `domain_id`: the domain to use; by default $ROS_DOMAIN_ID if the user has set it, else one that no other session on
+    this machine has, if possible that of a terminal in the current folder.  `node` is the session's own node (hidden,
+    spun in the background) for clients, publishers and subscriptions.
     """
 
     def __init__(self, domain_id: int | None = None):
@@ -63,15 +63,15 @@ class Session:
         self._own_domain = domain_id is None
         if domain_id is None:
             self._claim, domain_id = session_domain(self._folder)
-        os.environ.pop(environment.DOMAIN, None)  # from now on, ROS_DOMAIN_ID is this session's
+        os.environ.pop(environment.DOMAIN, None)  # ROS_DOMAIN_ID is this session's from now on
         self.domain_id = domain_id
-        # Children (`!ros2 ...`, `!python ...`) must meet these nodes, and nobody else's.
+        # Child processes (`!ros2 ...`, `!python ...`) must find these nodes, and no others.
         os.environ.update(environment.session_variables(domain_id))
         patch()
-        # Of a client that has died while it waited: its own report says so.
+        # About a client that died while it waited: its own report says so.
         warnings.filterwarnings("ignore", "failed to send response", RuntimeWarning)
         self.context = Context()
-        # The book shows the logs, from /rosout: on stderr they would litter the cells.
+        # The log book collects the logs from /rosout; on stderr they would clutter the cells.
         self.context.init(
             args=["--ros-args", "--disable-stdout-logs", "--disable-external-lib-logs"], domain_id=domain_id
         )
@@ -82,7 +82,7 @@ class Session:
         self._spinner = Spinner(self.node)
         outsiders = Outsiders(self.node, domain_id, self._handles)
         self._calls = Calls(self.node, self._handles, self.watch, outsiders)
-        self._told_unfit: set[str] = set()  # what the reader knows of topics whose QoS does not fit
+        self._told_unfit: set[str] = set()  # topics with incompatible QoS that the reader knows about
         self._closed = False
         self._publishing = Publishing(domain_id, str(self._folder), self._handles)
         self._nodes = StartedNodes(
@@ -116,82 +116,81 @@ class Session:
         timeout: float = USUAL,
         **kwargs: object,
     ) -> Handle:
-        """Start a node and return a handle on it; an earlier one of the same name is stopped, be it a class or a file.
+        """Start a node (a class or a file) and return a handle on it; an earlier one of the same name is stopped.
 
         A Node subclass is made (with `args` and `kwargs`) and spun in this kernel by an executor with `threads`
-        threads.  A file is run in its own process with the command line `args`; this waits until its node is there, at
-        most `timeout` s.  One that only computes is stopped earlier, unless `timeout` is longer than usual.
-        `parameters` overrides declared parameters, as `--ros-args -p name:=value` does.
+        threads.  A file is run in its own process with the command line `args`; this waits at most `timeout` s for its
+        node.  A program that only computes is stopped earlier, unless `timeout` is longer than usual.  `parameters`
+        overrides declared parameters, as `--ros-args -p name:=value` does.
 
-        Raises LiveError when a file's program ends or shows no node in time, and whatever a class's `__init__` raises.
+        Raises LiveError if a file's program ends or has no node in time, and the exceptions of a class's `__init__`.
         """
         self._check_open()
         if isinstance(what, (str, Path)):
             return self._nodes.start_file(Path(what), args, parameters or {}, timeout)
         handle = self._nodes.start_class(what, args, kwargs, parameters or {}, threads)
         for line in doubts("the cell", cell_of(what)):
-            say(line)  # and not at the end of a cell, which may wait for what does not come
+            say(line)  # now, not at the end of the cell, which may wait in vain
         return handle
 
     def stop(self, name: str | None = None) -> None:
         """Stop the node (or the file's process) called `name`, or all of them.
 
-        One that this session has never started is no error, and the reader is told of it.
+        A name that this session has never started is not an error, but the reader is told.
         """
         self._look_up(name)
         self._nodes.stop(name)
 
     def nodes(self) -> Nodes:
-        """The full names of the nodes that run in this session's domain, hidden ones left out.
+        """Return the full names of the running nodes in this session's domain, without hidden ones.
 
-        A notebook shows them as a table, with the started nodes that have ended, and why.
+        A notebook shows a table, which includes started nodes that have ended, and why.
         """
         for handle in list(self._handles.values()):
             self.watch.mark_told(handle)
         return Nodes(self._nodes.names(), self.rows())
 
     def others(self, name: str) -> list[tuple[str, str]]:
-        """Return who serves the service or action `name`, or publishes on the topic, and how to end each.
+        """Return the servers of the service or action `name`, or publishers of the topic, and how to end each.
 
-        They are the nodes that this session has started, and those of programs outside of it.
+        They include nodes of this session, and those of programs outside of it.
         """
         return self._nodes.others(name)
 
     def rows(self) -> list[Row]:
-        """Return the rows of the table of `nodes`; the nodes' reports do not count as told."""
+        """Return the rows of the table of `nodes`, without marking the nodes' reports as told."""
         return self._nodes.rows()
 
     @interruptible()
     def restart(self, name: str) -> Handle:
-        """Start the node or the file called `name` again, as it was started last; it may have been stopped since.
+        """Start the node or the file called `name` again, as it was started last, even if it was stopped since.
 
-        Raises LiveError when this session has started none of that name, and otherwise as `start` does.
+        Raises LiveError if this session has not started it, and otherwise as `start` does.
         """
         self._check_open()
         return self._nodes.restart(name)
 
     def server(self, service: str) -> tuple[str, bool]:
-        """Return who serves `service`, and whether `restart_server` can start it again; ('', False) for nobody."""
+        """Return the server of `service`, and whether `restart_server` can restart it; ('', False) if there is none."""
         return self._nodes.server(service)
 
     def restart_server(self, service: str) -> Handle:
-        """Start the server of `service` again, in this session; a Python file that runs elsewhere is ended for it.
+        """Restart the server of `service` in this session; a Python file that runs elsewhere is ended first.
 
-        Raises LiveError when it does not end, or cannot be started here.
+        Raises LiveError if it does not end, or cannot be started here.
         """
         self._check_open()
         return self._nodes.restart_server(service)
 
     def follow_logs(self, wanted: Callable[[Entry], bool] | None = None) -> LogFollower:
-        """Return a follower of what `logs` shows, as it grows; only the entries that are `wanted`."""
+        """Return a follower of new log entries, only those that are `wanted`."""
         return self._logs.follow(wanted)
 
     def logs(self, name: str | None = None, *, until: str | None = None, timeout: float = 5.0) -> Logs:
-        """Return what the node or the file called `name`, or every node, has logged since it was started.
+        """Return the log of the node or the file called `name`, or of every node, since its start.
 
-        Of a file's program this is all that it printed, too, and how it ended.  A log line travels on its own, and may
-        come after the response it tells of: with `until` this waits, at most `timeout` s, for a line that contains
-        that text.
+        For a file's program it includes all output, and how it ended.  A log line may arrive later than the response
+        that it is about: with `until` this waits, at most `timeout` s, for a line that contains that text.
         """
         if until is not None:
             self._logs.wait(name, until, timeout)
@@ -214,8 +213,8 @@ class Session:
     ) -> Any:
         """Call `service` and return its response.
 
-        The request is `request`, or one made of `fields`.  Raises CallTimeout when no server is there, or none answers,
-        within `timeout` s, and LiveError for a field that the request has not or that cannot hold the value.
+        The request is `request`, or one made of `fields`.  Raises CallTimeout if there is no server or no answer within
+        `timeout` s, and LiveError for an unknown field or an unfit value.
         """
         self._check_open()
         return self._calls.call(service, srv_type, fill(srv_type, fields) if request is None else request, timeout)
@@ -239,7 +238,7 @@ class Session:
     def until(self, condition: Callable[[], object], timeout: float = 5.0) -> bool:
         """Wait in the main thread until `condition()` holds; False after `timeout` s.
 
-        The reader is told, once, of topics on which nothing can arrive because of their QoS.
+        The reader is told, once, about topics on which nothing can arrive because of their QoS.
         """
         if wait_until(condition, timeout):
             return True
@@ -251,15 +250,15 @@ class Session:
         return False
 
     def apart(self, end: Publisher | Subscription | ActionClient) -> str:
-        """Return why no other node has the other end of a publisher, a subscription or an action client."""
+        """Return why a publisher, a subscription or an action client is not matched by another node."""
         if isinstance(end, ActionClient):
             return unserved(self.node, end)
         return unmatched(self.node, end, self._handles)
 
     def look(self) -> None:
-        """Raise NodeFailed when a node has died, or raised an exception, of which nobody was told.
+        """Raise NodeFailed if a node has died or raised an exception that was not reported yet.
 
-        All waits of the session do so; this is for a program that waits by other means.
+        All waits of the session do so; this is for code that waits in other ways.
         """
         self.watch.look()
 
@@ -286,7 +285,7 @@ class Session:
 
     @property
     def elsewhere(self) -> str:
-        """Return a sentence when the kernel has left the notebook's folder (`os.chdir`), or ''."""
+        """Return a sentence if the kernel has left the notebook's folder (`os.chdir`), or ''."""
         if (here := Path.cwd()) == self._folder:
             return ""
         return (
@@ -296,7 +295,7 @@ class Session:
 
     @property
     def introspecting(self) -> bool:
-        """Return True if the services of programs that are started publish what passes."""
+        """Return True if services of started programs are introspected."""
         return self._nodes.introspecting
 
     @introspecting.setter
@@ -305,13 +304,13 @@ class Session:
 
     @property
     def ok(self) -> bool:
-        """Return True if the session can be used: not closed, and its context not shut down by other code."""
+        """Return True if the session is open and its context was not shut down by other code."""
         return not self._closed and self.context.ok()
 
     def _find_packages(self) -> None:
-        """Make the interface packages of the folder importable, and build again what has changed on the disk.
+        """Make the interface packages of the folder importable, and rebuild those that have changed on the disk.
 
-        Raises LiveError when the kernel's programs would no longer meet the session.
+        Raises LiveError if programs of the kernel would no longer find the session's nodes.
         """
         if (now := os.environ.get("ROS_DOMAIN_ID")) != str(self.domain_id):
             raise LiveError(
@@ -327,14 +326,14 @@ class Session:
         """Stop the nodes of this kernel that use an interface of `package`, and drop the session's own uses."""
         self._nodes.stop_users(package)
         self._calls.package_replaced(package)
-        self._spinner.stop(destroy=False)  # what an executor waits on is not destroyed before it looks up
+        self._spinner.stop(destroy=False)  # an executor must notice before its waitables are destroyed
         self._calls.forget_types(package)
         for end in list(destructors(self.node, package)):
             end()
         self._spinner = Spinner(self.node)
 
     def _look_up(self, name: str | None) -> None:
-        """Tell the reader of a name that nothing in this session has."""
+        """Tell the reader about a name that is unknown in this session."""
         if name and not self._nodes.has_started(name):
             known = ", ".join(self._handles)
             self.watch.notice(
@@ -349,16 +348,16 @@ class Session:
         return f"<live session: {len(self._handles)} started>"
 
 
-_current: list[Session] = []  # the kernel's one, once it was asked for
+_current: list[Session] = []  # the kernel's session, once it was made
 
 
 def current() -> Session | None:
-    """The kernel's session, if it has one that can be used."""
+    """Return the kernel's session if there is a usable one, or None."""
     return _current[0] if _current and _current[0].ok else None
 
 
 def live() -> Session:
-    """The kernel's session, made at the first call, and made again when it has ended."""
+    """Return the kernel's session; makes it at the first call, and again after it has ended."""
     if not _current or not _current[0].ok:
         for session in _current:
             session.close()

@@ -1,4 +1,4 @@
-"""A node in this kernel, and the handle that the reader gets on it."""
+"""A node in this kernel, and the reader's handle on it."""
 
 import contextlib
 import threading
@@ -19,10 +19,10 @@ from course.session.spinner import Spinner, destroy_node
 
 
 class Owner(Protocol):
-    """The session, as far as a handle needs it."""
+    """The part of the session that a handle needs."""
 
     def logs(self, name: str) -> Logs:
-        """Return what the node called `name` has logged."""
+        """Return the log of the node called `name`."""
 
     def stop(self, name: str) -> None:
         """Stop the node called `name`."""
@@ -45,11 +45,11 @@ class LiveNode:
 
     @property
     def errors(self) -> list[BaseException]:
-        """The exceptions that its callbacks raised."""
+        """Return the exceptions that its callbacks raised."""
         return list(self._spinner.errors)
 
     def goal_failed(self, error: Exception | None, *, result: bool) -> None:
-        """Keep what an execute callback raised; without `error` it has returned no `result`, or set no state."""
+        """Record a failed execute callback: it raised `error`, or else returned no `result` or set no state."""
         if error is None:
             self._spinner.tell(of_goal(f"The node {self.name}", NO_STATE if result else NO_RESULT))
         else:
@@ -57,34 +57,34 @@ class LiveNode:
 
     @property
     def source(self) -> str:
-        """The text of the cells and files that its services' callbacks are in."""
+        """Return the text of the cells and files that define its services' callbacks."""
         return "".join(dict.fromkeys(text_of(service.callback) for service in self.node.services))
 
     def callback_of(self, service: str) -> tuple[str, str]:
-        """Return the text of the cell or file of what answers `service`, and its name; '' for what is not known."""
+        """Return the text of the cell or file of the callback of `service`, and its name; '' if unknown."""
         found = (each.callback for each in self.node.services if each.service_name == service)
         return next(((text_of(callback), getattr(callback, "__name__", "")) for callback in found), ("", ""))
 
     def is_held_here(self) -> bool:
-        """Return True in the one thread that runs the node's callbacks."""
+        """Return True in the node's only thread for callbacks."""
         return self._spinner.thread is threading.current_thread()
 
     @property
     def reports(self) -> list[FailureReport]:
-        """Return what its callbacks raised, and where."""
+        """Return the reports on exceptions of its callbacks."""
         return list(self._spinner.reports)
 
     @property
     def services(self) -> set[str]:
-        """The services that it offers, those of its actions too."""
+        """Return its services, those of its actions included."""
         name, namespace = self.node.get_name(), self.node.get_namespace()
-        with contextlib.suppress(InvalidHandle, NodeNameNonExistentError):  # it is being made, or destroyed
+        with contextlib.suppress(InvalidHandle, NodeNameNonExistentError):  # the node is being made or destroyed
             return {service for service, _ in self.node.get_service_names_and_types_by_node(name, namespace)}
         return set()
 
     @property
     def state(self) -> str:
-        """In a line: running or stopped, and the last exception."""
+        """Return a line: running or stopped, and the last exception."""
         running = "running" if self.alive else "stopped"
         return f"{running}; {self.reports[-1].line}" if self.reports else running
 
@@ -95,11 +95,11 @@ class LiveNode:
 
     @property
     def logs(self) -> Logs:
-        """Return what the node has logged so far."""
+        """Return the node's log so far."""
         return self._owner.logs(self.name)
 
     def is_version_of(self, cls: type[Node]) -> bool:
-        """Return True if this node is of class `cls` as it was before, or of one that `cls` is made from."""
+        """Return True if this node's class is an earlier version of `cls`, or a base of it."""
         own = type(self.node)
         return own.__name__ == cls.__name__ or issubclass(cls, own.__bases__[0])
 
@@ -122,9 +122,9 @@ def in_context(
     make_room: Callable[[str], None],
     notice: Callable[[str], None],
 ) -> type[Node]:
-    """`cls` with a last base before Node that hands Node the session's context, whatever the class's `__init__` takes.
+    """Return `cls` with a base before Node that passes the session's context to Node, whatever its `__init__` takes.
 
-    `make_room` is called with the node's name before the node is there, and `notice` with what the reader should know.
+    `make_room` is called with the node's name before the node is made, and `notice` with messages to the reader.
     """
 
     class Injector(Node):
@@ -135,7 +135,7 @@ def in_context(
             super().__init__(*args, **kwargs)
 
         def set_parameters(self, parameter_list: list[Parameter]) -> list[SetParametersResult]:
-            """Tell the reader what a cell has set in vain: few look at the results."""
+            """Tell the reader about refused sets in a cell, because few look at the results."""
             results = super().set_parameters(parameter_list)
             if threading.current_thread() is threading.main_thread():
                 for asked, result in zip(parameter_list, results, strict=False):

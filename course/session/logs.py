@@ -1,4 +1,4 @@
-"""The nodes' logs, collected from /rosout and shown in a notebook as a table that folds away."""
+"""The nodes' logs, collected from /rosout and shown in a notebook as a foldable table."""
 
 import html
 import math
@@ -23,11 +23,11 @@ Message = TypeVar("Message")
 
 KEPT = 5000
 LONGEST = 10_000  # characters of a line that are kept
-SHORT = 16_384  # bytes of a message that is kept as it came
+SHORT = 16_384  # bytes of a message that is kept whole
 NAME = 256  # bytes of a node's name: more than ROS 2 allows
-SHOWN = 1_000_000  # characters that a notebook shows: JupyterLab gets slow, and keeps all of them in the file
-SAMPLE = 2000  # messages after which one looks how fast they come
-FLOOD = 1000.0  # lines a second: more than anybody reads, and than a node's timer logs
+SHOWN = 1_000_000  # characters shown in a notebook: more would make JupyterLab slow and the file large
+SAMPLE = 2000  # messages after which their rate is checked
+FLOOD = 1000.0  # lines a second: more than anybody reads, or a node's timer logs
 
 
 @dataclass(frozen=True)
@@ -43,10 +43,10 @@ class Entry:
 
 
 class Logs(list[Entry]):
-    """Entries in the order in which they came; a notebook shows them folded, of very many the newest."""
+    """Entries in order of arrival; a notebook shows them folded, and only the newest of very many."""
 
     def __str__(self) -> str:
-        """The lines, as many of the newest as `SHOWN` characters hold."""
+        """Return the newest lines, up to `SHOWN` characters."""
         lines: list[str] = []
         left = SHOWN
         for entry in reversed(self):
@@ -68,35 +68,35 @@ class Logs(list[Entry]):
 
 LINE = re.compile(r"(?:\x1b\[\d*m)?\[(DEBUG|INFO|WARN|ERROR|FATAL)\] \[([\w./]+)\]: (.*?)(?:\x1b\[\d*m)?$")
 
-INSIDE = re.compile(r"(?:\x1b\[\d*m)?\[(?:DEBUG|INFO|WARN|ERROR|FATAL)\] \[[\w./]+\]: ")  # wherever it begins
+INSIDE = re.compile(r"(?:\x1b\[\d*m)?\[(?:DEBUG|INFO|WARN|ERROR|FATAL)\] \[[\w./]+\]: ")  # anywhere in a line
 
 
 def program_logs(name: str, output: str, ends: list[str]) -> list[Entry]:
-    """Return what a program wrote on its terminal (log lines of ROS and printed lines), and how it ended."""
+    """Return the entries of a program's terminal output (ROS log lines and printed lines), and how it ended."""
     entries = [entry_of_line(name, part) for line in output.splitlines() for part in _unglued(line)]
     return [*entries, *(Entry("ENDED", name, end) for end in ends)]
 
 
 def _unglued(line: str) -> list[str]:
-    """A line in two where a log line follows something that was printed without an end of line."""
+    """Split a line if a log line follows output without a newline."""
     found = INSIDE.search(line)
     return [line[: found.start()], line[found.start() :]] if found and found.start() else [line]
 
 
 def entry_of_line(name: str, line: str) -> Entry:
-    """Return the entry for a line of the program called `name`: a log line of ROS, or something that it printed."""
+    """Return the entry for a line of the program called `name`: a ROS log line, or printed output."""
     found = LINE.match(line)
     return Entry(found[1], found[2], found[3]) if found else Entry("PRINT", name, line)
 
 
 def node_of_line(line: str) -> str | None:
-    """The node that has logged this line of a terminal; None for what no node has logged."""
+    """Return the node that logged this line of a terminal; None if it is not a log line."""
     found = LINE.match(line.rstrip("\n"))
     return found[2] if found else None
 
 
 def entry_of(message: bytes) -> Entry:
-    """The entry in a message of /rosout; anybody can publish there, also bytes that are not a log message."""
+    """Return the entry of a /rosout message, which may be invalid, because anybody can publish there."""
     if (log := decoded(message, Log)) is None:
         return Entry(
             "WARN", node_of(message), f"(published {len(message):,} bytes on /rosout that are not a log message)"
@@ -105,15 +105,15 @@ def entry_of(message: bytes) -> Entry:
 
 
 def node_of(message: bytes) -> str:
-    """The node in a message of /rosout, a hundred times faster than `entry_of`.
+    """Return the node of a /rosout message, a hundred times faster than `entry_of`.
 
-    In the message's CDR encoding, four bytes of header, a stamp and the level come before the length of its name.
+    In the CDR encoding, a header of four bytes, a stamp and the level come before the name's length.
     """
     return _text_at(message, 16, NAME)[0]
 
 
 def short(message: bytes) -> bytes:
-    """A message of /rosout, with the beginning of its text when it is a long one."""
+    """Return a /rosout message, with only the beginning of a long text."""
     if len(message) <= SHORT:
         return message
     name, end = _text_at(message, 16, NAME)
@@ -124,7 +124,7 @@ def short(message: bytes) -> bytes:
 
 
 def decoded(message: bytes, kind: type[Message]) -> Message | None:
-    """A message as it came; None when it is not of this kind: anybody may publish any bytes on any topic."""
+    """Deserialize a message; None if that fails, because anybody may publish any bytes on any topic."""
     try:
         return cast(Message, deserialize_message(message, kind))
     except (RuntimeError, MemoryError):  # the middleware's RMWError is a RuntimeError
@@ -132,7 +132,7 @@ def decoded(message: bytes, kind: type[Message]) -> Message | None:
 
 
 def _text_at(message: bytes, start: int, most: int) -> tuple[str, int]:
-    """The text in a CDR encoding whose length stands at `start`, `most` bytes of it, and where it ends."""
+    """Return the text in a CDR encoding whose length is at `start`, at most `most` bytes of it, and its end."""
     end = start + 4 + int.from_bytes(message[start : start + 4], _order(message))
     return message[start + 4 : min(end - 1, start + 4 + most)].decode(errors="replace"), end
 
@@ -142,12 +142,12 @@ def _order(message: bytes) -> Literal["little", "big"]:
 
 
 class LogBook:
-    """Collects /rosout on the given node: as bytes, because reading each line at once would slow every call down."""
+    """Collects /rosout on the given node, as bytes, because decoding each line at once would slow every call down."""
 
     def __init__(self, node: Node, flooded: Callable[[str], None] = lambda node: None):
-        """`flooded` is called, in the thread that spins `node`, with the name of a node that logs without measure."""
+        """Subscribe; `flooded` is called, in the thread that spins `node`, with a node that logs too much."""
         self._messages: deque[bytes] = deque(maxlen=KEPT)
-        self.count = 0  # of all that have come
+        self.count = 0  # the number of all messages received
         self._flooded, self._sampled = flooded, time.monotonic()
         self._changed = threading.Condition(threading.RLock())
         node.create_subscription(
@@ -164,7 +164,7 @@ class LogBook:
             self._look_for_floods()
 
     def _look_for_floods(self) -> None:
-        """Tell who has logged most of the last messages, when they came faster than anybody reads."""
+        """Report the node with most of the last messages, if they came too fast to be read."""
         now = time.monotonic()
         passed, self._sampled = now - self._sampled, now
         if FLOOD * passed < SAMPLE:
@@ -174,19 +174,19 @@ class LogBook:
                 self._flooded(node)
 
     def read(self, node: str | None = None) -> Logs:
-        """The entries of `node`, or all."""
+        """Return the entries of `node`, or all."""
         with self._changed:
             messages = list(self._messages)
         return Logs(entry for entry in map(entry_of, messages) if node is None or entry.node == node.lstrip("/"))
 
     def since(self, count: int) -> tuple[int, list[bytes]]:
-        """Return the number received so far, and the newest after the first `count`, as `entry_of` takes them."""
+        """Return the number of messages received so far, and the newest after the first `count`, for `entry_of`."""
         with self._changed:
             new = min(self.count - count, len(self._messages))
             return self.count, list(self._messages)[len(self._messages) - new :]
 
     def forget(self, node: str, before: float = math.inf) -> None:
-        """Drop the entries of `node`: those stamped before a time (s, as `time.time()` gives it), or all."""
+        """Drop the entries of `node` stamped before a time (s of `time.time()`), or all."""
 
         def stays(message: bytes) -> bool:
             if node_of(message) != node or (log := decoded(message, Log)) is None:

@@ -1,4 +1,4 @@
-"""The cause that keeps the ends of a topic, or an action, apart: its name, type or quality of service (QoS)."""
+"""Finding out why endpoints of a topic or an action do not match: name, type or quality of service (QoS)."""
 
 import linecache
 from collections.abc import Iterator, Mapping
@@ -19,12 +19,12 @@ from course.session.node_process import NodeProcess
 from course.session.source import made_at
 from course.session.watch import Handle
 
-SEND = "/_action/send_goal"  # the service of an action's server
-LISTED = 6  # topics that a message names
+SEND = "/_action/send_goal"  # a service of every action server
+LISTED = 6  # topics that are named in a message
 
 
 def unmatched(node: Node, end: Publisher | Subscription, handles: Mapping[str, Handle]) -> str:
-    """Return why no other node has the other end of a topic of which `node` has this one."""
+    """Return why `node`'s publisher or subscription `end` is not matched by another node."""
     publishes = isinstance(end, Publisher)
     verb, kind, topic = "subscribes" if publishes else "publishes", type_name(cast(type, end.msg_type)), end.topic_name
     others = _others(node, topic, publishes)
@@ -44,7 +44,7 @@ def unmatched(node: Node, end: Publisher | Subscription, handles: Mapping[str, H
 
 
 def unserved(node: Node, client: ActionClient) -> str:
-    """Return why an action client of `node` finds no server, and what is served instead."""
+    """Return why an action client of `node` finds no server, and which actions exist instead."""
     name, kind = action_name(client), type_name(cast(type, action_type(client)))
     served = {each: kinds for each, kinds in get_action_names_and_types(node) if node.count_services(f"{each}{SEND}")}
     if others := [each for each in served.get(name, []) if each != kind]:
@@ -54,7 +54,7 @@ def unserved(node: Node, client: ActionClient) -> str:
 
 
 def unfit_topics(node: Node, handles: Mapping[str, Handle]) -> list[str]:
-    """Return, of each publisher and subscription in the graph whose QoS does not fit, both sides and their lines."""
+    """Return a text for each publisher and subscription in the graph with incompatible QoS, with both lines of code."""
     found = []
     for topic, kinds in node.get_topic_names_and_types():
         if is_hidden(topic) or any(kind.startswith(OF_EVERY_NODE) for kind in kinds):
@@ -75,7 +75,7 @@ def unfit_topics(node: Node, handles: Mapping[str, Handle]) -> list[str]:
 
 
 def unfit_service(node: Node, service: str, asked: QoSProfile, handles: Mapping[str, Handle]) -> str:
-    """Return why a client with the QoS `asked` and the server of `service` do not meet, or ''."""
+    """Return why a client with the QoS `asked` and the server of `service` do not match, or ''."""
     for each in node.get_publishers_info_by_topic(f"rr{service}Reply", no_mangle=True):
         offered = each.qos_profile
         if QoSCompatibility.ERROR in (qos_check_compatible(offered, asked)[0], qos_check_compatible(asked, offered)[0]):
@@ -88,7 +88,7 @@ def unfit_service(node: Node, service: str, asked: QoSProfile, handles: Mapping[
 
 
 def _unfit(offered: QoSProfile, asked: QoSProfile) -> str:
-    same = words(offered) == words(asked)  # so it is the deadline, or the liveliness
+    same = words(offered) == words(asked)  # then deadline or liveliness differ
     reason = f" ({qos_check_compatible(offered, asked)[1].strip().rstrip(';')})" if same else ""
     return (
         "the qualities of service (QoS) do not fit, so that nothing arrives: "
@@ -101,7 +101,7 @@ def _who(node: Node, end: TopicEndpointInfo) -> str:
 
 
 def _lines(node: Node, handles: Mapping[str, Handle], end: TopicEndpointInfo, maker: str, name: str) -> Iterator[Frame]:
-    """The line in which this end is made, where its text is known."""
+    """Return the line of code that makes this endpoint, if its text is known."""
     for place, source in _texts(node, handles, end):
         if line := made_at(source, maker, name):
             yield Frame(place, line, "", source.splitlines()[line - 1].strip())
@@ -109,7 +109,7 @@ def _lines(node: Node, handles: Mapping[str, Handle], end: TopicEndpointInfo, ma
 
 
 def _texts(node: Node, handles: Mapping[str, Handle], end: TopicEndpointInfo) -> Iterator[tuple[str, str]]:
-    """The programs and cells that may have made this end, the newest first, each with its place."""
+    """Yield the programs and cells that may have made this endpoint, the newest first, each with its place."""
     if end.node_name == node.get_name():
         for file in reversed(list(linecache.cache)):
             if is_cell(file):
@@ -120,11 +120,11 @@ def _texts(node: Node, handles: Mapping[str, Handle], end: TopicEndpointInfo) ->
         if isinstance(handle, NodeProcess):
             yield handle.name, handle.source
         else:
-            own: Any = type(handle.node).__mro__[1].__init__  # type: ignore[misc]  # of the reader's own class
+            own: Any = type(handle.node).__mro__[1].__init__  # type: ignore[misc]  # that of the reader's class
             yield "the cell", text_of(own)
 
 
 def _others(node: Node, topic: str, publishes: bool) -> list[TopicEndpointInfo]:
-    """The ends of a topic that lie opposite to a publisher, or a subscription, without those of hidden nodes."""
+    """Return the subscriptions for a publisher, or the publishers for a subscription, without hidden nodes."""
     look = node.get_subscriptions_info_by_topic if publishes else node.get_publishers_info_by_topic
     return [each for each in look(topic) if not is_hidden(each.node_name)]

@@ -1,4 +1,4 @@
-"""A node in a process of its own: the reader's file, started and ended by the session."""
+"""A node in its own process: the reader's file, started and ended by the session."""
 
 import contextlib
 import itertools
@@ -34,17 +34,17 @@ GRACE = 3.0  # s for a program to end after Ctrl-C
 
 
 class NodeProcess:
-    """`python FILE ARGUMENTS` in a session of its own, so that interrupting a cell does not reach it.
+    """`python FILE ARGUMENTS` in its own process session, so that it is not interrupted with a cell.
 
-    It dies with this process, however this one ends.
+    It ends with this process, however that ends.
     """
 
     def __init__(
         self, path: Path, arguments: list[str], changed: Callable[[], None] = lambda: None, introspecting: bool = False
     ):
-        """Start it; with `introspecting`, its services publish what passes.
+        """Start it; with `introspecting`, its services are introspected.
 
-        `changed` is called, in another thread, when it has ended or a goal of it has failed.
+        `changed` is called, in another thread, when it has ended or one of its goals has failed.
         """
         self._stacks = Stacks()
         self._variables = self._stacks.environment(os.environ, introspecting=introspecting)
@@ -52,14 +52,14 @@ class NodeProcess:
         self.path = path.absolute()
         self.name = path.name
         self.nodes: list[str] = []
-        self.services: set[str] = set()  # that it has offered
-        self._loggers: set[str] = set()  # the names of its nodes that have logged on its terminal
-        self.stopped = False  # by the reader, through the session
+        self.services: set[str] = set()  # services that it has offered
+        self._loggers: set[str] = set()  # its nodes that have logged on its terminal
+        self.stopped = False  # whether the reader stopped it through the session
         self._report: FailureReport | None = None
-        self._goals = False  # whether one has failed
+        self._goals = False  # whether a goal has failed
         self._failed: list[FailureReport] = []
-        self._read_lines = 0  # of its output
-        self._searched_lines = 0  # of these, for failed goals
+        self._read_lines = 0  # lines of its output
+        self._searched_lines = 0  # lines searched for failed goals
         self._printing = threading.Lock()
         self._lines: deque[str] = deque(maxlen=KEPT_LINES)
         self.started = time.time()
@@ -72,9 +72,9 @@ class NodeProcess:
         started.result()
 
     def _run(self, arguments: list[str], started: "Future[None]") -> None:
-        """Start the program, and read what it prints until it ends.
+        """Start the program, and read its output until it ends.
 
-        Both in one thread: Linux lets the program die with the thread that has started it (prctl(2), PR_SET_PDEATHSIG).
+        Both in one thread: Linux ends the program with the thread that started it (prctl(2), PR_SET_PDEATHSIG).
         """
         try:
             self._popen = subprocess.Popen(
@@ -97,7 +97,7 @@ class NodeProcess:
 
     def _read(self) -> None:
         assert self._popen.stdout is not None
-        awaited = ""  # after a failed goal: the line that its traceback begins with, and then the one that it ends with
+        awaited = ""  # after a failed goal: the first line of its traceback, and then the last
         for line in _lines(self._popen.stdout):
             with self._printing:
                 self._lines.append(line)
@@ -124,23 +124,23 @@ class NodeProcess:
 
     @property
     def pid(self) -> int:
-        """The number of its process."""
+        """Return its process id."""
         return self._popen.pid
 
     @property
     def returncode(self) -> int | None:
-        """Its exit status, None while it runs."""
+        """Return its exit status, None while it runs."""
         return self._popen.poll()
 
     @property
     def output(self) -> str:
-        """Return what it has printed and logged on its terminal, the last 2,000 lines."""
+        """Return the last 2,000 lines of its output."""
         if not self.alive and threading.current_thread() is not self._reader:
             self._reader.join(1.0)
         return "".join(self._lines).rstrip("\n")
 
     def printed_since(self, count: int) -> tuple[int, list[str]]:
-        """Return how many lines it has printed by now, and the newest of those after the first `count`."""
+        """Return the number of lines printed so far, and the newest after the first `count`."""
         with self._printing:
             lines, now = self._lines.copy(), self._read_lines
         new = min(now - count, len(lines))
@@ -148,23 +148,23 @@ class NodeProcess:
 
     @property
     def names(self) -> set[str]:
-        """The names, without namespace, of its nodes that are known by now: found in the graph, or in its log lines."""
+        """Return the names, without namespace, of its nodes known so far, from the graph or its log lines."""
         with self._printing:
             return {base(node) for node in self.nodes} | self._loggers
 
     @property
     def starting(self) -> bool:
-        """Return True if it may have nodes whose names are not known yet."""
+        """Return True if it may have nodes that are not known yet."""
         return not self.nodes and not self.ended
 
     @property
     def ended(self) -> bool:
-        """Return True once it has ended, and all that it has printed was read."""
+        """Return True once it has ended and all its output was read."""
         return not self.alive and not self._reader.is_alive()
 
     @property
     def source(self) -> str:
-        """The program's text, '' when its file is not there any more."""
+        """Return the program's text, '' if its file is gone."""
         return text_at(self.path)
 
     @property
@@ -174,7 +174,7 @@ class NodeProcess:
 
     @property
     def reports(self) -> list[FailureReport]:
-        """Return its failure reports: an exception in an action's execute callback, and how it came to its end."""
+        """Return its failure reports: exceptions in an action's execute callback, and how it ended."""
         if self._goals and self._searched_lines != self._read_lines:
             self._searched_lines = self._read_lines
             found = failed_goals(self.path, "".join(self._lines))
@@ -186,19 +186,19 @@ class NodeProcess:
         return [*self._failed, self._report]
 
     def doing(self) -> tuple[Frame, ...]:
-        """Return where in its file the program is: in a callback, or else in its main part; () when that is not known.
+        """Return the frames of the program in its file: in a callback, or else in the main thread; () if unknown.
 
-        A program that only waits for callbacks is nowhere.
+        Also () if it only waits for callbacks.
         """
         return self._stacks.doing(self.pid, self.path) if self.alive else ()
 
     def loop(self) -> tuple[Frame, ...]:
-        """Return where the program loops, if it has done nothing but use the processor since it began; else ()."""
+        """Return the frames of a loop, if the program has only used the processor since its start; else ()."""
         return self._stacks.loop(self.pid, self.path) if self.alive else ()
 
     @property
     def state(self) -> str:
-        """In a line: running, stopped, or how it ended."""
+        """Return a line: running, stopped, or how it ended."""
         if self.alive:
             return "; ".join(["running", *(report.line for report in self.reports[-1:])])
         return self.reports[-1].line if self.reports else "stopped"
@@ -209,7 +209,7 @@ class NodeProcess:
         return f"{self.name}, process {self.pid}"
 
     def stop(self) -> None:
-        """End it as Ctrl-C does, and by force when that does not help within 3 s."""
+        """End it as Ctrl-C does, and by force after 3 s."""
         self._end()
 
     def _end(self) -> None:
@@ -219,7 +219,7 @@ class NodeProcess:
                 os.killpg(self._popen.pid, signal.SIGINT)
                 with contextlib.suppress(subprocess.TimeoutExpired):
                     self._popen.wait(GRACE)
-            os.killpg(self._popen.pid, signal.SIGKILL)  # and whatever it started
+            os.killpg(self._popen.pid, signal.SIGKILL)  # with all processes that it started
         self._popen.wait()
         self._reader.join(1.0)
 
@@ -229,7 +229,7 @@ class NodeProcess:
 
 
 def _lines(output: IO[str]) -> Iterator[str]:
-    """The lines of a program's output, LONGEST characters of each: a line may be without end."""
+    """Yield the lines of a program's output, at most LONGEST characters each, because a line may never end."""
     while line := output.readline(LONGEST + 1):
         rest = line
         while len(rest) > LONGEST and not rest.endswith("\n"):

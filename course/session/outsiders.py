@@ -1,6 +1,6 @@
-"""Programs outside of a session that use its domain: who serves a name there, in which process, and how to end it.
+"""Programs outside of a session that use its domain: finding the process that serves a name, and how to end it.
 
-The middleware tells of each endpoint by which participant it was made, and that leads to its process.
+The middleware knows the participant of each endpoint, and that identifies the process.
 """
 
 import contextlib
@@ -22,20 +22,20 @@ from course.session.presence import EVENTS, UNKNOWN
 from course.session.watch import Handle
 
 COMMAND = 60  # characters of a program's command line
-PROGRAM, HOST = slice(12), slice(2, 4)  # in an endpoint's identifier
+PROGRAM, HOST = slice(12), slice(2, 4)  # in an endpoint's id
 
 
 @dataclass(frozen=True)
 class Outsider:
-    """A node that the session has not started."""
+    """A node that the session did not start."""
 
-    node: str  # its full name
-    pid: int = 0  # of its process; 0 when it runs on another host, or out of sight
+    node: str  # the node's full name
+    pid: int = 0  # process id; 0 if it runs on another host or cannot be seen
     command: str = ""
 
     @property
     def where(self) -> str:
-        """Return where it runs, as far as that is known."""
+        """Return where it runs, as far as known."""
         command = f" ({self.command})" if self.command else ""
         return f"process {self.pid}{command}" if self.pid else "a process that cannot be seen from here"
 
@@ -54,31 +54,31 @@ class Outsider:
 
     @property
     def ending(self) -> str:
-        """Return how to end it."""
+        """Return instructions for ending it."""
         return f"Ctrl-C in its terminal, or `!kill {self.pid}`" if self.pid else "Ctrl-C where it was started"
 
 
 class Outsiders:
-    """The nodes beside those of `handles` that `node`, the session's own, sees in the ROS domain `domain`."""
+    """The nodes other than those of `handles` that `node`, the session's own, sees in the ROS domain `domain`."""
 
     def __init__(self, node: Node, domain: int, handles: Mapping[str, Handle]):
         self._node, self._domain, self._handles = node, domain, handles
 
     def nodes(self) -> list[Outsider]:
-        """All of them, hidden ones left out."""
+        """Return all of them, without hidden ones."""
         return list(self._outside(self._node.get_publishers_info_by_topic(EVENTS)))
 
     def serving(self, name: str) -> list[Outsider]:
-        """Those that serve the service or the action `name`, or publish on the topic of that name."""
+        """Return those that serve the service or the action `name`, or publish on that topic."""
         return list(dict.fromkeys(self._outside(self._ends(name))))
 
     def own(self, name: str) -> list[str]:
-        """The nodes and files of the session that serve the service or action `name`, or publish on the topic."""
+        """Return the session's nodes and files that serve the service or action `name`, or publish on that topic."""
         found = []
         ends = self._ends(name)
         for key, handle in list(self._handles.items()):
             pid = handle.pid if isinstance(handle, NodeProcess) else os.getpid()
-            nodes = handle.nodes if pid == os.getpid() else None  # a kernel has many nodes, a file's are all its own
+            nodes = handle.nodes if pid == os.getpid() else None  # a file's nodes are all its own
             if handle.alive and any(
                 is_of_process(end.endpoint_gid, pid) and (nodes is None or self._node_of(end) in nodes) for end in ends
             ):
@@ -86,14 +86,14 @@ class Outsiders:
         return found
 
     def _ends(self, name: str) -> list[TopicEndpointInfo]:
-        """Return what serves the service or the action `name`, or publishes on the topic of that name."""
+        """Return the endpoints that serve the service or the action `name`, or publish on that topic."""
         services = (name, f"{name}/_action/send_goal")
         topics = [(f"rr{service}Reply", True) for service in services] + [(name, False)]
         look = self._node.get_publishers_info_by_topic
         return [end for topic, raw in topics for end in look(topic, no_mangle=raw)]
 
     def _outside(self, ends: Iterable[TopicEndpointInfo]) -> Iterator[Outsider]:
-        """The nodes outside that these are of."""
+        """Yield the outside nodes of these endpoints."""
         started = {handle.pid for handle in list(self._handles.values()) if isinstance(handle, NodeProcess)}
         for endpoint in ends:
             name, identifier = self._node_of(endpoint), bytes(endpoint.endpoint_gid)
@@ -102,13 +102,13 @@ class Outsiders:
             if base(name).startswith("_") and base(name) != UNKNOWN:
                 continue
             found = self._processes(identifier)
-            if found and _session(found[0]) not in started:  # a program of the session may have started others
+            if found and _session(found[0]) not in started:  # not started by a program of the session
                 yield Outsider(name, found[0], _command(found[0]))
-            elif not found and identifier[HOST] != self._host:  # else the graph remembers what has ended
+            elif not found and identifier[HOST] != self._host:  # otherwise the graph remembers an ended node
                 yield Outsider(name)
 
     def _node_of(self, endpoint: TopicEndpointInfo) -> str:
-        """Return the full name of the node that an endpoint belongs to; its program's parameter events may know it."""
+        """Return the full name of an endpoint's node, if needed from its program's parameter events."""
         if endpoint.node_name == UNKNOWN:
             program = bytes(endpoint.endpoint_gid)[PROGRAM]
             known = self._node.get_publishers_info_by_topic(EVENTS)
@@ -117,14 +117,14 @@ class Outsiders:
 
     @cached_property
     def _host(self) -> bytes:
-        """Return what the identifiers of this host's endpoints have in common."""
+        """Return the common part of the ids of this host's endpoints."""
         publishers = self._node.get_publishers_info_by_topic(EVENTS)
         return next(
             (bytes(each.endpoint_gid)[HOST] for each in publishers if each.node_name == self._node.get_name()), b""
         )
 
     def _processes(self, identifier: bytes) -> list[int]:
-        """The running processes that this endpoint may be of, and that take part in the domain."""
+        """Return the running processes in the domain that this endpoint may belong to."""
         sockets = {f"socket:[{port.inode}]" for port in ports(self._domain)}
         listed = (int(name) for name in os.listdir("/proc") if name.isdecimal())
         fitting = (pid for pid in listed if is_of_process(identifier, pid) and processes.birth(pid))
@@ -132,7 +132,7 @@ class Outsiders:
 
 
 def _has(pid: int, sockets: set[str]) -> bool:
-    """Return True if a process has one of the sockets, or if it is another user's and cannot be asked."""
+    """Return True if a process has one of the sockets, or belongs to another user and cannot be checked."""
     try:
         descriptors = list(Path(f"/proc/{pid}/fd").iterdir())
     except PermissionError:
@@ -140,7 +140,7 @@ def _has(pid: int, sockets: set[str]) -> bool:
     except OSError:
         return False
     for descriptor in descriptors:
-        with contextlib.suppress(OSError):  # closed meanwhile
+        with contextlib.suppress(OSError):  # the descriptor was closed meanwhile
             if os.readlink(descriptor) in sockets:
                 return True
     return False
@@ -153,12 +153,12 @@ def _session(pid: int) -> int:
 
 
 def _words(pid: int) -> list[str]:
-    """Return the command line of a process; raises OSError when it has gone."""
+    """Return the command line of a process; raises OSError if it is gone."""
     return Path(f"/proc/{pid}/cmdline").read_text(errors="replace").rstrip("\0").split("\0")
 
 
 def _command(pid: int) -> str:
-    """Return the command line of a process, its program and its file without their folders."""
+    """Return the command line of a process, with program and file without folders."""
     try:
         words = _words(pid)
     except OSError:

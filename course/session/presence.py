@@ -1,9 +1,9 @@
-"""The nodes that the ROS graph shows in the session's domain, without those that it failed to remove.
+"""The nodes of the ROS graph in the session's domain, without those that the middleware failed to remove.
 
-A program that ends publishes the last changes of its node list, and then leaves.  The middleware learns the two in two
-threads: on a busy machine it may remove the program first, and then enter the late list as if it were a new program's.
-Such a ghost has a name and no endpoint, and stays for as long as this process does (rmw_fastrtps_shared_cpp,
-listener_thread.cpp; rmw_dds_common, GraphCache::update_participant_entities).
+A program that ends publishes the last changes of its node list, and then leaves.  The middleware handles these in two
+threads: on a busy machine it may remove the program first, and then enter the late list as if from a new program. Such
+a ghost has a name but no endpoint, and stays until this process ends (rmw_fastrtps_shared_cpp, listener_thread.cpp;
+rmw_dds_common, GraphCache::update_participant_entities).
 """
 
 import time
@@ -19,10 +19,10 @@ from course.ros.names import full, split
 from course.ros.rclpy_internals import NodeNameNonExistentError, unwatched
 from course.session.node_process import NodeProcess
 
-FORGOTTEN = 15.0  # s; a node that was killed is in the graph for 5 (discovery.xml), on a busy machine for longer
-SETTLED = 2.0  # s that a program may take from its node to its executor
-UNKNOWN = "_NODE_NAME_UNKNOWN_"  # the name of an endpoint's node that was not heard of yet
-EVENTS = "/parameter_events"  # every node of rclpy has one publisher there, and of rclcpp unless it was told not to
+FORGOTTEN = 15.0  # s; a killed node stays in the graph for 5 s (discovery.xml), longer on a busy machine
+SETTLED = 2.0  # s that a program may take from making its node to spinning it
+UNKNOWN = "_NODE_NAME_UNKNOWN_"  # the name of a node that is not discovered yet
+EVENTS = "/parameter_events"  # every rclpy node has a publisher there, and every rclcpp node unless disabled
 
 
 class Presence:
@@ -32,7 +32,7 @@ class Presence:
         self._node = node
 
     def names(self) -> list[str]:
-        """The full names of all nodes, hidden ones too; a name that two nodes have is there twice."""
+        """Return the full names of all nodes, hidden ones too; a name of two nodes is listed twice."""
         listed = Counter(full(name, space) for name, space in self._node.get_node_names_and_namespaces())
         publishers = self._node.get_publishers_info_by_topic(EVENTS)
         alive = Counter(full(each.node_name, each.node_namespace) for each in publishers)
@@ -41,28 +41,28 @@ class Presence:
         return sorted(listed.elements())
 
     def of_process(self, pid: int) -> list[str]:
-        """The full names of the nodes that a process of this host has, as far as they publish parameter events."""
+        """Return the full names of the nodes of a process on this host, if they publish parameter events."""
         publishers = self._node.get_publishers_info_by_topic(EVENTS)
         own = (each for each in publishers if is_of_process(each.endpoint_gid, pid))
         return sorted(full(each.node_name, each.node_namespace) for each in own if each.node_name != UNKNOWN)
 
     def new_of_nobody(self, before: Iterable[str]) -> list[str]:
-        """Return the nodes that were not there `before`, and that no process can be told to have."""
+        """Return the nodes that are not in `before` and belong to no known process."""
         owned = {full(each.node_name, each.node_namespace) for each in self._node.get_publishers_info_by_topic(EVENTS)}
         return [name for name in difference(self.names(), before) if name not in owned]
 
     def wait_until_gone(self, ended: Iterable[str], others: Iterable[str]) -> None:
-        """Wait until the graph has forgotten the nodes `ended`; `others`, perhaps of the same names, are still there.
+        """Wait until the graph has removed the nodes `ended`; `others`, perhaps with the same names, remain.
 
-        A call made next must not meet the old node.
+        So the next call cannot reach the old node.
         """
         wait_until(lambda: not set(ended) & set(difference(self.names(), others)), FORGOTTEN, alert=False)
 
     def settle(self, process: NodeProcess, served: set[str]) -> None:
-        """Wait until the program answers from its executor, so that what it does in its first moments is over.
+        """Wait until the program answers from its executor, so that its start is complete.
 
-        `served` are the services that were there before it.  A program that offers no parameters, or is busy for longer
-        than `SETTLED`, is taken as it is.
+        `served` are the services that existed before it.  A program without parameter services, or busy for longer than
+        `SETTLED`, is not waited for.
         """
         end = time.monotonic() + SETTLED
         client = self._node.create_client(ListParameters, f"{process.nodes[0]}/list_parameters")
@@ -71,19 +71,19 @@ class Presence:
             with unwatched():
                 future = client.call_async(ListParameters.Request())
             wait_until(lambda: future.done() or not process.alive, end - time.monotonic(), alert=False)
-        for name in process.nodes:  # that of a ghost with its name are none
+        for name in process.nodes:  # a ghost of the same name has no services
             process.services |= self.services(name) or self.served() - served
         self._node.destroy_client(client)
 
     def services(self, name: str) -> set[str]:
-        """The services that the node with the full name `name` offers."""
+        """Return the services of the node with the full name `name`."""
         try:
             return {service for service, _ in self._node.get_service_names_and_types_by_node(*split(name))}
         except NodeNameNonExistentError:
             return set()
 
     def served(self) -> set[str]:
-        """The services that any node offers."""
+        """Return the services of all nodes."""
         return {name for name, _ in self._node.get_service_names_and_types() if self._node.count_services(name)}
 
     def _has_endpoints(self, name: str) -> bool:
@@ -95,5 +95,5 @@ class Presence:
 
 
 def difference(after: Iterable[str], before: Iterable[str]) -> list[str]:
-    """The names that are in `after` more often than in `before`, sorted."""
+    """Return the names that are in `after` more often than in `before`, sorted."""
     return sorted((Counter(after) - Counter(before)).elements())

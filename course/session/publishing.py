@@ -1,4 +1,4 @@
-"""A session's publication of itself to other processes: its record in the registry, see `course.registry`."""
+"""Publishes a session's record in the registry for other processes, see `course.registry`."""
 
 import os
 import threading
@@ -32,7 +32,7 @@ class Publishing:
                 )
 
     def end(self) -> None:
-        """Write it no more, and remove it."""
+        """Stop writing the record, and remove it."""
         self._ended = True
         registry.remove(os.getpid())
 

@@ -1,4 +1,4 @@
-"""Conversion of what a reader writes in a cell to a request or a command line."""
+"""Converts values from a cell to a request or a command line."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -21,7 +21,7 @@ def fill(srv_type: type[Any], fields: Mapping[str, object]) -> Any:
             whole = known[name] in ("double", "float") and isinstance(value, int)
             setattr(request, name, float(value) if whole else value)  # type: ignore[arg-type]
         except (AssertionError, TypeError, ValueError) as error:
-            plain = "field must be of type" in str(error)  # which says it a second time
+            plain = "field must be of type" in str(error)  # repeats the message
             why = f"which is a {type(value).__name__}" if plain else error
             kind = type_name(known[name])
             raise LiveError(
@@ -31,5 +31,5 @@ def fill(srv_type: type[Any], fields: Mapping[str, object]) -> Any:
 
 
 def argument(value: object) -> str:
-    """A parameter's value as YAML in a line, as `-p name:=value` takes it."""
+    """Return a parameter's value as YAML in one line, for `-p name:=value`."""
     return yaml.safe_dump(value, default_flow_style=True, width=10**6).strip().removesuffix("\n...").strip()

@@ -1,4 +1,4 @@
-"""All that the nodes of a session log: what is on /rosout, and what their programs have printed."""
+"""The logs of a session's nodes: /rosout, and the output of their programs."""
 
 from collections.abc import Callable, Mapping
 
@@ -11,23 +11,23 @@ from course.session.logs import FLOOD, KEPT, NAME, Entry, LogBook, Logs, program
 from course.session.node_process import NodeProcess
 from course.session.watch import Handle
 
-FLOODS = 20  # nodes of which the reader is told that they log too much
+FLOODS = 20  # nodes at most that are reported for logging too much
 
 
 class SessionLogs:
     """The log of the nodes in `handles`, and of others in the domain of `node`, which is spun elsewhere.
 
-    `notice` is given what the reader must know of it: a node that logs too much.
+    `notice` is called with messages to the reader, about a node that logs too much.
     """
 
     def __init__(self, node: Node, handles: Mapping[str, Handle], notice: Callable[[str], None]):
         self._handles, self._notice = handles, notice
-        self._flooding: set[str] = set()  # nodes of which the reader was told that they log without measure
+        self._flooding: set[str] = set()  # nodes already reported for logging too much
         self._book = LogBook(node, self._flooded)
         self.forget = self._book.forget
 
     def follow(self, wanted: Callable[[Entry], bool] | None = None) -> LogFollower:
-        """Return a follower of the log as it grows; only the entries that are `wanted`."""
+        """Return a follower of new log entries, only those that are `wanted`."""
         return LogFollower(self._book, self._handles, wanted)
 
     def wait(self, name: str | None, text: str, timeout: float) -> None:
@@ -37,7 +37,7 @@ class SessionLogs:
     def read(self, name: str | None) -> Logs:
         """Return the log of the node or the file called `name`, or of all.
 
-        Of programs what they wrote on their terminal, where it is in order; of the others what is on /rosout.
+        For programs their terminal output, which is in order; for other nodes the messages on /rosout.
         """
         wanted = name and name.lstrip("/")
         programs = [handle for handle in self._handles.values() if isinstance(handle, NodeProcess)]
@@ -49,7 +49,7 @@ class SessionLogs:
         return Logs(entries)
 
     def _flooded(self, node: str) -> None:
-        """A node logs so much that most of it is lost: tell who does, and how to end it, once."""
+        """Report, once, a node that logs so much that most of it is lost, and how to end it."""
         if node in self._flooding or len(self._flooding) == FLOODS:
             return
         self._flooding.add(node)

@@ -1,4 +1,4 @@
-"""Slips that the text of a cell shows for certain, and that Python takes without a word."""
+"""Certain mistakes in the text of a cell that Python accepts silently."""
 
 import ast
 import difflib
@@ -6,19 +6,19 @@ from collections.abc import Iterator
 
 from course.session.source import argument, calls, functions, name_of, parameter_callbacks, parse
 
-ALIKE = 0.75  # how much alike the names of a parameter are of which one is meant
+ALIKE = 0.75  # least similarity of two names of a parameter that should be the same
 
 
 def slips(cell: str) -> list[str]:
-    """Return what is surely not meant in the functions of a cell, a sentence each, in order of the lines."""
+    """Return a sentence for each certain mistake in the functions of a cell, in order of the lines."""
     tree = parse(cell)
-    skipped = 1 if cell.lstrip("\n").startswith("%%exercise") else 0  # its first line is none of the file's
+    skipped = 1 if cell.lstrip("\n").startswith("%%exercise") else 0  # the first line is not part of the file
     found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree)}
     return [f"note: line {number - skipped}: {text}" for number, text in sorted(found)]
 
 
 def _compared(tree: ast.AST) -> Iterator[tuple[int, str]]:
-    """A comparison in a line of its own: `response.success == True`."""
+    """Yield comparisons used as statements: `response.success == True`."""
     for function in functions(tree):
         for node in ast.walk(function):
             if not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Compare)):
@@ -35,7 +35,7 @@ def _compared(tree: ast.AST) -> Iterator[tuple[int, str]]:
 
 
 def methods_asked(tree: ast.AST) -> Iterator[tuple[int, str]]:
-    """A method where its answer is meant: `if self.is_fresh:`."""
+    """Yield methods used without a call as a condition: `if self.is_fresh:`."""
     for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
         own = {each.name for each in functions(cls) if not each.decorator_list}
         stored = {
@@ -50,7 +50,7 @@ def methods_asked(tree: ast.AST) -> Iterator[tuple[int, str]]:
 
 
 def _asked(node: ast.AST) -> list[ast.expr]:
-    """The expressions whose truth a node asks for."""
+    """Return the expressions that a node uses as conditions."""
     if isinstance(node, (ast.If, ast.While, ast.IfExp)):
         return [node.test]
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
@@ -59,7 +59,7 @@ def _asked(node: ast.AST) -> list[ast.expr]:
 
 
 def _unknown_parameters(tree: ast.AST) -> Iterator[tuple[int, str]]:
-    """A callback for parameters that asks for a name which is nowhere else: `each.name == 'treshold'`."""
+    """Yield comparisons in parameter callbacks with a name used nowhere else: `each.name == 'treshold'`."""
     named = parameter_callbacks(tree)
     declared = {
         given.value

@@ -1,10 +1,10 @@
-"""Causes of a program's faults that its text shows; the text is read, and never run."""
+"""Finding causes of a program's faults in its text, without running it."""
 
 import ast
 import re
 from collections.abc import Iterable, Iterator
 
-# What waits, and the place of its time limit among the arguments.
+# Functions that wait, and the position of the time limit among their arguments.
 WAITS = {
     "call": 1,
     "spin": 9,
@@ -13,7 +13,7 @@ WAITS = {
     "wait_for_server": 0,
     "wait_for_service": 0,
 }
-# What takes a callback, and its place among the arguments.
+# Functions that take a callback, and its position among the arguments.
 CALLBACKS = {
     "ActionServer": (3, "execute_callback"),
     "add_done_callback": (0, "fn"),
@@ -28,7 +28,7 @@ ENDS = ("exit", "_exit", "quit")
 
 
 def parse(source: str) -> ast.Module:
-    """The program's tree; an empty one when it cannot be read.  A cell's lines for the shell are left out."""
+    """Return the program's syntax tree; an empty one if it cannot be parsed.  A cell's shell commands are left out."""
     lines = ("" if line.lstrip().startswith(("!", "%")) else line for line in source.splitlines())
     try:
         return ast.parse("\n".join(lines))
@@ -37,31 +37,31 @@ def parse(source: str) -> ast.Module:
 
 
 def functions(tree: ast.AST) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
-    """All functions and methods in it."""
+    """Yield all functions and methods in a tree."""
     return (node for node in ast.walk(tree) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)))
 
 
 def calls(tree: ast.AST, name: str) -> Iterator[ast.Call]:
-    """All calls of a function or a method called `name`."""
+    """Yield all calls of a function or a method called `name`."""
     return (node for node in ast.walk(tree) if isinstance(node, ast.Call) and name_of(node.func) == name)
 
 
 def name_of(node: ast.AST | None) -> str:
-    """`enable` for `enable` and for `self.enable`; '' for anything else."""
+    """Return `enable` for `enable` and for `self.enable`; '' for anything else."""
     if isinstance(node, ast.Attribute):
         return node.attr
     return node.id if isinstance(node, ast.Name) else ""
 
 
 def argument(call: ast.Call, place: int, name: str) -> ast.expr | None:
-    """The argument of a call that may be given by its place or by its name."""
+    """Return an argument of a call, given by position or by name."""
     if len(call.args) > place:
         return call.args[place]
     return next((keyword.value for keyword in call.keywords if keyword.arg == name), None)
 
 
 def made_at(source: str, maker: str, name: str) -> int:
-    """The line of a call of `maker`, such as `create_publisher`, that names `name`; 0 where there is none."""
+    """Return the line of a call of `maker`, such as `create_publisher`, with the name `name`; 0 if there is none."""
     for call in calls(parse(source), maker):
         given = [*call.args, *(keyword.value for keyword in call.keywords)]
         if any(str(getattr(each, "value", "")).lstrip("/~") == name.lstrip("/") for each in given):
@@ -70,7 +70,7 @@ def made_at(source: str, maker: str, name: str) -> int:
 
 
 def service_callbacks(tree: ast.AST, service: str = "") -> set[str]:
-    """The names of the functions that answer services; with `service`, of that one, or of all when it is not named."""
+    """Return the names of the service callbacks; with `service`, of that one, or of all if its name is not found."""
     found: dict[str, str] = {}
     for call in calls(tree, "create_service"):
         served = argument(call, 1, "srv_name")
@@ -82,9 +82,9 @@ def service_callbacks(tree: ast.AST, service: str = "") -> set[str]:
 
 
 def blocked(source: str, service: str, callback: str = "") -> str:
-    """Return why the callback of `service` may never answer, as far as its text tells, or ''.
+    """Return why the callback of `service` may never answer, judging by its text, or ''.
 
-    `callback` is its name, where that is known.
+    `callback` is its name, if known.
     """
     tree = parse(source)
     names = {callback} if callback else service_callbacks(tree, service)
@@ -129,7 +129,7 @@ def blocked(source: str, service: str, callback: str = "") -> str:
 
 
 def _awaits_in_a_loop(function: ast.AST) -> ast.While | None:
-    """Return the loop in which a function that sends a request looks again and again for the answer."""
+    """Return the loop in which a function polls for the answer to its request."""
     if not list(calls(function, "call_async")):
         return None
     loops = (node for node in ast.walk(function) if isinstance(node, ast.While))
@@ -137,7 +137,7 @@ def _awaits_in_a_loop(function: ast.AST) -> ast.While | None:
 
 
 def _asks_itself(tree: ast.AST, function: ast.AST, service: str) -> int:
-    """Return the line in which a callback calls the very service that it serves, 0 when it does not."""
+    """Return the line in which a callback calls the service that it serves itself, 0 if it does not."""
     own = set()
     for node in ast.walk(tree):
         if (
@@ -153,7 +153,7 @@ def _asks_itself(tree: ast.AST, function: ast.AST, service: str) -> int:
 
 
 def _one_group(tree: ast.AST) -> bool:
-    """Return True if services and clients are made without naming a group."""
+    """Return True if services and clients are made without a callback group."""
     made = [*calls(tree, "create_service"), *calls(tree, "create_client")]
     return bool(made) and not any(argument(call, 9, "callback_group") for call in made)
 
@@ -164,7 +164,7 @@ def _endless(function: ast.AST) -> bool:
 
 
 def exits(source: str) -> str:
-    """The function, other than `main`, that ends the program on purpose; '' when none does."""
+    """Return the function, other than `main`, that exits the program; '' if none does."""
     for function in functions(parse(source)):
         raised = (node.exc for node in ast.walk(function) if isinstance(node, ast.Raise) and node.exc)
         ended = any(name_of(getattr(error, "func", error)) == "SystemExit" for error in raised)
@@ -174,7 +174,7 @@ def exits(source: str) -> str:
 
 
 def without_self(source: str) -> set[str]:
-    """The names of the methods whose first parameter is not `self`, though nothing says that they need none."""
+    """Return the names of the methods whose first parameter is not `self`, without static and class methods."""
     classes = (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef))
     return {
         each.name
@@ -187,15 +187,15 @@ def without_self(source: str) -> set[str]:
 
 
 def methods(source: str) -> set[str]:
-    """The names of all methods of the program's classes."""
+    """Return the names of all methods of the program's classes."""
     classes = (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef))
     return {function.name for node in classes for function in functions(node)}
 
 
 def misspelt_init(source: str, cls: str = "") -> str:
-    """The method of a class that was to be `__init__`, by its name: `_init_`, `__int__`; '' where there is none.
+    """Return the method with a misspelt `__init__`, such as `_init_` or `__int__`; '' if there is none.
 
-    Of the class `cls`, or of any.
+    Looks in the class `cls`, or in all classes.
     """
     for node in ast.walk(parse(source)):
         if isinstance(node, ast.ClassDef) and cls in ("", node.name):
@@ -207,7 +207,7 @@ def misspelt_init(source: str, cls: str = "") -> str:
 
 
 def hidden_method(source: str) -> str:
-    """The method whose name is also given to an attribute: `self.enable = False` hides `def enable`."""
+    """Return the method that is hidden by an attribute: `self.enable = False` hides `def enable`."""
     tree = parse(source)
     stored = {
         node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
@@ -216,7 +216,7 @@ def hidden_method(source: str) -> str:
 
 
 def called_callback(source: str) -> tuple[str, int] | None:
-    """Return the method of the program that is called where it belongs as a callback, and the line of the call."""
+    """Return the method that is called where it should be passed as a callback, and the line of the call."""
     tree, own = parse(source), methods(source)
     for name, where in CALLBACKS.items():
         for call in calls(tree, name):
@@ -227,9 +227,9 @@ def called_callback(source: str) -> tuple[str, int] | None:
 
 
 def wrong_return(source: str) -> tuple[str, int, str] | None:
-    """A service callback that does not always return its response: its name, a line, and what it returns ('': nothing).
+    """Return a service callback that may not return its response: its name, a line, and its return value or ''.
 
-    None when all do, as far as their text tells.
+    None if all do, judging by their text.
     """
     tree = parse(source)
     names = service_callbacks(tree)
@@ -250,14 +250,14 @@ def wrong_return(source: str) -> tuple[str, int, str] | None:
 
 
 def defined(error: str, source: str) -> tuple[str, int] | None:
-    """The function that was called with the wrong number of arguments, and the line of its `def`."""
+    """Return the function that was called with the wrong number of arguments, and the line of its `def`."""
     found = re.search(r"(\w+)\(\) (?:takes|missing) .*positional argument", error)
     named = (function for function in functions(parse(source)) if found and function.name == found[1])
     return next(((function.name, function.lineno) for function in named if function.name != "__init__"), None)
 
 
 def no_result(source: str) -> tuple[str, int] | None:
-    """The execute callback of an action whose last line is not a `return`: its name, and the line of its `def`."""
+    """Return the name of an execute callback whose last line is not a `return`, and the line of its `def`."""
     tree = parse(source)
     names = {name_of(argument(call, *CALLBACKS["ActionServer"])) for call in calls(tree, "ActionServer")}
     for function in functions(tree):
@@ -267,9 +267,9 @@ def no_result(source: str) -> tuple[str, int] | None:
 
 
 def wrong_result(source: str) -> tuple[str, int, str] | None:
-    """A callback for parameters that does not return a result: its name, a line, what it returns ('' for nothing).
+    """Return the name of a parameter callback that does not return a result, a line, and its return value or ''.
 
-    None when all do, as far as their text tells.
+    None if all do, judging by their text.
     """
     tree = parse(source)
     where = CALLBACKS["add_on_set_parameters_callback"]
@@ -279,19 +279,19 @@ def wrong_result(source: str) -> tuple[str, int, str] | None:
 
 
 def parameter_callbacks(tree: ast.AST, *makers: str) -> set[str]:
-    """The names of the functions that are called when parameters are set; of these `makers`, or of all."""
+    """Return the names of the parameter callbacks, registered by these `makers` or by any."""
     wanted = makers or tuple(name for name in CALLBACKS if name.endswith("_parameters_callback"))
     return {name_of(argument(call, *CALLBACKS[maker])) for maker in wanted for call in calls(tree, maker)}
 
 
 def no_list(source: str) -> tuple[str, int, str] | None:
-    """A pre-set callback that does not return the list of what is to be set, as `wrong_result` tells of others."""
+    """Return a pre-set callback that does not return the list of parameters, in the form of `wrong_result`."""
     tree = parse(source)
     return _plain_return(tree, parameter_callbacks(tree, "add_pre_set_parameters_callback"))
 
 
 def hides_rclpy(source: str, names: Iterable[str]) -> tuple[str, int] | None:
-    """An attribute of these names that a program's class sets, `self._parameters = {}`, and the line."""
+    """Return an attribute with one of these names that a class sets, `self._parameters = {}`, and the line."""
     wanted = set(names)
     for node in ast.walk(parse(source)):
         stored = isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and name_of(node.value) == "self"
@@ -301,13 +301,13 @@ def hides_rclpy(source: str, names: Iterable[str]) -> tuple[str, int] | None:
 
 
 def wrong_cancel(source: str) -> tuple[str, int, str] | None:
-    """A cancel callback of an action that does not return a CancelResponse, as `wrong_result` tells of others."""
+    """Return a cancel callback that does not return a CancelResponse, in the form of `wrong_result`."""
     tree = parse(source)
     return _plain_return(tree, {name_of(argument(call, 10, "cancel_callback")) for call in calls(tree, "ActionServer")})
 
 
 def _plain_return(tree: ast.Module, names: set[str]) -> tuple[str, int, str] | None:
-    """The first function of these names that returns nothing, a constant or a comparison."""
+    """Return the first function of these names that returns nothing, a constant or a comparison."""
     for function in functions(tree):
         if function.name not in names:
             continue
@@ -323,7 +323,7 @@ def _plain_return(tree: ast.Module, names: set[str]) -> tuple[str, int, str] | N
 
 
 def _runs_out(body: list[ast.stmt]) -> bool:
-    """Return True if the end of these lines may be reached without a `return`."""
+    """Return True if the end of these statements may be reached without a `return`."""
     last = body[-1]
     if isinstance(last, ast.If):
         return not last.orelse or _runs_out(last.body) or _runs_out(last.orelse)
@@ -336,7 +336,7 @@ def _runs_out(body: list[ast.stmt]) -> bool:
 
 
 def never_begins(source: str) -> tuple[str, int] | None:
-    """The `handle_accepted_callback` of a program that begins no goal: its name, and the line of its `def`."""
+    """Return the name of a `handle_accepted_callback` that never executes the goal, and the line of its `def`."""
     tree = parse(source)
     name = "handle_accepted_callback"
     given = [argument(call, 9, name) for call in calls(tree, "ActionServer")]
@@ -359,7 +359,7 @@ def never_begins(source: str) -> tuple[str, int] | None:
 
 
 def doubts(place: str, source: str) -> list[str]:
-    """Return what in a program or a cell cannot be meant, in words: it runs, and does nothing useful."""
+    """Return descriptions of code in a program or a cell that runs, but cannot be intended."""
     found = []
     if idle := never_begins(source):
         found.append(
@@ -375,7 +375,7 @@ def doubts(place: str, source: str) -> list[str]:
 
 
 def wrong_guard(source: str) -> tuple[str, int] | None:
-    """A comparison of `__name__` with something else than `'__main__'`, as it is written, and its line."""
+    """Return a comparison of `__name__` with something other than `'__main__'`, as written, and its line."""
     for node in ast.walk(parse(source)):
         if isinstance(node, ast.Compare) and name_of(node.left) == "__name__":
             value = node.comparators[0]

@@ -1,4 +1,4 @@
-"""An executor in a background thread, spinning one node: how every node of a live session, and of the grader, runs."""
+"""An executor in a background thread that spins one node, for every node of a live session and of the grader."""
 
 import threading
 import time
@@ -13,11 +13,11 @@ from course.ros.rclpy_internals import cancel_pending_requests, destroy, end_thr
 from course.session.failure_report import FailureReport, of_exception
 
 KEPT = 100  # exceptions of one node
-REPORTS = 20  # of these, that a reader is told: each may have another text
+REPORTS = 20  # exceptions that are shown to the reader: their texts may differ
 
 
 class Spinner:
-    """An executor in a background thread, spinning one node."""
+    """An executor in a background thread that spins one node."""
 
     def __init__(self, node: Node, threads: int = 1, changed: Callable[[], None] = lambda: None):
         """Spin `node` with `threads` threads; `changed` is called, in one of them, when a callback has raised."""
@@ -43,13 +43,13 @@ class Spinner:
                 return
             except (ExternalShutdownException, ShutdownException):
                 return
-            except Exception as error:  # a callback raised: keep it for the reader, and go on
+            except Exception as error:  # raised by a callback: keep it for the reader, and go on
                 if self._stopping:
                     return
                 self.caught(error)
 
     def caught(self, error: BaseException, doing: str = "") -> None:
-        """Keep an exception of a callback for the reader, once for each place; `doing` tells what was going on."""
+        """Keep an exception of a callback for the reader, once for each place; `doing` describes the callback."""
         self.errors.append(error)
         self.tell(of_exception(f"The node {self.node.get_name()}", error, self._service_callbacks(), doing))
 
@@ -71,7 +71,7 @@ class Spinner:
         """End the thread and destroy the node; False when a callback is still running after `timeout` s."""
         self._stopping = True
         self.executor.shutdown(timeout_sec=0.0)
-        for client in self.node.clients:  # a callback that waits for an answer would wait for ever
+        for client in self.node.clients:  # a callback that waits for an answer would wait forever
             cancel_pending_requests(client)
         deadline = time.monotonic() + timeout
         self.thread.join(timeout)

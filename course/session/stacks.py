@@ -1,6 +1,6 @@
-"""The lines of its own file on which the threads of a Python program are, asked from outside.
+"""Finds out, from outside, the lines at which the threads of a Python program are.
 
-The program writes them itself at a signal (`started/sitecustomize.py`), also amid a loop that never ends.
+The program itself writes them at a signal (`started/sitecustomize.py`), even in an endless loop.
 """
 
 import contextlib
@@ -15,33 +15,33 @@ from course.foundation.waiting import wait_until
 from course.session.failure_report import Frame, where
 from course.session.started import sitecustomize
 
-ASKED = 1.0  # s for a program to say what it is doing
-OUTERMOST = b" in <module>\n"  # what ends all that is said: the main thread comes last
-STILL = 0.2  # s without a further word, where a program's outermost frame is another
-SPENT = 3.0  # s of the processor's time, after which a program that has done nothing yet is in a loop
-LOOPS = ("while ", "for ", "pass", "continue")  # a line that calls something may take long, and ends
+ASKED = 1.0  # s for a program to write its stacks
+OUTERMOST = b" in <module>\n"  # the end of the output, because the main thread comes last
+STILL = 0.2  # s without further output, if a program's outermost frame is a different one
+SPENT = 3.0  # s of processor time, after which a program without any effect is taken to loop
+LOOPS = ("while ", "for ", "pass", "continue")  # other lines may call something that takes long but ends
 
 
 class Stacks:
-    """A file for what the threads of one program are doing."""
+    """A file for the stacks of one program's threads."""
 
     def __init__(self) -> None:
-        # A file without a name, not a memfd: that is refused in the box of a class on one server.
-        self._file = tempfile.TemporaryFile()  # noqa: SIM115  # as long as this object
+        # An unnamed file, not a memfd, which is refused in the box of a class member.
+        self._file = tempfile.TemporaryFile()  # noqa: SIM115  # lives as long as this object
 
     @property
     def descriptor(self) -> int:
-        """The open file's number, which the program must inherit."""
+        """Return the descriptor of the file, which the program must inherit."""
         return self._file.fileno()
 
     def environment(self, variables: Mapping[str, str], *, introspecting: bool = False) -> dict[str, str]:
-        """Return the variables that the program needs beside its `variables`."""
+        """Return the environment that the program needs, based on `variables`."""
         return sitecustomize.environment(variables, self.descriptor, introspecting=introspecting)
 
     def doing(self, pid: int, path: Path) -> tuple[Frame, ...]:
-        """Return where in the file at `path` the process is: in a callback, or else in its main part.
+        """Return the frames of the process in the file at `path`: in a callback, or else in the main thread.
 
-        () when that is not known, and for a program that only waits for callbacks.
+        () if unknown, or if the program only waits for callbacks.
         """
         if not processes.catches(pid, sitecustomize.ASK):
             return ()
@@ -51,7 +51,7 @@ class Stacks:
 
         grown = time.monotonic()
 
-        def written() -> bool:  # all of it: to the outermost frame of the main thread, which is the last
+        def written() -> bool:  # complete, up to the outermost frame of the main thread, which comes last
             nonlocal sizes, grown
             last, sizes = sizes, os.fstat(self.descriptor).st_size
             if last != sizes:
@@ -63,10 +63,10 @@ class Stacks:
         return where(os.pread(self.descriptor, sizes - before, before).decode(errors="replace"), path)
 
     def loop(self, pid: int, path: Path, since: float = 0.0) -> tuple[Frame, ...]:
-        """Return where the process loops, () while nothing speaks for a loop.
+        """Return the frames of a loop in the process, () if there is no sign of one.
 
-        It does when it has used the processor for `SPENT` s since it had used it for `since` s, and is in a line of a
-        loop that calls nothing else for long.
+        The process counts as looping if it has used `SPENT` s of processor time since it had used `since` s, and is at
+        a line of a loop that calls nothing that takes long.
         """
         if processes.processor_time(pid) - since < SPENT:
             return ()

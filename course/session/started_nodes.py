@@ -1,4 +1,4 @@
-"""The nodes that a session has started: how each is started, replaced, ended and started again, and their table."""
+"""The nodes that a session has started: starting, replacing, ending and restarting them, and their table."""
 
 import contextlib
 import difflib
@@ -36,13 +36,13 @@ from course.session.spinner import Spinner
 from course.session.table import Row
 from course.session.watch import Handle, Watch
 
-PATIENCE = 5.0  # s without a node, after which the reader is told where the program is
-USUAL = 20.0  # s that a program has for its first node; whoever gives it more knows that it computes for long
-ASKED = 1.0  # s for a program to tell its parameters
-OF_NO_INTEREST = (*PARAMETERS_OF_EVERY_NODE, "qos_overrides.")  # how parameters begin that nobody sets by hand
-ENDING = 5.0  # s that a program of elsewhere has to end after Ctrl-C
-# Asked before a file is started; what they return is told to the reader.  The notebook's part of the course looks here
-# whether the file is what its cell says.
+PATIENCE = 5.0  # s without a node, after which the reader is told what the program is doing
+USUAL = 20.0  # s that a program may take for its first node; more means that it computes for long
+ASKED = 1.0  # s for a program to return its parameters
+OF_NO_INTEREST = (*PARAMETERS_OF_EVERY_NODE, "qos_overrides.")  # prefixes of parameters that nobody sets by hand
+ENDING = 5.0  # s that a program started elsewhere has to end after Ctrl-C
+# Called before a file is started; their results are shown to the reader.  `course.notebook` checks here that the file
+# equals its cell.
 before_start: list[Callable[[Path], str]] = []
 
 
@@ -68,9 +68,9 @@ class StartedNodes:
         self._calls, self._logs, self._prepare, self._publishing, self._watch = calls, logs, prepare, publishing, watch
         self._outsiders = outsiders
         self._presence = Presence(calls.node)
-        self._again: dict[str, Callable[[], Handle]] = {}  # how each was started last
+        self._again: dict[str, Callable[[], Handle]] = {}  # restarts each as it was started last
         self._changing = threading.RLock()  # held while a node is started or stopped
-        self.introspecting = False  # whether the services of programs that are started publish what passes
+        self.introspecting = False  # whether services of started programs are introspected
 
     def start_class(
         self,
@@ -97,7 +97,7 @@ class StartedNodes:
         def again() -> Handle:
             process = self._start_file(path, [*map(str, args), *_arguments(parameters)], timeout)
             if parameters and len(process.nodes) == 1:
-                with contextlib.suppress(CallTimeout):  # it is busy, which is no reason not to start it
+                with contextlib.suppress(CallTimeout):  # it is busy, but can be started all the same
                     service = f"{process.nodes[0]}/list_parameters"
                     names = self._calls.call(service, ListParameters, ListParameters.Request(), ASKED).result.names
                     self._tell_undeclared(path.name, parameters, names)
@@ -107,18 +107,18 @@ class StartedNodes:
         return self._alone(again)
 
     def restart(self, name: str) -> Handle:
-        """Start the node or the file called `name` as it was started last; raises LiveError for an unknown name."""
+        """Restart the node or the file called `name` as it was started last; raises LiveError for an unknown name."""
         if name not in self._again:
             raise LiveError(f"this session has started no node and no file {name}: ros.nodes() shows those that it has")
         return self._alone(self._again[name])
 
     def has_started(self, name: str) -> bool:
-        """Return True if a node or a file called `name` was started here, or if a node of that name is there."""
+        """Return True if a node or a file called `name` was started here, or a node of that name exists."""
         nodes = (base(node) for handle in list(self._handles.values()) for node in handle.nodes)
         return name in self._again or name.lstrip("/") in {*self._handles, *nodes, *map(base, self.names())}
 
     def stop(self, name: str | None = None, *, wait: bool = True) -> None:
-        """Stop the node or the file called `name`, or all of them; `wait` until the graph has forgotten them."""
+        """Stop the node or the file called `name`, or all of them; with `wait`, until they are gone from the graph."""
         with self._changing:
             for key in [name] if name else list(self._handles):
                 if handle := self._handles.pop(key, None):
@@ -131,30 +131,30 @@ class StartedNodes:
                 self.stop(handle.name)
 
     def goal_failed(self, node: Node, error: Exception | None, result: bool) -> None:
-        """An execute callback in this kernel has raised, or returned no result, or set no state of its goal."""
+        """Record that an execute callback in this kernel raised, returned no result, or set no final state."""
         for handle in list(self._handles.values()):
             if isinstance(handle, LiveNode) and handle.node is node:
                 handle.goal_failed(error, result=result)
 
     def names(self) -> list[str]:
-        """Return the full names of the nodes that run in the session's domain, hidden ones left out."""
+        """Return the full names of the running nodes in the session's domain, without hidden ones."""
         return [name for name in self._presence.names() if not base(name).startswith("_")]
 
     def others(self, name: str) -> list[tuple[str, str]]:
-        """Return who serves the service or action `name`, or publishes on the topic, and how to end each."""
+        """Return the servers of the service or action `name`, or publishers of the topic, and how to end each."""
         outside = [(str(each), each.ending) for each in self._outsiders.serving(name)]
         return outside + [(f"{key} of this notebook", f"ros.stop('{key}')") for key in self._outsiders.own(name)]
 
     def server(self, name: str) -> tuple[str, bool]:
-        """Return who serves the service `name`, and whether `restart_server` can start it again; '' for nobody."""
+        """Return the server of the service `name`, and whether `restart_server` can restart it; '' if there is none."""
         if own := self._outsiders.own(name):
             return own[0], True
         return next(((str(each), each.program is not None) for each in self._outsiders.serving(name)), ("", False))
 
     def restart_server(self, name: str) -> Handle:
-        """Start the server of the service `name` again, in this session; a program of elsewhere is ended for it.
+        """Restart the server of the service `name` in this session; a program that runs elsewhere is ended first.
 
-        Raises LiveError when it does not end, or is not a Python file that can be started here.
+        Raises LiveError if it does not end, or is not a Python file that can be started here.
         """
         if own := self._outsiders.own(name):
             return self.restart(own[0])
@@ -166,7 +166,7 @@ class StartedNodes:
         raise LiveError(f"no server of {name} runs that can be started in this notebook")
 
     def rows(self) -> list[Row]:
-        """Return a row for each started node, and for each node that somebody else has started."""
+        """Return a row for each started node, and for each node started by others."""
         rows, known = [], set()
         for key, handle in list(self._handles.items()):
             reports = tuple(map(str, handle.reports))
@@ -174,7 +174,7 @@ class StartedNodes:
                 rows.append(Row(name, handle.state, handle.started, handle.where, key, handle.alive, reports))
                 known.add(name)
         outside = self._outsiders.nodes()
-        for each in outside:  # it may have the name of one of them
+        for each in outside:  # it may have the same name as one of them
             rows.append(Row(each.node, "running", None, f"not started by this session: {each.where}"))
             known.add(each.node)
         rows += [
@@ -183,7 +183,7 @@ class StartedNodes:
         return sorted(rows, key=lambda row: row.name)
 
     def _alone(self, start: Callable[[], Handle]) -> Handle:
-        """Call `start` while nobody else starts or stops a node, and keep it for `restart`."""
+        """Call `start` while no other thread starts or stops a node, and keep it for `restart`."""
         with self._changing:
             self._prepare()
             handle = start()
@@ -218,14 +218,14 @@ class StartedNodes:
                     "super().__init__('name') instead of Node.__init__(self, 'name')"
                 ) from None
             raise
-        self._replace(node.get_name(), cls=what)  # it may have been renamed by its arguments
+        self._replace(node.get_name(), cls=what)  # arguments may have renamed it
         handle = LiveNode(self._owner, Spinner(node, threads, self._publishing.publish))
         self._handles[handle.name] = handle
         self._publishing.publish()
         return handle
 
     def _tell_undeclared(self, who: str, parameters: Iterable[str], declared: Collection[str]) -> None:
-        """Tell of each parameter that was set for a node and that it has not declared: rclpy says nothing of it."""
+        """Tell the reader about parameters that were set but not declared by the node, which rclpy does not report."""
         own = sorted(name for name in declared if not name.startswith(OF_NO_INTEREST))
         for name in (name for name in parameters if name not in declared):
             near = difflib.get_close_matches(name, own, 1)
@@ -233,7 +233,7 @@ class StartedNodes:
             self._watch.notice(f"{who} has declared no parameter '{name}', so the value has no effect. {has}")
 
     def _replace(self, name: str, new: NodeProcess | None = None, cls: type[Node] | None = None) -> None:
-        """Make room for a node, or a file's process, of this name; `new` already has it, and `cls` is to have it."""
+        """End an earlier node or file's process of this name; `new` already has the name, `cls` will get it."""
         for key, handle in list(self._handles.items()):
             if handle is not new and name in (key, *map(base, handle.nodes)):
                 if cls is not None and isinstance(handle, LiveNode) and not handle.is_version_of(cls):
@@ -263,7 +263,7 @@ class StartedNodes:
         process = NodeProcess(path, arguments, self._publishing.publish, introspecting=self.introspecting)
         self._handles[process.name] = process
 
-        def found() -> list[str]:  # what others start or end meanwhile is none of it
+        def found() -> list[str]:  # without nodes that others start or end meanwhile
             return self._presence.of_process(process.pid) or self._presence.new_of_nobody(before)
 
         loop: tuple[Frame, ...] = ()
@@ -305,7 +305,7 @@ class StartedNodes:
     def _stop(self, handle: Handle, wait: bool) -> None:
         self._calls.forget(handle.services)
         others = [node for other in self._handles.values() for node in other.nodes]
-        if handle.alive and wait:  # another session's node may have the same name
+        if handle.alive and wait:  # a node of another session may have the same name
             others = difference(self._presence.names(), handle.nodes)
         handle._end()
         if wait:
@@ -314,13 +314,13 @@ class StartedNodes:
 
 
 def _arguments(parameters: Mapping[str, object]) -> list[str]:
-    """The command line that overrides declared parameters."""
+    """Return the command line that overrides declared parameters."""
     overrides = [["-p", f"{name}:={argument(value)}"] for name, value in parameters.items()]
     return ["--ros-args", *itertools.chain.from_iterable(overrides)] if overrides else []
 
 
 def _ends(pid: int) -> bool:
-    """Send a process Ctrl-C; returns True once it has ended, and False when it still runs after ENDING."""
+    """Send a process SIGINT; return True once it has ended, False if it still runs after ENDING s."""
     born = processes.birth(pid)
     with contextlib.suppress(ProcessLookupError):
         os.kill(pid, signal.SIGINT)

@@ -1,4 +1,4 @@
-"""The nodes of a session as a table: which run, which have ended and why, since when, and where."""
+"""The nodes of a session as a table: running and ended ones, since when, where, and why they ended."""
 
 import html
 import time
@@ -10,20 +10,20 @@ from course.foundation.untrusted import one_line
 
 @dataclass(frozen=True)
 class Row:
-    """A started node, or a node of the domain that somebody else has started."""
+    """A node started by the session, or a node of the domain started by others."""
 
     name: str
     state: str  # running, stopped, or how it ended
-    since: float | None  # time.time() of its start, when it is known
+    since: float | None  # time.time() of its start, if known
     where: str
     started_as: str = (
-        ""  # what to call it in `stop` and `restart`: the node's name, or the file's; '' for somebody else's
+        ""  # its name for `stop` and `restart`: the node's, or the file's; '' if started by others
     )
     alive: bool = True
-    reports: tuple[str, ...] = ()  # its exceptions, and its end, with the reader's own lines
+    reports: tuple[str, ...] = ()  # reports on its exceptions and its end, with the reader's own lines
 
     def texts(self) -> tuple[str, str, str, str]:
-        """Return the texts of its row in the table."""
+        """Return the texts of the row."""
         since = time.strftime("%H:%M:%S", time.localtime(self.since)) if self.since else ""
         return one_line(self.name), one_line(self.state), since, one_line(self.where)
 
@@ -32,10 +32,10 @@ HEAD = ("node", "state", "since", "where")
 
 
 class Nodes(list[str]):
-    """The full names of the nodes that run, in order; a notebook shows the table of all that were started."""
+    """The sorted full names of the running nodes; a notebook shows a table of all started nodes."""
 
     def __init__(self, names: list[str], rows: list[Row], shown: Callable[[], None] = lambda: None):
-        """`shown` is called when the table is."""
+        """Keep names and rows; `shown` is called when the table is shown."""
         super().__init__(names)
         self.rows = rows
         self._shown = shown

@@ -1,7 +1,7 @@
-"""Failures in a session's nodes, reported once: to whoever waits for them, or else to the next cell.
+"""Failures in a session's nodes, reported once: to a wait in progress, or else at the next cell.
 
-Nodes end and raise in other threads and processes.  The main thread asks here: while it waits (`look` raises), when a
-call finds no server (`reason`), and before each cell (`pending`).
+Nodes end and raise in other threads and processes.  The main thread checks: while it waits (`look` raises), when a call
+finds no server (`reason`), and before each cell (`pending`).
 """
 
 import os
@@ -19,24 +19,24 @@ Handle = LiveNode | NodeProcess
 
 
 class Watch:
-    """The untold ends and exceptions of the nodes in `handles`, which the session keeps up to date."""
+    """The unreported ends and exceptions of the nodes in `handles`, which the session keeps up to date."""
 
     def __init__(self, handles: dict[str, Handle]):
         self._handles = handles
-        self._told: set[tuple[Handle, int]] = set()  # a node, and which of its reports
+        self._told: set[tuple[Handle, int]] = set()  # a node, and the index of its report
         self._notices: deque[str] = deque(maxlen=20)
         self._lock = threading.Lock()
 
     def look(self) -> None:
-        """Raise NodeFailed when a node has something to tell that nobody was told."""
+        """Raise NodeFailed if a node has an unreported failure."""
         for handle, number, report in self._untold():
             self._tell(handle, number)
             raise NodeFailed(str(report))
 
     def reason(self, service: str, *, again: bool = False) -> FailureReport | None:
-        """Return why nobody answers at `service`, and mark it as told; with `again`, also one told before.
+        """Return the failure that left `service` without a server, and mark it as told; with `again`, also a told one.
 
-        What is not known to have served anything may have been meant to serve this.
+        A node that is not known to have served anything counts, too: it may have been meant to serve this.
         """
         reports = self._all() if again else self._untold()
         for handle, number, report in reversed(list(reports)):
@@ -46,7 +46,7 @@ class Watch:
         return None
 
     def pending(self) -> list[str]:
-        """Return what the next cell must print first."""
+        """Return the reports for the next cell to print first."""
         said = []
         untold = list(self._untold())
         elsewhere = told_elsewhere(os.getpid()) if untold else set()
@@ -57,27 +57,27 @@ class Watch:
         return said + self.notices()
 
     def notices(self) -> list[str]:
-        """Return the callbacks' notices to the reader, each once."""
+        """Return the notices from callbacks to the reader, each once."""
         with self._lock:
             said = list(self._notices)
             self._notices.clear()
         return said
 
     def notice(self, text: str) -> None:
-        """Have the end of this cell, or the next one, say `text`; may be called in any thread."""
+        """Have `text` printed at the end of this cell, or of the next one; may be called in any thread."""
         with self._lock:
             if text not in self._notices:
                 self._notices.append(text)
 
     def forget(self, words: str) -> None:
-        """Drop the notices with these words in them: the reader is told the same another way."""
+        """Drop the notices that contain these words, because the reader learns the same in another way."""
         with self._lock:
             kept = [text for text in self._notices if words not in text]
             self._notices.clear()
             self._notices.extend(kept)
 
     def mark_told(self, handle: Handle) -> None:
-        """Note that the reader knows all that `handle` has to tell so far."""
+        """Mark all reports of `handle` so far as told."""
         for number, _ in enumerate(handle.reports):
             self._tell(handle, number)
 

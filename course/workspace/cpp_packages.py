@@ -1,4 +1,4 @@
-"""Has colcon leave out a workspace's packages in C++, which cannot be built here, and build the rest.
+"""Has colcon skip a workspace's C++ packages, which cannot be built here, and build the rest.
 
 colcon stops at the first package that fails, and the repositories that tutorials clone hold packages in C++ beside
 those in Python. The wheels have no rclcpp, ROS 2's library for C++; where a ROS 2 installation has it, all are built.
@@ -13,7 +13,7 @@ from colcon_core.package_selection import PackageSelectionExtensionPoint
 from course.ros.packages import installed_packages
 
 LIBRARY = "rclcpp"
-VERBS = ("build", "test")  # others only read what is there
+VERBS = ("build", "test")  # other verbs build nothing
 
 
 class CppPackageSelection(PackageSelectionExtensionPoint):
@@ -26,7 +26,7 @@ class CppPackageSelection(PackageSelectionExtensionPoint):
         there = {*installed_packages(), *(each.descriptor.name for each in decorators)}
         impossible: set[str] = set()
         left_out = []
-        for each in decorators:  # each comes after those that it needs
+        for each in decorators:  # in order of their dependencies
             needs = {str(need) for need in each.descriptor.get_dependencies(categories=("build", "run"))}
             if needs & impossible or any(_is_of_library(need) and need not in there for need in needs):
                 impossible.add(each.descriptor.name)

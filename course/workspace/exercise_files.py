@@ -1,4 +1,4 @@
-"""The files that make up an exercise, as its notebook names them, read from a folder and checked."""
+"""Reading and checking the files of an exercise, which its notebook names."""
 
 import ast
 import re
@@ -19,12 +19,12 @@ class Program:
 
     file: str
     text: str
-    imports: frozenset[str]  # top-level names, without Python's own modules
+    imports: frozenset[str]  # top-level names, without the standard library
     runs: bool  # whether it has a main
 
     @property
     def name(self) -> str:
-        """The executable's name, as in `ros2 run PACKAGE NAME`."""
+        """Return the executable's name, as in `ros2 run PACKAGE NAME`."""
         return self.file.removesuffix(".py")
 
 
@@ -50,8 +50,8 @@ class Exercise:
 def read(name: str, folder: Path) -> Exercise:
     """Read the files of the exercise `name` from `folder`.
 
-    Its notebook, in `folder` or else in the course's folder `notebooks`, names them: each is written by an `%%exercise`
-    cell.  Raises WorkspaceError, and InterfaceError, with one line that says which file is missing or cannot be used.
+    Its notebook, in `folder` or else in the course's folder `notebooks`, names them in `%%exercise` cells.  Raises
+    WorkspaceError or InterfaceError, with one line that says which file is missing or cannot be used.
     """
     if not folder.is_dir():
         raise WorkspaceError(f"there is no folder {folder}")
@@ -85,7 +85,7 @@ def _notebook(name: str, folder: Path) -> Path:
 
 
 def _named(notebook: Path) -> dict[str, str]:
-    """The files that the notebook's `%%exercise` cells write, each with the interface package that it belongs to."""
+    """Return the files that the notebook's `%%exercise` cells write, each with its interface package."""
     try:
         sources = [cell.source for cell in cells.read(notebook) if cell.kind == "code"]
     except (OSError, UnreadableNotebook) as error:

@@ -1,4 +1,4 @@
-"""`course export`: an exercise's files become ROS 2 packages in a workspace, and nothing that was there is lost."""
+"""`course export`: writes an exercise's files as ROS 2 packages into a workspace, without losing existing files."""
 
 import hashlib
 import json
@@ -12,19 +12,18 @@ from course import environment
 from course.errors import WorkspaceError
 from course.workspace import exercise_files, package_files
 
-# Beside `src`: the digest of each file as it was last exported, which tells an edited file from an older export.
+# Beside `src`: the digest of each file as last exported, which distinguishes an edited file from an older export.
 RECORD = ".course-export.json"
 
 
 def export(name: str, workspace: Path, folder: Path = Path(), *, package: str = "", force: bool = False) -> list[str]:
-    """Lay the files of the exercise `name`, read from `folder`, out as ROS 2 packages in `workspace`/src.
+    """Write the files of the exercise `name`, read from `folder`, as ROS 2 packages into `workspace`/src.
 
-    The programs' package is called `package`, or as the exercise.  Files of an earlier export are brought up to date;
-    one that was edited in the workspace is kept, and nothing is written, unless `force` replaces it: then it stays
-    beside the new one with `~` at its end.  Other files of the workspace are left alone.
+    The programs' package is called `package`, by default like the exercise.  Files of an earlier export are updated.
+    If one was edited in the workspace, nothing is written, unless `force` is set: then the edited file is kept with `~`
+    at its end.  Other files of the workspace are left alone.
 
-    Returns what to tell the reader, a line each.  Raises WorkspaceError, and InterfaceError for a definition that ROS 2
-    cannot build.
+    Returns lines for the reader.  Raises WorkspaceError, and InterfaceError for a definition that ROS 2 cannot build.
     """
     read = exercise_files.read(name, folder)
     made = package_files.of_exercise(read, package or name)
@@ -54,7 +53,7 @@ def _summary(workspace: Path, made: dict[str, dict[str, str]], notes: list[str])
 
 
 def _check(workspace: Path, made: dict[str, dict[str, str]]) -> list[str]:
-    """Raise WorkspaceError if colcon could not build the packages in this workspace; returns what else it will meet."""
+    """Raise WorkspaceError if colcon could not build the packages in this workspace; return warnings."""
     if any("CMakeLists.txt" in files for files in made.values()) and re.search(r"[^!-~]", str(workspace.resolve())):
         raise WorkspaceError(
             f"ROS 2 cannot build interfaces in {workspace.resolve()}: choose a WORKSPACE whose path has no space and "
@@ -80,7 +79,7 @@ def _check(workspace: Path, made: dict[str, dict[str, str]]) -> list[str]:
 
 
 def _write(workspace: Path, files: dict[str, str], force: bool) -> None:
-    """Write the files that differ from what is there: all of them, or none when one cannot be written."""
+    """Write the files that have changed: all of them, or none if one cannot be written."""
     wanted = {path: text.encode() for path, text in files.items()}
     recorded = _recorded(workspace)
     present = {path: (workspace / path).read_bytes() for path in wanted if os.path.lexists(workspace / path)}
@@ -117,6 +116,6 @@ def _digest(content: bytes) -> str:
 
 
 def _free(path: Path) -> Path:
-    """`path` with `~` at its end, as often as no file is called so."""
+    """Return `path` with as many `~` at its end as needed for an unused name."""
     kept = path.with_name(f"{path.name}~")
     return _free(kept) if os.path.lexists(kept) else kept

@@ -1,4 +1,4 @@
-"""The files of ROS 2 packages: what `ros2 pkg create` would make, with an exercise's files in it.
+"""The files of ROS 2 packages, as `ros2 pkg create` would make them, with an exercise's files.
 
 Sources: https://docs.ros.org/en/jazzy/Tutorials/Beginner-Client-Libraries/Custom-ROS2-Interfaces.html and
 https://docs.ros.org/en/jazzy/How-To-Guides/Developing-a-ROS-2-Package.html
@@ -17,10 +17,10 @@ from course.errors import WorkspaceError
 from course.ros.package_templates import SETUP, SETUP_CFG
 from course.workspace.exercise_files import Exercise, Interface, Program
 
-# An interface package of the course that no ROS 2 installation has: a program that uses it brings it along.
+# An interface package of the course that no ROS 2 installation has, so it is exported with programs that use it.
 COURSES_OWN = "course_interfaces"
 
-# What rosdep calls a Python library; a ROS 2 package is called as it is imported.
+# rosdep's names of Python libraries; a ROS 2 package has the name of its import.
 LIBRARIES = {name: f"python3-{name}" for name in ("matplotlib", "numpy", "psutil", "requests", "scipy", "serial")} | {
     "cv2": "python3-opencv",
     "yaml": "python3-yaml",
@@ -62,7 +62,7 @@ ament_package()
 
 
 def of_exercise(exercise: Exercise, name: str) -> dict[str, dict[str, str]]:
-    """The packages of `exercise`, of which the one with the programs is called `name`.
+    """Return the packages of `exercise`; the one with the programs is called `name`.
 
     Each package maps the paths of its files, relative to the package's folder, to their texts.  Raises WorkspaceError
     for a name that ROS 2 does not allow.
@@ -85,7 +85,7 @@ def of_exercise(exercise: Exercise, name: str) -> dict[str, dict[str, str]]:
 
 
 def notes(exercise: Exercise) -> list[str]:
-    """Return what in the programs will not work in a ROS 2 package, a line each."""
+    """Return a line for each thing in the programs that will not work in a ROS 2 package."""
     return [
         f"{program.file} imports course, which a robot does not have"
         for program in exercise.programs
@@ -152,7 +152,7 @@ def _python_package(name: str, exercise: Exercise) -> dict[str, str]:
 
 
 def _in_package(program: Program, name: str, exercise: Exercise) -> str:
-    """The program's text, in which the files beside it are imported from the package."""
+    """Return the program's text, with imports of files beside it changed to imports from the package."""
     beside = "|".join(other.name for other in exercise.programs)
     text = re.sub(rf"^(\s*)from ({beside}) import ", rf"\1from {name}.\2 import ", program.text, flags=re.MULTILINE)
     return re.sub(
@@ -161,7 +161,7 @@ def _in_package(program: Program, name: str, exercise: Exercise) -> str:
 
 
 def _used(programs: list[Program], name: str) -> set[str]:
-    """Return package.xml's names of the packages and libraries that the programs import."""
+    """Return the names in package.xml of the packages and libraries that the programs import."""
     imported = {module for program in programs for module in program.imports}
     own = {program.name for program in programs} | {name, "course"}
     return {LIBRARIES.get(module, module) for module in imported - own}

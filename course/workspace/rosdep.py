@@ -1,7 +1,7 @@
-"""The answer of the course's terminals to `rosdep`: which packages a workspace needs that are not here.
+"""`rosdep` in the course's terminals: lists the packages that a workspace needs and that are missing.
 
-rosdep itself installs such packages with apt.  Here there is nothing to install them from, but a package in Python can
-be put beside one's own and built with them.
+rosdep itself installs such packages with apt.  Here there is no source to install them from, but a Python package can
+be put into the workspace and built there.
 """
 
 import argparse
@@ -14,7 +14,7 @@ from course.environment import prepare
 from course.ros.packages import installed_packages
 from course.workspace.package_files import LIBRARIES
 
-# What a package's programs need; those who only run its tests are left out: tests say what they miss.
+# The dependencies of a package's programs; test dependencies are left out, because tests say what they miss.
 NEEDS = ("depend", "build_depend", "build_export_depend", "buildtool_depend", "exec_depend")
 MODULES = {key: module for module, key in LIBRARIES.items()}
 ALL_THERE = "#All required rosdeps installed successfully"
@@ -24,14 +24,14 @@ NOTHING_TO_DO = (
 
 
 def missing(folders: list[Path]) -> dict[str, list[str]]:
-    """Return what the packages below the folders need and nobody here has, each with the packages that need it."""
+    """Return the missing dependencies of the packages below the folders, each with the packages that need it."""
     needs: dict[str, list[str]] = {}
     here = set(installed_packages())
     for manifest in sorted(path for folder in folders for path in folder.rglob("package.xml")):
         try:
             root = ElementTree.parse(manifest).getroot()
         except (OSError, ElementTree.ParseError):
-            continue  # colcon says what is wrong with it
+            continue  # colcon reports what is wrong with it
         name = (root.findtext("name") or "").strip()
         here.add(name)
         for each in (child for child in root if child.tag in NEEDS):
@@ -40,7 +40,7 @@ def missing(folders: list[Path]) -> dict[str, list[str]]:
 
 
 def _is_library(key: str) -> bool:
-    """Return True for rosdep's name of a Python library that can be imported."""
+    """Return True for rosdep's name of an installed Python library."""
     module = MODULES.get(key) or key.removeprefix("python3-").replace("-", "_")
     return key.startswith("python3-") and importlib.util.find_spec(module) is not None
 
@@ -55,7 +55,7 @@ def _advice(need: str) -> str:
 
 
 def main(words: list[str]) -> int:
-    """Answer the command; 1 when something is missing."""
+    """Run the command; return 1 if something is missing."""
     if words[:1] != ["install"]:
         print(NOTHING_TO_DO)
         return 0

@@ -1,6 +1,6 @@
 """A small 2-D world for a robot with a laser: rooms, laser and robot in plain NumPy, and the ROS node around them.
 
-`course.world.node` holds the node; nothing else here imports ROS.
+The modules `node`, `controls` and `lockstep` use ROS; the others do not.
 """
 
 from course.world.laser import Laser

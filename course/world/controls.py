@@ -1,6 +1,6 @@
-"""Controls of a running world, by ROS alone: pause, speed, room and scanner, the robot's place, obstacles.
+"""Controls of a running world through ROS: pause, speed, room and scanner, the robot's place, obstacles.
 
-Only a world in real time has them.  In fast mode, where a drive must repeat itself, nobody can change anything.
+Only a world in real time has them.  In fast mode, where a drive must be repeatable, nothing can be changed.
 """
 
 import dataclasses
@@ -29,7 +29,7 @@ MOST_BEAMS = 3600
 
 
 class Controlled(Protocol):
-    """The world, as far as its controls change it."""
+    """The part of the world that its controls use."""
 
     simulation: Simulation
     laser: Laser
@@ -39,29 +39,29 @@ class Controlled(Protocol):
         """Put the robot at the start of `room`."""
 
     def check_room(self, room: str | Path | Room) -> None:
-        """Raise what `reset` raises for this room."""
+        """Raise the errors of `reset` for this room."""
 
     def place(self, pose: Pose) -> None:
-        """Put the robot at `pose`; raises WorldError where it cannot stand."""
+        """Put the robot at `pose`; raises WorldError if it cannot stand there."""
 
     def drop(self, x: float, y: float) -> None:
-        """Put an obstacle at x, y (m); raises WorldError where the robot stands."""
+        """Put an obstacle at x, y (m); raises WorldError if the robot stands there."""
 
 
 class Controls:
     """The controls of a world that runs in real time.
 
-    Parameters, which may be set while it runs: `paused`, `speed` (1 is real time), `room` (the robot starts there
-    anew), and `beams`, `angle_min` (rad) and `noise` (m) of the scanner.  Service `~/reset` (std_srvs/Empty): the robot
-    at its start, without the dropped obstacles.  Topics, which RViz's tools publish: `initialpose`
+    Parameters, which may be set while it runs: `paused`, `speed` (1 is real time), `room` (the robot starts again
+    there), and `beams`, `angle_min` (rad) and `noise` (m) of the scanner.  Service `~/reset` (std_srvs/Empty): puts the
+    robot at its start and removes dropped obstacles.  Topics, which RViz's tools publish: `initialpose`
     (geometry_msgs/PoseWithCovarianceStamped) puts the robot somewhere else, `clicked_point`
     (geometry_msgs/PointStamped) drops an obstacle; what is impossible is refused with a warning.  `walls`
-    (visualization_msgs/Marker, a list of lines, kept for subscribers that come later) tells the walls and obstacles,
-    stamped with the time at which the robot was put at its start.
+    (visualization_msgs/Marker, a list of lines, kept for late subscribers) has the walls and obstacles, stamped with
+    the time at which the robot was put at its start.
     """
 
     def __init__(self, node: Node, world: Controlled) -> None:
-        """`node` is where the world is controlled, as a rule the `world` itself."""
+        """Add the controls to `node`, usually the `world` itself."""
         self._node, self._world = node, world
         limits = [FloatingPointRange(from_value=SPEEDS[0], to_value=SPEEDS[1])]
         self.paused: bool = node.declare_parameter("paused", False).value
@@ -114,7 +114,7 @@ class Controls:
             self._world.reset(wanted["room"])
 
     def _scanner(self, wanted: dict[str, object]) -> Laser:
-        """The scanner with these changes; raises WorldError for an impossible one."""
+        """Return the scanner with these changes; raises WorldError for impossible ones."""
         changes = {name: wanted[name] for name in ("beams", "angle_min", "noise") if name in wanted}
         laser = dataclasses.replace(self._world.laser, **changes)  # type: ignore[arg-type]
         if not 1 <= laser.beams <= MOST_BEAMS:

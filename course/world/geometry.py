@@ -13,7 +13,7 @@ Pose = tuple[float, float, float]  # x (m), y (m), heading (rad): 0 looks along 
 
 
 def polyline(points: ArrayLike, closed: bool = False) -> Floats:
-    """The segments that join `points` (m, shape (k, 2)) in turn; `closed` also joins the last to the first."""
+    """Return the segments that join `points` (m, shape (k, 2)) in turn; `closed` also joins the last to the first."""
     points = np.asarray(points, dtype=float).reshape(-1, 2)
     if closed:
         points = np.vstack([points, points[:1]])
@@ -21,12 +21,12 @@ def polyline(points: ArrayLike, closed: bool = False) -> Floats:
 
 
 def box(x_min: float, y_min: float, x_max: float, y_max: float) -> Floats:
-    """The four sides of a rectangle (m), as segments of shape (4, 2, 2)."""
+    """Return the four sides of a rectangle (m), as segments of shape (4, 2, 2)."""
     return polyline([(x_min, y_min), (x_max, y_min), (x_max, y_max), (x_min, y_max)], closed=True)
 
 
 def circle(x: float, y: float, radius: float, sides: int = 16) -> Floats:
-    """A regular polygon drawn around a circle (m), which touches it and never cuts into it: shape (`sides`, 2, 2)."""
+    """Return a regular polygon circumscribed about a circle (m): segments of shape (`sides`, 2, 2)."""
     angles = 2.0 * np.pi * np.arange(sides) / sides
     outer = float(radius) / np.cos(np.pi / sides)
     with np.errstate(invalid="ignore"):  # an infinite circle gives NaN, which Room.from_data refuses
@@ -35,7 +35,7 @@ def circle(x: float, y: float, radius: float, sides: int = 16) -> Floats:
 
 
 def clearance(point: ArrayLike, segments: Floats) -> float:
-    """The distance (m) from `point` (x m, y m) to the nearest of `segments`; inf when there are none."""
+    """Return the distance (m) from `point` (x m, y m) to the nearest of `segments`; inf if there are none."""
     if not len(segments):
         return np.inf
     start, along = segments[:, 0], segments[:, 1] - segments[:, 0]
@@ -47,11 +47,11 @@ def clearance(point: ArrayLike, segments: Floats) -> float:
 
 
 class RayCaster:
-    """Distances along many beams to the nearest of many segments, by matrix products into buffers used again and again.
+    """Distances along many beams to the nearest of many segments, by matrix products into reused buffers.
 
     Seen from a beam's origin, with end points p and q of a segment and c = p x q, the line through p and q lies at
     1/distance = d x (q - p) / c in direction d: linear in d, as are d x p and d x q, whose signs differ when the
-    segment crosses the beam's line.  So three products of (beams, 2) by (2, segments) answer for every pair at once.
+    segment crosses the beam's line.  So three products of (beams, 2) by (2, segments) solve all pairs at once.
     """
 
     def __init__(self, segments: ArrayLike) -> None:
@@ -60,7 +60,7 @@ class RayCaster:
         self._buffers = np.empty((3, 0, 0))
 
     def distances(self, origin: Sequence[float], angles: Floats) -> Floats:
-        """The distance (m, shape (beams,)) from `origin` (x, y in m) along each of `angles` (rad), or inf."""
+        """Return the distance (m, shape (beams,)) from `origin` (x, y in m) along each of `angles` (rad), or inf."""
         beams, count = len(angles), len(self._segments)
         if count == 0:
             return np.full(beams, np.inf)
@@ -72,7 +72,7 @@ class RayCaster:
         p = self._segments[:, 0] - origin
         q = self._segments[:, 1] - origin
         area = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
-        # A segment that points at the origin cannot be hit on its side: a beam meets its neighbours' ends instead.
+        # A segment that points at the origin cannot be hit from the side: a beam hits its neighbours' ends instead.
         scale = np.divide(1.0, area, out=np.zeros(count), where=np.abs(area) > 1e-12)
         turned = np.stack([np.column_stack([p[:, 1], -p[:, 0]]), np.column_stack([q[:, 1], -q[:, 0]])])
         np.matmul(directions, turned[0].T, out=first)

@@ -1,4 +1,4 @@
-"""A laser scanner as sensor_msgs/LaserScan describes it, in plain NumPy, with noise that a seed repeats."""
+"""A laser scanner as described by sensor_msgs/LaserScan, in plain NumPy, with noise that a seed reproduces."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from course.world.geometry import Floats, Pose, RayCaster
 
 @dataclass(frozen=True)
 class Laser:
-    """A scanner at the middle of the robot, its beams counter-clockwise from `angle_min`, 0 straight ahead.
+    """A scanner at the centre of the robot, with beams counter-clockwise from `angle_min`; 0 is straight ahead.
 
     The default has 360 beams, one for each degree, and starts straight ahead.
     """
@@ -24,19 +24,19 @@ class Laser:
 
     @classmethod
     def turn(cls, beams: int = 360, angle_min: float = 0.0, **others: float) -> "Laser":
-        """A scanner whose `beams` are spread evenly over one full turn; `others` are further fields."""
+        """Return a scanner whose `beams` are spread evenly over one full turn; `others` are further fields."""
         return cls(beams=beams, angle_min=angle_min, angle_increment=2.0 * np.pi / beams, **others)
 
     @property
     def angles(self) -> Floats:
-        """The angle of each beam (rad, shape (beams,)), relative to the robot's heading."""
+        """Return the angle of each beam (rad, shape (beams,)), relative to the robot's heading."""
         return self.angle_min + self.angle_increment * np.arange(self.beams, dtype=np.float64)
 
     def measure(self, caster: RayCaster, pose: Pose, random: np.random.Generator) -> NDArray[np.float32]:
         """Scan from `pose` (x m, y m, heading rad): ranges (m, shape (beams,)).
 
-        `caster` holds the walls, `random` draws the noise.  As REP 117 asks, a beam that meets nothing up to
-        `range_max` reads +inf, and one that meets something nearer than `range_min` reads -inf.
+        `caster` holds the walls, `random` draws the noise.  By REP 117, a beam without an obstacle up to `range_max`
+        reads +inf, and one with an obstacle nearer than `range_min` reads -inf.
         """
         ranges = caster.distances(pose[:2], self.angles + pose[2])
         if self.noise > 0.0:

@@ -1,4 +1,4 @@
-"""Lockstep: the world and the node that drives wait for each other, so that simulated time may run at any speed."""
+"""Lockstep: the world and the driving node wait for each other, so that simulated time can run at any speed."""
 
 import re
 from collections.abc import Callable
@@ -13,7 +13,7 @@ from course.ros.rclpy_internals import RCLError, unwatched
 from course.world.geometry import Floats
 from course.world.simulation import Collision
 
-# A valid service name; rmw calls a node `_NODE_NAME_UNKNOWN_` until it has heard the node's name.
+# A valid service name; rmw calls a node `_NODE_NAME_UNKNOWN_` until it has discovered the node's name.
 NAME = re.compile(r"(?!.*_UNKNOWN_)(?:/[A-Za-z_]\w*)+", re.ASCII)
 
 
@@ -37,11 +37,11 @@ class Drive:
 
 
 class Barrier:
-    """Tells when the nodes that publish on a topic have handled every message that was sent to them before.
+    """Waits until the nodes that publish on a topic have handled all messages sent to them before.
 
-    Every rclpy node answers for its parameters from the executor that runs its callbacks, and an executor takes what
-    is ready in the order timers, subscriptions, services.  So a node that has answered a request has handled the
-    messages sent before it; with its second answer it has also run the timers that those messages made ready.
+    Every rclpy node answers parameter requests in the executor that runs its callbacks, and an executor takes what is
+    ready in the order timers, subscriptions, services.  So a node that has answered a request has handled the messages
+    sent before it; with its second answer it has also run the timers that those messages made ready.
     """
 
     def __init__(
@@ -49,21 +49,21 @@ class Barrier:
     ) -> None:
         """Watch the publishers of `topic` other than `node`.
 
-        `wait(condition, timeout)` waits while messages come in, and returns the condition's last value; `notify()` is
-        called when that condition may have become true.
+        `wait(condition, timeout)` waits while messages are received, and returns the condition's last value; `notify()`
+        is called when the condition may have become true.
         """
         self._node, self._topic, self._wait, self._notify = node, topic, wait, notify
         self._clients: dict[str, Client] = {}
 
     def find(self, timeout: float) -> None:
-        """Look up who publishes, and wait at most `timeout` s until all of them can be asked."""
+        """Find the publishers, and wait at most `timeout` s for their parameter services."""
         self._wait(self._found, timeout)
 
     def _found(self) -> bool:
-        # A publisher may be known a little earlier than the name of its node.
+        # A publisher may be discovered a little earlier than the name of its node.
         try:
             publishers = self._node.get_publishers_info_by_topic(self._topic)
-        except (RCLError, UnicodeDecodeError):  # somebody publishes under an invalid name
+        except (RCLError, UnicodeDecodeError):  # a publisher's node has an invalid name
             return False
         names = {f"{p.node_namespace.rstrip('/')}/{p.node_name}/get_parameters" for p in publishers}
         known = {name for name in names if NAME.fullmatch(name)}
@@ -74,7 +74,7 @@ class Barrier:
         return known == names and all(client.service_is_ready() for client in self._clients.values())
 
     def cross(self, timeout: float) -> bool:
-        """Wait at most `timeout` s until everyone has answered; False when somebody has not, or nobody can be asked."""
+        """Wait at most `timeout` s until all have answered; return False if one has not, or there is none to ask."""
         ready = [client for client in self._clients.values() if client.service_is_ready()]
         if not ready or timeout <= 0.0:
             return False

@@ -1,6 +1,6 @@
 """The world as a ROS node: it takes `cmd_vel`, publishes `scan` and `odom`, and reports each hit on `collision`.
 
-It runs in real time by itself, or (parameter `fast`) as fast as it computes, in lockstep with the driver, the node that
+It runs in real time by itself, or (parameter `fast`) as fast as possible, in lockstep with the driver, the node that
 publishes `cmd_vel`: each tick of simulated time publishes one scan and waits for one command.  A drive then ends the
 same way on a busy machine as on an idle one.
 """
@@ -37,33 +37,31 @@ from course.world.lockstep import Barrier, Drive
 from course.world.rooms import Room
 from course.world.simulation import Robot, Simulation
 
-COMMAND_TIMEOUT = 0.5  # s of the world's time without a command, after which the robot stops by itself
-CLOCK_REPEAT = 0.05  # s; subscribers to /clock are best effort, so a tick that nobody answers is published again
+COMMAND_TIMEOUT = 0.5  # s of the world's time without a command, after which the robot stops
+CLOCK_REPEAT = 0.05  # s; subscribers to /clock are best effort, so an unanswered tick is published again
 FIND_SERVICES = 1.0  # s to wait for the driver's parameter services
-SETTLE = 0.01  # s without a command that end a tick, for a driver without parameter services
+SETTLE = 0.01  # s without a command after which a tick ends, for a driver without parameter services
 
 
-# Called with a world of this process when it is made, and when a drive of it begins and ends: who looks only now and
-# then may miss a drive.
+# Called with a world of this process when it is made, and when one of its drives begins and ends, because polling could
+# miss a drive.
 watchers: list[Callable[["World"], None]] = []
-_latest: list["weakref.ReferenceType[World]"] = []  # the one that was made last
+_latest: list["weakref.ReferenceType[World]"] = []  # the last one made
 
 
 class World(Node):
     """The node `world`: a robot with a laser in a room.
 
-    Subscribes `cmd_vel` (geometry_msgs/Twist).  Publishes `scan` (sensor_msgs/LaserScan, frame `laser`), `odom`
-    (nav_msgs/Odometry, `odom` to `base_link`) and, for each collision as it begins, `collision` (std_msgs/String,
-    kept for subscribers that come later); in fast mode also `/clock`, so that nodes started with
-    `use_sim_time:=true` live in its time.
+    Subscribes to `cmd_vel` (geometry_msgs/Twist).  Publishes `scan` (sensor_msgs/LaserScan, frame `laser`), `odom`
+    (nav_msgs/Odometry, `odom` to `base_link`) and, for each collision as it begins, `collision` (std_msgs/String, kept
+    for late subscribers); in fast mode also `/clock`, for nodes started with `use_sim_time:=true`.
 
     Parameters: `room` (a name in course.world.ROOMS or the path of a .json file), `noise` (m), `beams` (over one turn)
-    and `angle_min` (rad) of the laser; read once are `seed` of its noise, `rate` (scans a second) and `fast`.
-    The arguments `room` and `laser` win over the parameters.  In real time the world can be controlled while it runs
-    (course.world.controls); in fast mode only `cmd_vel` changes what happens, so that a drive repeats itself.
-    `simulation` holds the robot's pose, path and collisions since the last reset, which was at `began`; `received`
-    counts the commands.
-    Raises WorldError when there is no such room, or the robot touches an obstacle at its start.
+    and `angle_min` (rad) of the laser; read once are `seed` of its noise, `rate` (scans a second) and `fast`.  The
+    arguments `room` and `laser` override the parameters.  In real time the world can be controlled while it runs
+    (course.world.controls); in fast mode only `cmd_vel` has an effect, so that a drive is repeatable.  `simulation`
+    holds the robot's pose, path and collisions since the last reset, which was at `began`; `received` counts the
+    commands.  Raises WorldError if there is no such room, or the robot touches an obstacle at its start.
     """
 
     def __init__(
@@ -90,13 +88,13 @@ class World(Node):
         self.fast = self.declare_parameter("fast", False).value
 
         self._now = 0  # ns of simulated time
-        self.received = 0  # commands, since the start
+        self.received = 0  # commands since the start
         self._own_executor: SingleThreadedExecutor | None = None
         self._controls: Controls | None = None
         self._barrier = Barrier(self, "cmd_vel", self._wait, self._wake)
         self.reset()
 
-        # The clock comes last: a node that has found it has found the scan as well.
+        # The clock's publisher comes last: a node that has discovered it has discovered the scan as well.
         self._scan_pub = self.create_publisher(LaserScan, "scan", 10)
         self._odom_pub = self.create_publisher(Odometry, "odom", 10)
         self._collision_pub = self.create_publisher(String, "collision", LATCHED)
@@ -111,9 +109,9 @@ class World(Node):
         self.get_logger().info(f"World started in room '{self.simulation.room.name}'")
 
     def reset(self, room: str | Path | Room | None = None, seed: int | None = None) -> None:
-        """Put the robot at the start of `room`, at rest and without a history; by default the room and seed stay.
+        """Put the robot at the start of `room`, at rest and without history; by default room and seed are kept.
 
-        Simulated time goes on, because nodes that follow it must not see it run backwards.
+        Simulated time goes on, because it must not jump backwards for nodes that use it.
         """
         with self._lock:
             self._room = room or self._room
@@ -125,12 +123,12 @@ class World(Node):
             self._controls.show_walls()
 
     def place(self, pose: Pose) -> None:
-        """Put the robot at `pose` (x m, y m, heading rad); raises WorldError where it cannot stand."""
+        """Put the robot at `pose` (x m, y m, heading rad); raises WorldError if it cannot stand there."""
         with self._lock:
             self.simulation.place(pose)
 
     def drop(self, x: float, y: float) -> None:
-        """Put a round obstacle at x, y (m), until the next `reset`; raises WorldError where the robot stands."""
+        """Put a round obstacle at x, y (m), until the next `reset`; raises WorldError if the robot stands there."""
         with self._lock:
             self.simulation.drop(x, y)
         if self._controls:
@@ -138,7 +136,7 @@ class World(Node):
 
     @property
     def laser(self) -> Laser:
-        """The robot's scanner; a new one is used from the next scan on."""
+        """Return the robot's scanner; a new one is used from the next scan on."""
         return self._laser
 
     @laser.setter
@@ -147,7 +145,7 @@ class World(Node):
             self._laser = self.simulation.laser = laser
 
     def check_room(self, room: str | Path | Room) -> None:
-        """Raise what `reset` raises for this room, and change nothing."""
+        """Raise the errors of `reset` for this room, without changing anything."""
         Simulation(room, self._laser, self._robot)
 
     def _on_command(self, message: Twist) -> None:
@@ -174,7 +172,7 @@ class World(Node):
             self._collision_pub.publish(String(data=str(collision)))
 
     def _show(self, stamp: Time) -> None:
-        """Publish where the robot is and what its laser sees, with this `stamp`: odometry first, then the scan."""
+        """Publish the odometry and then the scan, with this `stamp`."""
         (x, y, heading), (linear, angular) = self.simulation.pose, self.simulation.velocity
         odometry = Odometry(child_frame_id="base_link")
         odometry.header.stamp, odometry.header.frame_id = stamp, "odom"
@@ -190,7 +188,7 @@ class World(Node):
         scan.angle_max = laser.angle_min + laser.angle_increment * (laser.beams - 1)
         scan.scan_time = self._period / 1e9
         scan.range_min, scan.range_max = laser.range_min, laser.range_max
-        # An array is taken as it is; of a list, the message class looks at each number twice.
+        # An array is assigned directly; for a list, the message class checks each number twice.
         scan.ranges = array("f", self.simulation.scan().astype(np.float32).tobytes())
         self._scan_pub.publish(scan)
 
@@ -205,17 +203,17 @@ class World(Node):
         answer_within: float = 1.0,
         wall_limit: float | None = None,
     ) -> Drive:
-        """Drive for `seconds` of simulated time in lockstep with the driver; return what became of it.
+        """Drive for `seconds` s of simulated time in lockstep with the driver; return the outcome.
 
-        Each tick publishes the scan, then the clock, waits for a command at most `answer_within` s (not at all when
-        nobody publishes commands), and moves the robot by the newest one; after 0.5 s without one, the robot stops.
-        The drive begins with the first tick that the driver answers, with the robot and the noise at their start.
-        `on_step` is called after each tick, in the caller's thread.  After `wall_limit` s of real time the drive ends,
-        wherever the robot is.  When `drive` returns, the driver has finished the callbacks that the drive triggered.
+        Each tick publishes the scan, then the clock, waits for a command at most `answer_within` s (not at all if
+        nobody publishes commands), and moves the robot by the newest one; after 0.5 s without one, the robot stops. The
+        drive begins with the first tick that the driver answers, with the robot and the noise at their start. `on_step`
+        is called after each tick, in the caller's thread.  After `wall_limit` s of real time the drive ends early.
+        When `drive` returns, the driver has finished the callbacks that the drive triggered.
 
-        Blocks; spins the node itself unless it has an executor already.  Raises WorldError when the node is not in
-        fast mode, and NoDriver when no driver (a publisher of `cmd_vel` and a subscriber of `scan`) is found
-        within `find_within` s; with 0, no driver is needed.
+        Blocks; spins the node itself unless it already has an executor.  Raises WorldError if the node is not in fast
+        mode, and NoDriver if no driver (a publisher of `cmd_vel` and a subscriber of `scan`) is found within
+        `find_within` s; with 0, no driver is needed.
         """
         if not self.fast:
             raise WorldError("the world runs in real time: start it with the parameter fast:=true to drive it")
@@ -229,7 +227,7 @@ class World(Node):
         for _ in range(ticks):
             if time.monotonic() > end or not self.context.ok():
                 break
-            # The first tick that the driver answered is also the first one of the drive.
+            # The first tick that the driver answered is the first one of the drive.
             answered = self._met if pending else self._tick(min(answer_within, max(0.0, end - time.monotonic())))
             pending = False
             result.answered += answered
@@ -238,7 +236,7 @@ class World(Node):
                 self._move()
             if on_step is not None:
                 on_step()
-        # After its last command a driver still has something to do: to log it, to call its observers.
+        # After its last command a driver may still have work to do, such as logging it or calling its observers.
         self._barrier.cross(min(answer_within, end - time.monotonic()))
         self._tell_watchers()
         simulation = self.simulation
@@ -248,7 +246,7 @@ class World(Node):
 
     def _tell_watchers(self) -> None:
         for tell in list(watchers):
-            with contextlib.suppress(Exception):  # a drive must not end because somebody looks
+            with contextlib.suppress(Exception):  # an error of a watcher must not end a drive
                 tell(self)
 
     def _find_driver(self, timeout: float) -> None:
@@ -261,14 +259,15 @@ class World(Node):
             raise NoDriver(f"within {timeout:g} s, no node appeared that publishes cmd_vel and subscribes to scan")
 
     def _is_driven(self) -> bool:
-        """Return True if somebody publishes commands, and somebody who may drive sees the scan.
+        """Return True if there is a publisher of commands, and a possible driver subscribes to the scan.
 
-        A hidden node, as that of the robot view or of `ros2 topic echo`, only looks on unless it sends commands itself.
+        A hidden node, such as that of the robot view or of `ros2 topic echo`, only counts if it publishes commands
+        itself.
         """
         try:
             drivers = {(each.node_namespace, each.node_name) for each in self.get_publishers_info_by_topic("cmd_vel")}
             seers = {(each.node_namespace, each.node_name) for each in self.get_subscriptions_info_by_topic("scan")}
-        except (RCLError, UnicodeDecodeError):  # somebody has an invalid name, and is taken at its word
+        except (RCLError, UnicodeDecodeError):  # a node has an invalid name: assume that it may drive
             return self.count_publishers("cmd_vel") > 0
         unknown = {each for each in seers if "_UNKNOWN_" in each[1]}
         return bool(drivers) and any(
@@ -276,7 +275,7 @@ class World(Node):
         )
 
     def _meet(self, timeout: float, answer_within: float) -> None:
-        """Tick, without moving the robot, until the driver answers: no drive begins before it is fully connected."""
+        """Tick without moving the robot until the driver answers, and so is fully connected."""
         end = time.monotonic() + timeout
         self._met = False
         while not self._met and time.monotonic() < end and self.context.ok():
@@ -285,11 +284,10 @@ class World(Node):
             self._met = self._tick(min(answer_within, 5 * CLOCK_REPEAT))
 
     def _tick(self, timeout: float) -> bool:
-        """Publish the next moment of simulated time; whether the driver sent a command within `timeout` s.
+        """Publish the next moment of simulated time; return True if the driver sent a command within `timeout` s.
 
-        The driver has handled the scan before the clock moves on, so that a control loop on simulated time decides on a
-        fresh scan; and it has handled the clock before the tick ends, so that none of its commands is left over for the
-        next tick.
+        The driver has handled the scan before the clock advances, so that a control loop in simulated time uses a fresh
+        scan; and it has handled the clock before the tick ends, so that no command is left over for the next tick.
         """
         end = time.monotonic() + timeout
         self._now += self._period
@@ -306,7 +304,7 @@ class World(Node):
                 rounds -= 1
                 self._barrier.cross(end - time.monotonic())
             elif asked and middle > before:
-                break  # a driver that answers from its scan callback
+                break  # the driver answers in its scan callback
             elif not self._wait(lambda: self.received > middle, min(CLOCK_REPEAT, end - time.monotonic())):
                 self._clock_pub.publish(ClockMessage(clock=stamp))
         while not asked and self.received > before:
@@ -320,28 +318,28 @@ class World(Node):
             self._lock.notify_all()
 
     def _wait(self, condition: Callable[[], bool], timeout: float) -> bool:
-        """Wait until `condition()`, at most `timeout` s, while messages come in; return the condition's last value."""
+        """Wait until `condition()`, at most `timeout` s, while receiving messages; return its last value."""
         if self.executor is not None and self.executor is not self._own_executor:
             return wait_until(condition, timeout, news=self._lock, unless=lambda: not self.context.ok())
         if self._own_executor is None:
             self._own_executor = SingleThreadedExecutor(context=self.context)
             self._own_executor.add_node(self)
         end = time.monotonic() + timeout
-        # Not `wait_until`: messages come in only while this thread itself spins the node.
+        # Not `wait_until`: messages are received only while this thread itself spins the node.
         while not condition() and (left := end - time.monotonic()) > 0.0 and self.context.ok():
             self._own_executor.spin_once(timeout_sec=min(left, CLOCK_REPEAT))
         return condition()
 
 
 def latest() -> World | None:
-    """The world that was made last in this process, if somebody still has it."""
+    """Return the world that was made last in this process, if it still exists."""
     return _latest[0]() if _latest else None
 
 
 def main(args: list[str] | None = None) -> int:
     """Run the world until Ctrl-C; with `fast`, for `duration` s of simulated time (0: until Ctrl-C).
 
-    Returns the exit status: 1 when the robot hit something in a drive that ended by itself, else 0.
+    Returns the exit status: 1 if the robot hit something in a drive that ran to its end, else 0.
     """
     status = 0
     rclpy.init(args=args)

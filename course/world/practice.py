@@ -1,4 +1,4 @@
-"""Drives to learn from: what a driver saw, and what it did, without ROS and much faster than real time."""
+"""Training drives: records a driver's inputs and decisions, without ROS and much faster than real time."""
 
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -13,15 +13,15 @@ from course.world.rooms import Room
 from course.world.simulation import Simulation
 
 PERIOD = 0.1  # s between two decisions
-SHOVE = 0.8  # rad/s, standard deviation of the turn that a shove adds
+SHOVE = 0.8  # rad/s, standard deviation of the angular speed that a shove adds
 SHOVED = 10  # decisions that a shove lasts
 
 
 class Agent(Protocol):
-    """Whatever decides."""
+    """An agent that decides on the next action."""
 
     def decide_action(self, laser_data: Mapping[str, Any]) -> Mapping[str, float]:
-        """The next action, {'linear': m/s, 'angular': rad/s}."""
+        """Return the next action, {'linear': m/s, 'angular': rad/s}."""
 
 
 def practise(
@@ -32,11 +32,11 @@ def practise(
     drives: int = 6,
     seed: int = 0,
 ) -> tuple[list[Mapping[str, Any]], list[Mapping[str, float]]]:
-    """Return what `driver` was given (by `look`, from each scan) and what it decided, ten times a second.
+    """Return the inputs of `driver` (by `look`, from each scan) and its decisions, ten times a second.
 
-    In each room it drives `drives` times for `seconds` s of simulated time.  Half of the time it is shoved: something
-    turns the robot aside, so that there are examples of how to get out of a bad place.  The same `seed` gives the same
-    examples.  Raises WorldError when there is no such room.
+    In each room it drives `drives` times for `seconds` s of simulated time.  Half of the time the robot is shoved
+    aside, so that there are examples of getting out of a bad place.  The same `seed` gives the same examples.  Raises
+    WorldError if there is no such room.
     """
     random = np.random.default_rng(seed)
     seen: list[Mapping[str, Any]] = []
@@ -56,7 +56,7 @@ def practise(
 
 
 def scan_of(simulation: Simulation) -> Scan:
-    """Return what the laser sees, with the fields of a sensor_msgs/LaserScan that `course.robot.sectors` needs."""
+    """Return the current scan, with the fields of a sensor_msgs/LaserScan that `course.robot.sectors` needs."""
     laser = simulation.laser
     return SimpleNamespace(
         ranges=simulation.scan(),

@@ -1,4 +1,4 @@
-"""The rooms that the robot drives in, and how to make another from plain data."""
+"""The rooms that the robot drives in, and a way to make others from plain data."""
 
 import json
 from collections.abc import Mapping
@@ -29,7 +29,7 @@ class Room:
 
     @classmethod
     def from_data(cls, data: Mapping[str, Any]) -> "Room":
-        """Make a room from a dict, as a JSON file holds it: lengths in m, angles in rad, every part optional.
+        """Make a room from a dict, as in a JSON file: lengths in m, angles in rad, every part optional.
 
         Its keys: `name`, `description`, `start` [x, y, heading], `boxes` [[x_min, y_min, x_max, y_max], ...],
         `circles` [[x, y, radius], ...], `polygons` (closed) and `walls` (open), each a list of lists of points [x, y].
@@ -56,14 +56,14 @@ class Room:
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
-        """The smallest rectangle around the walls, the obstacles and the start: (x_min, y_min, x_max, y_max) in m."""
+        """Return the smallest rectangle around walls, obstacles and start: (x_min, y_min, x_max, y_max) in m."""
         points = np.vstack([self.segments.reshape(-1, 2), [self.start[:2]]])
         (x_min, y_min), (x_max, y_max) = points.min(axis=0), points.max(axis=0)
         return x_min, y_min, x_max, y_max
 
 
 def load(path: str | Path) -> Room:
-    """The room in a JSON file (see `Room.from_data`); raises OSError for an unreadable file, else ValueError."""
+    """Return the room in a JSON file (see `Room.from_data`); raises OSError for an unreadable file, else ValueError."""
     path = Path(path)
     data = json.loads(path.read_text(encoding="utf-8"))
     if not isinstance(data, dict):
@@ -72,9 +72,9 @@ def load(path: str | Path) -> Room:
 
 
 def find(room: str | Path | Room) -> Room:
-    """The room of this name in `ROOMS`, or in this `.json` file; a `Room` is returned as it is.
+    """Return the room of this name in `ROOMS`, or in this `.json` file; a `Room` is returned unchanged.
 
-    Raises WorldError when there is no such room, and what `load` raises.
+    Raises WorldError if there is no such room, and the errors of `load`.
     """
     if isinstance(room, Room):
         return room

@@ -1,4 +1,4 @@
-"""A robot with a laser in a room, moved step by step: the physics of the world, without ROS and without a clock."""
+"""The physics of the world: a robot with a laser in a room, moved step by step, without ROS or a clock."""
 
 import math
 from dataclasses import dataclass, replace
@@ -12,21 +12,21 @@ from course.world.geometry import Floats, Pose, RayCaster, circle, clearance
 from course.world.laser import Laser
 from course.world.rooms import Room, find
 
-MAX_STEP = 0.01  # s, the longest move between two looks for a collision: 5 mm at the robot's full speed
-OBSTACLE = 0.15  # m, radius of what is dropped: less than the robot's, which so fits nowhere inside
-AWAY = 0.02  # m, how far the robot must back off an obstacle before touching it again counts as a new collision
+MAX_STEP = 0.01  # s, the longest move between two collision checks: 5 mm at the robot's full speed
+OBSTACLE = 0.15  # m, radius of a dropped obstacle: smaller than the robot, so that the robot cannot be inside
+AWAY = 0.02  # m that the robot must back off before touching the obstacle again counts as a new collision
 
 
 @dataclass(frozen=True)
 class Robot:
-    """A round differential-drive robot; it takes any command, and drives no faster than its limits."""
+    """A round differential-drive robot; commands beyond its limits are clipped."""
 
     radius: float = 0.18  # m
     max_linear: float = 0.5  # m/s, forwards and backwards
     max_angular: float = 2.0  # rad/s
 
     def limit(self, linear: float, angular: float) -> tuple[float, float]:
-        """The speeds (m/s, rad/s) that the wheels can reach for a command; they stand still for NaN and infinity."""
+        """Return the reachable speeds (m/s, rad/s) for a command; 0 for NaN and infinity."""
         if not (math.isfinite(linear) and math.isfinite(angular)):
             return 0.0, 0.0
         return (
@@ -36,7 +36,7 @@ class Robot:
 
 
 def advance(pose: Pose, linear: float, angular: float, duration: float) -> Pose:
-    """The pose after driving from `pose` for `duration` s at constant speeds (m/s, rad/s), on an arc of a circle."""
+    """Return the pose after driving from `pose` for `duration` s at constant speeds (m/s, rad/s), on a circular arc."""
     x, y, heading = pose
     turn = angular * duration
     # The chord of the arc; written with sinc, it also holds when the robot drives straight.
@@ -56,7 +56,7 @@ def in_the_way(point: tuple[float, float], radius: float, segments: Floats) -> s
 
 @dataclass(frozen=True)
 class Collision:
-    """The robot has hit an obstacle: once, from the moment it touches it until it moves away."""
+    """A collision with an obstacle, counted once from the first contact until the robot moves away."""
 
     time: float  # s of simulated time
     x: float  # m
@@ -69,8 +69,8 @@ class Collision:
 class Simulation:
     """One robot in one room.
 
-    `pose` (x m, y m, heading rad), `velocity` (m/s, rad/s) and `time` (s) are the current ones; `collisions` and `path`
-    hold the history.  The same room, laser, seed and commands give the same numbers every time.
+    `pose` (x m, y m, heading rad), `velocity` (m/s, rad/s) and `time` (s) are current; `collisions` and `path` have the
+    history.  The same room, laser, seed and commands always give the same numbers.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class Simulation:
     ) -> None:
         """Put the robot at the start of `room` (a name, the path of a .json file or a Room).
 
-        Raises WorldError when there is no such room or the robot touches an obstacle where it starts.
+        Raises WorldError if there is no such room, or the robot touches an obstacle at its start.
         """
         self.room = find(room)
         self.laser = laser or Laser()
@@ -90,7 +90,7 @@ class Simulation:
         self.reset()
 
     def reset(self) -> None:
-        """Put the robot back at the start: time 0, no history, and the noise begins again."""
+        """Put the robot back at the start: time 0, no history, and the noise restarts."""
         self.time = 0.0
         self.pose: Pose = self.room.start
         self.velocity: tuple[float, float] = (0.0, 0.0)
@@ -104,10 +104,9 @@ class Simulation:
         return clearance(pose[:2], self.room.segments)
 
     def place(self, pose: Pose) -> None:
-        """Put the robot at `pose` (x m, y m, heading rad), at rest; its history goes on.
+        """Put the robot at `pose` (x m, y m, heading rad), at rest; its history is kept.
 
-        Raises WorldError where it would touch an obstacle or stand outside the room, and for a number that is not
-        finite.
+        Raises WorldError if it would touch an obstacle or be outside the room, and for a number that is not finite.
         """
         x, y, heading = pose
         if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(heading)):
@@ -118,10 +117,9 @@ class Simulation:
         self._path.append((self.time, *self.pose))
 
     def drop(self, x: float, y: float, radius: float = OBSTACLE) -> None:
-        """Put a round obstacle of `radius` (m) at x, y (m); a new Simulation is without it.
+        """Put a round obstacle of `radius` (m) at x, y (m); a new Simulation does not have it.
 
-        Raises WorldError where the robot stands, and for a number that is not
-        finite.
+        Raises WorldError if the robot stands there, and for a number that is not finite.
         """
         if not (math.isfinite(x) and math.isfinite(y)):
             raise WorldError("a point is two finite numbers: x (m) and y (m)")
@@ -131,13 +129,13 @@ class Simulation:
         self._caster = RayCaster(self.room.segments)
 
     def scan(self) -> NDArray[np.float32]:
-        """Return what the laser measures at the current pose (m, shape (beams,)); each call draws fresh noise."""
+        """Return the laser's measurement at the current pose (m, shape (beams,)); each call draws fresh noise."""
         return self.laser.measure(self._caster, self.pose, self._random)
 
     def nearest(self, begin: float, end: float) -> float:
         """Return the distance (m) from the robot's middle to the nearest obstacle between two angles (degrees).
 
-        It is what is there, not a measurement; `inf` where nothing is.
+        It is the true distance, not a measurement; `inf` if there is no obstacle.
         """
         x, y, heading = self.pose
         angles = heading + np.radians(np.arange(begin, end + 0.5, 1.0))
@@ -146,7 +144,7 @@ class Simulation:
     def step(self, linear: float, angular: float, duration: float) -> Collision | None:
         """Drive at the commanded speeds (m/s, rad/s) for `duration` s.
 
-        The robot stops where it would touch an obstacle, and can turn or drive away from there.  Returns the collision
+        The robot stops before it would touch an obstacle, and can turn or drive away from there.  Returns the collision
         that began in this step, or None.
         """
         linear, angular = self.robot.limit(linear, angular)
@@ -161,7 +159,7 @@ class Simulation:
                 self.pose = ahead
                 self.touching = self.touching and (not linear or gap < AWAY)
                 continue
-            # The obstacle is in the way: the robot can still turn on the spot.
+            # The obstacle blocks the way, but the robot can still turn on the spot.
             self.pose = advance(self.pose, 0.0, angular, duration / pieces)
             if not self.touching:
                 self.touching = True
@@ -174,15 +172,15 @@ class Simulation:
 
     @property
     def path(self) -> Floats:
-        """Return where the robot has been: shape (n, 4), rows of time (s), x (m), y (m), heading (rad)."""
+        """Return the robot's path: shape (n, 4), rows of time (s), x (m), y (m), heading (rad)."""
         return np.array(self._path)
 
     def path_since(self, count: int) -> tuple[int, list[tuple[float, float, float, float]]]:
-        """Return how many rows `path` has, and those after the first `count`."""
+        """Return the number of rows of `path`, and the rows after the first `count`."""
         path = self._path
         return len(path), path[count:]
 
     def ground_covered(self, cell: float = 0.5) -> float:
-        """The area (m²) of the grid squares of side `cell` (m) that the robot's centre has visited."""
+        """Return the area (m²) of the grid squares of side `cell` (m) that the robot's centre has visited."""
         squares = np.unique(np.floor(self.path[:, 1:3] / cell), axis=0)
         return len(squares) * cell * cell

@@ -1,1 +1,1 @@
-"""Code that is loaded into every program that the session starts: see `sitecustomize.py`."""
+"""Code that is loaded into every program started by the session, see `sitecustomize.py`."""

@@ -1,16 +1,15 @@
-"""Lets the session ask a program that it has started where it is, and see what passes through its services.
+"""Lets the session ask a started program for its stacks, and see the messages of its services.
 
 Python loads this module by its name, from PYTHONPATH, before the program begins (see the module `site`).
 
-Where it is: at the signal SIGUSR2, Python itself writes what each thread is doing (`faulthandler`) into a file that the
-session has given it, also amid a loop that never ends.
+Stacks: at the signal SIGUSR2, Python itself writes the stack of each thread (`faulthandler`) into a file from the
+session, even in an endless loop.
 
-What passes: where it is recorded, every service that the program makes is introspected, as rclpy offers it: requests
-and responses are published on the hidden topic SERVICE/_service_event, and the last of them are kept there for who
-subscribes later.
+Services: if they are recorded, every service of the program is introspected by rclpy: requests and responses are
+published on the hidden topic SERVICE/_service_event, and the last ones are kept for late subscribers.
 
-It is switched on where a service is made, by the thread that makes it, and never later: nothing of rclpy promises that
-it may be switched by another thread while an executor works.
+Introspection is switched on when a service is made, by the same thread, and not later: rclpy does not promise that
+another thread may do it while an executor works.
 """
 
 import contextlib
@@ -24,27 +23,27 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 WANTED = "COURSE_INTROSPECTION"
-STACKS = "COURSE_STACKS"  # the number of the open file for what the threads do
+STACKS = "COURSE_STACKS"  # the descriptor of the file for the stacks
 ASK = signal.SIGUSR2
 HERE = os.path.dirname(os.path.abspath(__file__))
 DEPTH = 100  # events that are kept
-# Every node has services of these packages; one of them is not of rclpy's making, and cannot be introspected.
+# Every node has services of these packages; one of them is not made by rclpy, and cannot be introspected.
 OF_EVERY_NODE = ("rcl_interfaces", "type_description_interfaces")
 
 
 def environment(variables: "Mapping[str, str]", stacks: int, *, introspecting: bool) -> "dict[str, str]":
-    """Return the variables that a program needs, beside its `variables`, to load this; `stacks` is its open file."""
+    """Return `variables` with those that make a program load this module; `stacks` is its open file."""
     path = os.pathsep.join([HERE, *filter(None, [variables.get("PYTHONPATH")])])
     return {"PYTHONPATH": path, STACKS: str(stacks)} | ({WANTED: "1"} if introspecting else {})
 
 
 def introspected(original: "Callable[..., Any]") -> "Callable[..., Any]":
-    """A `Node.create_service` in the place of the `original` one, whose services are introspected."""
-    clocks: list[Any] = []  # Seen in rclpy 7.1.6: the service does not keep its clock, and crashes when it has gone
+    """Return a replacement of `Node.create_service`, the `original`, that introspects its services."""
+    clocks: list[Any] = []  # Seen in rclpy 7.1.6: the service does not keep its clock, and crashes without it
 
     def create_service(*args: Any, **kwargs: Any) -> Any:
         service = original(*args, **kwargs)
-        # A service that cannot be seen is no reason to disturb its node.
+        # Failing introspection must not disturb the node.
         with contextlib.suppress(Exception):
             from rclpy.clock import Clock
             from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -60,21 +59,21 @@ def introspected(original: "Callable[..., Any]") -> "Callable[..., Any]":
 
 
 def begin() -> None:
-    """Do it in this program, and leave no trace in what it and its children see of their environment."""
+    """Set this up in the program, and remove its variables from the environment."""
     others = [folder for folder in os.environ.pop("PYTHONPATH", "").split(os.pathsep) if folder not in ("", HERE)]
     if others:
         os.environ["PYTHONPATH"] = os.pathsep.join(others)
     sys.path[:] = [folder for folder in sys.path if folder != HERE]
-    with contextlib.suppress(OSError, ValueError):  # the program runs without being asked
+    with contextlib.suppress(OSError, ValueError):  # the program runs without stacks
         stacks = int(os.environ.pop(STACKS, ""))
         os.set_inheritable(stacks, False)
         faulthandler.register(ASK, file=stacks, all_threads=True)
     if os.environ.pop(WANTED, ""):
-        with contextlib.suppress(Exception):  # the program will say it when it imports rclpy
+        with contextlib.suppress(Exception):  # the program itself will raise it when it imports rclpy
             from rclpy.node import Node
 
             Node.create_service = introspected(Node.create_service)  # type: ignore[method-assign]
-    # The system may have such a module, too, which this one has hidden.
+    # The system may have a module of this name, too, which this one has hidden.
     if (spec := importlib.machinery.PathFinder.find_spec("sitecustomize", sys.path)) and spec.loader:
         spec.loader.exec_module(importlib.util.module_from_spec(spec))
 
