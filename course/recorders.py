@@ -234,7 +234,7 @@ class ParameterRecorder(Recorder):
     def __init__(self, node: Node) -> None:
         super().__init__("name", "value", "accepted", "reason")
         self._node = node
-        # rclpy 7.1.6 declares here that it returns values; it returns Parameters.
+        # rclpy 7.1.6 declares that this returns values, but it returns Parameters.
         parameters = cast(dict[str, Parameter], node.get_parameters_by_prefix(""))
         for name, parameter in sorted(parameters.items()):
             if name not in ("use_sim_time", "start_type_description_service"):  # rclpy's own

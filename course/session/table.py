@@ -16,9 +16,7 @@ class Row:
     state: str  # running, stopped, or how it ended
     since: float | None  # time.time() of its start, if known
     where: str
-    started_as: str = (
-        ""  # its name for `stop` and `restart`: the node's, or the file's; '' if started by others
-    )
+    started_as: str = ""  # its name for `stop` and `restart`: the node's, or the file's; '' if started by others
     alive: bool = True
     reports: tuple[str, ...] = ()  # reports on its exceptions and its end, with the reader's own lines
 

@@ -114,9 +114,7 @@ class Filled:
     """A form filled in by the reader."""
 
     values: dict[str, Any] = field(default_factory=dict)  # those changed, and every top-level scalar
-    wrong: dict[str, str] = field(
-        default_factory=dict
-    )  # corrections by the path of the field: pose.position.x
+    wrong: dict[str, str] = field(default_factory=dict)  # corrections by the path of the field: pose.position.x
 
 
 def fill(message: type[Any], given: Mapping[str, Any]) -> Filled:

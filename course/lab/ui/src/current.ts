@@ -25,7 +25,7 @@ export class Current {
     return this._link;
   }
 
-  /** Whether a panel is shown. */
+  /** True while a panel is shown. */
   get isOpen(): boolean {
     return this._open > 0;
   }
@@ -34,7 +34,7 @@ export class Current {
     return this._changed;
   }
 
-  /** A panel is shown: until it calls `close`, the kernel is linked. */
+  /** Note that a panel is shown: the kernel stays linked until it calls `close`. */
   open(): void {
     this._open += 1;
     this._makeRoom();

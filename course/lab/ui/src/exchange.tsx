@@ -6,15 +6,15 @@ import { Link } from './link';
 import { useTopic } from './panel';
 
 export interface Exchange {
-  number: string; // the kernel's process, a point, and which one
+  number: string; // the kernel's process id, a point, and a count
   kind: 'service' | 'action' | 'topic' | 'parameter';
   name: string;
   type: string;
-  by: string; // who sends
-  about: string; // what the diagram does not show, and why
+  by: string; // the sender
+  about: string; // a remark on what the diagram does not show
   state: 'running' | 'over' | 'failed';
-  events: [number, string, string][]; // ms since the first, what, and the message as YAML
-  first: number; // events before those that are left out
+  events: [number, string, string][]; // ms since the first, the event, and the message as YAML
+  first: number; // events before the omitted ones
   left_out: number;
   failed: string;
   note: string;
@@ -96,7 +96,7 @@ function milliseconds(time: number): string {
   return `${time < 100 ? time.toFixed(1) : time.toFixed(0)} ms`;
 }
 
-/** The arrows to draw: all of them, or those of the beginning and the end, and how many are left out between. */
+/** Return the arrows to draw: all, or those of the beginning and the end, and the number left out between. */
 function arrows(exchange: Exchange): { shown: Exchange['events']; gap: number; left: number } {
   const { events } = exchange;
   if (events.length <= SHOWN && exchange.left_out === 0) {

@@ -35,7 +35,7 @@ interface File {
   hints: Hint[];
 }
 
-// What unfolds and is called by a word and a number: "Hint 1: where to look", in whatever language.
+// The title of a foldable hint, a word and a number in any language: "Hint 1: where to look".
 const HINT = /<details>\s*<summary>\s*([^\s<]+ \d+(?::[^<]*)?)\s*<\/summary>([\s\S]*?)<\/details>/g;
 const SETTLE = 400; // ms after a change of the notebook
 
@@ -87,7 +87,7 @@ function Exercise({ current, contents }: { current: Current; contents: Contents.
         void look();
       }
     });
-    // A cell's file is written when it has run, which changes the state of the notebook's kernel.
+    // A cell writes its file when it runs, and the kernel's status then changes.
     panel.sessionContext.statusChanged.connect(later);
     return () => {
       gone = true;
@@ -150,7 +150,7 @@ function Exercise({ current, contents }: { current: Current; contents: Contents.
 }
 
 function FileItem({ file, note, panel }: { file: File; note: string; panel: NotebookPanel }): JSX.Element {
-  const [opened, setOpened] = React.useState(0); // hints, so far
+  const [opened, setOpened] = React.useState(0); // the number of hints opened so far
   return (
     <section className="ros-File" aria-label={file.name}>
       <div className="ros-Panel-head">
@@ -185,7 +185,7 @@ function FileItem({ file, note, panel }: { file: File; note: string; panel: Note
   );
 }
 
-/** A text as the notebook would draw it. */
+/** A text rendered as in the notebook. */
 function Markdown({ text, panel }: { text: string; panel: NotebookPanel }): JSX.Element {
   const place = React.useRef<HTMLDivElement>(null);
   React.useEffect(() => {
@@ -198,7 +198,7 @@ function Markdown({ text, panel }: { text: string; panel: NotebookPanel }): JSX.
   return <div ref={place} className="ros-hint" />;
 }
 
-/** Run the cells of these names, one after the other, whatever comes of each. */
+/** Run the cells with these names one after the other, whatever their results. */
 async function runAll(panel: NotebookPanel, names: string[]): Promise<void> {
   const notebook = panel.content;
   for (const cell of notebook.widgets.filter(widget => names.includes(nameOf(widget.model)))) {
@@ -215,7 +215,7 @@ async function show(panel: NotebookPanel, name: string): Promise<void> {
   }
 }
 
-/** Put the cell of a file back to what it was when it was handed out; what it says now is kept in a file. */
+/** Reset the cell of a file to its released text; the present text is kept in a file. */
 async function reset(panel: NotebookPanel, file: File): Promise<void> {
   const cell = panel.content.widgets.find(widget => nameOf(widget.model) === file.cell);
   const sure = await showDialog({

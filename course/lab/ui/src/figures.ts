@@ -1,11 +1,11 @@
-// The course's figures in a notebook: in a dark theme on a dark ground, and with their alternative text.
+// The course's figures in a notebook: on a dark background in a dark theme, and with their alternative text.
 
 import { JupyterFrontEnd, JupyterFrontEndPlugin } from '@jupyterlab/application';
 import { imageRendererFactory, IRenderMimeRegistry } from '@jupyterlab/rendermime';
 import { IRenderMime } from '@jupyterlab/rendermime-interfaces';
 
-const FIGURE = '<figure: '; // what a figure is as text, see course/figures/picture.py
-const RANK = 90; // as JupyterLab's own, which it takes the place of
+const FIGURE = '<figure: '; // the beginning of a figure's text form, see course/figures/picture.py
+const RANK = 90; // that of JupyterLab's own renderer, which this one replaces
 
 export const figures: JupyterFrontEndPlugin<void> = {
   id: 'ros2-course-lab:figures',
@@ -16,7 +16,7 @@ export const figures: JupyterFrontEndPlugin<void> = {
     registry.addFactory({ safe: true, mimeTypes: ['image/png'], createRenderer }, RANK)
 };
 
-/** JupyterLab's renderer of pictures, which marks those of the course. */
+/** JupyterLab's renderer of pictures, which also marks the course's figures. */
 function createRenderer(options: IRenderMime.IRendererOptions): IRenderMime.IRenderer {
   const renderer = imageRendererFactory.createRenderer(options);
   const render = renderer.renderModel.bind(renderer);

@@ -1,4 +1,4 @@
-// The fields of a form that is made from a type; course/lab/kernel/forms.py says which there are, and reads them.
+// The fields of a form made from a type; course/lab/kernel/forms.py defines and parses them.
 
 import * as React from 'react';
 
@@ -9,15 +9,15 @@ export interface Field {
   default?: string | boolean;
   choices?: { [constant: string]: string };
   fields?: Field[];
-  length?: number | null; // of a list of messages that has always as many
-  about?: string; // of a parameter
-  fixed?: boolean; // a parameter that cannot be set
+  length?: number | null; // of a list of messages with a fixed length
+  about?: string; // about a parameter
+  fixed?: boolean; // true for a parameter that cannot be set
 }
 
-/** What is written in the fields of a message: texts as they were typed. */
+/** The input in the fields of a message: texts as typed. */
 export type Given = { [name: string]: any };
 
-/** A form as it is before somebody writes in it. */
+/** Return the initial input of a form. */
 export function initial(fields: Field[]): Given {
   const given: Given = {};
   for (const field of fields) {

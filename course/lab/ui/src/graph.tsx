@@ -17,7 +17,7 @@ export const graphIcon = new LabIcon({
 });
 
 export type Kind = 'topic' | 'service' | 'action';
-/** Open a node in the panel of nodes, or anything else in the inspector. */
+/** Open a node in the nodes panel, or anything else in the inspector. */
 export type Open = (kind: Kind | 'node', name: string, type: string) => void;
 type Role = 'publishes' | 'subscribes to' | 'calls' | 'serves' | 'sends goals to' | 'offers the actions';
 
@@ -25,10 +25,10 @@ interface Graph {
   nodes: string[] | null; // null: the session has ended
   things: [Kind, string, string][];
   edges: [string, Role, Kind, string][];
-  left_out?: number; // of very many nodes, topics, services and actions
+  left_out?: number; // if there are too many nodes, topics, services and actions
 }
 
-// In these roles, what passes goes from the node to the topic, service or action.
+// In these roles, messages go from the node to the topic, service or action.
 const OUT = new Set<Role>(['publishes', 'calls', 'sends goals to']);
 const CHARACTER = 7.3; // px at most
 const NARROW = 520; // px
@@ -162,7 +162,7 @@ const WAYS: { [key: string]: [number, number] } = {
   ArrowDown: [0, 1]
 };
 
-/** The nearest box in the direction of an arrow key; what lies aside counts as farther. */
+/** Return the nearest box in the direction of an arrow key; boxes to the side count as farther. */
 function next(boxes: Box[], from: Box, [right, down]: [number, number]): Box | undefined {
   const distance = (box: Box) => {
     const [x, y] = [box.x - from.x, box.y - from.y];
@@ -173,7 +173,7 @@ function next(boxes: Box[], from: Box, [right, down]: [number, number]): Box | u
   return distance(nearest) < Infinity ? nearest : undefined;
 }
 
-/** What a screen reader says of a box: its kind and name, and what nodes do with it. */
+/** Return the text of a box for screen readers: its kind and name, and the roles of nodes. */
 function said(box: Box, graph: Graph): string {
   const about = graph.edges
     .filter(([node, , kind, name]) => (box.kind === 'node' ? node === box.name : kind === box.kind && name === box.name))
@@ -181,7 +181,7 @@ function said(box: Box, graph: Graph): string {
   return `${box.kind} ${box.name}${about.length ? `: ${about.join(', ')}` : ''}`;
 }
 
-/** The picture in the wanted direction, or in the other one where this would be much too wide. */
+/** Return the picture in the wanted direction, or in the other one if that would be much too wide. */
 function narrower(graph: Graph, down: boolean): Drawn {
   const wanted = drawn(graph, down);
   if (wanted.width <= 2 * NARROW) {
@@ -195,7 +195,7 @@ function Picture({ graph, selected, open }: { graph: Graph; selected: string; op
   const frame = React.useRef<HTMLDivElement>(null);
   const [down, setDown] = React.useState(true);
   const [fit, setFit] = React.useState(true);
-  const [at, setAt] = React.useState(''); // the box that the Tab key comes to
+  const [at, setAt] = React.useState(''); // the box that the Tab key focuses
   const [focused, setFocused] = React.useState('');
   React.useEffect(() => {
     const observer = new ResizeObserver(() => setDown((frame.current?.clientWidth ?? 0) < NARROW));
@@ -298,7 +298,7 @@ function Picture({ graph, selected, open }: { graph: Graph; selected: string; op
   );
 }
 
-/** Kinds differ by their shapes, and not by colour alone. */
+/** The shape of a box: kinds differ by shape, not only by colour. */
 function Shape({ kind, width }: { kind: Box['kind']; width: number }): JSX.Element {
   const [x, y] = [width / 2, HEIGHT / 2];
   if (kind === 'node') {
@@ -315,7 +315,7 @@ function Shape({ kind, width }: { kind: Box['kind']; width: number }): JSX.Eleme
   );
 }
 
-/** What the picture says, node by node. */
+/** The content of the picture as a list, node by node. */
 function List({ graph, selected, choose }: Chosen): JSX.Element {
   const roles = new Map<string, Map<Role, string[]>>();
   for (const [node, role, , name] of graph.edges) {
@@ -345,10 +345,10 @@ function List({ graph, selected, choose }: Chosen): JSX.Element {
   );
 }
 
-const LISTED = 5; // calls and goals that are seen at a time
+const LISTED = 5; // calls and goals that are visible at a time
 
 interface Summary {
-  number: string; // the kernel's process, a point, and which one
+  number: string; // the kernel's process id, a point, and a count
   kind: string;
   name: string;
   by: string;
@@ -392,7 +392,7 @@ function Flows({ link }: { link: Link }): JSX.Element {
 interface Silent {
   service: string;
   server: string;
-  restart: boolean; // whether it can be started again in this notebook
+  restart: boolean; // true if it can be restarted in this notebook
 }
 
 const FEW = 3; // services that are named

@@ -1,4 +1,4 @@
-// The hand-in button: what `course hand-in` does, asked of the server (course/lab/server/handing_in.py).
+// The hand-in button: has the server do the same as `course hand-in` (course/lab/server/handing_in.py).
 
 import { Dialog, Notification, showDialog, showErrorMessage } from '@jupyterlab/apputils';
 import { ICellModel } from '@jupyterlab/cells';
@@ -11,7 +11,7 @@ import { post } from './server';
 
 export interface Ask {
   name: string;
-  known: boolean; // the student has logged in by this name: it is not asked for
+  known: boolean; // the student has logged in by this name, so it is not asked for
   files: string[];
   doubts: { [file: string]: string };
   checks: string[];
@@ -24,7 +24,7 @@ interface Done {
   said: string[];
 }
 
-const NAME = 'ros2-course:name'; // where the browser keeps what the student is called
+const NAME = 'ros2-course:name'; // the browser's key for the student's name
 const PASSED = 'passed';
 
 export const handInIcon = new LabIcon({
@@ -34,7 +34,7 @@ export const handInIcon = new LabIcon({
     '<path class="jp-icon3" fill="#616161" d="M5 20h14v-2H5v2zm0-10h4v6h6v-6h4l-7-7-7 7z"/></svg>'
 });
 
-/** Whether a notebook has a cell that writes a file to hand in. */
+/** Return true if a notebook has a cell that writes a file to hand in. */
 export function hasExercise(panel: NotebookPanel): boolean {
   return hasCell(panel, cell => fileOf(cell) !== '');
 }
@@ -49,7 +49,7 @@ function hasCell(panel: NotebookPanel, wanted: (cell: ICellModel) => boolean): b
   return false;
 }
 
-/** The file that a cell of an exercise writes; '' for any other cell. */
+/** Return the file that a cell of an exercise writes; '' for any other cell. */
 export function fileOf(cell: ICellModel): string {
   const [magic, name] = cell.sharedModel.getSource().trimStart().split(/\s+/, 2);
   return cell.getMetadata('nbgrader')?.solution && magic === '%%exercise' && name ? name : '';
@@ -82,9 +82,9 @@ export function handInButton(panel: NotebookPanel, contents: Contents.IManager):
   return button;
 }
 
-const busy = new Set<string>(); // the paths of the notebooks that are being handed in
+const busy = new Set<string>(); // paths of the notebooks that are being handed in
 
-/** Hand in the exercise of a notebook: save it, say what is doubtful and ask, show how it goes and what came of it. */
+/** Hand in the exercise of a notebook: save it, ask about doubts, and show progress and result. */
 export async function handIn(panel: NotebookPanel, contents: Contents.IManager): Promise<void> {
   const path = panel.context.path;
   if (busy.has(path)) {
@@ -115,7 +115,7 @@ export async function handIn(panel: NotebookPanel, contents: Contents.IManager):
   }
 }
 
-/** What the server answers at last: {ask} or {done}; the way there is shown as a notification. */
+/** Return the server's final answer, {ask} or {done}; progress is shown as a notification. */
 async function deliver(body: object): Promise<{ ask?: Ask; done?: Done }> {
   const response = await post('hand-in', body);
   let shown = '';
@@ -150,7 +150,7 @@ async function deliver(body: object): Promise<{ ask?: Ask; done?: Done }> {
   return found;
 }
 
-/** Ask what there is to ask; the student's name, or null when nothing is to be handed in. */
+/** Ask the student; return the student's name, or null if nothing is to be handed in. */
 async function ask(question: Ask, before: string): Promise<string | null> {
   const doubts = Object.values(question.doubts);
   const body = element('div', 'ros-HandIn-body');

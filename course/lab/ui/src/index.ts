@@ -49,7 +49,7 @@ const panels: JupyterFrontEndPlugin<void> = {
     restorer: ILayoutRestorer | null,
     shell: ILabShell | null
   ) => {
-    // On a narrow page one side panel has room, and beside a notebook none.
+    // A narrow page has room for one side panel, and for none beside a notebook.
     const makeRoom = () => (window.innerWidth < NARROW ? shell?.collapseLeft() : undefined);
     const current = new Current(tracker, new Links(), makeRoom);
     tracker.currentChanged.connect(makeRoom);
@@ -75,7 +75,7 @@ const panels: JupyterFrontEndPlugin<void> = {
       [graph, 'ros2-course:graph', graphIcon]
     ] as const;
     for (const [widget, command, icon] of all) {
-      // JupyterLab keeps a place for each type: of its own, or a panel that is moved takes the others with it.
+      // JupyterLab stores a place for each type: each panel has its own, or moving one would move the others, too.
       app.shell.add(widget, 'right', { rank: 200, type: widget.id });
       restorer?.add(widget, widget.id);
       app.commands.addCommand(command, {

@@ -1,4 +1,4 @@
-// The inspector: a form made from a type to call, send a goal, publish or set a parameter; what came of it; its program.
+// The inspector: a form made from a type to call, send a goal, publish or set a parameter; the result; the program.
 
 import { Clipboard } from '@jupyterlab/apputils';
 import { LabIcon } from '@jupyterlab/ui-components';
@@ -17,7 +17,7 @@ export const inspectorIcon = new LabIcon({
     '<path d="M2.500 20.500 22 12 2.500 3.500V10l13 2-13 2z"/></g></svg>'
 });
 
-const RATE = '(rate)'; // what the kernel calls it when it is wrong
+const RATE = '(rate)'; // the kernel's name for this field in error messages
 
 type Offers = { [kind in Kind]: [string, string][] };
 export type Kind = 'service' | 'action' | 'topic' | 'parameter';
@@ -34,14 +34,14 @@ const NOTHING: { [kind in Kind]: string } = {
   topic: 'There is no topic.',
   parameter: 'No node runs.'
 };
-const PAUSE = 250; // ms without a key until the form is read
+const PAUSE = 250; // ms without typing until the form is read
 
 export class InspectorPanel extends SidePanel {
   constructor(current: Current) {
     super(current, 'ros2-course-inspector', 'Inspector', inspectorIcon);
   }
 
-  /** Have something chosen when the panel is shown next, or now. */
+  /** Choose something in the panel when it is shown next, or now. */
   choose(kind: Kind, name: string, type: string): void {
     this._memory.set('kind', kind);
     this._memory.set('chosen', { ...this._memory.get('chosen'), [kind]: `${name} ${type}` });
@@ -55,12 +55,12 @@ export class InspectorPanel extends SidePanel {
   }
 
   private _chosen = 0;
-  private _memory: Memory = new Map(); // a hidden panel is not drawn, and must not forget what was written
+  private _memory: Memory = new Map(); // a hidden panel is not drawn, and must not lose its input
 }
 
 type Memory = Map<string, any>;
 
-/** A state that outlasts the component. */
+/** A state that outlives the component. */
 function useKept<T>(memory: Memory, key: string, initial: T): [T, (value: T) => void] {
   const [value, setValue] = React.useState<T>(memory.has(key) ? memory.get(key) : initial);
   const keep = (value: T) => {
@@ -90,7 +90,7 @@ function Inspector({ current, memory }: { current: Current; memory: Memory }): J
   const select = React.useRef<HTMLSelectElement>(null);
   React.useEffect(() => {
     if (select.current && memory.get('focus')) {
-      memory.delete('focus'); // where the reader came from is not shown any more
+      memory.delete('focus'); // the element that the reader came from is not shown any more
       select.current.focus();
     }
   });
@@ -176,7 +176,7 @@ function Sending({ memory, link, kind, name, type }: About): JSX.Element {
       (found: Field[]) => {
         if (wanted) {
           setFields(found);
-          // What a parameter is now may be another value than what was written here.
+          // A parameter's present value may differ from the one typed here.
           setGiven(kind === 'parameter' ? initial(found) : { ...initial(found), ...memory.get(`${key} given`) });
         }
       },

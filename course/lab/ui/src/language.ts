@@ -12,13 +12,13 @@ const KINDS = ['srv', 'msg', 'action'];
 const CELL = new RegExp(`^\\s*%%exercise\\s+\\S+\\.(${KINDS.join('|')})(\\s|$)`);
 
 interface Place {
-  begun: boolean; // something was read before this line
+  begun: boolean; // true if something was read before this line
   part: 'start' | 'type' | 'name' | 'value'; // of a line
-  text: boolean; // the type is string or wstring
+  text: boolean; // true if the type is string or wstring
   array: boolean;
 }
 
-// The words that are returned are CodeMirror's tags, those that JupyterLab's themes have a colour for.
+// The returned words are CodeMirror's tags for which JupyterLab's themes have a colour.
 const parser: StreamParser<Place> = {
   name: 'ros2-interface',
   languageData: { commentTokens: { line: '#' } },
@@ -38,7 +38,7 @@ const parser: StreamParser<Place> = {
       return 'operator';
     }
     if (stream.match(/^#.*/)) {
-      return 'comment'; // in a string, too
+      return 'comment'; // even in a string
     }
     switch (place.part) {
       case 'start':
@@ -55,7 +55,7 @@ const parser: StreamParser<Place> = {
   }
 };
 
-/** A type of ROS's own, or one of a package: `geometry_msgs/Pose`. */
+/** Read a primitive type of ROS, or one of a package: `geometry_msgs/Pose`. */
 function typeName(stream: StringStream, place: Place): string | null {
   if (stream.match(/^(bool|byte|char|w?string|float(32|64)|u?int(8|16|32|64))(?![\w/])/)) {
     place.text = stream.current().endsWith('string');
@@ -89,7 +89,7 @@ function fieldName(stream: StringStream, place: Place): string | null {
   return null;
 }
 
-/** A field's default, or the value of a constant after its `=`. */
+/** Read a field's default, or the value of a constant after its `=`. */
 function value(stream: StringStream, place: Place): string | null {
   if (stream.match(/^=/)) {
     return 'operator';
@@ -114,7 +114,7 @@ function value(stream: StringStream, place: Place): string | null {
   return null;
 }
 
-/** A cell that writes an interface is shown as one, as long as it does. */
+/** Highlight a cell as an interface definition as long as it writes one. */
 function showCells(notebook: Notebook): void {
   const seen = new WeakSet<ICellModel>();
   const show = (cell: ICellModel) => {
@@ -128,7 +128,7 @@ function showCells(notebook: Notebook): void {
       if (cell.type === 'code' && !seen.has(cell)) {
         seen.add(cell);
         cell.sharedModel.changed.connect((_, change) => 'sourceChange' in change && show(cell));
-        cell.mimeTypeChanged.connect(() => show(cell)); // as when the kernel has told its language
+        cell.mimeTypeChanged.connect(() => show(cell)); // for example when the kernel has sent its language
         show(cell);
       }
     }

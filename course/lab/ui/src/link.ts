@@ -5,7 +5,7 @@ import { ServerConnection } from '@jupyterlab/services';
 import { IDisposable, DisposableDelegate } from '@lumino/disposable';
 import { ISignal, Signal } from '@lumino/signaling';
 
-/** What is known of the kernel: `waiting` for a live session, `up`, or `offline` when the server does not answer. */
+/** The state of the kernel: `waiting` for a live session, `up`, or `offline` if the server does not answer. */
 export type State = 'connecting' | 'waiting' | 'up' | 'offline';
 
 interface Pending {
@@ -31,7 +31,7 @@ export class Link implements IDisposable {
     return this._state;
   }
 
-  /** Whether a live session was there before: what `waiting` means then is that the kernel has ended. */
+  /** True if there was a live session before: then `waiting` means that the kernel has ended. */
   get wasUp(): boolean {
     return this._wasUp;
   }
@@ -44,7 +44,7 @@ export class Link implements IDisposable {
     return this._disposed;
   }
 
-  /** Call a method of a panel in the kernel; rejects with the sentence that the reader is to see. */
+  /** Call a method of a panel in the kernel; rejects with a sentence for the reader. */
   request(method: string, params: object = {}): Promise<any> {
     if (this._state !== 'up') {
       return Promise.reject(new Error('The kernel has no live session: run the first cell of the notebook.'));
@@ -56,7 +56,7 @@ export class Link implements IDisposable {
     });
   }
 
-  /** Follow a topic until the result is disposed of, over restarts of the kernel, too. */
+  /** Follow a topic until the result is disposed, even over restarts of the kernel. */
   subscribe(topic: string, options: object, take: (data: any) => void, failed: (why: string) => void): IDisposable {
     const subscription = { topic, options, take, failed };
     this._wanted.add(subscription);
@@ -132,7 +132,7 @@ export class Link implements IDisposable {
       subscription.failed(message.error);
     } else if (subscription) {
       subscription.take(message.data);
-      // After the page has drawn it: the kernel sends no faster than that.
+      // Acknowledged after the page has drawn it, so that the kernel sends no faster.
       window.setTimeout(() => this._send({ ack: message.id }), 0);
     }
   }
@@ -190,7 +190,7 @@ export class Link implements IDisposable {
 
 /** The links in use: panels that show the same kernel share one. */
 export class Links {
-  /** The link to a kernel, until `release` is called as often as this. */
+  /** Return the link to a kernel; it is closed when `release` was called as often as this. */
   acquire(kernelId: string): Link {
     const known = this._links.get(kernelId);
     const used = known ?? { link: new Link(kernelId), users: 0 };

@@ -36,7 +36,7 @@ export function Log({ link, nodes }: { link: Link | null; nodes: { name: string;
   const [{ lines, lost }, setShown] = React.useState<Shown>(EMPTY);
   const [failed, setFailed] = React.useState('');
   const chosen = nodes.find(each => each.name === node);
-  // A program's log lines name its node, what it prints has the name of its file.
+  // A program's log lines have the name of its node, other output that of its file.
   const wanted = node ? [node.slice(node.lastIndexOf('/') + 1), ...(chosen?.key ? [chosen.key] : [])] : null;
   useTopic(
     link,
@@ -120,7 +120,7 @@ function added(before: Shown, data: { lines: [string, string, string][]; lost: n
   return { lines: [...before.lines, ...more].slice(-KEPT), next, lost: before.lost + data.lost };
 }
 
-/** A value that has not changed for a moment, so that not every key starts a new search. */
+/** Return a value once it is stable for a moment, so that not every key starts a new search. */
 function useSettled(value: string): string {
   const [settled, setSettled] = React.useState(value);
   React.useEffect(() => {

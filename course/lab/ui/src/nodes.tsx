@@ -1,4 +1,4 @@
-// The panel of nodes: which run and which have died, what each offers and uses, the log; restart and stop.
+// The nodes panel: running and dead nodes, what each offers and uses, the log; restart and stop.
 
 import { LabIcon } from '@jupyterlab/ui-components';
 import { Message } from '@lumino/messaging';
@@ -20,7 +20,7 @@ export const nodesIcon = new LabIcon({
 
 interface Node {
   name: string;
-  key: string; // for restart and stop; '' when somebody else has started it
+  key: string; // for restart and stop; '' if started outside the session
   state: 'running' | 'dead' | 'stopped';
   line: string;
   since: number | null; // s since 1970
@@ -42,7 +42,7 @@ export class NodesPanel extends SidePanel {
     super(current, 'ros2-course-nodes', 'Nodes', nodesIcon);
   }
 
-  /** Have a node opened when the panel is shown next, or now. */
+  /** Open a node in the panel when it is shown next, or now. */
   choose(name: string): void {
     this._wanted = name;
     this._chosen += 1;

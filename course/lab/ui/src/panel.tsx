@@ -1,4 +1,4 @@
-// What every panel is made of.
+// Common parts of all panels.
 
 import { ReactWidget } from '@jupyterlab/apputils';
 import { NotebookActions } from '@jupyterlab/notebook';
@@ -9,7 +9,7 @@ import * as React from 'react';
 import { Current } from './current';
 import { Link, State } from './link';
 
-/** A side panel that is drawn, and follows the kernel, only while it can be seen. */
+/** A side panel that is drawn, and follows the kernel, only while it is visible. */
 export abstract class SidePanel extends ReactWidget {
   constructor(
     readonly current: Current,
@@ -20,7 +20,7 @@ export abstract class SidePanel extends ReactWidget {
     super();
     this.id = id;
     this.addClass('ros-Panel');
-    this.title.label = label; // a word beside the icon
+    this.title.label = label; // beside the icon
     this.title.caption = label;
     this.title.icon = icon;
     this.node.setAttribute('role', 'region');
@@ -88,7 +88,7 @@ export function useCurrent(current: Current): { link: Link | null; state: State 
   return { link, state: link?.state ?? null };
 }
 
-/** Follow a topic while the component is there: `take` is given each event, `begin` is called when it begins anew. */
+/** Follow a topic while the component is mounted: `take` gets each event, `begin` is called at each new start. */
 export function useTopic(
   link: Link | null,
   topic: string,
@@ -104,7 +104,7 @@ export function useTopic(
   }, [link, topic, JSON.stringify(options)]);
 }
 
-/** A button for what `instead` asks for: it runs the cell that makes the session, or else the first. */
+/** The button for the advice of `instead`: it runs the cell that makes the session, or else the first. */
 export function FirstCell({ current, link }: { current: Current; link: Link | null }): JSX.Element | null {
   const panel = current.panel;
   if (!panel || link?.state !== 'waiting') {
@@ -120,7 +120,7 @@ export function FirstCell({ current, link }: { current: Current; link: Link | nu
   return <button onClick={run}>Run the first cell</button>;
 }
 
-/** What to tell the reader instead of a panel's content; null when the kernel has a live session. */
+/** Return the advice that replaces a panel's content; null if the kernel has a live session. */
 export function instead(current: Current, link: Link | null): string | null {
   if (!current.panel) {
     return 'Open a notebook: this panel shows what goes on in it.';

@@ -27,9 +27,9 @@ const FIRST = ['/cmd_vel', '/odom', '/scan']; // topics that are chosen before o
 const USUAL = 'linear.x'; // and the field
 const STEP = 0.1; // of the frame, for an arrow key
 const PICTURE: [number, number] = [1200, 600]; // px, of a saved picture
-const NUMBERS = 250; // ms between two changes of the numbers, which nobody reads faster
+const NUMBERS = 250; // ms between two changes of the numbers: nobody reads faster
 
-/** What a panel keeps while it is hidden. */
+/** The state that a panel keeps while it is hidden. */
 interface Memory {
   series: Series[];
   began: number; // s since 1970
@@ -191,7 +191,7 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
   );
 }
 
-/** Which number to draw next. */
+/** The choice of the next number to draw. */
 function Choice(props: { link: Link; full: boolean; add: (topic: string, field: string) => void }): JSX.Element {
   const { link } = props;
   const [topics, setTopics] = React.useState<[string, string][]>([]);
@@ -283,7 +283,7 @@ function Row(props: {
 }): JSX.Element {
   const { series } = props;
   const now = React.useRef(series);
-  now.current = series; // another one when the plot begins anew
+  now.current = series; // a new one when the plot starts again
   const [says, setSays] = React.useState('');
   useTopic(
     props.link,
@@ -295,7 +295,7 @@ function Row(props: {
     },
     () => {
       const last = now.current.times[now.current.times.length - 1];
-      add(now.current, last === undefined ? [] : [[last, null]]); // what passed while nobody looked is a gap
+      add(now.current, last === undefined ? [] : [[last, null]]); // a gap for the time in which the panel was hidden
       setSays('');
     },
     props.failed
@@ -317,7 +317,7 @@ function told(value: number | null | undefined): string {
   return value === undefined ? '–' : value === null ? 'no number' : String(Number(value.toPrecision(5)));
 }
 
-/** Call something again and again while the component is there. */
+/** Call something repeatedly while the component is mounted. */
 function useEvery(period: number, call: () => void): void {
   React.useEffect(() => {
     const timer = window.setInterval(call, period);
@@ -325,13 +325,13 @@ function useEvery(period: number, call: () => void): void {
   }, []);
 }
 
-/** What is shown: the span until now, or until where it was paused; at first the span that will be filled. */
+/** Return the frame shown: the span until now, or until the pause; at first the span that will be filled. */
 function frameOf({ began, span, until }: Memory): Frame {
   const end = Math.max(until ?? Date.now() / 1000, began + span);
   return { from: end - span, until: end };
 }
 
-/** Draw with the screen's own rate while time goes on, and else when something has changed. */
+/** Draw at the screen's rate while time goes on, otherwise when something has changed. */
 function useDrawing(canvas: React.RefObject<HTMLCanvasElement>, memory: Memory): void {
   React.useEffect(() => {
     let [request, seen] = [0, ''];
@@ -359,7 +359,7 @@ function useDrawing(canvas: React.RefObject<HTMLCanvasElement>, memory: Memory):
   }, []);
 }
 
-/** Save what is shown as a picture, with the names of what is drawn. */
+/** Save the frame as a picture, with the names of the series. */
 function picture(shown: HTMLCanvasElement, memory: Memory): void {
   const canvas = document.createElement('canvas');
   [canvas.width, canvas.height] = [2 * PICTURE[0], 2 * PICTURE[1]];

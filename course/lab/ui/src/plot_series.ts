@@ -1,4 +1,4 @@
-// What a plot keeps: values over time, and the picture and the table of them.
+// The data of a plot, values over time, and the picture and the table of them.
 
 export interface Series {
   topic: string;
@@ -17,17 +17,17 @@ const MARGIN = { left: 62, right: 12, top: 10, bottom: 26 }; // px
 const DASHES = [[], [7, 3], [2, 3], [9, 3, 2, 3]];
 const NAMES = ['front', 'beam', 'left', 'body', 'right', 'ink'];
 
-/** The name of a series, as a reader knows it. */
+/** Return the name of a series for the reader. */
 export function nameOf(series: Series): string {
   return `${series.topic} ${series.field}`;
 }
 
-/** The colour of a series, by its place in the list, as a variable of the theme. */
+/** Return the colour of a series, by its index in the list, as a variable of the theme. */
 export function colourOf(place: number): string {
   return `--ros-robot-${NAMES[place % NAMES.length]}`;
 }
 
-/** Add points; the oldest go when there are too many. */
+/** Add points; the oldest are dropped if there are too many. */
 export function add(series: Series, points: [number, number | null][]): void {
   for (const [time, value] of points) {
     series.times.push(time);
@@ -40,7 +40,7 @@ export function add(series: Series, points: [number, number | null][]): void {
   }
 }
 
-/** All values as CSV: a row for each time, a column for each series. */
+/** Return all values as CSV: a row for each time, a column for each series. */
 export function csv(all: Series[]): string {
   const rows = new Map<number, string[]>();
   all.forEach((series, place) =>
@@ -56,7 +56,7 @@ export function csv(all: Series[]): string {
   return `${[head, ...lines].join('\n')}\n`;
 }
 
-/** The last value until a time; undefined before the first. */
+/** Return the last value up to a time; undefined before the first. */
 export function valueAt(series: Series, time: number): number | null | undefined {
   let [low, high] = [0, series.times.length];
   while (low < high) {
@@ -66,7 +66,7 @@ export function valueAt(series: Series, time: number): number | null | undefined
   return low ? series.values[low - 1] : undefined;
 }
 
-/** The lowest and the highest value in a frame, with some room. */
+/** Return the lowest and the highest value in a frame, with a margin. */
 function range(all: Series[], { from, until }: Frame): [number, number] {
   let [least, most] = [Infinity, -Infinity];
   for (const { times, values } of all) {
@@ -84,14 +84,14 @@ function range(all: Series[], { from, until }: Frame): [number, number] {
   return [least - room, most + room];
 }
 
-/** A round number, so that about `wanted` of its steps fill a span. */
+/** Return a round step size, about `wanted` of which fill a span. */
 function stepOf(span: number, wanted: number): number {
   const rough = span / Math.max(1, wanted);
   const power = 10 ** Math.floor(Math.log10(rough));
   return ([1, 2, 5, 10].find(each => each * power >= rough) ?? 10) * power;
 }
 
-/** Draw what is in a frame.
+/** Draw the series within a frame.
  *
  * `began` is where the time axis has its 0 (s since 1970), `mark` a time with a line of its own; `legend` writes the names.
  */
@@ -193,7 +193,7 @@ function curve(
     } else {
       const [x, y] = [px(times[number]), py(value)];
       if (!pen) {
-        context.fillRect(x - 1, y - 1, 2, 2); // a value between two gaps is seen, too
+        context.fillRect(x - 1, y - 1, 2, 2); // so that a value between two gaps is visible, too
       }
       pen ? context.lineTo(x, y) : context.moveTo(x, y);
       pen = true;

@@ -1,4 +1,4 @@
-// The robot view: the room, the robot and what it sees, and the controls of a world that runs in real time.
+// The robot view: the room, the robot and its scan, and the controls of a world that runs in real time.
 
 import { LabIcon } from '@jupyterlab/ui-components';
 import { Message } from '@lumino/messaging';
@@ -28,8 +28,8 @@ const SCANNERS: [string, number, number][] = [
   ['90 beams, the first ahead', 90, 0],
   ['24 beams, the first behind', 24, -Math.PI]
 ];
-const FACTS = 250; // ms between two changes of the numbers, which nobody reads faster
-// Of the world's parameters, those that have controls of their own, and those that it reads once.
+const FACTS = 250; // ms between two changes of the numbers: nobody reads faster
+// The world's parameters that have separate controls, and those that are read only once.
 const CONTROLLED = ['paused', 'speed', 'room', 'beams', 'angle_min', 'fast', 'rate', 'seed'];
 const SIDES = ['front', 'left', 'right'];
 
@@ -54,7 +54,7 @@ export class RobotPanel extends SidePanel {
   private _memory: Memory = { state: new RobotState(), of: null };
 }
 
-/** What is known of the robot, and of which kernel: a panel that is hidden for a while still shows the way. */
+/** The robot's state, and its kernel: kept so that a panel that was hidden still shows the path. */
 interface Memory {
   state: RobotState;
   of: string | null;
@@ -92,7 +92,7 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
     setFailed('');
     setSaid('');
   };
-  /** Ask the kernel for something, and say how it went. */
+  /** Send a request to the kernel, and show the outcome. */
   const ask = async (method: string, params: object, done: string) => {
     try {
       await link!.request(method, params);
@@ -213,7 +213,7 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
   );
 }
 
-/** What to do when there is nothing to see. */
+/** The advice for an empty view. */
 function NoRobot({
   rooms,
   link,
@@ -331,7 +331,7 @@ function Controls({
   );
 }
 
-/** The numbers, for those who read them. */
+/** The numbers of the view as text. */
 function Facts({ state, paused }: { state: RobotState; paused: boolean }): JSX.Element {
   const sectors = state.scan?.sectors;
   const stale = state.scan !== null && !state.fresh(performance.now());
@@ -391,7 +391,7 @@ function said(value: number | null): string {
   return value === null ? 'no number' : value.toFixed(2);
 }
 
-/** Draw the numbers again now and then, when there is something new or the last scan gets old. */
+/** Draw the numbers again from time to time, if there is new data or the last scan gets old. */
 function useFacts(state: RobotState): void {
   const [, redraw] = React.useReducer((count: number) => count + 1, 0);
   React.useEffect(() => {

@@ -1,4 +1,4 @@
-// Driving by hand, with the arrow keys on the picture and with buttons: for as long as one is down.
+// Driving by hand, with the arrow keys on the picture and with buttons, for as long as one is down.
 
 import * as React from 'react';
 
@@ -18,10 +18,10 @@ const ARROWS: { [key: string]: Way } = {
 };
 const AGAIN = 100; // ms between two commands; the kernel stops the robot 300 ms after the last one
 const TURN = 2.5; // rad/s for each m/s
-const PULSE = 500; // ms that a click drives which is no press, as a screen reader makes it
+const PULSE = 500; // ms of driving for a click without a press, as from a screen reader
 export const SPEED = { least: 0.1, usual: 0.3, most: 0.5 }; // m/s
 
-/** The one who drives: what is held down, told to the kernel again and again. */
+/** The driver: the keys and buttons held down, sent to the kernel repeatedly. */
 export class Driver {
   speed = SPEED.usual;
 
@@ -30,7 +30,7 @@ export class Driver {
     private _failed: (why: string) => void
   ) {}
 
-  /** The direction that an arrow key stands for. */
+  /** Return the direction of an arrow key. */
   static way(key: string): Way | undefined {
     return ARROWS[key];
   }
@@ -55,7 +55,7 @@ export class Driver {
   private async _drive(): Promise<void> {
     this._busy = true;
     try {
-      // One request at a time, or a stop could come before what it stops.
+      // One request at a time, or a stop could overtake the command before it.
       while (this._held.size) {
         const ways = [...this._held].map(way => WAYS[way]);
         const sum = (of: 'linear' | 'angular') => ways.reduce((total, way) => total + way[of], 0);
@@ -72,7 +72,7 @@ export class Driver {
     }
     this._busy = false;
     if (this._held.size) {
-      void this._drive(); // pressed while the stop was on its way
+      void this._drive(); // a key was pressed while the stop was being sent
     }
   }
 
@@ -81,7 +81,7 @@ export class Driver {
   private _wake = () => {};
 }
 
-/** A driver for as long as the component is there; it lets go when the page is left. */
+/** Return a driver for as long as the component is mounted; it releases everything when the page is left. */
 export function useDriver(
   send: (linear: number, angular: number) => Promise<unknown>,
   failed: (why: string) => void
@@ -109,7 +109,7 @@ export function useDriver(
   return driver;
 }
 
-/** Buttons to drive with; `idle` is why nobody can, or "". */
+/** Buttons for driving; `idle` is why driving is impossible, or "". */
 export function Pad({ driver, idle }: { driver: Driver; idle: string }): JSX.Element {
   const [speed, setSpeed] = React.useState(driver.speed);
   const why = React.useId();
@@ -166,7 +166,7 @@ export function Pad({ driver, idle }: { driver: Driver; idle: string }): JSX.Ele
             }}
             onKeyUp={event => {
               if (event.key === ' ' || event.key === 'Enter') {
-                event.preventDefault(); // in Firefox it would be a click, too
+                event.preventDefault(); // in Firefox it would also be a click
                 driver.release(way);
               }
             }}

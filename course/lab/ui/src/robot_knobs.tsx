@@ -1,4 +1,4 @@
-// Sliders that set a node's parameters, and follow them when somebody else does.
+// Sliders that set a node's parameters, and follow them when they are set elsewhere.
 
 import * as React from 'react';
 
@@ -7,7 +7,7 @@ import { Link } from './link';
 export interface Knob {
   name: string;
   kind: 'bool' | 'integer' | 'double' | 'string';
-  value: any; // null is a number that is not finite
+  value: any; // null for a number that is not finite
   from: number | null;
   to: number | null;
   step: number | null;
@@ -17,14 +17,14 @@ export interface Knob {
 
 export interface KnobNode {
   name: string;
-  parameters: Knob[] | null; // null when the node does not answer
+  parameters: Knob[] | null; // null if the node does not answer
 }
 
 const NOTCHES = 200; // of a slider
-const WIDE = 100; // from this ratio of its ends on, a slider's notches are even in proportion
-const WIDEST = 1e6; // a wider range is no slider
+const WIDE = 100; // from this ratio of its ends on, a slider is logarithmic
+const WIDEST = 1e6; // a wider range gets no slider
 
-/** The value of a parameter; undefined when the node has none of this name. */
+/** Return the value of a parameter; undefined if the node has none of this name. */
 export function valueOf(node: KnobNode, name: string): any {
   return node.parameters?.find(knob => knob.name === name)?.value;
 }
@@ -94,7 +94,7 @@ function KnobItem({ knob, set }: { knob: Knob; set: (name: string, value: any) =
   );
 }
 
-/** A field to type in: what is typed is set at Enter, or when the field is left. */
+/** A text field whose value is set at Enter, or when it loses the focus. */
 function Field(props: {
   id: string;
   knob: Knob;
@@ -123,7 +123,7 @@ function Field(props: {
   );
 }
 
-/** The reader's own value until the node has taken it in, or refused; then the node's.  One request at a time. */
+/** The reader's value until the node has accepted or refused it; then the node's.  One request at a time. */
 function useSetting(
   knob: Knob,
   set: (name: string, value: any) => Promise<void>
@@ -146,7 +146,7 @@ function useSetting(
       await set(knob.name, value);
     }
     busy.current = false;
-    // What the node has told by now is shown; an event that is still on its way comes soon.
+    // Shows the node's last known value; an event that is still on its way comes soon.
     window.setTimeout(() => (busy.current ? undefined : setOwn(null)), 300);
   };
   return { value: own ? own.value : knob.value, change };

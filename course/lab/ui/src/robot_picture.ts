@@ -3,10 +3,10 @@
 import { Place, Pose, RobotState } from './robot_state';
 
 export const RADIUS = 0.18; // m, of the robot
-export const OBSTACLE = 0.15; // m, radius of what is dropped
+export const OBSTACLE = 0.15; // m, radius of a dropped obstacle
 const MARGIN = { left: 34, right: 12, top: 12, bottom: 26 }; // px, with room for the numbers at the axes
-const SMALLEST = 8; // px, radius of the robot at least, so that it can be seen
-const APART = 34; // px between two numbers at an axis at least
+const SMALLEST = 8; // px, least radius of the robot, so that it is visible
+const APART = 34; // px at least between two numbers at an axis
 const BANDS = 8; // of the trail, each paler than the next
 const AROUND = 4; // m shown to each side of a robot without a room
 const DEGREE = Math.PI / 180;
@@ -16,14 +16,14 @@ const SECTORS: [string, number, number][] = [
   ['right', -90, -30]
 ]; // degrees, as in course/robot/sectors.py
 
-/** From metres to the pixels of a canvas, y up. */
+/** The mapping from metres to the pixels of a canvas, y up. */
 export interface View {
   scale: number; // px in a metre
   left: number; // px where x is 0
   bottom: number; // px where y is 0
 }
 
-/** How much closer than the whole room; `at` is what is in the middle (m), null the robot. */
+/** The zoom relative to the whole room; `at` is the centre (m), null for the robot. */
 export interface Zoom {
   factor: number;
   at: [number, number] | null;
@@ -46,7 +46,7 @@ export function colours(node: HTMLElement): Colours {
   return Object.fromEntries(NAMES.map(name => [name, style.getPropertyValue(`--ros-robot-${name}`).trim()]));
 }
 
-/** How to show the whole room, what is around the robot, or a part of it, on this many pixels. */
+/** Return the mapping for the whole room, the robot's surroundings or a part of it, on this many pixels. */
 export function viewOf(state: RobotState, width: number, height: number, zoom: Zoom, now: number): View {
   const walls = state.room.walls;
   const xs = walls.filter((_, number) => number % 2 === 0);
@@ -70,7 +70,7 @@ export function toRoom(view: View, x: number, y: number): [number, number] {
   return [(x - view.left) / view.scale, (view.bottom - y) / view.scale];
 }
 
-/** Draw one moment; `dim` when what is shown is over. */
+/** Draw one moment; `dim` if the drive is over. */
 export function draw(
   context: CanvasRenderingContext2D,
   state: RobotState,
@@ -142,7 +142,7 @@ function grid(context: CanvasRenderingContext2D, view: View, colour: string, wid
   context.stroke();
 }
 
-/** Each sector as a piece of a circle, as far as its nearest distance. */
+/** Draw each sector as a sector of a circle, up to its nearest distance. */
 function sectors(
   context: CanvasRenderingContext2D,
   state: RobotState,
@@ -235,7 +235,7 @@ function lines(
   context.stroke();
 }
 
-/** The way so far: the older, the paler, with a dot for each second. */
+/** Draw the path so far: older parts are paler, with a dot for each second. */
 function trail(
   context: CanvasRenderingContext2D,
   places: Place[],
@@ -273,7 +273,7 @@ function trail(
   context.globalAlpha = full;
 }
 
-/** Where the scan was seen from, with a line towards its first beam. */
+/** Draw the pose of the scan, with a line towards its first beam. */
 function origin(
   context: CanvasRenderingContext2D,
   [x, y, heading]: Pose,
@@ -295,7 +295,7 @@ function origin(
   context.fill();
 }
 
-/** Numbers (m) along the lower and the left edge, as far apart as can be read. */
+/** Draw numbers (m) along the lower and the left edge, far enough apart to be readable. */
 function axes(context: CanvasRenderingContext2D, view: View, colour: Colours, width: number, height: number): void {
   const step = [0.1, 0.2, 0.5, 1, 2, 5, 10].find(each => each * view.scale >= APART) ?? 20;
   const digits = step < 1 ? 1 : 0;

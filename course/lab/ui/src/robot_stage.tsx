@@ -1,4 +1,4 @@
-// The canvas of the robot view: it is drawn when something moves, and takes the mouse, fingers and keys.
+// The canvas of the robot view: it is drawn when something moves, and handles mouse, touch and keys.
 
 import * as React from 'react';
 
@@ -9,7 +9,7 @@ import { Pose, RobotState } from './robot_state';
 const STEP = 0.1; // m for an arrow key
 const TURN = Math.PI / 12; // rad
 const AHEAD = 0.8; // m from the robot to an obstacle that a key drops
-const GRIP = 12; // px around the robot where it can be taken, too
+const GRIP = 12; // px around the robot where it can also be picked up
 const CLOSEST = 16; // times the whole room
 const KEYS: [string, string][] = [
   ['Space', 'pause, and go on'],
@@ -36,10 +36,10 @@ const DRAWN: [string, string][] = [
 
 interface Props {
   state: RobotState;
-  controlled: boolean; // there is a world that takes orders
+  controlled: boolean; // true if there is a world that can be controlled
   driver: Driver;
-  carrying: boolean; // the robot can be picked up; else arrow keys drive it
-  dropping: boolean; // the next place that is chosen is that of an obstacle
+  carrying: boolean; // true if the robot can be picked up; otherwise arrow keys drive it
+  dropping: boolean; // true if the next chosen place is for an obstacle
   pause: () => void;
   reset: () => void;
   place: (x: number, y: number, heading: number) => Promise<void>;
@@ -56,7 +56,7 @@ export function Stage(props: Props): JSX.Element {
   const ghost = React.useRef<Ghost | null>(null);
   const view = React.useRef<View>({ scale: 1, left: 0, bottom: 0 });
   const zoom = React.useRef<Zoom>({ factor: 1, at: null });
-  const pan = React.useRef<[number, number] | null>(null); // m: what stays below the pointer
+  const pan = React.useRef<[number, number] | null>(null); // m: the place that stays below the pointer
   const wanted = React.useRef<{ pose: Pose; until: number } | null>(null);
   useDrawing(canvas, props.state, view, ghost, zoom);
   const closer = (by: number) => {
@@ -67,7 +67,7 @@ export function Stage(props: Props): JSX.Element {
   const whole = () => closer(0);
   useWheel(canvas, closer);
 
-  /** Where the robot is, or will be when the last order has been followed. */
+  /** Return where the robot is, or will be after the last command. */
   const pose = (): Pose | null =>
     wanted.current && wanted.current.until > performance.now() ? wanted.current.pose : props.state.pose;
   const put = (x: number, y: number, heading: number) => {
@@ -137,7 +137,7 @@ export function Stage(props: Props): JSX.Element {
     event.preventDefault();
     event.stopPropagation();
   };
-  /** Do what a key stands for; false when it stands for nothing. */
+  /** Do the action of a key; return false if it has none. */
   const act = (event: React.KeyboardEvent): boolean => {
     const pressed = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     const way = Driver.way(pressed);
@@ -247,7 +247,7 @@ export function Stage(props: Props): JSX.Element {
   );
 }
 
-/** With Ctrl, as for the page, and by a pinch, the wheel brings the picture closer. */
+/** Zoom the picture by the wheel with Ctrl, as the page is zoomed, and by a pinch. */
 function useWheel(canvas: React.RefObject<HTMLCanvasElement>, closer: (by: number) => void): void {
   const now = React.useRef(closer);
   now.current = closer;
@@ -264,8 +264,8 @@ function useWheel(canvas: React.RefObject<HTMLCanvasElement>, closer: (by: numbe
   }, []);
 }
 
-/** Draw with the screen's own rate while something moves; for who measures, `data-frames` counts the
- * pictures, and `data-view` tells the scale (px in a metre) and the place of x = 0, y = 0 (px).
+/** Draw at the screen's rate while something moves; for measurements, `data-frames` counts the
+ * pictures, and `data-view` has the scale (px per metre) and the place of x = 0, y = 0 (px).
  */
 function useDrawing(
   canvas: React.RefObject<HTMLCanvasElement>,

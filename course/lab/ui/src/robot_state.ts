@@ -1,28 +1,28 @@
-// What the page knows of the robot: the newest of everything, and a picture of it for each moment.
+// The page's state of the robot: the newest data of everything, interpolated for each picture.
 
 export type Pose = [number, number, number]; // x (m), y (m), heading (rad)
 
 export interface Scan {
   first: number; // rad, of the first beam
   step: number; // rad
-  beams: number; // of the scanner, of which `ranges` may have a part
+  beams: number; // of the scanner; `ranges` may have only a part of them
   reach: number | null; // m
   ranges: number[]; // cm; -1 is nothing in reach, -2 no measurement
   from: Pose | null;
   sectors: { [name: string]: number | null }; // m; null is free
 }
 
-/** A place of the robot's way: x (m), y (m), and when (s, on a clock of its own). */
+/** A place of the robot's path: x (m), y (m), and time (s, on a separate clock). */
 export type Place = [number, number, number];
 
 const TRAIL = 1200; // places
-const JUMP = 0.7; // m between two poses: the robot was put there, it has not driven
+const JUMP = 0.7; // m between two poses: the robot was put there instead of driving
 const STALE = 1500; // ms without a scan
 
 export class RobotState {
   collisions: { count: number; last: string; places: [number, number][] } = { count: 0, last: '', places: [] };
   command: [number | null, number | null] | null = null;
-  idle = ''; // why nobody can drive by hand
+  idle = ''; // why driving by hand is impossible, or ''
   moves: [number | null, number | null] | null = null;
   nodes: { sees: string[]; drives: string[] } | null = null;
   pose: Pose | null = null;
@@ -31,15 +31,15 @@ export class RobotState {
   says = ''; // the state that the driver logs
   scanAt = 0; // ms, on the page's clock
   trail: Place[] = [];
-  version = 0; // another one whenever something has come
+  version = 0; // changes with all new data
 
-  /** Forget all but the way in this room, and that it was driven: the robot was not looked at for a while. */
+  /** Forget all but the path in this room, and that it was driven: the view was hidden for a while. */
   resume(): void {
     const { trail, room, _drive, _driven } = this;
     Object.assign(this, new RobotState(), { trail, room, _drive, _driven });
   }
 
-  /** Take in what is new. */
+  /** Update the state with new data. */
   take(data: any): void {
     const now = performance.now();
     this.version++;
@@ -75,17 +75,17 @@ export class RobotState {
     this.nodes = data.nodes ?? this.nodes;
   }
 
-  /** What the robot does about the last command, in words. */
+  /** Return the effect of the last command, in words. */
   get doing(): string {
     return this.command === null && this._driven ? 'stopped: no commands come' : doing(this.command);
   }
 
-  /** Whether scans come. */
+  /** Return true if scans arrive. */
   fresh(now: number): boolean {
     return this.scan !== null && now - this.scanAt < STALE;
   }
 
-  /** Where to draw the robot: on its way between the last two places that are known. */
+  /** Return where to draw the robot: interpolated between the last two known places. */
   shown(now: number): Pose | null {
     if (!this.pose || !this._before) {
       return this.pose;
@@ -99,7 +99,7 @@ export class RobotState {
     ];
   }
 
-  /** Whether the picture of this moment is another one than that of the last change. */
+  /** Return true if the picture of this moment differs from that of the last change. */
   moving(now: number): boolean {
     return this._before !== null && now - this._since <= this._gap + 50;
   }
@@ -115,7 +115,7 @@ export class RobotState {
     this._since = now;
     this.pose = pose;
     if (this._told) {
-      return; // its path comes by itself, with the places between two looks
+      return; // the world sends its path separately, with the places between two looks
     }
     const last = this.trail[this.trail.length - 1];
     if (jumped) {
@@ -127,9 +127,9 @@ export class RobotState {
     }
   }
 
-  private _drive = ''; // the one that the trail is of
-  private _driven = false; // a command has come
-  private _told = false; // the path comes from the world
+  private _drive = ''; // the drive that the trail belongs to
+  private _driven = false; // true if a command has come
+  private _told = false; // true if the path comes from the world
   private _before: Pose | null = null;
   private _gap = 100; // ms between the last two places
   private _since = 0;

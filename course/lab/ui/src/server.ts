@@ -3,7 +3,7 @@
 import { URLExt } from '@jupyterlab/coreutils';
 import { ServerConnection } from '@jupyterlab/services';
 
-/** POST to `course/...`; rejects with the sentence that the reader is to see. */
+/** POST to `course/...`; rejects with a sentence for the reader. */
 export async function post(path: string, body: object): Promise<Response> {
   const settings = ServerConnection.makeSettings();
   const response = await ServerConnection.makeRequest(

@@ -1,4 +1,4 @@
-// The views of the main area, the robot and the plot: beside the notebook, and on a narrow page behind it.
+// The views of the main area, robot and plot: beside the notebook, or behind it on a narrow page.
 
 import { ILabShell, ILayoutRestorer, JupyterFrontEnd } from '@jupyterlab/application';
 import { WidgetTracker } from '@jupyterlab/apputils';
@@ -8,19 +8,19 @@ import { DockLayout, DockPanel, Widget } from '@lumino/widgets';
 
 import { SidePanel } from './panel';
 
-/** On a page narrower than this, in CSS px, notebook and view lie one behind the other. */
+/** On a page narrower than this, in CSS px, notebook and view are in one tab area. */
 export const NARROW = 760;
-const PHONE = 520; // px: here a view has no room beside a side panel either
+const PHONE = 520; // px: narrower pages have no room for a view beside a side panel either
 
-const TEXT = 700; // px that a notebook keeps beside a view
-const LEAST = 380; // px of a view
+const TEXT = 700; // px of a notebook beside a view
+const LEAST = 380; // px of a view at least
 
 export interface View {
   name: string; // of the command, ros2-course:NAME
   label: string;
   caption: string;
   icon: LabIcon;
-  above?: string; // the id of the view that it lies below, where that is open
+  above?: string; // the id of the view below which it opens, if that is open
   make: () => SidePanel;
 }
 
@@ -61,7 +61,7 @@ export function addView(
       keepWide(notebooks.currentWidget, panel);
     }
   };
-  let behind = false; // it was beside the notebook while the page was wider
+  let behind = false; // true if it was beside the notebook while the page was wider
   const fit = () => {
     const panel = tracker.currentWidget;
     const notebook = notebooks.currentWidget;
@@ -83,7 +83,7 @@ export function addView(
   void restorer?.restore(tracker, { command, name: () => view.name });
 }
 
-/** Let a notebook keep the width that its text needs, when a view has come beside it. */
+/** Keep the width that a notebook's text needs when a view opens beside it. */
 function keepWide(notebook: Widget, view: Widget): void {
   requestAnimationFrame(() => {
     const dock = view.parent;

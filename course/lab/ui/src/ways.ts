@@ -1,4 +1,4 @@
-// The ways to the lab: commands, in the palette and the launcher, and the layout that one begins with.
+// The entry points of the lab: commands in the palette and the launcher, and the initial layout.
 
 import { ILabShell, JupyterFrontEnd, JupyterFrontEndPlugin } from '@jupyterlab/application';
 import { ICommandPalette } from '@jupyterlab/apputils';
@@ -17,8 +17,8 @@ const CATEGORY = 'ROS course';
 const TERMINAL = 'ros2-course:terminal';
 const ROBOT = 'ros2-course:robot';
 const START_PAGE = 'index.ipynb';
-const ROOMY = 1500; // px of a page that has room for files, notebook and robot side by side
-const ARRANGED = 'ros2-course:arranged'; // in JupyterLab's state: this has been done
+const ROOMY = 1500; // px of a page with room for files, notebook and robot side by side
+const ARRANGED = 'ros2-course:arranged'; // the key in JupyterLab's state that says that the layout was arranged
 
 export const ways: JupyterFrontEndPlugin<void> = {
   id: 'ros2-course-lab:ways',
@@ -89,7 +89,7 @@ export const main: JupyterFrontEndPlugin<void> = {
   }
 };
 
-/** The page was loaded at the address of the start page: bring the notebook to the front again that was there. */
+/** Bring the last notebook to the front again if the page was loaded at the address of the start page. */
 function keepInFront(app: JupyterFrontEnd, tracker: INotebookTracker): void {
   const last = tracker.currentWidget;
   if (!last || last.context.path === START_PAGE || PageConfig.getOption('treePath') !== START_PAGE) {
@@ -104,7 +104,7 @@ function keepInFront(app: JupyterFrontEnd, tracker: INotebookTracker): void {
   tracker.currentChanged.connect(back);
 }
 
-/** A notebook that was opened among terminals or the robot goes to the other notebooks, or gets half of the page. */
+/** Move a notebook opened among terminals or the robot to the other notebooks, or give it half of the page. */
 function besideNotebooks(app: JupyterFrontEnd, tracker: INotebookTracker, panel: NotebookPanel): void {
   const beside = tabsWith(panel);
   if (beside.length === 0 || beside.some(widget => tracker.has(widget))) {
@@ -115,7 +115,7 @@ function besideNotebooks(app: JupyterFrontEnd, tracker: INotebookTracker, panel:
   app.shell.activateById(panel.id);
 }
 
-/** The other widgets that have their tabs where a widget of the main area has its own. */
+/** Return the other widgets in the same tab area of the main area. */
 function tabsWith(widget: Widget): Widget[] {
   const dock = widget.parent;
   const bars = dock instanceof DockPanel ? [...dock.tabBars()] : [];
@@ -143,7 +143,7 @@ export const layout: JupyterFrontEndPlugin<void> = {
       if ((await state.fetch(ARRANGED)) === undefined) {
         await state.save(ARRANGED, true);
         if (window.innerWidth < ROOMY) {
-          shell?.collapseLeft(); // the list of files, which the start page's table stands for
+          shell?.collapseLeft(); // the file browser, which the start page's table replaces
         }
         await app.commands.execute(ROBOT);
         const terminal = await app.commands.execute('terminal:create-new');
