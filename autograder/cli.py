@@ -30,12 +30,12 @@ from autograder.submissions.roster import Roster, of_class, read_rosters
 if TYPE_CHECKING:
     from autograder.gradebook.entering import Entering
 
-# Rooms that take a second to load (Dask, nbgrader, numpy) are imported by the commands that need them.
+# Packages that take a second to load (Dask, nbgrader, numpy) are imported by the commands that need them.
 
-ALIKE = 10  # pairs of an exercise that the report looks at
+ALIKE = 10  # pairs of an exercise that the report names
 USAGE, INFRASTRUCTURE, INTERRUPTED = 2, 3, 130  # exit codes
 GO_ON = "Make room, and run the command again; `grade` goes on with --resume"
-# typer carries a click of its own, and gives click's UsageError no name.
+# typer has its own copy of click, and does not export click's UsageError.
 UsageProblem = cast(type[typer.BadParameter], typer.BadParameter.__base__)
 
 app = typer.Typer(
@@ -44,7 +44,7 @@ app = typer.Typer(
 
 
 class Grades(StrEnum):
-    """The form of a file of grades."""
+    """The format of a file of grades."""
 
     CANVAS = platforms.CANVAS.form
     MOODLE = platforms.MOODLE.form
@@ -52,7 +52,7 @@ class Grades(StrEnum):
 
 
 class Unanswered(StrEnum):
-    """The fate of questions in words when no notebook was handed in."""
+    """The treatment of questions in words if no notebook was handed in."""
 
     ASK = "ask"
     ZERO = "zero"
@@ -99,7 +99,7 @@ WithoutNotebook = Annotated[
 
 
 class Form(StrEnum):
-    """The platform that students' pages go back to."""
+    """The platform to which students' pages are returned."""
 
     CANVAS = platforms.CANVAS.form
     MOODLE = platforms.MOODLE.form
@@ -119,7 +119,7 @@ def check(
     patience: Patience = 1.0,
 ) -> None:
     """Grade one submission and print the report; what it waits for is told meanwhile."""
-    logging.getLogger("autograder").setLevel(logging.INFO)  # on stderr, for whoever waits
+    logging.getLogger("autograder").setLevel(logging.INFO)  # on stderr, for the person who waits
     exercise = exercises.load(assignment)
     if folder.is_file():
         from autograder.collecting.bundles import unpacked
@@ -524,7 +524,7 @@ def try_command(
 def main() -> None:
     """Run the command line; a problem that the user can solve is one line and exit code 2."""
     logging.basicConfig(format="%(message)s", level=logging.WARNING)
-    for name in ("sqlalchemy.pool", "tornado.application"):  # where a database's error is logged before it is raised
+    for name in ("sqlalchemy.pool", "tornado.application"):  # they log a database's error before raising it
         logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
         code = app(standalone_mode=False)
@@ -542,7 +542,7 @@ def main() -> None:
         if not (why := _database_refuses(error)):
             raise
         _fail(_stopped(f"the gradebook: {why}"), INFRASTRUCTURE)
-    if code == INTERRUPTED:  # typer makes an exit code of Ctrl-C
+    if code == INTERRUPTED:  # typer turns Ctrl-C into an exit code
         _fail("stopped, what is done is kept", INTERRUPTED)
     raise SystemExit(code)
 
@@ -554,9 +554,9 @@ def _stopped(why: str) -> str:
 
 
 def _database_refuses(error: BaseException) -> str:
-    """Return what a database has said, in its own words; '' for an error of any other kind.
+    """Return the database's own message in an error; '' for other errors.
 
-    nbgrader passes some of its errors on as one of its own.
+    nbgrader wraps some of them in its own exceptions.
     """
     told: BaseException | None = error
     while told is not None:
@@ -577,7 +577,7 @@ def _one_of(jobs: int | None, scheduler: str | None) -> None:
 
 
 class NoBook:
-    """A gradebook that takes nothing in."""
+    """A gradebook that records nothing."""
 
     def __init__(self) -> None:
         self.unanswered: dict[str, list[str]] = {}
@@ -590,7 +590,7 @@ class NoBook:
 def _gradebook(
     no_gradebook: bool, url: str | None, submitted: Path, out: Path, roster: Roster | None, unanswered_is_zero: bool
 ) -> Iterator["Entering | NoBook"]:
-    """Give what enters reports into the gradebook; with `no_gradebook`, it does nothing."""
+    """Yield the object that enters reports into the gradebook; with `no_gradebook`, it does nothing."""
     if no_gradebook:
         yield NoBook()
         return
@@ -601,9 +601,9 @@ def _gradebook(
 
 
 def _end(into: Path, until: datetime | None) -> Callable[[str, str], datetime | None]:
-    """Return what tells when an exercise is over for a student: `until`, or what the course folder around `into` says.
+    """Return a function that tells when an exercise ends for a student: at `until`, or as the course folder says.
 
-    An extension in that folder moves both.
+    Extensions in that folder move either.
     """
     if not (into.resolve().parent / "nbgrader_config.py").exists():
         return lambda student, exercise: until
@@ -623,7 +623,7 @@ def _roster_of(out: Path, given: list[Path] | None) -> Roster | None:
     """Return the roster given, or that of the submissions that were graded into `out`."""
     try:
         submitted = output.submitted(out)
-    except UsageError:  # they are gone, and the roster with them
+    except UsageError:  # the submissions are gone, and their roster, too
         return read_rosters(given) if given else None
     return of_class(submitted, given)
 
@@ -631,7 +631,7 @@ def _roster_of(out: Path, given: list[Path] | None) -> Roster | None:
 def _circumstances(
     out: Path, reports: dict[tuple[str, str], Report], roster: Roster | None, gradebook: str | None
 ) -> Known:
-    """Return what is known beside the results: who was late, who handed in nothing, and whose are alike."""
+    """Return further facts: late submissions, missing ones, and pairs that are alike."""
     from autograder.gradebook.book import existing_url, lateness
     from autograder.similarity import find, presenting
 
@@ -640,7 +640,7 @@ def _circumstances(
     absent = {name: [student for student in students if (student, name) not in reports] for name in names}
     try:
         submitted = output.submitted(out)
-    except UsageError:  # they are gone: nobody can look at them
+    except UsageError:  # the submissions are gone, so there is nothing to compare
         return Known(missing=absent)
     try:
         late = lateness(existing_url(gradebook, submitted, out))

@@ -11,7 +11,7 @@ from typing import Any, get_args, get_origin
 
 # A test's outcome.  Only PASSED earns points.
 PASSED = "passed"
-FAILED = "failed"  # the student's program did something other than what the task says
+FAILED = "failed"  # the student's program did something other than the task asks for
 CRASHED = "crashed"  # the student's program died
 TIMED_OUT = "timed_out"  # the student's program did not answer
 NOT_RUN = "not_run"  # the submission could not be judged at all
@@ -34,7 +34,7 @@ MESSAGE, DETAIL = 3000, 4000  # characters of a test's text for the student and 
 FAULT = "fault"  # the key in a report's details for the grader's own failure
 
 
-# What was handed in, as the coordinator reads it.
+# A submission, as read by the coordinator.
 
 
 @dataclass(frozen=True)

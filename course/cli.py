@@ -13,7 +13,7 @@ app = typer.Typer(no_args_is_help=True, add_completion=False, help="The ROS 2 co
 
 @app.callback()
 def main_options() -> None:
-    """The command of the ROS 2 course."""
+    """The ROS 2 course's own command."""
 
 
 @app.command()

@@ -199,7 +199,7 @@ def deliver(
 
 
 def read(folder: Path) -> HandIn:
-    """Return what is to be handed in from `folder`, as saved; raises HandInError."""
+    """Return the contents of `folder` to hand in, as saved; raises HandInError."""
     found = {}
     for path in sorted(folder.glob("*.ipynb")):
         try:
@@ -291,7 +291,7 @@ def submit(found: HandIn, archive: Path) -> None:
 
 
 def receipt(found: HandIn, name: str, checks: dict[str, str], now: datetime) -> dict[str, Any]:
-    """Return the archive's description: who, what and when, each file's size and digest, checks, doubts, versions."""
+    """Return the receipt: student, exercise and time, each file's size and digest, checks, doubts, versions."""
     return {
         "format": FORMAT,
         "student": name,

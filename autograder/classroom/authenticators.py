@@ -20,7 +20,7 @@ from traitlets import Float, Unicode
 from autograder.classroom import accounts, addresses, attempts
 from autograder.classroom.plan import Classroom
 
-KNOWN = "classroom-known"  # the cookie of a browser in which somebody has logged in
+KNOWN = "classroom-known"  # the cookie of a browser in which a member has logged in
 DAYS = 200
 AT_ONCE = 32  # passwords that are checked at the same time
 FROM_ONE_PLACE = 8  # of these, at most so many from one address; its others wait, and delay nobody else

@@ -76,8 +76,8 @@ class Dispatcher:
     def run(self) -> Iterator[Report]:
         """Yield the reports as they are finished.
 
-        Call it from the main thread: it turns Ctrl-C into a KeyboardInterrupt at a safe moment.  Raises ClusterError
-        when there has been no worker for WELCOME s, and what a worker raises.
+        Iterate in the main thread: Ctrl-C becomes a KeyboardInterrupt at a safe moment.  Raises ClusterError when there
+        has been no worker for WELCOME s, and the errors of workers.
         """
         with self._interruptible():
             while True:

@@ -38,7 +38,7 @@ OVERTIME = 10.0  # s that the running test may go on after the time for all test
 DESCRIPTORS = 250  # received with a job: the job itself, a socket to the launcher, networks
 
 LIMITS = {  # of the process, by prlimit(1)
-    "data": 2 << 30,  # bytes; what threads reserve for their stacks counts
+    "data": 2 << 30,  # bytes; includes the threads' reserved stacks
     "nofile": 4096,
     "nproc": 1024,  # threads: Fast DDS has ten or so for each domain
     "fsize": 16 << 20,  # bytes

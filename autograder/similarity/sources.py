@@ -46,7 +46,7 @@ def files(submitted: Path, student: str, assignment: str) -> dict[str, str]:
 
 
 def given(assignment: str, courses: Iterable[Path] = ()) -> list[str]:
-    """The programs that students were given: what the notebooks show, and the chapter's nodes.
+    """Return the programs that students were given: those in the notebooks, and the chapter's nodes.
 
     `courses` are folders of submissions: the course folder around each may have its own version of the notebook.
     """

@@ -157,7 +157,7 @@ def points_by_hand(name: str) -> float:
 
 @dataclass(frozen=True)
 class Packed:
-    """An exercise's folder, and what all suites share: the content of each file by its path below `hidden`."""
+    """An exercise's folder, and the files that all suites share: content by path below `hidden`."""
 
     name: str
     files: dict[str, bytes]
@@ -176,7 +176,7 @@ def pack(name: str) -> Packed:
 
 
 def contents(exercise: Exercise) -> dict[str, bytes]:
-    """The files of an exercise's folder, and what all suites share, by path below the folder that holds both."""
+    """Return the files of an exercise's folder, and those that all suites share, by path below their common folder."""
     hidden = exercise.folder.parent
     return {
         str(path.relative_to(hidden)): path.read_bytes()

@@ -111,7 +111,7 @@ class Lifecycle(ABC):
 
     @abstractmethod
     def missing(self, wanted: tuple[str, ...]) -> list[str]:
-        """Return what the program does not offer of what is `wanted`; by default of everything that it must offer."""
+        """Return the parts of `wanted`, by default of everything required, that the program does not offer."""
 
     @abstractmethod
     def has_node(self) -> bool:

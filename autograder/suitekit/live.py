@@ -59,7 +59,7 @@ class LiveProgram(Lifecycle):
         return program
 
     def missing(self, wanted: tuple[str, ...]) -> list[str]:
-        """Return what the program does not offer of what is `wanted`; by default of everything that it must offer."""
+        """Return the parts of `wanted`, by default of everything required, that the program does not offer."""
         return [offer for offer in wanted or self._offers if not self._offers[offer]()]
 
     def has_node(self) -> bool:
@@ -71,7 +71,7 @@ class LiveProgram(Lifecycle):
         return self.ros.offered()
 
     def other_topics(self) -> str:
-        """Return what the program's nodes publish and subscribe, with types, as a sentence for the student."""
+        """Return a sentence for the student on the topics of the program's nodes, with types."""
         parts = [
             f"{does} {', '.join(f'{name} ({short(kind)})' for name, kind in topics)[:TOLD]}"
             for does, topics in (("publishes", own_topics(self.ros, PUBLISH)), ("subscribes", own_topics(self.ros)))

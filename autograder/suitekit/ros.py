@@ -97,7 +97,7 @@ class Ros:
 
     @property
     def rosout(self) -> str:
-        """Return what the nodes of the domain have logged, one message per line."""
+        """Return the log messages of the domain's nodes, one per line."""
         return "\n".join(list(self._heard))
 
     def others(self) -> list[tuple[str, str]]:

@@ -1,4 +1,4 @@
-"""The figure of a laser scan: what the robot sees, how it is divided into sectors, and what it decides."""
+"""The figure of a laser scan: the distances, the sectors, and the robot's decision."""
 
 from collections.abc import Mapping
 from typing import cast
@@ -18,7 +18,7 @@ def sectors(
     title: str = "What the robot sees, and what it decides",
     reach: float = 3.0,
 ) -> Picture:
-    """A sensor_msgs/LaserScan in polar coordinates, forward at the top and left at the left.
+    """Draw a sensor_msgs/LaserScan in polar coordinates, forward at the top and left at the left.
 
     The three sectors are shaded up to their nearest obstacle; `action` ({'linear': m/s, 'angular': rad/s}) is an arrow:
     forward, or bent to the side that the robot turns to.  Obstacles beyond `reach` (m) are not shown.

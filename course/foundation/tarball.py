@@ -38,7 +38,7 @@ class Entry:
 
 
 class Tarball:
-    """The files of an open .tar.gz archive, without its folders; raises BadArchive for what is not one.
+    """The files of an open .tar.gz archive, without its folders; raises BadArchive for any other file.
 
     It is unpacked into memory, within `allowance`; an archive of more than `most` entries is refused.
     """

@@ -49,7 +49,7 @@ class Allowance:
 
 
 class Archive:
-    """The files of an open zip archive, without its folders; raises BadArchive for what is not one."""
+    """The files of an open zip archive, without its folders; raises BadArchive for any other file."""
 
     def __init__(self, file: BinaryIO):
         try:

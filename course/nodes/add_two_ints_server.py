@@ -17,7 +17,7 @@ class AddTwoIntsServer(Node):
         self.get_logger().info("Add Two Ints Server started")
 
     def add_two_ints_callback(self, request: AddTwoInts.Request, response: AddTwoInts.Response) -> AddTwoInts.Response:
-        """Fill in the response and return it: if a callback returns nothing, its client waits for ever."""
+        """Fill in the response and return it: if a callback returns nothing, its client waits forever."""
         response.sum = (request.a + request.b + 2**63) % 2**64 - 2**63
         self.get_logger().info(f"Incoming request: a={request.a}, b={request.b}")
         self.get_logger().info(f"Sending response: sum={response.sum}")

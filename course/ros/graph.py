@@ -226,7 +226,7 @@ class Graph:
         return bool(wait_until(ready, math.inf if timeout is None else timeout))
 
     def spin(self, until: Callable[[], object] = lambda: False, timeout: float | None = None) -> bool:
-        """Run callbacks until `until()`, by default for ever; return False after `timeout` s.
+        """Run callbacks until `until()`, by default forever; return False after `timeout` s.
 
         Not `wait_until`: callbacks run only while this thread spins, and Ctrl-C is handled between two of them.
         """

@@ -1,4 +1,4 @@
-"""Interfaces by name, messages as YAML or CSV, and messages from YAML: what ros2cli takes from rosidl_runtime_py."""
+"""Interfaces by name, messages to YAML or CSV, and messages from YAML, as in rosidl_runtime_py for ros2cli."""
 
 import array
 import importlib
@@ -147,7 +147,7 @@ def _type_name(definition: Any) -> str:
 
 
 def _length_only(value: Sequence[Any], definition: Any) -> str:
-    """Return what `--no-arr` prints for an array."""
+    """Return the text of an array for `--no-arr`."""
     name = _type_name(definition.value_type)
     if hasattr(definition, "size"):
         return f"<array type: {name}[{definition.size}]>"
@@ -195,7 +195,7 @@ def to_yaml(message: Message, limits: Limits = ALL, *, flow_style: bool = False)
 
 
 def plain_to_yaml(plain: dict[str, Any], *, flow_style: bool = False) -> str:
-    """Return what `to_plain` made of a message in YAML; `flow_style` folds its arrays, a message stays a block."""
+    """Return the result of `to_plain` in YAML; `flow_style` writes arrays in one line, but a message as a block."""
     import yaml
 
     class Dumper(yaml.Dumper):

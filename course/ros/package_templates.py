@@ -1,4 +1,4 @@
-"""The files of a new package, as `ros2 pkg create` lays them out: they build with colcon as they are."""
+"""The files of a new package, as `ros2 pkg create` writes them: they build with colcon unchanged."""
 
 from __future__ import annotations
 
@@ -235,7 +235,7 @@ class NewPackage(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A file to write below the package's folder; a folder to create if it has no text; or else a line to print."""
+    """A file to write below the package's folder, a folder to create if there is no text, or a line to print."""
 
     path: str = ""
     text: str | None = None
@@ -243,7 +243,7 @@ class Step(NamedTuple):
 
 
 def steps(package: NewPackage) -> Iterator[Step]:
-    """Yield what to create, in ros2cli's order."""
+    """Yield the steps of creating a package, in ros2cli's order."""
     yield Step("package.xml", manifest(package))
     if package.build_type == "ament_python":
         yield from _python_steps(package)

@@ -287,7 +287,7 @@ def _find_type(graph: Graph, args: Namespace) -> Any:
 
 
 def _listen(graph: Graph, action: Any, interface: str, args: Namespace) -> None:
-    """Subscribe to one of the topics and events of an action, and print what comes under the interface's name."""
+    """Subscribe to one of the topics and events of an action, and print its messages under the interface's name."""
     from rclpy import qos
 
     def show(message: Message) -> None:

@@ -40,7 +40,7 @@ Report = list[tuple[str, object]]  # lines of a report: name and value
 
 
 class Result:
-    """Counts what a check finds: errors and warnings, each printed to stderr with file and line, as ros2doctor does."""
+    """Counts errors and warnings of the checks, and prints each to stderr with file and line, as ros2doctor does."""
 
     def __init__(self) -> None:
         self.errors = self.warnings = 0

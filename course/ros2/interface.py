@@ -141,7 +141,7 @@ def show(args: Namespace) -> str | None:
 def definition(
     identifier: str, comments: bool = True, nested_comments: bool = False, indent: str = ""
 ) -> Iterator[str]:
-    """Yield the lines of an interface's definition; raises what `messages.definition_path` raises."""
+    """Yield the lines of an interface's definition; raises the errors of `messages.definition_path`."""
     path = messages.definition_path(identifier)
     for line in map(str.rstrip, path.read_text(encoding="utf-8").splitlines()):
         before = BEFORE_COMMENT.match(line)

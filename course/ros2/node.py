@@ -1,4 +1,4 @@
-"""`ros2 node`: list the nodes, and show what each of them offers."""
+"""`ros2 node`: list the nodes, and show the topics, services and actions of one."""
 
 import sys
 from argparse import ArgumentParser, Namespace

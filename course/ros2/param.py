@@ -17,7 +17,7 @@ TYPE_NAMES = (
     "not set", "boolean", "integer", "double", "string",
     "byte array", "boolean array", "integer array", "double array", "string array",
 )  # fmt: skip
-# What `get` prints before a value, and the field of rcl_interfaces/msg/ParameterValue that holds it.
+# The text that `get` prints before a value, and the field of rcl_interfaces/msg/ParameterValue with the value.
 VALUES = (
     ("Parameter not set.", None),
     ("Boolean value is:", "bool_value"),

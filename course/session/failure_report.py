@@ -74,7 +74,7 @@ class FailureReport:
     """The report on how a node or a program ended."""
 
     who: str
-    ending: str  # what happened: "ended with exit status 1"
+    ending: str  # how it ended: "ended with exit status 1"
     error: str = ""  # the last line of the traceback
     frames: tuple[Frame, ...] = ()
     hint: str = ""

@@ -80,7 +80,7 @@ class StartedNodes:
         parameters: Mapping[str, object],
         threads: int,
     ) -> Handle:
-        """Make a node of this kernel and spin it; raises what its `__init__` raises."""
+        """Make a node in this kernel and spin it; raises the exceptions of its `__init__`."""
 
         def start() -> Handle:
             handle = self._start_class(cls, args, kwargs, _arguments(parameters), threads)

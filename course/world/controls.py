@@ -55,7 +55,7 @@ class Controls:
     there), and `beams`, `angle_min` (rad) and `noise` (m) of the scanner.  Service `~/reset` (std_srvs/Empty): puts the
     robot at its start and removes dropped obstacles.  Topics, which RViz's tools publish: `initialpose`
     (geometry_msgs/PoseWithCovarianceStamped) puts the robot somewhere else, `clicked_point`
-    (geometry_msgs/PointStamped) drops an obstacle; what is impossible is refused with a warning.  `walls`
+    (geometry_msgs/PointStamped) drops an obstacle; an impossible place is refused with a warning.  `walls`
     (visualization_msgs/Marker, a list of lines, kept for late subscribers) has the walls and obstacles, stamped with
     the time at which the robot was put at its start.
     """

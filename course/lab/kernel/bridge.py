@@ -158,7 +158,7 @@ def sentence(error: Exception) -> str:
 
 
 async def in_thread(work: Callable[[], Any]) -> Any:
-    """Run `work` in a thread that does not keep the kernel from ending."""
+    """Run `work` in a daemon thread, which does not keep the kernel from ending."""
     loop = asyncio.get_running_loop()
     future: asyncio.Future[Any] = loop.create_future()
 
