@@ -102,7 +102,7 @@ def system(
 
 
 def expected() -> list[str]:
-    """Return the paths that a program may see: these files and folders with all in them, and the folders above each."""
+    """Return the paths that a program may see, together with everything in them and the folders above them."""
     links = [f"/{name}" for name in SYSTEM]
     mounted = ["/proc", "/dev", "/tmp", HOME, PROFILE, *CONFIGURATION, *SYSTEM_FILES]
     return [*links, *mounted, *(str(folder) for folder, visible in folders(paths.private()).items() if visible)]

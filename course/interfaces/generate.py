@@ -37,7 +37,7 @@ def generate(package: str, source: Path, idl_folder: Path, output: Path) -> None
     GenerateFastRTPSCTypesupport("fastrtps_c").generate(package, idl, include, output)
     GenerateIntrospectionCTypesupport("introspection_c").generate(
         package, idl, include, output / "introspection" / package
-    )  # shares some file names with the generator
+    )  # some of its file names are the generator's too
     GeneratePython("py", typesupport_implementations=["rosidl_typesupport_c"]).generate(package, idl, include, output)
 
 

@@ -269,6 +269,6 @@ def _end(program: subprocess.Popen[str]) -> None:
 
 
 def _signal(program: subprocess.Popen[str], number: int) -> None:
-    """Send a signal to a program and to its process group."""
+    """Send a signal to a program's process group."""
     with contextlib.suppress(ProcessLookupError):  # they have ended by themselves
         os.killpg(program.pid, number)
