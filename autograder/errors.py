@@ -7,16 +7,16 @@ AutograderError
         Leak                the student version would show an answer or a hidden test
         CannotExport        the grades cannot be exported as asked
         NotGradedHere       a notebook has no report of this grader
-    RefusedFile             a file that was handed in is not read: in words for the student
-    UnknownTime             it is not known when something was handed in
-    Unplaced                a hand-in has no place among the submissions, or a page no way back: it is named, and left
+    RefusedFile             a handed-in file was refused: the message is for the student
+    UnknownTime             the time of a hand-in is not known
+    Unplaced                a hand-in cannot be placed, or a page cannot be returned: it is named, and left alone
     ClassroomError          the class's server cannot be set up, started or ended: one line, exit status 3
     SandboxUnavailable      this machine cannot confine a program: one line with what to do, exit status 2
-    InfrastructureError     the grader itself failed: nothing is known of the submission, exit status 3
-        JudgeDied           the process that judges came to a bad end
+    InfrastructureError     the grader itself failed: there is no verdict, exit status 3
+        JudgeDied           the judging process died or had to be ended
         SandboxError        a program could not be started in the sandbox
         ClusterError        the workers cannot be reached, or are lost
-            WorkerLost      one worker is gone: what it was grading is graded again
+            WorkerLost      one worker is gone: its submission is graded again
     Fault                   the student's program is at fault: a hidden test's verdict
         Wrong, Crashed, TimedOut
 """

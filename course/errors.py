@@ -1,20 +1,20 @@
 """Every error that the course raises on purpose, in one tree.
 
-CourseError                 something that the reader can put right; a notebook shows its message alone
+CourseError                 an error that the reader can correct; a notebook shows only its message
     LiveError               the live session cannot do what it was asked to do
         CallTimeout         a service, a future or a node did not answer in time
-            NodeFailed      and will not: the node has died, or raised an exception
-        ExerciseError       an exercise's cell could not become the file it names
+            NodeFailed      nor will it: the node has died, or raised an exception
+        ExerciseError       the file of an exercise's cell could not be written
     InterfaceError          a .msg, .srv or .action file that ROS 2 cannot build
     ToolChainError          ROS 2's generators or the compiler are missing, or have failed
-    RosError                what a `ros2` command needs is not there: a type, a package, an answer
-    WorldError              a room, a place, a scanner or a drive that cannot be
+    RosError                a `ros2` command lacks something: a type, a package, an answer
+    WorldError              an invalid room, place, scanner or drive
         NoDriver            nobody drives the robot
     UnreadableNotebook      a file that is not a notebook
     BadArchive              a file that is not a zip archive, or an archive that must not be unpacked
     WorkspaceError          an exercise that cannot be laid out as ROS 2 packages
     HandInError             a folder whose exercise cannot be handed in
-    FeedbackError           what came back cannot be shown
+    FeedbackError           a file cannot be shown as feedback
 """
 
 

@@ -165,7 +165,7 @@ def _configuration(classroom: Classroom, member: Member) -> dict[str, str]:
         server["ServerApp"]["tornado_settings"] = {"headers": {"Content-Security-Policy": "frame-ancestors 'self'"}}
     disabled = {f"@jupyter/nbgrader:{name}": not on for name, on in extensions.items()}
     page = {
-        "disabledExtensions": disabled | {"@jupyterlab/apputils-extension:announcements": True},  # of the internet
+        "disabledExtensions": disabled | {"@jupyterlab/apputils-extension:announcements": True},  # from the internet
         "buildAvailable": False,
         "buildCheck": False,  # would run Node.js for each page that is opened
     }

@@ -82,7 +82,7 @@ class Bundle:
 def bundles(source: Path, unplaced: list[str], without: Path | None = None) -> Iterator[Bundle]:
     """Yield the bundles of a source; everything else in it gets a line in `unplaced`.
 
-    The folder `without` is left out.  Raises UsageError for a source that is not there.
+    The folder `without` is left out.  Raises UsageError for a source that does not exist.
     """
     if source.is_dir():
         yield from _below(source, source, unplaced, without.resolve() if without else None)

@@ -23,8 +23,8 @@ from autograder.submissions.reading import handed_in_at
 def workers(jobs: int | None, scheduler: str | None, patience: float, unsafe: bool) -> Iterator[Pool]:
     """The pool of workers: those of the Dask scheduler at the address `scheduler`, or else `jobs` on this machine.
 
-    By default these are more than the cores, see `admission`.  `patience` and `unsafe` apply to every grading, see
-    `single.grade` and `sandbox.sandbox.choose`.  Raises ClusterError and SandboxUnavailable.
+    By default, `jobs` is more than the number of cores, see `admission`.  `patience` and `unsafe` apply to every
+    grading, see `single.grade` and `sandbox.sandbox.choose`.  Raises ClusterError and SandboxUnavailable.
     """
     if not scheduler:
         yield ThisMachine(jobs or admission.WORKERS * admission.cores(), patience, unsafe)

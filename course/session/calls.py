@@ -107,7 +107,7 @@ class Calls:
         raise CallTimeout(f"{client.service_name} did not answer within {timeout:g} s: {why}{at}{unfit}")
 
     def _doing(self, service: str) -> str:
-        """Return where the program that serves `service` is now, or any program if none does; '' if it only waits."""
+        """Return where the program that serves `service` (or any program, for '') is now; '' if it only waits."""
         for handle in list(self._handles.values()):
             if isinstance(handle, NodeProcess) and service in ("", *handle.services) and (frames := handle.doing()):
                 return "\n".join(["", f"{handle.name} is here:", *map(str, frames)])

@@ -172,7 +172,7 @@ def failed_goals(path: Path, output: str) -> list[FailureReport]:
 def where(stacks: str, path: Path) -> tuple[Frame, ...]:
     """Return the frames of the program at `path` in the output of `faulthandler`, in order of the calls.
 
-    They are those of a thread in a callback, or else of the main thread; () if that only waits for callbacks.
+    They are those of a thread in a callback, or else of the main part; () if that only waits for callbacks.
     """
     lines = text_at(path).splitlines()
     found: list[list[Frame]] = []

@@ -101,7 +101,7 @@ def _who(node: Node, end: TopicEndpointInfo) -> str:
 
 
 def _lines(node: Node, handles: Mapping[str, Handle], end: TopicEndpointInfo, maker: str, name: str) -> Iterator[Frame]:
-    """Return the line of code that makes this endpoint, if its text is known."""
+    """Yield the line of code that makes this endpoint, if its text is known."""
     for place, source in _texts(node, handles, end):
         if line := made_at(source, maker, name):
             yield Frame(place, line, "", source.splitlines()[line - 1].strip())

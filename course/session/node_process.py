@@ -186,7 +186,7 @@ class NodeProcess:
         return [*self._failed, self._report]
 
     def doing(self) -> tuple[Frame, ...]:
-        """Return the frames of the program in its file: in a callback, or else in the main thread; () if unknown.
+        """Return the frames of the program in its file: in a callback, or else in its main part; () if unknown.
 
         Also () if it only waits for callbacks.
         """

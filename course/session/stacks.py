@@ -39,7 +39,7 @@ class Stacks:
         return sitecustomize.environment(variables, self.descriptor, introspecting=introspecting)
 
     def doing(self, pid: int, path: Path) -> tuple[Frame, ...]:
-        """Return the frames of the process in the file at `path`: in a callback, or else in the main thread.
+        """Return the frames of the process in the file at `path`: in a callback, or else in its main part.
 
         () if unknown, or if the program only waits for callbacks.
         """
