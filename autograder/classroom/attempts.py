@@ -15,8 +15,8 @@ from course.foundation import storage
 
 FREE, FREE_TOGETHER = 5, 50  # wrong passwords before a wait: from one place, and from all places together
 FIRST, LONGEST = 10.0, 300.0  # s to wait: the first time, and at most; doubles each time
-FORGOTTEN = 3600.0  # s after the last wrong password, the count starts again at 0
-MOST = 20_000  # counts that are kept; the oldest is dropped first
+FORGOTTEN = 3600.0  # s after its last wrong password, a count is dropped first, when there are MOST
+MOST = 20_000  # counts that are kept; then the forgotten are dropped, and the oldest
 UNLOCKED = "unlocked.json"  # in `Classroom.state`: by user name, when an instructor unlocked it
 EVERYWHERE = ""  # stands for all places together
 
