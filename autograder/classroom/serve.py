@@ -5,10 +5,12 @@ student can replace it.
 """
 
 import asyncio
+import contextlib
 import importlib
 import os
 import site
 import socket
+import stat
 import sys
 
 from tornado.iostream import IOStream
@@ -18,6 +20,7 @@ ALONE = "CLASSROOM_CONFIGURATION"  # the variable with the only folder to read c
 
 LINGER = 5.0  # s at most for which a connection stays half closed
 CHUNK = 65536  # bytes
+LARGEST_SECRET = 4096  # bytes
 
 
 def every(idle: float) -> int:
@@ -88,6 +91,17 @@ def look_at_home() -> None:
         importlib.reload(trash)
 
 
+def remove_false_secret(path: str) -> None:
+    """Remove what is not a small file where the server reads its cookie secret: a pipe, or gigabytes, would delay it.
+
+    The server makes a new secret then.
+    """
+    with contextlib.suppress(OSError):  # there is nothing, or a folder: the server says so
+        known = os.lstat(path)
+        if not stat.S_ISREG(known.st_mode) or known.st_size > LARGEST_SECRET:
+            os.unlink(path)
+
+
 def ask_no_node() -> None:
     """Keep JupyterLab from asking Node.js at each start for the package registry: nothing is ever built here.
 
@@ -105,9 +119,15 @@ def main() -> None:
     from jupyter_server.serverapp import ServerApp
     from jupyterhub.singleuser.extension import JupyterHubSingleUser
     from tornado.ioloop import PeriodicCallback
+    from traitlets import default
 
     class Server(ServerApp):
         """A Jupyter server that listens on the inherited socket."""
+
+        @default("cookie_secret")
+        def _default_cookie_secret(self) -> bytes:
+            remove_false_secret(self.cookie_secret_file)
+            return super()._default_cookie_secret()
 
         def _bind_http_server(self) -> None:
             listening = socket.socket(fileno=int(os.environ.pop(SOCKET)))

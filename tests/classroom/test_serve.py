@@ -81,3 +81,15 @@ def test_a_connection_that_the_proxy_keeps_is_closed_in_the_end(tmp_path, gentle
                 await asyncio.sleep(0.01)
 
     assert exchange(tmp_path, keep).endswith(b"served")
+
+
+def test_a_pipe_or_gigabytes_in_place_of_the_cookie_secret_are_not_read(tmp_path):
+    kept, pipe, large, linked = (tmp_path / name for name in ("kept", "pipe", "large", "linked"))
+    kept.write_bytes(b"x" * 44)
+    os.mkfifo(pipe)
+    with large.open("wb") as file:
+        file.truncate(2 << 30)
+    linked.symlink_to("/dev/zero")
+    for path in (kept, pipe, large, linked, tmp_path, tmp_path / "nothing"):
+        serve.remove_false_secret(str(path))
+    assert [path.name for path in tmp_path.iterdir()] == ["kept"] and kept.read_bytes() == b"x" * 44
