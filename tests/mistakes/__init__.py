@@ -55,7 +55,7 @@ class Step:
     interrupted: bool = False
 
     def differs(self, output: str) -> str:
-        """The first line that must be shown and is not, in order; '' when all are."""
+        """Return the first line that must be shown in this order and is not; '' when all are."""
         lines = output.splitlines()
         for wanted in self.shown:
             pattern = re.compile(".*".join(map(re.escape, wanted.split("..."))))
@@ -79,13 +79,13 @@ class Mistake:
 
 
 def collection() -> Iterator[Mistake]:
-    """All of them, by exercise and name."""
+    """Yield all mistakes, by exercise and name."""
     for path in sorted(FOLDER.glob("*/*.md")):
         yield read(path)
 
 
 def read(path: Path) -> Mistake:
-    """One mistake; raises ValueError, with the file, for a block that cannot be read."""
+    """Return one mistake; raises ValueError, naming the file, for a block that cannot be read."""
     text = path.read_text(encoding="utf-8")
     title, _, rest = text.partition("\n")
     exercise = path.parent.name
@@ -118,7 +118,7 @@ def read(path: Path) -> Mistake:
 
 
 def exercise_cell(exercise: str, file: str, replaced: list[tuple[str, str]] | None = None) -> str:
-    """The `%%exercise` cell of a file of the reference answer, with some of its text replaced."""
+    """Return the `%%exercise` cell of a file of the reference answer, with some of its text replaced."""
     content = (SOLUTIONS / exercise / file).read_text(encoding="utf-8")
     for old, new in replaced or []:
         if content.count(old) != 1:

@@ -1,7 +1,7 @@
 """docs/when-it-goes-wrong.md and the folder beside it, made from the collection: `python -m tests.mistakes.page`.
 
-The first page lists all mistakes with the words that they show, so one search finds the entry; each section's entries
-are a page of their own.
+The first page lists all mistakes with the words that they show, so one search finds the entry; the entries of each
+section are on a page of their own.
 """
 
 from pathlib import Path
@@ -12,12 +12,12 @@ DOCS = FOLDER.parents[1] / "docs"
 CONTENTS = "when-it-goes-wrong.md"
 HEAD = """# When it goes wrong
 
-Search this page for a few words of what your notebook or your terminal says, and follow the link: the entry tells the
-mistake and what to do. `...` stands for words that differ. The course's tests run every one of them.
+Search this page for a few words of what your notebook or your terminal says, and follow the link: the entry explains
+the mistake and what to do. `...` stands for words that vary. The course's tests make every one of these mistakes.
 """
 SECTION = """# When it goes wrong: {title}
 
-Each entry tells the mistake, what to do, and what is shown. [All sections](../when-it-goes-wrong.md).
+Each entry explains the mistake, what to do, and what is shown. [All sections](../when-it-goes-wrong.md).
 """
 TITLES = {
     "services": "Services",

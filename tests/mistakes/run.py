@@ -23,7 +23,7 @@ SESSION = "import course\nros = course.live()"
 
 @dataclass
 class Shown:
-    """What a step showed."""
+    """The lines that a step showed, and how long it took."""
 
     step: Step
     text: str
@@ -47,7 +47,7 @@ class Kernels:
             kernel.stop()
 
     def run(self, mistake: Mistake) -> list[Shown]:
-        """Run the cells of a mistake, and tell what each showed."""
+        """Run the cells of a mistake, and return what each showed."""
         kernel = self._kernel(mistake.exercise)
         for file in (SOLUTIONS / mistake.exercise).iterdir():
             if file.is_file():
@@ -76,7 +76,7 @@ class Kernels:
         return shown
 
     def _folder_for(self, exercise: str) -> Path:
-        """A new folder with the exercise's notebook and the reference answer, in which nothing was built yet."""
+        """Make a new folder with the exercise's notebook and the reference answer, in which nothing was built yet."""
         folder = Path(tempfile.mkdtemp(dir=self._folder, prefix=f"{exercise}-"))
         shutil.copy(SOLUTIONS.parent / "notebooks" / exercise / f"{exercise}.ipynb", folder)
         for file in (SOLUTIONS / exercise).iterdir():
