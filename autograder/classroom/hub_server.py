@@ -26,6 +26,7 @@ from autograder.classroom.servers import VARIABLE
 from autograder.classroom.spawner import BoxSpawner
 
 MOST = 64  # simultaneous connections of one user; a server needs a few
+LARGEST = 16 << 10  # bytes of a request's body: the hub, which has one thread, takes minutes to read a huge one
 API = "/hub/api"
 
 
@@ -44,7 +45,7 @@ class ApiAlone(Router):
 
 def listen(path: Path, application: Application) -> HTTPServer:
     """Serve an application's API at a socket that everybody who sees it may connect to."""
-    server = HTTPServer(ApiAlone(application))  # trusts no header about a request's origin
+    server = HTTPServer(ApiAlone(application), max_body_size=LARGEST)  # trusts no header about a request's origin
     opened: defaultdict[int, list[socket.socket]] = defaultdict(list)
 
     def accept(connection: socket.socket, address: Any) -> None:
@@ -81,6 +82,7 @@ class ClassHub(JupyterHub):
         BoxSpawner.begin()
         self._members = listen(Classroom.load(Path(os.environ[VARIABLE])).hub_socket, self.tornado_application)
         await super().start()
+        self.http_server.conn_params.max_body_size = LARGEST  # the proxy's requests, of anybody
 
 
 if __name__ == "__main__":

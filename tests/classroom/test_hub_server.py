@@ -9,6 +9,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
+import requests
 from tornado.web import Application, HTTPError, RequestHandler
 
 from autograder.classroom import authenticators, hub_server, log_keeper
@@ -50,6 +51,9 @@ print(said.decode())
 class From(RequestHandler):
     def get(self):
         self.write(f"from {self.request.remote_ip}")
+
+    def post(self):
+        self.write(f"read {len(self.request.body)} bytes")
 
 
 @pytest.fixture
@@ -93,6 +97,30 @@ def test_members_reach_the_api_alone_and_cannot_say_where_they_are(socket_path):
         assert "200 OK" in answer and "from 0.0.0.0" in answer and "192.0.2.7" not in answer
     for answer in (login, outside):
         assert "404 Not Found" in answer
+
+
+@pytest.mark.parametrize("headers", ["Content-Length: {0}\r\n\r\n", "Transfer-Encoding: chunked\r\n\r\n{0:x}\r\n"])
+def test_a_huge_request_is_not_read(socket_path, headers):
+    """The hub has one thread, and parsing a time of 60 MB takes it minutes."""
+
+    def post(size):
+        async def ask():
+            reader, writer = await asyncio.open_unix_connection(str(socket_path))
+            writer.write(f"POST /hub/api HTTP/1.1\r\nHost: x\r\nConnection: close\r\n{headers.format(size)}".encode())
+            writer.write(b"2" * size + (b"\r\n0\r\n\r\n" if "chunked" in headers else b""))
+            answer = await asyncio.wait_for(reader.read(), 10)
+            writer.close()
+            return answer.decode()
+
+        return ask
+
+    small, huge = asked(socket_path, post(1000), post(hub_server.LARGEST + 1))
+    assert "read 1000 bytes" in small and "read" not in huge
+
+
+def test_the_hub_itself_reads_no_huge_request(classroom):
+    found = requests.post(f"{classroom.url}hub/login", data=b"2" * (hub_server.LARGEST + 1))
+    assert found.status_code == 400
 
 
 def test_who_holds_many_connections_leaves_room_for_others(socket_path):
