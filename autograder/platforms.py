@@ -85,6 +85,8 @@ MOODLE = Platform(
     columns=("username", "email", "idnumber"),
 )
 
+LONGEST = 255  # bytes of a file's name
+
 # The name of a student, or of a file, may look like a part that Canvas adds: `identify` compares with the roster.
 ANOTHER_USER = re.compile(rf"(?=_({NUMBER})_{NUMBER}_.)", re.DOTALL)
 
@@ -108,6 +110,8 @@ def origin(path: PurePosixPath) -> Origin | None:
 
     Students choose the names of their files.  A name that could mean two people belongs to nobody.
     """
+    if any(len(part.encode(errors="replace")) > LONGEST for part in path.parts):
+        return None  # no disk has kept it: somebody has written it into an archive
     for number, part in enumerate(path.parts):
         rest = path.parts[number + 1 :]
         possible = [platform for platform in PLATFORMS.values() if platform.folders or not rest]

@@ -265,8 +265,9 @@ def test_an_archive_that_a_platform_named_is_one_student_s_whatever_is_in_it(tmp
         "Jane Doe_57_assignsubmission_file_Jim Roe_77_assignsubmission_file_relay.py",
         "doejane_57_58_Jim Roe_77_assignsubmission_file_relay.py",
         f"doejane_57_{'9' * 5000}_relay.py",
+        f"{'doejane' * 40}_57_901_relay.py",
     ],
-    ids=["Moodle", "Canvas", "digits without end"],
+    ids=["Moodle", "Canvas", "digits without end", "a name that no disk keeps"],
 )
 def test_a_file_s_name_makes_nobody_another_student(tmp_path, name):
     assert origin(PurePosixPath(name)) is None
