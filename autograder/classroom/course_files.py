@@ -28,7 +28,7 @@ from course.notebook.stubs import RELEASED
 # handed in; without the right to list the folder they cannot find it.
 EXCHANGE = {"outbound": 0o2775, "inbound": 0o3773, "feedback": 0o2771}
 MODULE = ("python", "-P", "-m")  # runs an installed module, whatever is in the working folder
-ENROLLED = "enrolled.json"  # in `Classroom.state`: the students who are in the gradebook
+ENROLLED = "enrolled.json"  # in `Classroom.state`: who is in the gradebook, and among the members
 LONGEST = 300  # s that one command in a box may take
 
 
@@ -169,9 +169,13 @@ def read_grading(classroom: Classroom, name: str) -> bytes:
 
 
 def enrol(classroom: Classroom) -> None:
-    """Enter the students with their names in nbgrader's gradebook; those who have left the class stay in it."""
+    """Enter the students in nbgrader's gradebook, where those who have left stay, and the members in the course folder.
+
+    A hand-in is collected from whoever is a member.
+    """
     students = {each.name: {"first_name": each.first_name, "last_name": each.last_name} for each in classroom.students}
-    text = json.dumps(students)
+    members = {accounts.ids(classroom, each)[0]: each.name for each in classroom.members}
+    text = json.dumps({"students": students, "members": members})
     done = classroom.state / ENROLLED
     if not done.exists() or done.read_text() != text:
         run(classroom, classroom.instructors[0], [*MODULE, "autograder.classroom.enrolling", box.GRADING], text)

@@ -6,11 +6,15 @@ from pathlib import Path
 
 from nbgrader.api import Gradebook
 
-from autograder.gradebook import database
+from autograder.gradebook import database, members
 
 
-def main(course: Path, students: dict[str, dict[str, str]]) -> None:
-    """Enter each student with id and names; a student without a first and last name is shown by the id."""
+def main(course: Path, students: dict[str, dict[str, str]], known: dict[str, str]) -> None:
+    """Enter each student with id and names, and note the members by user id.
+
+    A student without a first and last name is shown by the id.
+    """
+    members.write(course, {int(user): name for user, name in known.items()})
     database.read_version_in_process()
     with Gradebook(f"sqlite:///{course.resolve() / 'gradebook.db'}") as book:
         for student, names in students.items():
@@ -20,4 +24,5 @@ def main(course: Path, students: dict[str, dict[str, str]]) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), json.load(sys.stdin))
+    asked = json.load(sys.stdin)
+    main(Path(sys.argv[1]), asked["students"], asked["members"])

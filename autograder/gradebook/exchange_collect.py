@@ -7,14 +7,14 @@ import pwd
 import re
 import secrets
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
 from nbgrader.exchange.default.collect import ExchangeCollect
 
-from autograder.gradebook import ends
+from autograder.gradebook import ends, members
 from autograder.gradebook.late import LatePolicy
 from course.foundation import storage
 
@@ -39,11 +39,12 @@ class OwnersCollect(ExchangeCollect):
     example to a solution that only the instructor may read.
     """
 
+    _members: Mapping[int, str] | None = None  # by user id; None where there is no class: any user of this machine
     _end: datetime | None = None  # of the exercise, without an extension
 
     def _path_to_record(self, path: str) -> dict[str, Any]:
         try:
-            owner = _owner(path)
+            owner = self._owner(path)
         except OSError:  # it was there a moment ago
             return {"filename": os.path.basename(path), "timestamp": NO_TIME, "username": ""}
         try:
@@ -57,6 +58,7 @@ class OwnersCollect(ExchangeCollect):
     def init_src(self) -> None:
         """Find the submissions: only folders, not anything else that somebody has put there."""
         self.check_owner = False  # would follow a link, and a broken one would stop the whole class
+        self._members = members.read(Path(self.coursedir.root))
         self._end = ends.read(Path(self.coursedir.root)).get(self.coursedir.assignment_id)
         self._policy = LatePolicy(config=self.config)
         super().init_src()
@@ -76,6 +78,16 @@ class OwnersCollect(ExchangeCollect):
             else:
                 counted.append(record)
         return counted or records[:1]  # `init_src` leaves it out
+
+    def _owner(self, path: str) -> str:
+        """Return the name of the member who owns what is there; '' when there is no such member.  Raises OSError."""
+        user = os.lstat(path).st_uid
+        if self._members is not None:
+            return self._members.get(user, "")
+        try:
+            return pwd.getpwuid(user).pw_name
+        except KeyError:
+            return ""
 
     def _path(self, record: dict[str, Any]) -> str:
         return os.path.join(self.inbound_path, record["filename"])
@@ -116,7 +128,9 @@ class OwnersCollect(ExchangeCollect):
         """Copy the regular files; logs those that are left out as too large or unreadable."""
         Path(dest).mkdir(parents=True)
         files, space, told, seen = MOST_FILES, MOST_BYTES, 0, 0
-        changed = _changed(src)
+        changed = NO_TIME
+        with contextlib.suppress(OSError):  # it has just disappeared
+            changed = _changed(src)
         for folder, below, names, descriptor in _walk(src):
             seen += 1 + len(names)
             if seen > MOST_ENTRIES:
@@ -154,15 +168,6 @@ class OwnersCollect(ExchangeCollect):
             self.log.warning(
                 "%s says %s, and was last changed at %s%s", shown(src), claimed, changed.replace(microsecond=0), after
             )
-
-
-def _owner(path: str) -> str:
-    """Return the name of the user who owns what is there; '' when there is no such user.  Raises OSError."""
-    number = os.lstat(path).st_uid
-    try:
-        return pwd.getpwuid(number).pw_name
-    except KeyError:
-        return ""
 
 
 def _changed(path: str | int) -> datetime:

@@ -24,6 +24,7 @@ from autograder.classroom import accounts, course_files, hub, servers
 from autograder.classroom.certificate import check_covers, warning
 from autograder.classroom.plan import RUN, Classroom
 from autograder.errors import UsageError
+from autograder.gradebook import members
 from course.foundation.waiting import wait_until
 from tests.browser.pages import SERVER
 from tests.classroom import theft
@@ -243,6 +244,7 @@ def test_who_leaves_the_class_is_out_and_pam_knows_each_ones_own_password(ended)
     again = run_classroom("up", *arguments, "--passwords", "pam")
     assert again.returncode == 0, again.stderr
     assert "Ended the server of bob" in again.stdout and not servers.started(classroom)
+    assert {*members.read(classroom.grading).values()} == {"ada", "teacher"}  # from whom hand-ins are collected
     with open(classroom.state / accounts.PASSWORDS, newline="") as file:
         own = {line["student"]: line["password"] for line in csv.DictReader(file)}
     assert own.keys() == {"ada", "teacher"}

@@ -15,7 +15,7 @@ from nbgrader.auth import Authenticator
 from nbgrader.coursedir import CourseDirectory
 from traitlets.config import Config
 
-from autograder.gradebook import exchange_collect
+from autograder.gradebook import exchange_collect, members
 from autograder.gradebook.exchange_collect import MOST_ENTRIES, OwnersCollect
 from autograder.sandbox.confine import CAPABILITIES_V3
 from course.environment import prepare
@@ -149,6 +149,16 @@ def test_who_has_left_the_class_is_named_and_not_graded_under_a_number(inbound, 
     assert collect() == {f"user-{ADA}: a.py": b"ada's"}
     left = [line for line in caplog.messages if "its owner is not in the class any more" in line]
     assert len(left) >= 2 and {line.partition("inbound/")[2].partition("+")[0] for line in left} == {"gone", "ada"}
+
+
+def test_who_came_after_the_instructors_server_was_started_is_collected(inbound, collect, tmp_path):
+    """Its users are those of its start; the members of now are in the course folder."""
+    (tmp_path / "course").mkdir()
+    members.write(tmp_path / "course", {ADA: "ada", GONE: "zoe"})
+    hand_in(inbound, ADA, f"ada+calculator+{TIME.format(1)}+x", a="ada's")
+    hand_in(inbound, GONE, f"zoe+calculator+{TIME.format(2)}+x", a="zoe's")
+    hand_in(inbound, EVE, f"eve+calculator+{TIME.format(2)}+x", a="left")
+    assert collect() == {"ada: a.py": b"ada's", "zoe: a.py": b"zoe's"}
 
 
 @contextlib.contextmanager

@@ -216,7 +216,7 @@ def test_an_instructor_enters_students_in_a_gradebook_that_another_one_made(able
     """It belongs to whoever was the first in the roster, and may write what the group may."""
     course = tmp_path / "course"
     course.mkdir()
-    enrolling.main(course, {"ada": {}})
+    enrolling.main(course, {"ada": {}}, {"61001": "ada"})
     for path in (course, course / "gradebook.db"):
         os.chown(path, OWNER, STAFF)
     course.chmod(0o2770)
@@ -224,7 +224,7 @@ def test_an_instructor_enters_students_in_a_gradebook_that_another_one_made(able
         folder.chmod(folder.stat().st_mode | 0o001)
 
     def enter(_: int) -> bytes:
-        enrolling.main(course, {"bob": {}})
+        enrolling.main(course, {"bob": {}}, {"61002": "bob"})
         return b"entered"
 
     assert homes.act(course, LATER, STAFF, enter) == b"entered"

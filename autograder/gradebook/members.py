@@ -1,0 +1,35 @@
+"""The members of a class on one server, by user id: the owner of a hand-in is found among them.
+
+They are in `members.json` of nbgrader's course folder, because an instructor's server, which goes on while members come
+and go, knows only the users that were there when it was started.
+"""
+
+import json
+import stat
+from collections.abc import Mapping
+from pathlib import Path
+
+from autograder.errors import UsageError
+from course.foundation import storage
+
+FILE = "members.json"
+
+
+def read(course: Path) -> dict[int, str] | None:
+    """Return the members of a course folder, None where there is no class; raises UsageError for a damaged file."""
+    try:
+        known = json.loads((course / FILE).read_text(encoding="utf-8"))
+        return {int(user): str(name) for user, name in known.items()}
+    except FileNotFoundError:
+        return None
+    except (ValueError, TypeError, AttributeError) as error:
+        raise UsageError(
+            f"{course / FILE} cannot be read: {error}. Remove it, and give the `up` command again"
+        ) from None
+
+
+def write(course: Path, members: Mapping[int, str]) -> None:
+    """Write down the members; raises OSError."""
+    shared = course.stat().st_mode & stat.S_IWGRP  # with the other instructors of a class
+    text = json.dumps({str(user): name for user, name in sorted(members.items())}, indent=1)
+    storage.replace(course / FILE, (text + "\n").encode(), 0o660 if shared else storage.PRIVATE)
