@@ -28,6 +28,8 @@ class Kernel:
         out: list[str] = []
 
         def collect(message):
+            if message["msg_type"].startswith("comm_"):
+                return  # for pages
             content = message["content"]
             out.append(
                 content.get("text")

@@ -1,5 +1,6 @@
 """Following the log: new entries of a session's log book and of its programs since the last read."""
 
+import time
 from collections.abc import Callable, Iterable, Mapping
 from itertools import chain
 
@@ -65,7 +66,7 @@ class LogFollower:
         if self._wanted is None:
             lost += max(0, len(lines) - limit)
             lines = lines[-limit:]
-        entries = (entry_of_line(program.name, line) for line in lines)
+        entries = (entry_of_line(program.name, line, at) for at, line in lines)
         return self._newest(chain(entries, self._news(program, over)), limit + 10, lost)
 
     def _news(self, program: NodeProcess, over: bool) -> Iterable[Entry]:
@@ -73,7 +74,7 @@ class LogFollower:
         for number, report in enumerate(program.reports if over else []):
             if (program, number) not in self._ended:
                 self._ended.add((program, number))
-                yield Entry("ENDED", program.name, report.line)
+                yield Entry("ENDED", program.name, report.line, time.time_ns())
 
     def _newest(self, entries: Iterable[Entry], limit: int, lost: int) -> tuple[list[Entry], int]:
         found = [entry for entry in entries if self._wanted is None or self._wanted(entry)]

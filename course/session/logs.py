@@ -7,7 +7,7 @@ import threading
 import time
 from collections import Counter, deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, TypeVar, cast
 
 from rcl_interfaces.msg import Log
@@ -37,6 +37,7 @@ class Entry:
     level: str
     node: str
     text: str
+    at: int = field(default=0, compare=False)  # when it was logged or printed, ns since 1970; 0 where nobody knows
 
     def __str__(self) -> str:
         return f"[{self.level}] [{self.node}]: {self.text}"
@@ -83,10 +84,13 @@ def _unglued(line: str) -> list[str]:
     return [line[: found.start()], line[found.start() :]] if found and found.start() else [line]
 
 
-def entry_of_line(name: str, line: str) -> Entry:
-    """Return the entry for a line of the program called `name`: a ROS log line, or printed output."""
+def entry_of_line(name: str, line: str, at: int = 0) -> Entry:
+    """Return the entry for a line of the program called `name`: a ROS log line, or printed output.
+
+    The line itself contains no time: `at` is when it was read, in ns since 1970.
+    """
     found = LINE.match(line)
-    return Entry(found[1], found[2], found[3]) if found else Entry("PRINT", name, line)
+    return Entry(found[1], found[2], found[3], at) if found else Entry("PRINT", name, line, at)
 
 
 def node_of_line(line: str) -> str | None:
@@ -101,7 +105,8 @@ def entry_of(message: bytes) -> Entry:
         return Entry(
             "WARN", node_of(message), f"(published {len(message):,} bytes on /rosout that are not a log message)"
         )
-    return Entry(LEVELS.get(log.level, str(log.level)), log.name, log.msg)
+    at = log.stamp.sec * 10**9 + log.stamp.nanosec
+    return Entry(LEVELS.get(log.level, str(log.level)), log.name, log.msg, at)
 
 
 def node_of(message: bytes) -> str:

@@ -62,6 +62,7 @@ class NodeProcess:
         self._searched_lines = 0  # lines searched for failed goals
         self._printing = threading.Lock()
         self._lines: deque[str] = deque(maxlen=KEPT_LINES)
+        self._came: deque[int] = deque(maxlen=KEPT_LINES)  # when each of these lines came, ns since 1970
         self.started = time.time()
         self._popen: subprocess.Popen[str]
         started: Future[None] = Future()
@@ -101,6 +102,7 @@ class NodeProcess:
         for line in _lines(self._popen.stdout):
             with self._printing:
                 self._lines.append(line)
+                self._came.append(time.time_ns())
                 self._read_lines += 1
                 if "]: " in line and (node := node_of_line(line)):
                     self._loggers.add(node)
@@ -139,12 +141,16 @@ class NodeProcess:
             self._reader.join(1.0)
         return "".join(self._lines).rstrip("\n")
 
-    def printed_since(self, count: int) -> tuple[int, list[str]]:
-        """Return the number of lines printed so far, and the newest after the first `count`."""
+    def printed_since(self, count: int) -> tuple[int, list[tuple[int, str]]]:
+        """Return the number of lines printed so far, and the newest after the first `count`.
+
+        Each line comes with the time at which it was read, in ns since 1970.
+        """
         with self._printing:
-            lines, now = self._lines.copy(), self._read_lines
-        new = min(now - count, len(lines))
-        return now, [line.rstrip("\n") for line in itertools.islice(lines, len(lines) - new, None)]
+            lines, came, now = self._lines.copy(), self._came.copy(), self._read_lines
+        new = zip(came, lines, strict=True)
+        old = len(lines) - min(now - count, len(lines))
+        return now, [(at, line.rstrip("\n")) for at, line in itertools.islice(new, old, None)]
 
     @property
     def names(self) -> set[str]:

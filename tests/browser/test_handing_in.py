@@ -123,6 +123,7 @@ def test_from_the_work_to_the_feedback_in_the_notebook(student, confinement, pag
     assert output.get_by_text("✗ failed").count() > 0
     if pictures := os.environ.get("COURSE_PICTURES"):
         page.screenshot(path=Path(pictures) / "feedback-in-the-notebook.png")
+    page.get_by_role("tab", name="File Browser").click()
     page.locator(".jp-DirListing").get_by_text("feedback", exact=True).dblclick()
     page.locator(".jp-DirListing").get_by_text("services.html", exact=True).dblclick()
     returned = page.frame_locator(".jp-HTMLViewer iframe")

@@ -1,5 +1,7 @@
 """The panel of nodes in JupyterLab: what runs and what has died, restart and stop, the log, the kernel killed."""
 
+import re
+
 import pytest
 from playwright.sync_api import expect
 
@@ -55,6 +57,9 @@ def test_a_node_is_looked_at_stopped_and_started_its_log_is_searched_and_everybo
     expect(panel).to_contain_text("word = 'hello'")
     log = panel.get_by_role("log")
     expect(log).to_contain_text("INFO greeter greeted")
+    time = log.locator(".ros-Log-line").filter(has_text="greeted").locator("time")
+    expect(time).to_have_text(re.compile(r"^\d\d:\d\d:\d\d$"))
+    expect(time).to_have_attribute("title", re.compile(r"^\d{4}-\d\d-\d\d [\d:]{8}(\.\d{9}) \(stamp \d+\1\)$"))
     panel.get_by_label("Search the log").fill("nothing of the kind")
     expect(log).not_to_contain_text("greeted")
     panel.get_by_label("Search the log").fill("GREETED")

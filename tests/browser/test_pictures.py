@@ -30,10 +30,9 @@ def view(chromium: Browser) -> Iterator[Page]:
 
 
 def open_section(page: Page, lab, name: str) -> None:
-    """Open a section's notebook as it is stored, without the list of files beside it."""
+    """Open a section's notebook as it is stored."""
     shutil.copy(ROOT / f"notebooks/{name}/{name}.ipynb", lab[2])
     open_page(page, lab, f"{name}.ipynb")
-    page.get_by_role("tab", name="File Browser").click()
 
 
 def run_cells(page: Page, *numbers: int) -> None:
@@ -49,29 +48,17 @@ def test_a_notebook_the_robot_and_a_terminal_in_one_world(lab, view):
     run_from_palette(view, "ROS course", "ROS terminal")
     terminal = view.locator(".jp-Terminal .xterm-screen")
     terminal.wait_for()
-    tab = view.locator(".lm-DockPanel-tabBar .lm-TabBar-tab").filter(has_text="Terminal")
-    area = view.locator("#jp-main-dock-panel").bounding_box()
-    tab.hover()
-    view.mouse.down()
-    view.mouse.move(area["x"] + area["width"] / 2, area["y"] + area["height"] - 12, steps=8)
-    view.mouse.up()
-    view.get_by_role("tab", name="ai_integration.ipynb").click()
-    run_from_palette(view, "ROS course", "Robot")
     view.get_by_role("tab", name="ai_integration.ipynb").click()
     run_cells(view, 1, 11)  # the session, and a world in real time
     robot = view.get_by_role("tabpanel", name="Robot", exact=True)
     expect(robot).to_contain_text("room: pillars")
-    split = view.locator('.lm-DockPanel-handle[data-orientation="vertical"]:visible').first
-    split.hover()
-    view.mouse.down()
-    view.mouse.move(area["x"] + area["width"] / 2, area["y"] + area["height"] - 190, steps=8)
-    view.mouse.up()
     terminal.click()
     view.keyboard.type("PS1='$ '; python -m course.nodes.ai_robot_controller &>/dev/null & clear\n")
     expect(robot).to_contain_text("driven by /ai_robot_controller")
     view.keyboard.type("ros2 node list; ros2 param get /ai_robot_controller obstacle_threshold\n")
     frames = int(robot.locator("canvas").get_attribute("data-frames") or 0)
     view.wait_for_function(f"() => document.querySelector('.ros-Robot-canvas').dataset.frames > {frames + 400}")
+    view.get_by_role("button", name="Lower").click()
     cell(view, 11).evaluate("cell => cell.scrollIntoView({ block: 'start' })")
     keep_picture(view, "jupyterlab")
 

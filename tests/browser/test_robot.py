@@ -6,6 +6,7 @@ import nbformat
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
+from course.foundation.waiting import wait_until
 from tests.browser.conftest import WAIT
 from tests.browser.pages import (
     cell,
@@ -92,7 +93,8 @@ def place(canvas: Locator, x: float, y: float) -> tuple[float, float]:
 @pytest.mark.long("all that can be done in the view, one after the other")
 def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_runs(lab, page):
     view = begin(page, lab, "driven")
-    assert page.locator(".jp-NotebookPanel:visible").bounding_box()["width"] > 690  # px: what its text needs
+    read, seen = page.locator(".jp-NotebookPanel:visible").bounding_box(), view.bounding_box()
+    assert read["width"] > 690 and seen["width"] > 370  # px: what its text needs, and a picture
     expect_no_barriers(page, ".ros-Panel", "no-robot")
     canvas = start_world(view, "hall")
     run_cell(page, 1, DRIVER)
@@ -190,9 +192,9 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     whole = view_of(canvas)[0]
     view.get_by_role("button", name="Closer", exact=True).click()
     canvas.press("i")
-    expect(canvas).to_have_attribute("data-view", re.compile(f"^{2.25 * whole:.3f}"[:6]))
+    assert wait_until(lambda: view_of(canvas)[0] == pytest.approx(2.25 * whole, abs=0.01), WAIT / 1e3)
     view.get_by_role("button", name="Whole room").click()
-    expect(canvas).to_have_attribute("data-view", re.compile(f"^{whole:.3f}"[:6]))
+    assert wait_until(lambda: view_of(canvas)[0] == pytest.approx(whole, abs=0.01), WAIT / 1e3)
     run_from_palette(page, "ROS course", "Plot")
     plot = page.get_by_role("tabpanel", name="Plot", exact=True)
     plot.get_by_label("Topic").select_option("/odom")

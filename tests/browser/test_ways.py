@@ -1,30 +1,45 @@
-"""The ways to the lab: the palette, the launcher, and the layout of the first start."""
+"""The ways to the lab: the palette, the launcher, the layout of the first start, and what comes beside a section."""
 
 import nbformat
 from playwright.sync_api import expect
 
 from course.foundation.waiting import wait_until
 from tests.browser.conftest import WAIT
-from tests.browser.pages import choose, open_page, run_from_palette, wait_for_kernel, write_greeter
+from tests.browser.pages import FILE, choose, open_page, run_cell, run_from_palette, wait_for_kernel, write_greeter
 
 expect.set_options(timeout=WAIT)
 
+ROW = 15  # px, of a terminal
 
-def test_the_start_page_has_robot_and_terminal_beside_it_and_stays_as_one_leaves_it(lab, page):
+
+def test_the_start_page_has_a_strip_of_a_terminal_below_it_and_stays_as_one_leaves_it(lab, page):
     address, token, served = lab
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
     nbformat.write(nbformat.v4.new_notebook(metadata=kernel), served / "index.ipynb")
     page.goto(f"{address}/lab/tree/index.ipynb?token={token}&reset")
     terminal = page.locator(".jp-Terminal .xterm-screen")
     terminal.wait_for()
-    robot = page.locator("#ros2-course-robot")
     notebook = page.locator(".jp-Notebook")
-    for place in (robot, notebook):
-        place.wait_for()
-    read, seen, typed = (place.bounding_box() for place in (notebook, robot, terminal))
-    assert min(seen["x"], typed["x"]) >= read["x"] + read["width"] - 1
-    assert typed["y"] >= seen["y"] + seen["height"] - 1
+    notebook.wait_for()
+
+    def expect_height(low: int, high: int) -> None:
+        """Wait until the terminal shows so many rows."""
+        assert wait_until(lambda: low * ROW <= terminal.bounding_box()["height"] <= high * ROW, WAIT / 1e3)
+        read, typed = notebook.bounding_box(), terminal.bounding_box()
+        assert typed["y"] >= read["y"] + read["height"] - 1
+        assert typed["width"] >= 0.9 * read["width"]
+
+    expect_height(4, 6)
+    terminal.click()
+    expect_height(25, 45)
+    terminal.click()  # it stays tall: one works in it
+    page.get_by_role("button", name="Lower").click()
+    expect_height(4, 6)
     tab = page.locator(".lm-DockPanel-tabBar .lm-TabBar-tab").filter(has_text="Terminal")
+    tab.click()
+    expect_height(25, 45)
+    tab.click()
+    expect_height(4, 6)
     tab.locator(".lm-TabBar-tabCloseIcon").click()
     terminal.wait_for(state="detached")
     # JupyterLab saves its layout a moment later.
@@ -36,7 +51,6 @@ def test_the_start_page_has_robot_and_terminal_beside_it_and_stays_as_one_leaves
     page.goto(f"{address}/lab/tree/index.ipynb?token={token}")
     # On a narrow notebook it is folded away.
     page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for(state="attached")
-    robot.wait_for()
     expect(tab).to_have_count(0)
     expect(terminal).to_have_count(0)
 
@@ -75,6 +89,45 @@ def test_a_notebook_opens_beside_notebooks_and_stays_in_front(lab, page):
     expect(section).to_have_attribute("aria-selected", "true")
 
 
+WORLD = "from course.world.node import World\nros.start(World)\nprint('there')"
+LOOKED = """from course.lab.kernel import passing
+ros.start(World)
+assert ros.until(lambda: ros.node.count_publishers('/scan'), 60.0)
+passing._arrival.look(ros)
+print('looked')"""  # what is told of it has come to the page before this is printed
+
+
+def test_when_a_world_starts_the_robot_appears_once_beside_the_notebook_which_keeps_focus_and_room(lab, page):
+    page.set_viewport_size({"width": 1920, "height": 1080})
+    write_greeter(lab[2] / "appears")
+    open_page(page, lab, "appears/appears.ipynb")
+    expect(page.get_by_role("region", name="Nodes", exact=True)).to_be_visible()  # there is room for it
+    expect(page.locator(".jp-DirListing")).to_be_hidden()
+    page.set_viewport_size({"width": 1280, "height": 800})
+    page.get_by_role("tab", name="Nodes", exact=True).click()
+    run_cell(page, 0, "import course\nros = course.live()")
+    run_cell(page, FILE, WORLD)
+    robot = page.get_by_role("tabpanel", name="Robot", exact=True)
+    expect(robot).to_contain_text("room: hall")
+    notebook = page.locator(".jp-NotebookPanel:visible")
+    assert notebook.evaluate("panel => panel.contains(document.activeElement)")
+    assert notebook.bounding_box()["width"] >= 690  # px
+    expect(page.get_by_role("tab", name="appears.ipynb")).to_have_attribute("aria-selected", "true")
+
+    run_from_palette(page, "ROS course", "Plot")
+    page.get_by_role("tabpanel", name="Plot", exact=True).wait_for()
+    pad = robot.get_by_role("group", name="Drive", exact=True)
+    for low in ("beside the picture", "below it, where a panel leaves the robot little room"):
+        expect(pad.get_by_role("button", name="Drive backward"), low).to_be_in_viewport(ratio=1)
+        expect(pad.get_by_role("slider"), low).to_be_in_viewport(ratio=1)
+        page.get_by_role("tab", name="Nodes", exact=True).click()
+
+    page.get_by_role("tab", name="Robot", exact=True).locator(".lm-TabBar-tabCloseIcon").click()
+    run_cell(page, FILE, LOOKED)
+    page.locator(".jp-OutputArea-output pre").get_by_text("looked").wait_for()
+    expect(robot).to_have_count(0)
+
+
 def test_palette_and_launcher_lead_to_terminal_and_panels(lab, page):
     _, _, served = lab
     write_greeter(served / "ways")
@@ -89,3 +142,7 @@ def test_palette_and_launcher_lead_to_terminal_and_panels(lab, page):
     for name in ("Nodes", "Exercise"):
         page.locator(".jp-LauncherCard").filter(has_text=name).click()
         expect(page.get_by_role("region", name=name, exact=True)).to_be_visible()
+    page.locator(".lm-TabBar-tab").filter(has_text="Launcher").locator(".lm-TabBar-tabCloseIcon").click()
+    page.set_viewport_size({"width": 390, "height": 844})  # a terminal leaves it room on a phone
+    box = "document.querySelector('#ros2-course-exercise').getBoundingClientRect()"
+    page.wait_for_function(f"() => {box}.width >= 200 && {box}.right <= 390")

@@ -33,7 +33,10 @@ class LogFeed:
         self._follower: LogFollower | None = None
 
     def read(self) -> dict[str, Any] | None:
-        """Return {"lines": [[level, node, text], ...], "lost": the number of lines that came too fast to be shown}."""
+        """Return {"lines": [[level, node, text, stamp], ...], "lost": the number of lines that came too fast}.
+
+        A stamp is "seconds.nanoseconds" since 1970, as a terminal shows it, or "" if it is not known.
+        """
         live = session()
         if live is not self._session or self._follower is None:
             self._session = live
@@ -41,7 +44,8 @@ class LogFeed:
         entries, lost = self._follower.read(LINES)
         if not entries and not lost:
             return None
-        return {"lines": [[entry.level, entry.node, _cut(entry.text)] for entry in entries], "lost": lost}
+        lines = [[entry.level, entry.node, _cut(entry.text), _stamp(entry.at)] for entry in entries]
+        return {"lines": lines, "lost": lost}
 
     def close(self) -> None:
         """Do nothing: the feed holds no resources."""
@@ -52,6 +56,10 @@ class LogFeed:
             and SEVERITY.get(entry.level, 0) >= self._level
             and self._text in entry.text.casefold()
         )
+
+
+def _stamp(at: int) -> str:
+    return f"{at // 10**9}.{at % 10**9:09}" if at else ""
 
 
 def _cut(text: str) -> str:

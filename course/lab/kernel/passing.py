@@ -27,6 +27,7 @@ from rclpy.task import Future
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 from service_msgs.msg import ServiceEventInfo
 
+from course.lab.kernel.arrival import Arrival
 from course.lab.kernel.exchange import LARGEST, Exchange, keep, summaries
 from course.lab.kernel.nodes import of_interest
 from course.lab.kernel.panels import Changes
@@ -399,12 +400,16 @@ def _loaded(kind: str, end: str) -> type | None:
 
 
 _passing: list[Passing] = []
+_arrival = Arrival()
 _threads: list[threading.Thread] = []
 _sharing = threading.Lock()
 
 
 def record() -> None:
-    """Record requests in the kernel's session, and in later ones, until the kernel ends."""
+    """Record what passes in the kernel's session, and in its later ones, from now until the kernel ends.
+
+    When a robot comes, that is told to the pages.
+    """
     with _sharing:
         if not _threads:
             _threads.append(threading.Thread(target=_go_on, name="lab's recording", daemon=True))
@@ -418,6 +423,7 @@ def _go_on() -> None:
         while not ended.wait(PERIOD):
             try:
                 _look()
+                _arrival.look(current())
             except (RCLError, InvalidHandle, RuntimeError):
                 if (live := current()) and live.ok:  # otherwise the session has ended
                     raise

@@ -5,6 +5,7 @@ import { IToolbarWidgetRegistry } from '@jupyterlab/apputils';
 import { INotebookTracker, NotebookPanel } from '@jupyterlab/notebook';
 import { checkIcon } from '@jupyterlab/ui-components';
 
+import { onArrival } from './arrival';
 import { Current } from './current';
 import { ExercisePanel } from './exercise';
 import { figures } from './figures';
@@ -16,6 +17,7 @@ import { Links } from './link';
 import { NodesPanel, nodesIcon } from './nodes';
 import { PlotPanel, plotIcon } from './plot';
 import { ROBOT_VIEW, RobotPanel, robotIcon } from './robot';
+import { strip } from './strip';
 import { addView, NARROW } from './views';
 import { front, layout, main, ways } from './ways';
 
@@ -85,13 +87,14 @@ const panels: JupyterFrontEndPlugin<void> = {
         execute: () => shell?.activateById(widget.id) ?? app.shell.activateById(widget.id)
       });
     }
-    addView(app, tracker, restorer, shell, {
+    const showRobot = addView(app, tracker, restorer, shell, {
       name: 'robot',
       label: 'Robot',
       caption: 'Show the robot in its room, with what it sees and what it is told',
       icon: robotIcon,
       make: () => new RobotPanel(current)
     });
+    onArrival(tracker, showRobot);
     addView(app, tracker, restorer, shell, {
       name: 'plot',
       label: 'Plot',
@@ -103,4 +106,4 @@ const panels: JupyterFrontEndPlugin<void> = {
   }
 };
 
-export default [handingIn, panels, ways, front, layout, main, language, figures];
+export default [handingIn, panels, ways, front, layout, main, strip, language, figures];

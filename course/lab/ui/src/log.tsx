@@ -18,6 +18,7 @@ interface Line {
   level: string;
   node: string;
   text: string;
+  stamp: string; // s since 1970, with nine decimals; '' where nobody knows
 }
 
 interface Shown {
@@ -110,13 +111,30 @@ export function Log({ link, nodes }: { link: Link | null; nodes: { name: string;
 
 const LogLine = React.memo(({ line }: { line: Line }) => (
   <div className={`ros-Log-line ros-mod-${line.level}`}>
+    {line.stamp && <Time stamp={line.stamp} />}
     <span className="ros-level">{line.level}</span> <span className="ros-source">{line.node}</span> {line.text}
   </div>
 ));
 
-function added(before: Shown, data: { lines: [string, string, string][]; lost: number }): Shown {
+/** When a line was logged, by the reader's clock; the whole stamp, as ROS has it, is the title. */
+function Time({ stamp }: { stamp: string }): JSX.Element {
+  const at = new Date(1000 * Number(stamp));
+  const two = (value: number) => String(value).padStart(2, '0');
+  const day = `${at.getFullYear()}-${two(at.getMonth() + 1)}-${two(at.getDate())}`;
+  const time = `${two(at.getHours())}:${two(at.getMinutes())}:${two(at.getSeconds())}`;
+  const decimals = stamp.slice(stamp.indexOf('.'));
+  return (
+    <>
+      <time className="ros-time" dateTime={`${day}T${time}`} title={`${day} ${time}${decimals} (stamp ${stamp})`}>
+        {time}
+      </time>{' '}
+    </>
+  );
+}
+
+function added(before: Shown, data: { lines: [string, string, string, string][]; lost: number }): Shown {
   let next = before.next;
-  const more = data.lines.map(([level, node, text]) => ({ id: next++, level, node, text }));
+  const more = data.lines.map(([level, node, text, stamp]) => ({ id: next++, level, node, text, stamp }));
   return { lines: [...before.lines, ...more].slice(-KEPT), next, lost: before.lost + data.lost };
 }
 

@@ -153,34 +153,45 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
           {sees.length === 0 && <NoRobot rooms={rooms} link={link!} drives={drives} />}
           {(sees.length > 0 || state.scan) && (
             <>
-              <Stage
-                state={state}
-                controlled={world !== null}
-                driver={driver}
-                carrying={world !== null && carrying}
-                dropping={dropping}
-                pause={pause}
-                reset={reset}
-                place={place}
-                drop={drop}
-                drive={way => (state.idle ? setSaid(state.idle) : driver.press(way))}
-                faster={faster}
-                cancel={() => setDropping(false)}
-              />
-              {sees.length > 0 && (
-                <div className="ros-Robot-controls" role="group" aria-label="Arrow keys and mouse">
-                  <button aria-pressed={!carrying || !world} onClick={() => setCarrying(false)}>
-                    Drive
-                  </button>
-                  <button aria-pressed={carrying && world !== null} disabled={!world} onClick={() => setCarrying(true)}>
-                    Pick up the robot
-                  </button>
-                </div>
-              )}
-              {sees.length > 0 && !(carrying && world) && <Pad driver={driver} idle={state.idle} />}
-              {sees.length > 0 && carrying && world && (
-                <p className="ros-quiet">Drag the robot, or click on the picture and use the arrow keys, Q and E.</p>
-              )}
+              <div className="ros-Robot-main">
+                <Stage
+                  state={state}
+                  controlled={world !== null}
+                  driver={driver}
+                  carrying={world !== null && carrying}
+                  dropping={dropping}
+                  pause={pause}
+                  reset={reset}
+                  place={place}
+                  drop={drop}
+                  drive={way => (state.idle ? setSaid(state.idle) : driver.press(way))}
+                  faster={faster}
+                  cancel={() => setDropping(false)}
+                />
+                {sees.length > 0 && (
+                  <div className="ros-Robot-hands">
+                    <div className="ros-Robot-controls" role="group" aria-label="Arrow keys and mouse">
+                      <button aria-pressed={!carrying || !world} onClick={() => setCarrying(false)}>
+                        Drive
+                      </button>
+                      <button
+                        aria-pressed={carrying && world !== null}
+                        disabled={!world}
+                        onClick={() => setCarrying(true)}
+                      >
+                        Pick up the robot
+                      </button>
+                    </div>
+                    {carrying && world ? (
+                      <p className="ros-quiet">
+                        Drag the robot, or click on the picture and use the arrow keys, Q and E.
+                      </p>
+                    ) : (
+                      <Pad driver={driver} idle={state.idle} />
+                    )}
+                  </div>
+                )}
+              </div>
               <Facts state={state} paused={paused} />
             </>
           )}

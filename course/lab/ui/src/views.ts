@@ -4,16 +4,18 @@ import { ILabShell, ILayoutRestorer, JupyterFrontEnd } from '@jupyterlab/applica
 import { WidgetTracker } from '@jupyterlab/apputils';
 import { INotebookTracker } from '@jupyterlab/notebook';
 import { LabIcon } from '@jupyterlab/ui-components';
-import { DockLayout, DockPanel, Widget } from '@lumino/widgets';
+import { Widget } from '@lumino/widgets';
 
+import { barOf, borderOf, dockOf, moveBorder } from './dock';
 import { SidePanel } from './panel';
 
 /** On a page narrower than this, in CSS px, notebook and view are in one tab area. */
 export const NARROW = 760;
 const PHONE = 520; // px: narrower pages have no room for a view beside a side panel either
 
-const TEXT = 700; // px of a notebook beside a view
-const LEAST = 380; // px of a view at least
+// px beside each other, where the page has room for both, and in any case
+const TEXT = { usual: 700, least: 560 };
+const VIEW = { usual: 380, least: 300 };
 
 export interface View {
   name: string; // of the command, ros2-course:NAME
@@ -24,14 +26,18 @@ export interface View {
   make: () => SidePanel;
 }
 
-/** Add the command that opens a view, once for the whole page. */
+/** Add the command that opens a view, once for the whole page.
+ *
+ * What is returned lets it appear by itself, unless it is open: beside the notebook, which keeps the focus and its
+ * width, or behind it where there is no room for both.
+ */
 export function addView(
   app: JupyterFrontEnd,
   notebooks: INotebookTracker,
   restorer: ILayoutRestorer | null,
   shell: ILabShell | null,
   view: View
-): void {
+): () => void {
   const command = `ros2-course:${view.name}`;
   const tracker = new WidgetTracker<SidePanel>({ namespace: `ros2-course-${view.name}` });
   app.commands.addCommand(command, {
@@ -39,26 +45,31 @@ export function addView(
     caption: view.caption,
     icon: view.icon,
     execute: () => {
-      let panel = tracker.currentWidget;
-      if (!panel || panel.isDisposed) {
-        panel = view.make();
-        void tracker.add(panel);
-      }
+      const panel = known();
       if (!panel.isAttached) {
-        put(panel);
+        put(panel, isNarrow());
       }
       app.shell.activateById(panel.id);
       fit();
     }
   });
-  const put = (panel: SidePanel) => {
-    const notebook = notebooks.currentWidget?.isAttached ? notebooks.currentWidget.id : undefined;
+  const known = () => {
+    let panel = tracker.currentWidget;
+    if (!panel || panel.isDisposed) {
+      panel = view.make();
+      void tracker.add(panel);
+    }
+    return panel;
+  };
+  const put = (panel: SidePanel, behindIt: boolean) => {
+    const notebook = notebooks.currentWidget?.isAttached ? notebooks.currentWidget : null;
     const above = view.above && document.getElementById(view.above) ? view.above : undefined;
-    const mode = window.innerWidth < NARROW ? 'tab-after' : above ? 'split-bottom' : 'split-right';
-    const ref = window.innerWidth < NARROW ? notebook : (above ?? notebook);
-    app.shell.add(panel, 'main', { mode, ref, type: panel.id });
-    if (mode === 'split-right' && notebooks.currentWidget) {
-      keepWide(notebooks.currentWidget, panel);
+    const mode = behindIt ? 'tab-after' : above ? 'split-bottom' : 'split-right';
+    const ref = behindIt ? notebook?.id : (above ?? notebook?.id);
+    app.shell.add(panel, 'main', { mode, ref, type: panel.id, activate: false });
+    if (mode === 'split-right' && notebook) {
+      dockOf(notebook)?.addWidget(panel, { mode }); // as high as the page, beside a terminal below the notebook, too
+      keepWide(notebook, panel);
     }
   };
   let behind = false; // true if it was beside the notebook while the page was wider
@@ -68,10 +79,10 @@ export function addView(
     if (!panel?.isAttached) {
       return;
     }
-    const narrow = window.innerWidth < NARROW;
+    const narrow = isNarrow();
     if (narrow ? panel.isVisible && notebook?.isVisible : behind) {
       const front = panel.node.contains(document.activeElement) || !notebook ? panel : notebook;
-      put(panel);
+      put(panel, narrow);
       behind = narrow;
       app.shell.activateById(front.id);
     }
@@ -81,23 +92,32 @@ export function addView(
   };
   window.addEventListener('resize', fit);
   void restorer?.restore(tracker, { command, name: () => view.name });
+  return () => {
+    if (!tracker.currentWidget?.isAttached && notebooks.currentWidget?.isAttached) {
+      behind = isNarrow();
+      const width = barOf(notebooks.currentWidget)?.node.clientWidth ?? 0;
+      put(known(), behind || width < TEXT.least + VIEW.least);
+    }
+  };
+}
+
+function isNarrow(): boolean {
+  return window.innerWidth < NARROW;
 }
 
 /** Keep the width that a notebook's text needs when a view opens beside it. */
 function keepWide(notebook: Widget, view: Widget): void {
   requestAnimationFrame(() => {
-    const dock = view.parent;
-    if (!(dock instanceof DockPanel) || !(dock.layout instanceof DockLayout) || notebook.parent !== dock) {
+    const [dock, bar] = [dockOf(notebook), barOf(notebook)]; // it may lie behind another tab
+    if (!dock || !bar || dockOf(view) !== dock) {
       return;
     }
-    const [text, beside] = [notebook.node.getBoundingClientRect(), view.node.getBoundingClientRect()];
-    const more = Math.min(TEXT - text.width, beside.width - LEAST);
-    for (const handle of more > 0 ? dock.layout.handles() : []) {
-      const { left, right } = handle.getBoundingClientRect();
-      if (left >= text.right - 1 && right <= beside.left + 1) {
-        dock.layout.moveHandle(handle, left - dock.node.getBoundingClientRect().left + more, 0);
-        return;
-      }
+    const [text, beside] = [bar.node.getBoundingClientRect(), view.node.getBoundingClientRect()];
+    const both = text.width + beside.width;
+    const wanted = Math.min(TEXT.usual, Math.max(both - VIEW.usual, Math.min(TEXT.least, both - VIEW.least)));
+    const border = borderOf(dock, ({ left, right }) => left >= text.right - 1 && right <= beside.left + 1);
+    if (border && wanted > text.width) {
+      moveBorder(dock, border, wanted - text.width, 0);
     }
   });
 }

@@ -2,45 +2,32 @@
 
 import { ILabShell, JupyterFrontEnd, JupyterFrontEndPlugin } from '@jupyterlab/application';
 import { ICommandPalette } from '@jupyterlab/apputils';
-import { PageConfig, PathExt } from '@jupyterlab/coreutils';
+import { PageConfig } from '@jupyterlab/coreutils';
 import { ILauncher } from '@jupyterlab/launcher';
 import { INotebookTracker, NotebookPanel } from '@jupyterlab/notebook';
 import { IStateDB } from '@jupyterlab/statedb';
-import { terminalIcon } from '@jupyterlab/ui-components';
-import { DockPanel, Widget } from '@lumino/widgets';
+import { SplitPanel } from '@lumino/widgets';
 
-import { ROBOT_VIEW } from './robot';
+import { tabsWith } from './dock';
 import { post } from './server';
-import { NARROW } from './views';
+import { TERMINAL } from './strip';
 
 const CATEGORY = 'ROS course';
-const TERMINAL = 'ros2-course:terminal';
-const ROBOT = 'ros2-course:robot';
+const FILES = 'filebrowser'; // the id of JupyterLab's list of files
+const NODES = 'ros2-course:nodes';
 const START_PAGE = 'index.ipynb';
-const ROOMY = 1500; // px of a page with room for files, notebook and robot side by side
-const ARRANGED = 'ros2-course:arranged'; // the key in JupyterLab's state that says that the layout was arranged
+const ROOMY = 1500; // px of a page that has room for files and notebook side by side
+const VAST = 1700; // px of a page that has room for a panel beside notebook and robot
+const PANEL = 360; // px of that panel
+const ARRANGED = 'ros2-course:arranged'; // in JupyterLab's state: the start page was arranged
+const ARRANGED_SECTION = 'ros2-course:arranged-section';
 
 export const ways: JupyterFrontEndPlugin<void> = {
   id: 'ros2-course-lab:ways',
   description: 'The course’s commands in the palette and the launcher.',
   autoStart: true,
-  requires: [INotebookTracker],
   optional: [ICommandPalette, ILauncher],
-  activate: (
-    app: JupyterFrontEnd,
-    tracker: INotebookTracker,
-    palette: ICommandPalette | null,
-    launcher: ILauncher | null
-  ) => {
-    app.commands.addCommand(TERMINAL, {
-      label: 'ROS terminal',
-      caption: 'A terminal in the folder of the notebook; it meets the nodes of the notebook in front',
-      icon: terminalIcon,
-      execute: () => {
-        const path = tracker.currentWidget?.context.path;
-        return app.commands.execute('terminal:create-new', path ? { cwd: PathExt.dirname(path) } : {});
-      }
-    });
+  activate: (_: JupyterFrontEnd, palette: ICommandPalette | null, launcher: ILauncher | null) => {
     const panels = ['robot', 'plot', 'nodes', 'inspector', 'graph', 'exercise'].map(name => `ros2-course:${name}`);
     const commands = [TERMINAL, ...panels, 'ros2-course:hand-in'];
     commands.forEach((command, rank) => {
@@ -104,55 +91,77 @@ function keepInFront(app: JupyterFrontEnd, tracker: INotebookTracker): void {
   tracker.currentChanged.connect(back);
 }
 
-/** Move a notebook opened among terminals or the robot to the other notebooks, or give it half of the page. */
+/** A notebook that was opened among terminals or the robot goes to the other notebooks, or above or beside these. */
 function besideNotebooks(app: JupyterFrontEnd, tracker: INotebookTracker, panel: NotebookPanel): void {
   const beside = tabsWith(panel);
   if (beside.length === 0 || beside.some(widget => tracker.has(widget))) {
     return;
   }
   const other = tracker.find(each => each !== panel && each.isAttached);
-  app.shell.add(panel, 'main', other ? { mode: 'tab-after', ref: other.id } : { mode: 'split-left' });
+  const mode = beside.some(widget => widget.node.querySelector('.jp-Terminal')) ? 'split-top' : 'split-left';
+  app.shell.add(panel, 'main', other ? { mode: 'tab-after', ref: other.id } : { mode, ref: beside[0].id });
   app.shell.activateById(panel.id);
 }
 
-/** Return the other widgets in the same tab area of the main area. */
-function tabsWith(widget: Widget): Widget[] {
-  const dock = widget.parent;
-  const bars = dock instanceof DockPanel ? [...dock.tabBars()] : [];
-  const owners = bars.map(bar => bar.titles.map(title => title.owner)).find(found => found.includes(widget)) ?? [];
-  return owners.filter(owner => owner !== widget);
+/** Give the panels at the right the width that a line of a log needs. */
+function widenRight(shell: ILabShell): void {
+  let split = [...shell.widgets('right')].find(widget => widget.isVisible)?.parent ?? null;
+  while (split && !(split instanceof SplitPanel)) {
+    split = split.parent;
+  }
+  if (split instanceof SplitPanel) {
+    const sizes = split.relativeSizes(); // of the left, the main and the right area
+    const right = PANEL / split.node.clientWidth;
+    split.setRelativeSizes([sizes[0], 1 - sizes[0] - right, right]);
+  }
 }
 
 export const layout: JupyterFrontEndPlugin<void> = {
   id: 'ros2-course-lab:layout',
-  description: 'Start page, robot and terminal side by side, the first time that environment/start opens JupyterLab.',
+  description: 'Room for a section; and a terminal below the start page, when environment/start opens JupyterLab first.',
   autoStart: true,
   requires: [INotebookTracker, IStateDB],
   optional: [ILabShell],
   activate: (app: JupyterFrontEnd, tracker: INotebookTracker, state: IStateDB, shell: ILabShell | null) => {
-    if (PageConfig.getOption('rosCourseArrange') !== 'true') {
-      return;
-    }
-    let begun = false;
-    const arrange = async (panel: NotebookPanel | null) => {
-      if (begun || panel?.context.path !== START_PAGE) {
-        return;
-      }
-      begun = true;
-      await app.restored;
-      if ((await state.fetch(ARRANGED)) === undefined) {
-        await state.save(ARRANGED, true);
-        if (window.innerWidth < ROOMY) {
-          shell?.collapseLeft(); // the file browser, which the start page's table replaces
+    const arranges = PageConfig.getOption('rosCourseArrange') === 'true';
+    const begun = new Set<string>();
+    /** Do something the first time ever; afterwards all is as one has left it. */
+    const once = async (key: string, arrange: () => unknown) => {
+      if (!begun.has(key)) {
+        begun.add(key);
+        await app.restored;
+        if ((await state.fetch(key)) === undefined) {
+          await state.save(key, true);
+          await arrange();
         }
-        await app.commands.execute(ROBOT);
-        const terminal = await app.commands.execute('terminal:create-new');
-        const above = window.innerWidth < NARROW ? panel.id : ROBOT_VIEW;
-        app.shell.add(terminal, 'main', { mode: 'split-bottom', ref: above });
-        app.shell.activateById(panel.id);
       }
     };
-    tracker.currentChanged.connect((_, panel) => void arrange(panel));
-    void arrange(tracker.currentWidget);
+    const arrangeStartPage = async (panel: NotebookPanel) => {
+      if (window.innerWidth < ROOMY) {
+        shell?.collapseLeft(); // the list of files, which the start page's table stands for
+      }
+      await app.commands.execute(TERMINAL);
+      app.shell.activateById(panel.id);
+    };
+    const arrangeSection = async (panel: NotebookPanel) => {
+      const files = [...(shell?.widgets('left') ?? [])].find(widget => widget.id === FILES);
+      if (files?.isVisible) {
+        shell?.collapseLeft();
+      }
+      if (arranges && window.innerWidth >= VAST && shell?.rightCollapsed) {
+        await app.commands.execute(NODES);
+        app.shell.activateById(panel.id);
+        widenRight(shell);
+      }
+    };
+    const arrange = (panel: NotebookPanel | null) => {
+      if (panel && panel.context.path !== START_PAGE) {
+        void once(ARRANGED_SECTION, () => arrangeSection(panel));
+      } else if (panel && arranges) {
+        void once(ARRANGED, () => arrangeStartPage(panel));
+      }
+    };
+    tracker.currentChanged.connect((_, panel) => arrange(panel));
+    arrange(tracker.currentWidget);
   }
 };

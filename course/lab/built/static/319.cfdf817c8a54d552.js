@@ -360,6 +360,37 @@
   display: none;
 }
 
+/* JupyterLab's own least size is six rows, and on a phone leaves no room for a panel. */
+.lm-DockPanel .jp-Terminal {
+  min-height: 60px;
+  min-width: 40px;
+}
+
+/* Beside the tabs of the terminals. */
+.ros-Strip-button {
+  align-items: center;
+  background: none;
+  border: 0;
+  color: var(--jp-ui-font-color1);
+  cursor: pointer;
+  display: flex;
+  flex: none;
+  font: inherit;
+  gap: 2px;
+  margin-left: auto;
+  min-height: 24px;
+  padding: 0 8px;
+}
+
+.ros-Strip-button:hover {
+  background: var(--jp-layout-color3);
+}
+
+.ros-Strip-button:focus-visible {
+  outline: 2px solid var(--jp-brand-color1);
+  outline-offset: -2px;
+}
+
 .ros-Panel {
   background: var(--jp-layout-color1);
   color: var(--jp-ui-font-color0);
@@ -563,6 +594,12 @@
   font-weight: 600;
 }
 
+.ros-Log-line .ros-time {
+  color: var(--jp-ui-font-color2);
+  font-size: 0.85em;
+  font-variant-numeric: tabular-nums;
+}
+
 .ros-mod-WARN .ros-level {
   color: var(--ros-warn);
 }
@@ -692,6 +729,12 @@ body[data-jp-theme-light='false'] img.ros-figure {
   min-width: 28px;
 }
 
+.ros-Robot-main {
+  display: flex;
+  flex: none;
+  flex-direction: column;
+}
+
 .ros-Robot-pad {
   align-items: center;
   display: flex;
@@ -761,6 +804,49 @@ body[data-jp-theme-light='false'] img.ros-figure {
 
 .ros-Robot-arrows .ros-mod-right {
   grid-area: right;
+}
+
+/* In a low view, as above a plot, one drives without scrolling: the buttons lie beside the picture, or at once below. */
+@container (max-height: 560px) {
+  .ros-Robot-hands {
+    order: 1;
+  }
+
+  .ros-Robot-under {
+    order: 2;
+  }
+}
+
+@container (max-height: 560px) and (max-width: 419px) {
+  .ros-Robot-stage {
+    max-height: max(150px, 46cqh);
+  }
+
+  .ros-Robot-pad {
+    align-items: start;
+  }
+}
+
+@container (max-height: 560px) and (min-width: 420px) {
+  .ros-Robot-main {
+    display: grid;
+    gap: 0 12px;
+    grid-template: auto auto 1fr / minmax(0, 1fr) 170px;
+    grid-template-areas: 'picture hands' 'under hands' '. hands';
+  }
+
+  .ros-Robot-stage {
+    grid-area: picture;
+  }
+
+  .ros-Robot-under {
+    grid-area: under;
+  }
+
+  .ros-Robot-hands {
+    grid-area: hands;
+    padding-top: 4px;
+  }
 }
 
 .ros-Robot-facts {
@@ -974,4 +1060,4 @@ body[data-jp-theme-light='false'] {
   --ros-robot-trail: #9a9a9a;
   --ros-robot-body: #e08bc9;
 }
-`,""]),e.d(r,{},{A:i})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",a=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),a&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),a&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,a,t,s){"string"==typeof o&&(o=[[null,o,void 0]]);var i={};if(a)for(var n=0;n<this.length;n++){var l=this[n][0];null!=l&&(i[l]=!0)}for(var p=0;p<o.length;p++){var d=[].concat(o[p]);a&&i[d[0]]||(void 0!==s&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=s),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),t&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=t):d[4]="".concat(t)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,a=0;a<r.length;a++)if(r[a].identifier===o){e=a;break}return e}function a(o,a){for(var t={},s=[],i=0;i<o.length;i++){var n=o[i],l=a.base?n[0]+a.base:n[0],p=t[l]||0,d="".concat(l," ").concat(p);t[l]=p+1;var c=e(d),f={css:n[1],media:n[2],sourceMap:n[3],supports:n[4],layer:n[5]};if(-1!==c)r[c].references++,r[c].updater(f);else{var x=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(f,a);a.byIndex=i,r.splice(i,0,{identifier:d,updater:x,references:1})}s.push(d)}return s}o.exports=function(o,t){var s=a(o=o||[],t=t||{});return function(o){o=o||[];for(var i=0;i<s.length;i++){var n=e(s[i]);r[n].references--}for(var l=a(o,t),p=0;p<s.length;p++){var d=e(s[p]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}s=l}}},659(o){var r={};o.exports=function(o,e){var a=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!a)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");a.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var a,t,s;a="",e.supports&&(a+="@supports (".concat(e.supports,") {")),e.media&&(a+="@media ".concat(e.media," {")),(t=void 0!==e.layer)&&(a+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),a+=e.css,t&&(a+="}"),e.media&&(a+="}"),e.supports&&(a+="}"),(s=e.sourceMap)&&"u">typeof btoa&&(a+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(s))))," */")),o.styleTagTransform(a,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var a=e(72),t=e.n(a),s=e(825),i=e.n(s),n=e(659),l=e.n(n),p=e(56),d=e.n(p),c=e(540),f=e.n(c),x=e(113),m=e.n(x),h=e(646),b={};b.styleTagTransform=m(),b.setAttributes=d(),b.insert=l().bind(null,"head"),b.domAPI=i(),b.insertStyleElement=f(),t()(h.A,b),h.A&&h.A.locals&&h.A.locals;var g=e(770),u={};u.styleTagTransform=m(),u.setAttributes=d(),u.insert=l().bind(null,"head"),u.domAPI=i(),u.insertStyleElement=f(),t()(g.A,u),g.A&&g.A.locals&&g.A.locals}}]);
+`,""]),e.d(r,{},{A:i})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",a=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),a&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),a&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,a,t,s){"string"==typeof o&&(o=[[null,o,void 0]]);var i={};if(a)for(var n=0;n<this.length;n++){var l=this[n][0];null!=l&&(i[l]=!0)}for(var p=0;p<o.length;p++){var d=[].concat(o[p]);a&&i[d[0]]||(void 0!==s&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=s),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),t&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=t):d[4]="".concat(t)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,a=0;a<r.length;a++)if(r[a].identifier===o){e=a;break}return e}function a(o,a){for(var t={},s=[],i=0;i<o.length;i++){var n=o[i],l=a.base?n[0]+a.base:n[0],p=t[l]||0,d="".concat(l," ").concat(p);t[l]=p+1;var c=e(d),f={css:n[1],media:n[2],sourceMap:n[3],supports:n[4],layer:n[5]};if(-1!==c)r[c].references++,r[c].updater(f);else{var x=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(f,a);a.byIndex=i,r.splice(i,0,{identifier:d,updater:x,references:1})}s.push(d)}return s}o.exports=function(o,t){var s=a(o=o||[],t=t||{});return function(o){o=o||[];for(var i=0;i<s.length;i++){var n=e(s[i]);r[n].references--}for(var l=a(o,t),p=0;p<s.length;p++){var d=e(s[p]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}s=l}}},659(o){var r={};o.exports=function(o,e){var a=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!a)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");a.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var a,t,s;a="",e.supports&&(a+="@supports (".concat(e.supports,") {")),e.media&&(a+="@media ".concat(e.media," {")),(t=void 0!==e.layer)&&(a+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),a+=e.css,t&&(a+="}"),e.media&&(a+="}"),e.supports&&(a+="}"),(s=e.sourceMap)&&"u">typeof btoa&&(a+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(s))))," */")),o.styleTagTransform(a,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var a=e(72),t=e.n(a),s=e(825),i=e.n(s),n=e(659),l=e.n(n),p=e(56),d=e.n(p),c=e(540),f=e.n(c),x=e(113),m=e.n(x),h=e(646),b={};b.styleTagTransform=m(),b.setAttributes=d(),b.insert=l().bind(null,"head"),b.domAPI=i(),b.insertStyleElement=f(),t()(h.A,b),h.A&&h.A.locals&&h.A.locals;var u=e(770),g={};g.styleTagTransform=m(),g.setAttributes=d(),g.insert=l().bind(null,"head"),g.domAPI=i(),g.insertStyleElement=f(),t()(u.A,g),u.A&&u.A.locals&&u.A.locals}}]);

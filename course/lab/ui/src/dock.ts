@@ -1,0 +1,31 @@
+// The main area: which tabs lie together, and the borders between its parts.
+
+import { ConflatableMessage, MessageLoop } from '@lumino/messaging';
+import { DockLayout, DockPanel, TabBar, Widget } from '@lumino/widgets';
+
+/** The main area that a widget lies in; null when it lies elsewhere. */
+export function dockOf(widget: Widget): DockPanel | null {
+  return widget.parent instanceof DockPanel ? widget.parent : null;
+}
+
+/** The bar in which a widget of the main area has its tab. */
+export function barOf(widget: Widget): TabBar<Widget> | null {
+  return [...(dockOf(widget)?.tabBars() ?? [])].find(bar => bar.titles.includes(widget.title)) ?? null;
+}
+
+/** The other widgets that have their tabs where a widget of the main area has its own. */
+export function tabsWith(widget: Widget): Widget[] {
+  return (barOf(widget)?.titles ?? []).map(title => title.owner).filter(owner => owner !== widget);
+}
+
+/** The border that is found between two parts of the main area, as one can drag it. */
+export function borderOf(dock: DockPanel, found: (border: DOMRect) => boolean): HTMLElement | null {
+  const borders = dock.layout instanceof DockLayout ? [...dock.layout.handles()] : [];
+  return borders.find(each => !each.classList.contains('lm-mod-hidden') && found(each.getBoundingClientRect())) ?? null;
+}
+
+/** Move a border by so many px; JupyterLab keeps it where it is then. */
+export function moveBorder(dock: DockPanel, border: HTMLElement, right: number, down: number): void {
+  (dock.layout as DockLayout).moveHandle(border as HTMLDivElement, border.offsetLeft + right, border.offsetTop + down);
+  MessageLoop.postMessage(dock, new ConflatableMessage('layout-modified'));
+}
