@@ -36,7 +36,7 @@ from autograder.hidden.services.conversation import (
     shown,
     whole_numbers,
 )
-from autograder.suitekit import ANSWER, Wrong, offer, on_wrong, points, twice
+from autograder.suitekit import Wrong, offer, on_wrong, points, twice
 from autograder.suitekit.hints import last_words
 from course.foundation.waiting import wait_until
 
@@ -86,8 +86,8 @@ def test_enable_and_disable(motors: Motors) -> None:
 
 @points(0.5, cell="motor-service")
 @twice
-def test_emergency_stop(motors: Motors) -> None:
-    """The emergency stop stops the motors, whether they were enabled or not, and can be ended."""
+def test_emergency_stop(motors: Motors, alone: Motors) -> None:
+    """The emergency stop stops the motors, whether they were enabled or not, or never, and can be ended."""
     for state in (ENABLED, DISABLED):
         if not motors.bring(state) and state == ENABLED:
             continue  # which costs other points
@@ -99,6 +99,12 @@ def test_emergency_stop(motors: Motors) -> None:
         if motors.can_enable:
             motors.command(ENABLE, True)
             motors.expect(ENABLED, f"an emergency stop, its end, and then {ENABLE} with data True,")
+    alone.stop_first()
+    if alone.current() in (ENABLED, DISABLED):  # the words of its message, another test judges
+        raise Wrong(
+            f"After {STOP} with data True, when nobody has enabled the motors since the start, they must be stopped; "
+            f"{alone.witness} says {quoted(alone.said())}."
+        )
 
 
 def expect_still(motors: Motors, happened: list[str], rule: str) -> None:
@@ -160,6 +166,12 @@ def test_messages_say_state(motors: Motors) -> None:
                     f"{STATUS}, when the motors are {state}, is answered with the message {quoted(message)}: it must "
                     f"contain the word '{state}', and neither of the other two."
                 )
+    if motors.unclear:
+        service, number, message = motors.unclear
+        raise Wrong(
+            f"Answer {number} after the start, of {service}, has the message {quoted(message)}: it must contain one of "
+            f"the words {', '.join(map(repr, STATES))}, and neither of the other two."
+        )
 
 
 @points(0.5, cell="motor-service")
@@ -465,9 +477,7 @@ def test_goes_on_afterwards(lonely: Relay) -> None:
         lonely.answers_again(BEFORE if lonely.has_been_silent else PROMPT + SLACK)
     refused = lonely.failed == lonely.starts
     lonely.serve()
-    start = time.monotonic()
     response = lonely.after_offer(PROMPT + SLACK)
-    came = time.monotonic() - start
     if not lonely.program.alive:
         lonely.end()
         raise Wrong(
@@ -488,20 +498,15 @@ def test_goes_on_afterwards(lonely: Relay) -> None:
         )
     if not lonely.adder.requests:
         raise Wrong(f"{ADD} is there now: a call of {RELAY} must call it. It answered {shown(response)} without it.")
-    if (came := lonely.found_after(came, SOON, PROMPT + SLACK)) > SOON:
-        lonely.end()
-        raise Wrong(
-            f"{ADD} is there now, after calls of {RELAY} without it: a call must succeed. The first one that did was "
-            f"made {came:.1f} s later. Look at each call if it is there."
-        )
     if lonely.answers_again(PROMPT + SLACK) is None:
         lonely.end()
         return  # which costs other points
-    response = lonely.after_withdrawal(ANSWER)
+    response = lonely.after_withdrawal(PROMPT + SLACK)
     if response is None:
         lonely.end()
         raise Wrong(
-            f"{ADD} was there, and is gone again: a call of {RELAY} got no answer. Look at each call if it is there."
+            f"{ADD} was there, and is gone again: a call of {RELAY} got no answer within {PROMPT + SLACK} s. Look at "
+            "each call if it is there."
         )
     if response.success and refused:
         raise Wrong(f"{ADD} was there, and is gone again: a call of {RELAY} was answered with {shown(response)}.")
@@ -509,6 +514,16 @@ def test_goes_on_afterwards(lonely: Relay) -> None:
         raise Wrong(
             f"{ADD} was there, and is gone again: the message must say so. {RELAY} was answered with {shown(response)}."
         )
+    took, response = lonely.found_again(SOON, PROMPT + SLACK)
+    if took > SOON:
+        lonely.end()
+        if response is None:
+            how = f"It got no answer within {PROMPT + SLACK} s."
+        elif not response.success:
+            how = f"It was answered with {shown(response)}."
+        else:
+            how = f"The first one that did was made {took:.1f} s later, at best. Look at each call if it is there."
+        raise Wrong(f"{ADD} was gone, and is there again: a call of {RELAY} must succeed. {how}")
 
 
 @points(0.5, cell="relay")

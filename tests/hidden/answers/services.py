@@ -1286,6 +1286,28 @@ WRONG = {
         motors(("f'Motors {self.state()}'", 'f\'Motors {self.state()}, not {"dis" if self.enabled else "en"}abled\'')),
         {"messages_say_state"},
     ),
+    "messages name two states until the motors are enabled": (
+        motors(
+            ("        self.stopped = False\n", "        self.stopped = self.used = False\n"),
+            (
+                "        if self.stopped:\n            return 'stopped'",
+                """        self.used = self.used or self.enabled
+        return self.word() + ('' if self.used else ', not enabled since the start')
+
+    def word(self):
+        if self.stopped:
+            return 'stopped'""",
+            ),
+        ),
+        {"messages_say_state"},
+    ),
+    "an emergency stop raises before the motors are enabled": (
+        motors(
+            (SWITCH, SWITCH + "\n        if self.enabled:\n            self.since = self.get_clock().now()"),
+            (STOPS, "        if request.data:\n            self.ran = self.get_clock().now() - self.since\n" + STOPS),
+        ),
+        {"emergency_stop"},
+    ),
     "status has another type": (
         motors(("create_service(Trigger, '/motors/status'", "create_service(SetBool, '/motors/status'")),
         {"motors_start_disabled", "status"},
@@ -1444,6 +1466,31 @@ WRONG = {
         },
         {"slow_answer"},
     ),
+    "relay looks every 3 s whether there is a server": (
+        relay(
+            (
+                "        # While a callback",
+                "        self.there = False\n        self.create_timer(3.0, self.look)\n        # While a callback",
+            ),
+            (
+                "    async def relay",
+                "    def look(self):\n        self.there = self.client.service_is_ready()\n\n    async def relay",
+            ),
+            ("if not self.client.service_is_ready():\n", "if not self.there:\n"),
+        ),
+        {"goes_on_afterwards"},
+    ),
+    "relay remembers that there was a server, and waits 9 s for it": (
+        {
+            **REFERENCE,
+            RELAY: THREADS.replace(
+                "        if not self.client.service_is_ready()",
+                "        self.there = getattr(self, 'there', False) or self.client.service_is_ready()\n"
+                "        if not self.there",
+            ).encode(),
+        },
+        {"goes_on_afterwards"},
+    ),
     "relay repeats its last message when there is no server any more": (
         relay(
             ("'/add_two_ints is not there'", "getattr(self, 'last', '/add_two_ints is not there')"),
@@ -1524,6 +1571,7 @@ SILENT = {
     "relay has as many threads as callers",
     "relay lets a set wait until no call waits",
     "relay remembers that there was a server",
+    "relay remembers that there was a server, and waits 9 s for it",
 }
 # Judged by the whole suite in every run of the tests: what is right, and partial credit of each kind.
 QUICK = {"reference", "relay raises without a server"}
@@ -1557,6 +1605,8 @@ DETAIL = {
     "enable says nothing",
     "a refusal names two states",
     "each message names two states",
+    "messages name two states until the motors are enabled",
+    "an emergency stop raises before the motors are enabled",
     "stopped motors are in emergency stop",
     "status says on and off",
     "status is of a state of its own",
@@ -1578,4 +1628,5 @@ DETAIL = {
     "relay says nothing without a server",
     "relay raises without a server",
     "relay remembers that there was a server",
+    "relay looks every 3 s whether there is a server",
 }
