@@ -193,7 +193,8 @@ class Busy(Server):
         if fault := self.hangs(first.goal):
             return fault
         running = not first.goal.status
-        floors = [1 if self.place > HIGH / 2 else HIGH - 1]  # of both others: they are two goals all the same
+        # Of both others, which are two goals all the same: the way back, so that who begins too early is seen.
+        floors = [1 if first.floors[1] == HIGH else HIGH - 1]
         rides = [first]
         for _ in range(2):
             goal = self.give(floors, alive, limit)

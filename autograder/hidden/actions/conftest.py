@@ -15,6 +15,7 @@ FOR_ROS = ("--ros-args", "--log-level", "info")
 # Feedback messages after which a client is to cancel: a goal that is not cancelled is over before so many seconds.
 MESSAGES = (7, 10)
 NEVER = 9  # feedback messages after which a client is to cancel, of a goal that has fewer
+POSSIBLE = (1, 10)  # floors that every lift has, without the one where it begins
 WIDE = (10, 100)  # floors that only the server can refuse
 
 
@@ -48,7 +49,7 @@ def clients(bench: Bench) -> dict[str, Encounter]:
     after = bench.random("cancel").randrange(*MESSAGES)
     return {
         "succeed": Encounter(bench, "succeed"),
-        "reject": Encounter(bench, "reject"),
+        "reject": Encounter(bench, "reject", POSSIBLE),
         "abort": Encounter(bench, "abort"),
         "cancel": Encounter(bench, "cancel", cancel_after=after),
         "at once": Encounter(bench, "cancel", cancel_after=0),

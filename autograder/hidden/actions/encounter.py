@@ -11,7 +11,6 @@ from course_interfaces.action import Lift
 
 from autograder.errors import Fault
 from autograder.hidden.actions.conversation import ACTION, PLAYS, TOP
-from autograder.sandbox.cleaning import excerpt
 from autograder.sandbox.program import Program
 from autograder.suitekit import Bench, Ros, Run, Wrong, numbers, on_wrong, serve, sought_actions
 from autograder.suitekit.runs import LIMIT
@@ -114,8 +113,7 @@ class Encounter:
             if not self.goals:
                 others = [action for action in self._sought if not action.startswith(f"the action {ACTION} (")]
                 instead = f" It asked for {', '.join(others)[:200]}." if others else ""
-                source = self._bench.files[CLIENT].decode(errors="replace")
-                last = excerpt(program.output, source, program.hidden).rpartition("\n")[2][:SAID]
+                last = self.excerpt(program.output).rpartition("\n")[2][:SAID]
                 said = f" It printed {last!r}." if last else " It printed nothing."
                 raise Wrong(
                     f"Run {self.doing}, the client did not send a goal to {ACTION}.{instead or said}", program.output
@@ -134,6 +132,10 @@ class Encounter:
     def shown(self) -> Counter[float]:
         """The numbers of the feedback, with how often a client that prints all of it prints them."""
         return Counter(float(number) for message in self.feedback for number in message)
+
+    def excerpt(self, output: str) -> str:
+        """Return what the client has printed, as its student may read it."""
+        return self._bench.shown(CLIENT, output)
 
     def works(self) -> bool:
         """Whether the client has done something of what it must do with a server that succeeds."""

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from autograder.hidden.actions.busy import BUSY_STEP, Blocking, Busy, Preemption
 from autograder.hidden.actions.conversation import SLOW_STEP, Server, accepted
-from autograder.hidden.actions.encounter import Encounter
+from autograder.hidden.actions.encounter import SAID, Encounter
 from autograder.hidden.actions.rides import (
     STILL,
     Ride,
@@ -157,6 +157,22 @@ def expect_no_step_of_its_own(first: Goal, waited: Goal, newest: Goal) -> None:
         raise Wrong(
             "A goal that waits for its first step must make none when a new goal is accepted; "
             f"{counted(len(waited.feedback))} of it came."
+        )
+
+
+def expect_turn(seen: Preemption) -> None:
+    """The goal that came last must have begun to move when the one that ran had stopped; a third one waited then."""
+    *before, newest = seen.rides
+    own = lengths(before[0].goal.feedback)
+    moved = [heard for ride in before for heard in ride.goal.feedback]
+    apart = lengths([*moved[-1:], *newest.goal.feedback])
+    if moved and own and apart and apart[0] < APART * min(BUSY_STEP, *own):
+        raise Wrong(
+            "Two goals must never move the cabin at the same time: a goal begins its first step when the one that runs "
+            "has ended its last one, also when a goal that waited between them has ended before that. Where a step "
+            f"takes {BUSY_STEP} s, the last message of the goal that ran and the first of the newest one were "
+            f"{abs(apart[0]):.2f} s apart.",
+            f"{moved}, then {newest.goal.feedback}",
         )
 
 
@@ -321,6 +337,29 @@ def expect_outcome(program: Program, word: str, when: str) -> None:
             f"{when} the last outcome that the client names must be {word}; it was {OUTCOMES[named[-1].lower()]}.",
             program.output,
         )
+
+
+def expect_no_result(run: Encounter, succeeded: Encounter) -> None:
+    """Of a goal that was rejected, the client must print nothing like the lines with the result of one that was not.
+
+    The grader's goal that is rejected is not for floor 0, so a 0 in such a line is the floor of an empty result.
+    """
+    with succeeded.judged() as program:
+        lines = [told_in(line) for line in program.output.splitlines() if succeeded.result.floor in numbers(line)]
+    with run.judged() as program:
+        for line in program.output.splitlines():
+            if 0 in numbers(line) and told_in(line) and told_in(line) in lines:
+                raise Wrong(
+                    "A goal that is rejected has no result, so the client must print none. It printed "
+                    f"{run.excerpt(line)[:SAID]!r}, and the like for the result of a goal that succeeded.",
+                    program.output,
+                )
+
+
+def told_in(line: str) -> list[str]:
+    """The words of a line, without those for an outcome."""
+    words: list[str] = re.findall(r"[^\W\d_]+", line.lower())
+    return [word for word in words if not word.startswith(tuple(OUTCOMES))]
 
 
 def expect_status(run: Encounter, when: str) -> None:

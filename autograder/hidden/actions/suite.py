@@ -38,6 +38,7 @@ from autograder.hidden.actions.judging import (
     expect_kept_place,
     expect_lengths,
     expect_no_other_step,
+    expect_no_result,
     expect_no_step_of_its_own,
     expect_one_cabin,
     expect_outcome,
@@ -51,6 +52,7 @@ from autograder.hidden.actions.judging import (
     expect_status,
     expect_steps_in_turn,
     expect_taken_over,
+    expect_turn,
     expect_waiting_result,
     left_elsewhere,
 )
@@ -340,12 +342,17 @@ def test_preempt_waiting(busy: Busy, quick: Quick) -> None:
     with busy.three() as seen:
         expect_running(busy, seen.rides[0], seen.running, "a new one came")
         if not all(ride.goal.accepted for ride in seen.rides):
-            raise Wrong("While a goal runs and another one waits, a new one must be accepted; it was rejected.")
+            waits = " and another one waits" if seen.rides[1].goal.accepted else ""
+            raise Wrong(f"While a goal runs{waits}, a new one must be accepted; it was rejected.")
         first, second, third = seen.rides
-        rule = "When a new goal is accepted, one that waits must end as ABORTED, also when both ask for the same."
+        rule = (
+            "When a new goal is accepted, one that waits must make no step and end as ABORTED, whatever the two ask "
+            "for; here, both asked for the same floor."
+        )
         ended(second, "ABORTED", rule, busy)
         expect_in_time(second, third.goal.answered, "When a new goal was accepted, one that waited")
         expect_no_step_of_its_own(first.goal, second.goal, third.goal)
+        expect_turn(seen)
         if not quick.ends_well(third):
             ended(third, "SUCCEEDED", "The goal that came last must be worked on, and succeed.", busy)
     with busy.leaving() as left:
@@ -578,10 +585,11 @@ def test_client_shows_result(clients: Mapping[str, Encounter]) -> None:
 @points(0.5, cell="lift-client")
 @twice
 def test_client_says_outcome(clients: Mapping[str, Encounter]) -> None:
-    """At the end the client says how the goal ended, in one word."""
+    """At the end the client says how the goal ended, in one word; one that is rejected has no result."""
     for name in ("succeed", "reject", "abort", "cancel"):
         with clients[name].judged() as program:
             expect_outcome(program, clients[name].end, WHEN[name])
+    expect_no_result(clients["reject"], clients["succeed"])
 
 
 @points(0.5, cell="lift-client")

@@ -1459,6 +1459,28 @@ WRONG = {
         ),
         {"preempt_waiting"},
     ),
+    "a goal that gives up waiting counts as one that has stopped": (
+        server(
+            (TAKE, "        goal_handle.before, goal_handle.gone = self.newest, threading.Event()\n" + TAKE),
+            (
+                LOCK,
+                """        before = goal_handle.before
+        try:
+            while before is not None and not before.gone.wait(0.02):
+                if goal_handle.is_cancel_requested:
+                    goal_handle.canceled()
+                    return Lift.Result(floor=self.floor)
+                if self.newest is not goal_handle:
+                    goal_handle.abort()
+                    return Lift.Result(floor=self.floor)
+            return self.move(goal_handle)
+        finally:
+            goal_handle.gone.set()
+""",
+            ),
+        ),
+        {"preempt_waiting"},
+    ),
     "tells only the goal that moves of a new one": (
         server(
             (TAKE, "        self.over.append(self.moving)\n" + TAKE),
@@ -1751,6 +1773,28 @@ WRONG = {
         client(("        if not self.goal_handle.accepted:\n            return 'REJECTED'\n", "")),
         {"client_says_outcome"},
     ),
+    "client prints an empty result of a goal that is rejected": (
+        client(
+            (
+                """        if not self.goal_handle.accepted:
+            return 'REJECTED'
+        self.cancel_when_heard()
+        end = self.wait_for(self.goal_handle.get_result_async())
+        print(f'Result: stops {list(end.result.stops)}, now at {end.result.floor}')
+        return OUTCOMES.get(end.status, 'UNKNOWN')
+""",
+                """        result, outcome = Lift.Result(), 'REJECTED'
+        if self.goal_handle.accepted:
+            self.cancel_when_heard()
+            end = self.wait_for(self.goal_handle.get_result_async())
+            result, outcome = end.result, OUTCOMES.get(end.status, 'UNKNOWN')
+        print(f'Result: stops {list(result.stops)}, now at {result.floor}')
+        return outcome
+""",
+            )
+        ),
+        {"client_says_outcome"},
+    ),
     "client cancels one too late": (
         client(
             (DUE, "due = self.cancel_after == 0 or (self.cancel_after is not None and self.heard > self.cancel_after)")
@@ -1914,6 +1958,7 @@ DETAIL = {
     "makes the stops that are due before it has the cabin",
     "a preempted goal succeeds",
     "a goal that is replaced while it waits makes a step",
+    "a goal that gives up waiting counts as one that has stopped",
     "takes a goal for the same floors for the same goal",
     "rejects while it is blocked",
     "each call blocks what is free, and frees what is blocked",
@@ -1930,6 +1975,7 @@ DETAIL = {
     "client says ABORTED for a cancelled goal",
     "client always exits with 0",
     "client takes every end for a success",
+    "client prints an empty result of a goal that is rejected",
     "client cancels one too late",
     "client takes --cancel-after 0 for never",
     "client says CANCELED whenever it has cancelled",
