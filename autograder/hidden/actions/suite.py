@@ -52,7 +52,7 @@ from autograder.hidden.actions.judging import (
     expect_status,
     expect_steps_in_turn,
     expect_taken_over,
-    expect_turn,
+    expect_turns,
     expect_waiting_result,
     left_elsewhere,
 )
@@ -351,8 +351,8 @@ def test_preempt_waiting(busy: Busy, quick: Quick) -> None:
         )
         ended(second, "ABORTED", rule, busy)
         expect_in_time(second, third.goal.answered, "When a new goal was accepted, one that waited")
+        expect_turns(seen)
         expect_no_step_of_its_own(first.goal, second.goal, third.goal)
-        expect_turn(seen)
         if not quick.ends_well(third):
             ended(third, "SUCCEEDED", "The goal that came last must be worked on, and succeed.", busy)
     with busy.leaving() as left:
