@@ -488,11 +488,6 @@ TUPLES = (
     ("{'linear': 0.2, 'angular': -0.4}", "(0.2, -0.4)"),
     ("{'linear': 0.3, 'angular': max(-0.5, min(0.5, angular))}", "(0.3, max(-0.5, min(0.5, angular)))"),
 )
-FLOATS = (  # of a node that takes any numbers
-    NODE,
-    ("action['linear']", "float(action['linear'])"),
-    ("action['angular']", "float(action['angular'])"),
-)
 KEEP = "        self.distances = nearest(msg)\n"
 CMD = "            cmd.angular.z = action['angular']\n"
 
@@ -540,20 +535,6 @@ WRONG = {
             ("        angular = 1.5 * (0.6 - right)\n", "        return Twist()\n"),
         ),
         {"agent_needs_no_ros", "keeps_its_distance", "thresholds"} | ROOMS,
-    ),
-    "the agent stands with an int, of which the node makes a float": (
-        changed(agent(("{'linear': 0.0,", "{'linear': 0,")), *FLOATS),
-        {"agent_needs_no_ros"},
-    ),
-    "the agent's speeds are NumPy's, of 32 bits": (
-        changed(
-            agent(
-                ("from enum import Enum\n", "from enum import Enum\n\nfrom numpy import float32\n"),
-                ("'linear': 0.3,", "'linear': float32(0.3),"),
-            ),
-            *FLOATS,
-        ),
-        {"agent_needs_no_ros"},
     ),
     "all in one file": ({**REFERENCE, NODE: ONE_FILE}, {"asks_its_agent"}),
     "no class WallAgent": (
