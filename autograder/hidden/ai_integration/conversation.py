@@ -114,6 +114,7 @@ class Agent:
     def __init__(self, bench: Bench):
         self._bench = bench
         self.imports_course = AGENT in importing_course(bench.files)
+        self.no_floats = ""  # what it returned when it was asked last and the two speeds were not both floats
 
     def ask(self, *asked: tuple[float, float], ros: bool = True, last: int = 0, times: int = 1) -> list[Command]:
         """What it decides for each front and right (m), in turn; without `ros`, no ROS package can be imported.
@@ -137,13 +138,16 @@ class Agent:
             return program
 
         program = Run(AGENT, start, self._bench.clock).finish("with a few distances" if ros else "without ROS 2")
-        said = [line.removeprefix("answers: ") for line in program.output.splitlines() if line.startswith("answers: ")]
+        said, odd, no_floats = (
+            [line.removeprefix(about) for line in program.output.splitlines() if line.startswith(about)]
+            for about in ("answers: ", "odd: ", "no floats: ")
+        )
+        self.no_floats = no_floats[-1] if no_floats else ""
         try:
             answers = [Command(float(linear), float(angular)) for linear, angular in json.loads(said[-1])]
         except (IndexError, TypeError, ValueError):
             answers = []
         if len(answers) != len(asked):
-            odd = [line.removeprefix("odd: ") for line in program.output.splitlines() if line.startswith("odd: ")]
             did = f"it returned {odd[-1]}" if odd else f"{AGENT} ended before decide_action had returned"
             raise Wrong(f"decide_action must return a dict with the numbers 'linear' and 'angular': {did}.", asked)
         return answers

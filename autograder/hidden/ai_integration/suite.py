@@ -60,7 +60,7 @@ TRIED_ROOMS = 2  # rooms in which the grader's own follower drives well, and the
 
 @points(1, cell="wall-agent")
 def test_agent_needs_no_ros(agent: Agent) -> None:
-    """WallAgent of wall_agent.py returns its decision as a dict, where ROS 2 is not installed."""
+    """WallAgent of wall_agent.py returns its decision as a dict with two floats, where ROS 2 is not installed."""
     if agent.imports_course:
         raise Wrong(
             "wall_agent.py must not import course: a robot has ROS 2 and NumPy, and no course. (All other tests were "
@@ -71,6 +71,12 @@ def test_agent_needs_no_ros(agent: Agent) -> None:
         raise Wrong(
             "Without ROS 2, decide_action must return two speeds that depend on the distances; for three very "
             f"different ones it said {'; '.join(map(said, answers))}.",
+            answers,
+        )
+    if agent.no_floats:
+        raise Wrong(
+            "The two speeds must be floats (`0.0`, not `0`), because a Twist takes nothing else: decide_action "
+            f"returned {agent.no_floats}.",
             answers,
         )
 

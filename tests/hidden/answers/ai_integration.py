@@ -225,7 +225,7 @@ import math
 
 LIMIT = 0.5
 RULES = (
-    (lambda d: not d['front'] >= 0.5, lambda d: (0, LIMIT)),
+    (lambda d: not d['front'] >= 0.5, lambda d: (0.0, LIMIT)),
     (lambda d: not d['right'] <= 1.2, lambda d: (0.2, -0.4)),
     (lambda d: True, lambda d: (0.3, math.copysign(min(LIMIT, abs(0.9 - 1.5 * d['right'])), 0.6 - d['right']))),
 )
@@ -1039,6 +1039,21 @@ WRONG = {
         ),
         {"agent_needs_no_ros"},
     ),
+    "the agent returns the int 0 at a wall ahead, and the node makes it a float": (
+        changed(agent(("'linear': 0.0", "'linear': 0")), NODE, ("= action['linear']", "= float(action['linear'])")),
+        {"agent_needs_no_ros"},
+    ),
+    "the agent returns a numpy.float32, and the node makes it a float": (
+        changed(
+            agent(
+                ("from enum import Enum\n", "from enum import Enum\n\nimport numpy as np\n"),
+                ("max(-0.5, min(0.5, angular))", "np.float32(max(-0.5, min(0.5, angular)))"),
+            ),
+            NODE,
+            ("= action['angular']", "= float(action['angular'])"),
+        ),
+        {"agent_needs_no_ros"},
+    ),
     "the agent returns a namedtuple": (
         changed(
             agent(
@@ -1106,6 +1121,8 @@ DETAIL = {
     "the agent returns a tuple",
     "the agent returns a tuple, which the node unpacks",
     "the agent returns a namedtuple",
+    "the agent returns the int 0 at a wall ahead, and the node makes it a float",
+    "the agent returns a numpy.float32, and the node makes it a float",
     "the agent's keys are v and w",
     "the class is called wall_agent",
     "no class WallAgent",

@@ -1,10 +1,10 @@
 """Asks the student's agent what it decides: `python ask_agent.py ros|no-ros QUESTIONS`, in the sandbox.
 
 QUESTIONS is a JSON list of the distances that `decide_action` is given, with the `times` that it is asked: the last
-answer counts. Prints `answers: ` and a JSON list with the two speeds of each answer, and before that `odd: ` and an
-answer that has none. With `no-ros`, importing a ROS package fails as on a computer without ROS, the class must be
-called WallAgent, and its answers must be dicts with the right keys. Otherwise any class with a `decide_action` will
-do, and any two numbers, so that a wrong name costs one test.
+answer counts. Prints `answers: ` and a JSON list with the two speeds of each answer; before that `odd: ` and an answer
+that has none, and `no floats: ` and one whose speeds are not both floats. With `no-ros`, importing a ROS package fails
+as on a computer without ROS, the class must be called WallAgent, and its answers must be dicts with the right keys.
+Otherwise any class with a `decide_action` will do, and any two numbers, so that a wrong name costs one test.
 """
 
 import importlib
@@ -37,7 +37,7 @@ if __name__ == "__main__":
     others = [each for each in vars(module).values() if isinstance(each, type) and hasattr(each, "decide_action")]
     agent = others[-1]() if mode == "ros" and others and not hasattr(module, "WallAgent") else module.WallAgent()
     answers: list[tuple[float | None, float | None]] = []
-    odd = ""
+    odd = no_floats = ""
     for question in json.loads(questions):
         for _ in range(question.pop("times")):
             action = agent.decide_action(dict(question))
@@ -47,9 +47,13 @@ if __name__ == "__main__":
             else:
                 linear, angular = action["linear"], action["angular"]
             answers.append((float(linear), float(angular)))
+            if not (isinstance(linear, float) and isinstance(angular, float)):
+                no_floats = no_floats or " ".join(repr(action).split())[:TOLD]
         except (KeyError, TypeError, ValueError):
             answers.append((None, None))
             odd = odd or " ".join(repr(action).split())[:TOLD]
     if odd:
         print(f"\nodd: {odd}")
+    if no_floats:
+        print(f"\nno floats: {no_floats}")
     print(f"\nanswers: {json.dumps(answers)}", flush=True)
