@@ -1007,7 +1007,7 @@ WRONG = {
     ),
     "feedback before the step": (
         server((STEP + PUBLISH, PUBLISH + STEP)),
-        {"feedback", "cancelled_result", "aborted_result", "preempt_waiting"},
+        {"feedback", "cancelled_result", "aborted_result"},
     ),
     "a message for each stop, too": (
         server(
