@@ -434,7 +434,7 @@ def test_blocked_before(busy: Busy, quick: Quick) -> None:
                 f"`data: false` must free the shaft, and leave it free when it was free before. After {BLOCK} got it "
                 f"while the shaft was free, the goal that ran {busy.how(asked.freed)}."
             )
-        if asked.after and asked.after.end == "ABORTED":
+        if asked.after and asked.after.end == "ABORTED" and not quick.ends_well(asked.after):
             raise Wrong(
                 f"To block what is blocked changes nothing: one `data: false` frees it. After {BLOCK} got `data: true` "
                 f"twice and `data: false` once, a goal {busy.how(asked.after.end)}."
