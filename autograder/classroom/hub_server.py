@@ -26,7 +26,7 @@ from autograder.classroom.servers import VARIABLE
 from autograder.classroom.spawner import BoxSpawner
 
 MOST = 64  # simultaneous connections of one user; a server needs a few
-LARGEST = 16 << 10  # bytes of a request's body: the hub, which has one thread, takes minutes to read a huge one
+LARGEST = 4 << 10  # bytes of a request's body: the hub, which has one thread, takes minutes to read a huge one
 API = "/hub/api"
 
 
