@@ -246,8 +246,8 @@ def _another_name(name: str, folder: str) -> str:
     if meant in ("", name):
         return ""
     return (
-        f"the notebook is called {name}.ipynb, so that this is handed in as the exercise '{name}', which there may not "
-        f"be. If it is {meant}, rename it to {meant}.ipynb."
+        f"the notebook is called {name}.ipynb, so it would be handed in as the exercise '{name}'. If it is the "
+        f"exercise {meant}, rename it to {meant}.ipynb."
     )
 
 

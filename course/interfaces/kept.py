@@ -74,7 +74,9 @@ def refresh(folder: Path) -> list[str]:
     for kept in packages(folder):
         gone = [name for name in kept.files if not (folder / name).exists()]
         if gone:
-            said.append(f"{', '.join(gone)} is not there any more: {kept.package} stays as it was built. Run its cell.")
+            said.append(
+                f"{', '.join(gone)} is missing: {kept.package} stays as it was last built. Run the cell that writes it."
+            )
             continue
         try:
             paths = [folder / name for name in kept.files]

@@ -112,8 +112,8 @@ def _forget_imports(path: Path) -> None:
         del sys.modules[name]
     importlib.invalidate_caches()
     print(
-        f"note: this notebook has imported {path.stem}, and goes on with what {path.name} was then. Run the cell with "
-        "the import again.",
+        f"note: this notebook still uses the {path.stem} that it imported before {path.name} was written again. Run "
+        "the cell with the import again.",
         file=sys.stderr,
     )
 

@@ -84,8 +84,8 @@ def unspun(file: str) -> str:
     if spins or sent is None:
         return ""
     return (
-        f"\n{file}, line {sent.lineno}, sends the request, and nothing in the file spins the node, so that no answer "
-        "is ever taken in: `rclpy.spin_until_future_complete(node, future, timeout_sec=...)`."
+        f"\n{file}, line {sent.lineno}, sends the request, but nothing in the file spins the node, so the response "
+        "is never received: `rclpy.spin_until_future_complete(node, future, timeout_sec=...)`."
     )
 
 
@@ -155,8 +155,8 @@ def as_it_lies(*files: str, package: str = "") -> None:
         path = Path(name)
         if why := refusal_of(path):
             raise ExerciseError(
-                f"{name} is still the one before the last run of its cell, which was refused: {why}\n"
-                "Mend the cell and run it, then check again."
+                f"{name} is unchanged, because the last run of its cell was refused: {why}\n"
+                "Correct the cell and run it, then check again."
             )
         if not path.is_file():
             raise ExerciseError(f"{name} is not there, beside the notebook: run its cell, then check again.")

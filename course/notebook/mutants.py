@@ -100,7 +100,7 @@ def try_tests(file: str | Path, tests: str, timeout: float = 20.0) -> Trial:
     with ThreadPoolExecutor(AT_ONCE) as pool:
         first = pool.submit(_failing, path.name, source, tests, timeout).result()
         if first:
-            raise ExerciseError(f"{first} fails for {path.name} as it is: tests that are right come first")
+            raise ExerciseError(f"{first} fails for the unchanged {path.name}: correct the tests first")
         found = pool.map(lambda each: _failing(path.name, each.source, tests, timeout), mutants)
         return Trial(list(zip(mutants, found, strict=True)))
 

@@ -52,7 +52,7 @@ def outcomes(
         notebook,
         timeout=CELL,
         interrupt_on_timeout=True,
-        error_on_timeout={"ename": "Timeout", "evalue": f"it was not through after {CELL} s", "traceback": []},
+        error_on_timeout={"ename": "Timeout", "evalue": f"it had not finished after {CELL} s", "traceback": []},
         allow_errors=True,
         kernel_name="python3",
         resources={"metadata": {"path": str(folder)}},
@@ -68,7 +68,7 @@ def outcomes(
     try:
         client.execute(stderr=subprocess.DEVNULL)
     except DeadKernelError:
-        died = "not yet: the kernel ended before this check was through"
+        died = "not yet: the kernel ended before this check had finished"
     checks = zip(wanted, notebook.cells, strict=True)
     return {cell.name: _outcome(ran) or died or PASSED for cell, ran in checks if cell.public_check}
 
@@ -88,7 +88,7 @@ def _outcome(ran: NotebookNode) -> str:
     if error.ename in ("KeyboardInterrupt", "Interrupted"):  # by the time limit
         marked = [line for text in error.traceback for line in COLOUR.sub("", text).splitlines() if "-> " in line]
         at = f", in `{re.sub(r'^-+> *[0-9]+', '', marked[0]).strip()}`" if marked else ""
-        return f"not yet: it was not through after {CELL} s{at}"
+        return f"not yet: it had not finished after {CELL} s{at}"
     why = COLOUR.sub("", error.evalue).strip()
     return f"not yet: {why if error.ename in TOLD and why else f'{error.ename}: {why}'}"
 

@@ -188,8 +188,8 @@ def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -
     where = f". {path.name} was here:{at}" if path and at else ""
     if path and not at and ENDLESS.search(text_at(path)):
         where = (
-            f". A node runs until it is stopped: start it with `ros.start({path.name!r})`, or have it ended here after "
-            f"a line of its own, `terminal(..., until='some words of that line')`."
+            f". A node runs until it is stopped: start it with `ros.start({path.name!r})`, or end it here once it has "
+            f"printed a certain line: `terminal(..., until='some words of that line')`."
         )
     return f"{printed.decode(errors='replace')}\n(stopped after {ran:.0f} s{why}){where}".lstrip("\n"), 124
 

@@ -24,7 +24,7 @@ def order_of_arguments(found: re.Match[str], source: str) -> str:
             names = [at for at, each in enumerate(call.args) if isinstance(getattr(each, "value", None), str)]
             last = call.args[-1] if len(call.args) == 4 and maker == "create_subscription" else None
             if (names and names[0] != place) or isinstance(last, ast.Attribute):
-                return f"The arguments of `{maker}` stand in another order: `{usual}`."
+                return f"The arguments of `{maker}` are in the wrong order: write `{usual}`."
     return ""
 
 
@@ -51,10 +51,7 @@ def argument_count(found: re.Match[str], source: str) -> str:
         for call in calls(parse(source), maker):
             given = [*call.args, *(keyword.value for keyword in call.keywords)]
             if any(isinstance(each, ast.Call) and name_of(each.func) == name for each in given):
-                return (
-                    f"`{name}()` is called at once here. Hand it over by its name alone, without brackets: "
-                    f"`self.{name}`."
-                )
+                return f"This line calls `{name}()` at once. Pass the method itself, without brackets: `self.{name}`."
             if any(name_of(each) == name for each in given):
                 return f"`{name}` is called by `{maker}`: it must take {signature}."
     if name in without_self(source):

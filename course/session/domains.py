@@ -39,8 +39,8 @@ def domain_number(text: str) -> int:
     if text.isascii() and text.isdecimal() and int(text) <= LAST:
         return int(text)
     raise LiveError(
-        f"ROS_DOMAIN_ID is set to '{text}', and a ROS domain is a number from 0 to {LAST}: set another one, or none, "
-        "where the kernel is started, and restart it"
+        f"ROS_DOMAIN_ID is set to '{text}', but a ROS domain is a number from 0 to {LAST}: correct or unset it, in the "
+        "cell that sets it or where you start JupyterLab (then restart JupyterLab)"
     )
 
 

@@ -42,7 +42,7 @@ FRAME = re.compile(r'^  File "(.+)", line (\d+)(?:, in (.+))?$')
 COURSE = Path(__file__).resolve().parents[1]
 MACHINERY = tuple(COURSE / name for name in ("foundation", "ros", "session"))  # code that students need not read
 PRE_SET = "_call_pre_set_parameters_callback"  # rclpy's function that uses the list returned by a pre-set callback
-NO_LIST = "The pre-set callback '{}' must return the list of what is to be set, also when it changes nothing."
+NO_LIST = "The pre-set callback '{}' must return the list of parameters to set, even if it changes nothing."
 MANY = 20  # calls of the reader's own functions: more are a recursion
 MESSAGE_LINES = 6  # lines of an exception's message
 RESULT_TYPE = "The 'result' field must be a sub message of type"
@@ -118,7 +118,10 @@ def of_program(path: Path, output: str, status: int, *, before_its_node: bool = 
     elif status == 0:
         why = "A server must run until it is stopped: is `rclpy.spin(node)` reached?"
     elif name := exits(source):
-        why = f"'{name}' ends the program on purpose. A server must live on: answer what cannot be done, too."
+        why = (
+            f"'{name}' ends the program on purpose. A server must keep running: if it cannot do what is asked, say so "
+            "in the response."
+        )
     else:
         why = ""
     said = output.strip().splitlines()[-MESSAGE_LINES:] if status > 0 else []

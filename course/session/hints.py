@@ -115,24 +115,21 @@ def _wrapped(found: re.Match[str], source: str) -> str:
     """Return the hint on a missing attribute of a goal's response or a feedback message, which wraps the one meant."""
     part, name = found[2], found[3]
     if part == "FeedbackMessage":
-        return f"A feedback callback gets a message around the feedback: write `.feedback.{name}`."
+        return f"A feedback callback gets a message that contains the feedback: write `.feedback.{name}`."
     if name in OF_A_GOAL_HANDLE:
         sends = next(calls(parse(source), "send_goal"), None)
         return (
-            "`send_goal` waits for the end of the goal and returns that, not the goal's handle: write "
-            "`send_goal_async`."
+            "`send_goal` waits for the goal to end and returns its result, not the goal handle: use `send_goal_async`."
             if sends
-            else f"This is the end of the goal, with its `status` and its `result`. `{name}` belongs to the goal's "
-            "handle, which `send_goal_async` gives."
+            else f"This is the response of `get_result_async`, with `status` and `result`. `{name}` belongs to the "
+            "goal handle, which you get from `send_goal_async`."
         )
     fields = _fields(found[1], "Result", source)
     if name not in fields and (near := difflib.get_close_matches(name, ("status", "result"), 1)):
-        return f"The end of a goal has a `status` and a `result`. Did you mean `{near[0]}`?"
+        return f"The response has a `status` and a `result`. Did you mean `{near[0]}`?"
     if fields and name not in fields:
-        return _has_fields(
-            f"The end of a goal has a `status` and a `result`, and the result of {found[1]}", fields, name
-        )
-    return f"The end of a goal has a `status`, and in `result` the fields of the result: write `.result.{name}`."
+        return _has_fields(f"The response has a `status` and a `result`, and the result of {found[1]}", fields, name)
+    return f"The response has a `status` and a `result`, and the fields are in that `result`: write `.result.{name}`."
 
 
 OF_A_GOAL_HANDLE = (
@@ -224,7 +221,7 @@ def _not_callable(found: re.Match[str], source: str) -> str:
         return f"`self.{name} = ...` takes the place of the method `{name}`: give one of the two another name."
     if called := called_callback(source):
         method, line = called
-        return f"Line {line} calls `self.{method}()` at once, and hands over what it returns: write `self.{method}`."
+        return f"Line {line} calls `self.{method}()` at once, and passes what it returns: write `self.{method}`."
     return "What is called here is not a function. Hand a callback over by its name, without brackets: `self.add`."
 
 
@@ -260,8 +257,8 @@ def _unbound(found: re.Match[str], source: str) -> str:
         ]
         if "__init__" in setting and len(setting) > 1:
             return (
-                f"`{name}` of `__init__` is gone when `__init__` ends: what the node remembers is `self.{name}`, in "
-                "every method."
+                f"`{name}` is a local variable of `__init__`, gone when `__init__` returns: use `self.{name}` in every "
+                "method."
             )
     return ""
 
@@ -304,7 +301,7 @@ def _no_instance(found: re.Match[str], source: str, code: str) -> str:
 def _own_attribute(found: re.Match[str], source: str) -> str:
     name = found[1]
     if re.search(rf"\bself\.{name}\b", source):
-        return f"What the node keeps belongs to `self`: write `self.{name}`."
+        return f"An attribute of the node needs `self.`: write `self.{name}`."
     if name in methods(source):
         return f"`{name}` is a method of the node: write `self.{name}`."
     return ""
@@ -319,8 +316,7 @@ def _still_none(found: re.Match[str], source: str, code: str) -> str:
     for name in re.findall(r"self\.(\w+)", code):
         if re.search(rf"self\.{name} = None\b", source):
             return (
-                f"`self.{name}` is None until a callback has set it: ask `if self.{name} is None` first, and do "
-                "without it."
+                f"`self.{name}` is None until a callback has set it: check `if self.{name} is None` before you use it."
             )
     return ""
 
@@ -328,11 +324,11 @@ def _still_none(found: re.Match[str], source: str, code: str) -> str:
 def _future(found: re.Match[str], source: str) -> str:
     if "create_service" not in source:
         return (
-            "What is sent gives a future at once, and not yet the answer: wait with "
-            "`rclpy.spin_until_future_complete(node, future)`, and take `future.result()`."
+            "`..._async(...)` returns a future, not the answer: wait with "
+            "`rclpy.spin_until_future_complete(node, future)`, then take `future.result()`."
         )
     return (
-        "`call_async` gives a future, not the response: in an `async def` callback write "
+        "`call_async` returns a future, not the response: in an `async def` callback write "
         "`await client.call_async(...)`."
     )
 
@@ -340,7 +336,7 @@ def _future(found: re.Match[str], source: str) -> str:
 def _future_in_a_cell(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on a line outside of functions in a cell that uses the session, where waiting is allowed."""
     if code and re.search(r"\bros\.\w", source) and re.search(rf"^{re.escape(code)}\s*$", source, re.MULTILINE):
-        return "What is sent gives a future at once, and not yet the answer: wait for it, as in `ros.wait(future)`."
+        return "`..._async(...)` returns a future, not the answer: wait for it, as in `ros.wait(future)`."
     return ""
 
 
@@ -353,8 +349,7 @@ def _by_name(found: re.Match[str], source: str) -> str:
 def _not_declared(found: re.Match[str], source: str) -> str:
     if hidden := hides_rclpy(source, OF_A_NODE):
         return (
-            f"Line {hidden[1]}, `self.{hidden[0]} = ...`, takes the place of what rclpy's node keeps under that name: "
-            "choose another one."
+            f"Line {hidden[1]}, `self.{hidden[0]} = ...`, overwrites an attribute of rclpy's node: choose another name."
         )
     return f"Declare it in `__init__`, before anything reads it: `self.declare_parameter('{found[1]}', default)`."
 
@@ -366,8 +361,9 @@ def _without_end(found: re.Match[str], source: str, code: str) -> str:
             for call in [*calls(function, "set_parameters"), *calls(function, "set_parameters_atomically")]:
                 if name_of(getattr(call.func, "value", None)) == "self":
                     return (
-                        f"A set in '{function.name}' has the node call its parameter callbacks again, this one too, "
-                        "without end. What is to be set along with others, the pre-set callback adds to its list."
+                        f"Setting a parameter in '{function.name}' calls the parameter callbacks again, this one too, "
+                        "without end. To change one parameter along with another, add it to the list that a pre-set "
+                        "callback returns."
                     )
     return ""
 
@@ -381,8 +377,8 @@ def _of_the_class(found: re.Match[str], source: str, code: str) -> str:
         takes += [len(each.args.args) for each in functions(made) if each.name == method]
     if sent and len(sent.args) > 0 and len(sent.args) + 1 in takes:
         return (
-            f"`{method}` is called on {cls} itself, the class, and not on an object of it: somewhere `{cls}` is handed "
-            f"over without brackets. Write `{cls}()` there."
+            f"`{method}` is called on the class {cls}, not on an object: somewhere `{cls}` is passed without "
+            f"brackets. Write `{cls}()` there."
         )
     return ""
 
@@ -403,8 +399,8 @@ def _no_such_key(found: re.Match[str], source: str, code: str) -> str:
 
 
 def _divisor(found: re.Match[str], source: str) -> str:
-    refusal = " and answer with `success=False`" if "create_service" in source else ""
-    return f"Look at the divisor before you divide{refusal}."
+    refusal = ", and answer with `success=False` if it is 0" if "create_service" in source else ""
+    return f"Check the divisor before you divide{refusal}."
 
 
 def _is_module(found: re.Match[str], source: str) -> str:
@@ -482,7 +478,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     ),
     (
         r"missing 1 required positional argument: 'self'",
-        _says("The class itself stands where a node belongs: make one with brackets, as in `node = TheClass()`."),
+        _says("This is the class, not a node: create a node with brackets, as in `node = TheClass()`."),
     ),
     (
         r"call_async\(\) takes 2 positional arguments",
@@ -499,11 +495,11 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     ),
     (
         r"The '(\w+)' field must be a set or sequence",
-        lambda found, source: f"The field '{found[1]}' takes a list, of one thing, too: `{found[1]}=[...]`.",
+        lambda found, source: f"The field '{found[1]}' takes a list, even for a single value: `{found[1]}=[...]`.",
     ),
     (
         r"'str' object cannot be interpreted as an integer|cannot use a str to initialize an array",
-        _says("Here belong whole numbers, and this is text: make each one by `int(...)`."),
+        _says("Whole numbers are expected here, not text: convert each one with `int(...)`."),
     ),
     (
         r"module 'rclpy' has no attribute '(create_(?!node)\w+)'",
@@ -544,14 +540,19 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     ),
     (
         r"^EOFError",
-        _says("Nobody sits at a program that a notebook runs: take words from the command line, and not by `input()`."),
+        _says(
+            "A program that a notebook runs cannot read from the keyboard: take values from the command line, not with "
+            "`input()`."
+        ),
     ),
     (r"'NoneType' object does not support the context manager protocol", _init_as_context),
     (r"(\w+)\(\) takes no arguments", _no_constructor),
     (r"Expected <class '([\w.]+)\.(\w+)'>, got <class", _not_a_message),
     (
         r"OverflowError: .*integer is (greater|less) than|must be an? (?:unsigned )?integer in \[",
-        _says("The number is too large for the field: an `int32` holds up to 2147483647. Refuse such a request."),
+        _says(
+            "The number does not fit the field: an `int32`, for example, holds up to 2147483647. Refuse such a request."
+        ),
     ),
     (
         r"'Parameter' object (?:cannot|is not)|(?:operand type|between).*'Parameter'|not '?Parameter",
@@ -559,7 +560,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     ),
     (
         r"min\(\) (?:arg|iterable argument) is (?:an )?empty|zero-size array to reduction operation",
-        _says("Nothing is left to choose from. Say what counts then: `min(values, default=math.inf)`."),
+        _says("There are no values to choose from. Give a default: `min(values, default=math.inf)`."),
     ),
     (
         r"Subscription\.__init__\(\): callback should",
@@ -576,7 +577,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (
         r"generator already executing|Executor is already spinning",
         _says(
-            "The node is spun already, by what runs this callback. Make the callback `async def`, and write "
+            "The executor that runs this callback already spins the node. Make the callback `async def`, and write "
             "`await` before `call_async(...)`."
         ),
     ),

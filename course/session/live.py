@@ -228,9 +228,9 @@ class Session:
         for handle in list(self._handles.values()):
             if isinstance(handle, LiveNode) and handle.is_held_here():
                 self.watch.notice(
-                    f"ros.wait inside a callback of '{handle.name}' holds the one thread that runs its callbacks: what "
-                    "that thread was to bring does not come meanwhile. Leave a callback behind instead "
-                    "(`future.add_done_callback(...)`), or make this one `async def` and `await` the future."
+                    f"ros.wait inside a callback of '{handle.name}' blocks the only thread that runs its callbacks, so "
+                    "what you wait for cannot arrive. Add a callback to the future instead "
+                    "(`future.add_done_callback(...)`), or make this callback `async def` and `await` the future."
                 )
         return self._calls.wait(future, timeout)
 

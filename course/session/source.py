@@ -102,14 +102,14 @@ def blocked(source: str, service: str, callback: str = "") -> str:
                         "(`server_is_ready()` for an action), or give it a limit: `timeout_sec=1.0`."
                     )
                 return (
-                    f"its callback '{function.name}' waits in `{ast.unparse(call.func)}(...)` for what only its own "
-                    "executor can bring, and that is busy with this callback. Make it `async def`, and write "
-                    "`await client.call_async(...)`."
+                    f"its callback '{function.name}' waits in `{ast.unparse(call.func)}(...)` for a response that only "
+                    "its own executor can receive, and the executor is busy with this callback. Make it `async def`, "
+                    "and write `await client.call_async(...)`."
                 )
         if line := _asks_itself(tree, function, service):
             return (
-                f"its callback '{function.name}' asks {service} itself in line {line}: it would have to answer before "
-                "it is done. Give the client the name of another service."
+                f"its callback '{function.name}' calls {service}, its own service, in line {line}, and so waits for "
+                "itself. Give the client the name of another service."
             )
         if any(isinstance(node, ast.Await) for node in ast.walk(function)) and _one_group(tree):
             return (
@@ -120,8 +120,8 @@ def blocked(source: str, service: str, callback: str = "") -> str:
         if loop := _awaits_in_a_loop(function):
             return (
                 f"its callback '{function.name}' waits in line {loop.lineno}, `while {ast.unparse(loop.test)}`, for "
-                "what only its own executor can bring, and that is busy with this callback. Make it `async def`, and "
-                "write `await client.call_async(...)`."
+                "a response that only its own executor can receive, and the executor is busy with this callback. Make "
+                "it `async def`, and write `await client.call_async(...)`."
             )
         if list(calls(function, "sleep")) or list(calls(function, "input")) or _endless(function):
             return f"its callback '{function.name}' sleeps, waits for input, or loops without end."
@@ -363,8 +363,8 @@ def doubts(place: str, source: str) -> list[str]:
     found = []
     if idle := never_begins(source):
         found.append(
-            f"{place}, line {idle[1]}: '{idle[0]}' takes each accepted goal over, and none begins "
-            "before `goal_handle.execute()` is called there."
+            f"{place}, line {idle[1]}: '{idle[0]}' receives each accepted goal, but nothing "
+            "calls `goal_handle.execute()`, so no goal starts."
         )
     if wrong := wrong_cancel(source):
         found.append(

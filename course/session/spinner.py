@@ -60,7 +60,7 @@ class Spinner:
             if (report.error, report.frames) not in known:
                 self.reports.append(report)
             if len(self.reports) == REPORTS:
-                self.reports[-1] = replace(report, hint="It may go on: what else it raises is in `ros.logs()` alone.")
+                self.reports[-1] = replace(report, hint="Its further exceptions are shown only in `ros.logs()`.")
         self.node.get_logger().error(report.line)
         self._changed()
 

@@ -118,7 +118,7 @@ def test_a_definition_that_changed_on_the_disk_is_built_again(environment, tmp_p
     done = shell(environment, tmp_path, *fields)
     assert done.stdout == "['b']\n" and "ask was not built again: Ask.srv, line 1" in done.stderr
     (tmp_path / "Ask.srv").unlink()
-    assert shell(environment, tmp_path, *fields).stderr.startswith("Ask.srv is not there any more")
+    assert shell(environment, tmp_path, *fields).stderr.startswith("Ask.srv is missing")
 
 
 def test_a_folder_made_anew_under_an_old_name_remembers_nothing(tmp_path):

@@ -56,5 +56,5 @@ def test_a_check_that_takes_too_long_says_where_it_was(tmp_path, monkeypatch):
     mark = {"grade": True, "locked": True, "grade_id": "slow"}
     waits = Cell("code", "import threading\nprint('begun')\nthreading.Event().wait()", mark)
     assert runs.outcomes([waits], {}, tmp_path) == {
-        "slow": "not yet: it was not through after 3 s, in `threading.Event().wait()`"
+        "slow": "not yet: it had not finished after 3 s, in `threading.Event().wait()`"
     }

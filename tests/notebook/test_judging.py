@@ -63,7 +63,7 @@ def test_a_file_whose_cell_was_refused_is_not_judged(folder):
     judging.as_it_lies("agent.py")
     with pytest.raises(ExerciseError, match="line 1: "):
         exercise("agent.py --no-start", "second = = 2\n")
-    with pytest.raises(ExerciseError, match="agent.py is still the one before the last run of its cell"):
+    with pytest.raises(ExerciseError, match="agent.py is unchanged, because the last run of its cell was refused"):
         judging.as_it_lies("agent.py")
     exercise("agent.py --no-start", "second = 2\n")
     judging.as_it_lies("agent.py")

@@ -74,12 +74,12 @@ def test_a_mutant_that_does_not_end_is_found(tmp_path):
         (
             "near = 1\n",
             "from near import near\ndef test_it(): assert near == 2\n",
-            "test_it fails for near.py as it is: tests that are right come first",
+            "test_it fails for the unchanged near.py: correct the tests first",
         ),
         (
             "near = 1\n",
             "import nowhere\ndef test_it(): pass\n",
-            "the import fails for near.py as it is: tests that are right come first",
+            "the import fails for the unchanged near.py: correct the tests first",
         ),
         (
             "near = 1\n",

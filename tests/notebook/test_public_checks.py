@@ -164,7 +164,9 @@ def test_a_check_starts_what_lies_there_and_refuses_what_is_not_there(empty, tmp
     server.unlink()
     assert page.check("calculator-server").startswith("calculator_server.py is not there, beside the notebook")
     page.write("Calculate.srv", b"float64 a,\n---\n")
-    assert page.check("calculate-srv").startswith("Calculate.srv is still the one before the last run of its cell")
+    assert page.check("calculate-srv").startswith(
+        "Calculate.srv is unchanged, because the last run of its cell was refused"
+    )
 
 
 SERVER = "calculator_server.py"

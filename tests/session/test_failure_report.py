@@ -76,7 +76,7 @@ def after(self, params):
             "TypeError: Agent.decide() missing 1 required positional argument: 'scan'",
             "class Agent:\n    def decide(self, scan):\n        pass\n",
             "self.agent.decide(self.scan)",
-            "`decide` is called on Agent itself, the class, and not on an object of it",
+            "`decide` is called on the class Agent, not on an object",
         ),
         (
             "TypeError: Agent.decide() missing 1 required positional argument: 'scan'",
@@ -88,13 +88,13 @@ def after(self, params):
             "rclpy.exceptions.ParameterNotDeclaredException: ('Invalid access to undeclared parameter(s)', []): ki",
             "self.declare_parameter('ki', 1.0)\nself._parameters = {}\n",
             "",
-            "Line 2, `self._parameters = ...`, takes the place of what rclpy's node keeps under that name",
+            "Line 2, `self._parameters = ...`, overwrites an attribute of rclpy's node",
         ),
         (
             "RecursionError: maximum recursion depth exceeded",
             SETS_AGAIN,
             "self.set_parameters(params)",
-            "A set in 'after' has the node call its parameter callbacks again",
+            "Setting a parameter in 'after' calls the parameter callbacks again",
         ),
         ("RecursionError: maximum recursion depth exceeded", "def f():\n    f()\n", "f()", ""),
         (
@@ -103,7 +103,7 @@ def after(self, params):
             "Parameter('speed', 2.0)",
             "Give the value by its name: `Parameter('x', value=2.0)`.",
         ),
-        ("ZeroDivisionError: division by zero", "", "", "Look at the divisor before you divide."),
+        ("ZeroDivisionError: division by zero", "", "", "Check the divisor before you divide."),
         ("ZeroDivisionError: division by zero", "self.create_service(", "", "`success=False`"),
         ("NameError: name 'count' is not defined", "self.count = 0", "", "`self.count`"),
         ("NameError: name 'cuont' is not defined", "self.count = 0", "", ""),
@@ -249,7 +249,7 @@ def after(self, params):
             "AttributeError: type object 'str' has no attribute '_TYPE_SUPPORT' This might be a ROS 1 message type",
             "self.create_service('/ask', Trigger, self.ask)",
             "",
-            "The arguments of `create_service` stand in another order",
+            "The arguments of `create_service` are in the wrong order",
         ),
         (
             "TypeError: __init__(): incompatible constructor arguments.",
@@ -323,7 +323,7 @@ def test_a_server_that_asks_itself():
     text = SERVER.format(
         define="async def", body="answer = await self.client.call_async(r)", options=", callback_group=g"
     )
-    assert "'ask' asks /ask itself in line 9" in source.blocked(text.replace("'/add'", "'ask'"), "/ask")
+    assert "'ask' calls /ask, its own service, in line 9" in source.blocked(text.replace("'/add'", "'ask'"), "/ask")
 
 
 def test_of_a_callback_whose_service_is_made_elsewhere_its_name_is_enough():
@@ -344,7 +344,7 @@ def test_what_was_printed_without_an_end_of_line_hides_no_error(tmp_path, before
         "EOFError: EOF when reading a line\n"
     )
     report = str(failure_report.of_program(path, output, 1))
-    assert "EOFError: EOF when reading a line\n  asks.py, line 3\n    input('name? ')\nHint: Nobody sits" in report
+    assert "EOFError: EOF when reading a line\n  asks.py, line 3\n    input('name? ')\nHint: A program that" in report
 
 
 def test_a_log_line_behind_what_was_printed_is_a_log_line():
@@ -393,7 +393,7 @@ def test_the_story_of_a_program_has_the_readers_lines_alone(tmp_path):
     assert str(failure_report.of_program(path, output, 1)) == (
         "server.py ended with exit status 1: ZeroDivisionError: division by zero\n"
         "  server.py, line 3, in ask\n    return x / 0\n"
-        "Hint: Look at the divisor before you divide."
+        "Hint: Check the divisor before you divide."
     )
 
 

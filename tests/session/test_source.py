@@ -157,7 +157,7 @@ def test_a_callback_that_waits_as_a_cell_may_is_told(session):
     node = session.start(Waiting, session).node
     assert session.until(lambda: node.over)
     (told,) = session.watch.notices()
-    assert told.startswith("ros.wait inside a callback of 'waiting' holds the one thread that runs its callbacks")
+    assert told.startswith("ros.wait inside a callback of 'waiting' blocks the only thread that runs its callbacks")
 
 
 @pytest.mark.parametrize(
