@@ -54,7 +54,7 @@ class Calls:
         for handle, package in self._outdated.items():
             if handle.alive and service in handle.services:
                 self.watch.notice(
-                    f"{handle.name} runs since before {package} was built again, and still has the old definition: "
+                    f"{handle.name} was started before {package} was built again, and still uses the old definition: "
                     f"its requests and responses may be misread. Run its cell, or ros.restart('{handle.name}')."
                 )
 
@@ -129,7 +129,7 @@ class Calls:
         """
         if self._done(future, time.monotonic() + timeout, self.watch.look):
             return future.result()
-        raise CallTimeout(f"nothing came within {timeout:g} s{self._doing('')}")
+        raise CallTimeout(f"nothing arrived within {timeout:g} s{self._doing('')}")
 
     def _done(self, future: Future, deadline: float, look: Callable[[], None]) -> bool:
         """Return True if the future is done before `deadline`; `look` may raise meanwhile."""
@@ -169,8 +169,8 @@ class Calls:
         own = [name for name, handle in list(self._handles.items()) if handle.alive and service in handle.services]
         if outside and count > len(outside):
             self.watch.notice(
-                f"{service} is served by a node of this session and by {outside[0]}, which it has not started: who "
-                f"answers first is a matter of luck. To end the other: {outside[0].ending}."
+                f"{service} is served by a node of this session and by {outside[0]}, which this session has not "
+                f"started: either may answer. To end the other: {outside[0].ending}."
             )
         elif outside:
             self.watch.notice(
@@ -179,8 +179,8 @@ class Calls:
             )
         elif count > 1 and len(own) > 1:
             self.watch.notice(
-                f"{service} is served by {' and by '.join(own)}: who answers first is a matter of luck. Stop one of "
-                f"them, as with ros.stop('{own[0]}')."
+                f"{service} is served by {' and by '.join(own)}: any of them may answer. Stop all but one, as "
+                f"with ros.stop('{own[0]}')."
             )
 
     def _served(self, client: Client) -> str:
@@ -190,7 +190,11 @@ class Calls:
             node, _, _ = client.service_name.rpartition("/")
             nodes = sorted(full(name, space) for name, space in self.node.get_node_names_and_namespaces())
             listed = ", ".join([name for name in nodes if not base(name).startswith("_")][:LISTED])
-            return f"No node is called {node}. Nodes here: {listed}." if listed else "No node is here: start it first."
+            return (
+                f"No node is called {node}. Nodes here: {listed}."
+                if listed
+                else "No nodes are running: start one first."
+            )
         served = {
             name: types
             for name, types in self.node.get_service_names_and_types()
@@ -198,8 +202,8 @@ class Calls:
         }
         others = [each for each in served.get(client.service_name, []) if each != kind]
         if others:
-            return f"It is served with the type {others[0]}, and you ask for {kind}."
+            return f"It is served with the type {others[0]}, but you use {kind}."
         if unfit := unfit_service(self.node, client.service_name, qos_profile_services_default, self._handles):
             return unfit
         listed = ", ".join(sorted(served)[:LISTED])
-        return f"Served here: {listed}." if served else "No service is served here: has its node been started?"
+        return f"Served here: {listed}." if served else "There are no services here: has the node been started?"

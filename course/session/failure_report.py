@@ -21,22 +21,22 @@ from course.session.hints import hint, never_called, never_spins, returns_nothin
 from course.session.source import defined, exits, no_list, no_result, wrong_guard, wrong_return
 
 IN_A_CELL = (
-    "A node of a notebook belongs to its session: write a class, and `ros.start(TheClass)`; or give it the session's "
-    "context, `Node('name', context=ros.context)`."
+    "A node of a notebook belongs to its session: write a class and start it with `ros.start(TheClass)`, or pass the "
+    "session's context: `Node('name', context=ros.context)`."
 )
 MARK = "Traceback (most recent call last):"
 GOAL_FAILED = "Error raised in execute callback"  # logged by rclpy's ActionServer, which prints the traceback
 STATE_NOT_SET = "Goal state not set, assuming aborted"  # logged by it as well
 NO_DECISION = "Goal request callback did not return a GoalResponse type"  # logged by it as well
 REJECTED = "rejected a goal, because its goal callback did not return a GoalResponse"
-NO_STATE = "returned a result and never said how the goal ended, so that it counts as aborted"
+NO_STATE = "returned a result without setting the state of the goal, so the goal counts as aborted"
 NO_RESULT = "ended an execute callback without returning a result"
 ABOUT_GOALS = {
     REJECTED: "Return `GoalResponse.ACCEPT` or `GoalResponse.REJECT`, on every path through it.",
     NO_STATE: "Call `goal_handle.succeed()`, `canceled()` or `abort()` before you return the result.",
     NO_RESULT: "End the execute callback with `return TheType.Result(...)`, on every path through it.",
 }
-GOAL_ENDING = "raised an exception in an execute callback, so that the goal was aborted"
+GOAL_ENDING = "raised an exception in an execute callback, so the goal was aborted"
 NEVER_RETRIEVED = "The following exception was never retrieved"  # printed by rclpy about futures that nobody awaits
 FRAME = re.compile(r'^  File "(.+)", line (\d+)(?:, in (.+))?$')
 COURSE = Path(__file__).resolve().parents[1]
@@ -107,14 +107,14 @@ def of_program(path: Path, output: str, status: int, *, before_its_node: bool = 
         return FailureReport(path.name, ending, error, frames, why)
     if status == 0 and (guard := wrong_guard(source)):
         frames = (frame_at(path.name, guard[1], source),)
-        why = f"`{guard[0]}` is never true, so that main() does not run: write `if __name__ == '__main__':`."
+        why = f"`{guard[0]}` is never true, so main() does not run: write `if __name__ == '__main__':`."
         return FailureReport(path.name, ending, "", frames, why)
     if never_called(source):
-        why = "main() is defined and never called: end the file with `if __name__ == '__main__': main()`."
+        why = "main() is defined, but never called: end the file with `if __name__ == '__main__': main()`."
     elif status == 0 and never_spins(source):
-        why = "Nothing keeps it alive: main() must call `rclpy.spin(node)`."
+        why = "It ends at once, because it never spins: main() must call `rclpy.spin(node)`."
     elif before_its_node and status == 0:
-        why = "It made no node: is `super().__init__('name')` reached?"
+        why = "It created no node: is `super().__init__('name')` reached?"
     elif status == 0:
         why = "A server must run until it is stopped: is `rclpy.spin(node)` reached?"
     elif name := exits(source):

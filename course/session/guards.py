@@ -23,7 +23,7 @@ from course.ros.rclpy_internals import is_shut_down, replace_in_rclpy
 from course.session.failure_report import is_cell
 
 SLICE = 0.2  # s between two looks at Ctrl-C
-SPUN = "the session spins it already, in the background"
+SPUN = "the session already spins this node, in the background"
 
 
 class Interrupted(KeyboardInterrupt):
@@ -76,7 +76,7 @@ class Guards:
             if context is not None:
                 original(args=args, context=context, domain_id=domain_id, signal_handler_options=signal_handler_options)
             elif rclpy.ok():
-                say("rclpy.init() was called before in this kernel, and once is enough. Here it is not needed at all.")
+                say("rclpy.init() has already been called in this kernel. A notebook does not need it at all.")
             else:
                 # rclpy's own handlers would shut down every context of this process at Ctrl-C, including the session's.
                 original(args=args, domain_id=domain_id, signal_handler_options=SignalHandlerOptions.NO)
@@ -88,17 +88,17 @@ class Guards:
             name = getattr(node, "get_name", lambda: "node")()
             if not in_main_thread():
                 self._notice(
-                    f"rclpy.spin('{name}') inside a callback never returns. Its executor runs the callbacks already: "
-                    "leave the line out."
+                    f"rclpy.spin('{name}') inside a callback never returns. The executor already runs the node's "
+                    "callbacks: remove the line."
                 )
                 original(node, executor)
             elif getattr(node, "executor", None) is not None and executor is None:
                 say(f"rclpy.spin('{name}') does nothing here: {SPUN}.")
             else:
                 say(
-                    f"rclpy.spin('{name}') holds this cell until you interrupt it (the ■ button). In a notebook, write "
-                    f"ros.start({type(node).__name__}) instead: it makes the node and spins it in the background."
-                    f"{for_a_file()}"
+                    f"rclpy.spin('{name}') blocks this cell until you interrupt it (the ■ button). In a notebook, "
+                    f"write ros.start({type(node).__name__}) instead: it creates the node and spins it in the "
+                    f"background.{for_a_file()}"
                 )
                 executor = executor or SingleThreadedExecutor(context=node.context)
                 executor.add_node(node)
@@ -119,7 +119,7 @@ class Guards:
             limit = float("inf") if timeout_sec is None or timeout_sec < 0 else timeout_sec
             spun = node.executor is not None and executor is None
             if spun and in_main_thread():
-                say(f"spin_until_future_complete has nothing to spin: {SPUN}. Write ros.wait(future).")
+                say(f"spin_until_future_complete is not needed here: {SPUN}. Write ros.wait(future).")
                 wait_until(future.done, limit)
                 return
             if spun:
@@ -142,8 +142,8 @@ class Guards:
                 original(self)
                 return
             say(
-                "executor.spin() holds this cell until you interrupt it (the ■ button). In a notebook, write "
-                "ros.start(YourNode, threads=2) instead: it makes the node and spins it in the background."
+                "executor.spin() blocks this cell until you interrupt it (the ■ button). In a notebook, write "
+                "ros.start(YourNode, threads=2) instead: it creates the node and spins it in the background."
                 f"{for_a_file()}"
             )
             try:
@@ -162,7 +162,7 @@ def for_a_file() -> str:
         frame = frame.f_back
         if is_cell(frame.f_code.co_filename):
             if any(line.startswith("if __name__ ==") for line in linecache.getlines(frame.f_code.co_filename)):
-                return "\nIs this cell to write a file? Then its first line is missing: `%%exercise FILE.py`."
+                return "\nIf this cell should write a file, its first line is missing: `%%exercise FILE.py`."
             break
     return ""
 

@@ -289,7 +289,7 @@ class Session:
         if (here := Path.cwd()) == self._folder:
             return ""
         return (
-            f"this kernel works in {here} since a call of os.chdir, and its notebook is in {self._folder}: files are "
+            f"os.chdir moved this kernel to {here}, but its notebook is in {self._folder}: files are "
             f"written and looked for in the wrong folder. Go back with os.chdir({str(self._folder)!r})."
         )
 
@@ -314,8 +314,8 @@ class Session:
         """
         if (now := os.environ.get("ROS_DOMAIN_ID")) != str(self.domain_id):
             raise LiveError(
-                f"this session is in the ROS domain {self.domain_id}, and ROS_DOMAIN_ID was changed to {now} since: a "
-                f"program started now would not meet it. Undo it with os.environ['ROS_DOMAIN_ID'] = "
+                f"this session is in the ROS domain {self.domain_id}, but ROS_DOMAIN_ID has been changed to {now} "
+                f"since: a program started now could not reach it. Undo it with os.environ['ROS_DOMAIN_ID'] = "
                 f"'{self.domain_id}'. To choose a domain, set it before the first course.live()"
             )
         for line in kept.refresh(self._folder):

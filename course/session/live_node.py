@@ -141,7 +141,7 @@ def in_context(
                 for asked, result in zip(parameter_list, results, strict=False):
                     if not result.successful:
                         reason = f": {result.reason}" if result.reason else ", without a reason"
-                        notice(f"{self.get_name()} has refused {asked.name} = {asked.value!r}{reason}")
+                        notice(f"{self.get_name()} refused {asked.name} = {asked.value!r}{reason}")
             return results
 
     return type(cls.__name__, (cls, Injector), {"__module__": cls.__module__, "__doc__": cls.__doc__})

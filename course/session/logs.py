@@ -55,7 +55,8 @@ class Logs(list[Entry]):
             left -= len(lines[-1])
             if left < 0 and len(lines) < len(self):
                 lines.append(
-                    f"({len(self) - len(lines):,} lines before these are not shown: `ros.logs()` is a list of them all)"
+                    f"({len(self) - len(lines):,} earlier lines are not shown; `ros.logs()` returns all of them as a "
+                    "list)"
                 )
                 break
         return "\n".join(reversed(lines))

@@ -26,7 +26,11 @@ LISTED = 6  # topics that are named in a message
 def unmatched(node: Node, end: Publisher | Subscription, handles: Mapping[str, Handle]) -> str:
     """Return why `node`'s publisher or subscription `end` is not matched by another node."""
     publishes = isinstance(end, Publisher)
-    verb, kind, topic = "subscribes" if publishes else "publishes", type_name(cast(type, end.msg_type)), end.topic_name
+    verb, kind, topic = (
+        "subscribes to" if publishes else "publishes",
+        type_name(cast(type, end.msg_type)),
+        end.topic_name,
+    )
     others = _others(node, topic, publishes)
     for each in others:
         if each.topic_type != kind:
@@ -37,7 +41,10 @@ def unmatched(node: Node, end: Publisher | Subscription, handles: Mapping[str, H
             at = "".join(f"\n{line}" for line in _lines(node, handles, each, maker, topic))
             return f"{each.node_name} {verb} {topic}, but {_unfit(offered, asked)}{at}"
     if others:
-        return f"{others[0].node_name} {verb} {topic} ({kind}), and was not connected in time: is the computer busy?"
+        return (
+            f"{others[0].node_name} {verb} {topic} ({kind}), but the connection was not made in time: is the computer "
+            "busy?"
+        )
     same = [name for name, kinds in node.get_topic_names_and_types() if kind in kinds]
     offers = sorted(f"{each.node_name} {verb} {name}" for name in same for each in _others(node, name, publishes))
     return f"No node {verb} {topic} ({kind})." + (f" Of this type, {', '.join(offers[:LISTED])}." if offers else "")
@@ -81,8 +88,8 @@ def unfit_service(node: Node, service: str, asked: QoSProfile, handles: Mapping[
         if QoSCompatibility.ERROR in (qos_check_compatible(offered, asked)[0], qos_check_compatible(asked, offered)[0]):
             at = "".join(f"\n{line}" for line in _lines(node, handles, each, "create_service", service))
             return (
-                f"It is served, but the qualities of service (QoS) do not fit: the server has {words(offered)}, the "
-                f"client {words(asked)}. Leave out the QoS of the service.{at}"
+                f"It is served, but the quality of service (QoS) settings are incompatible: the server has "
+                f"{words(offered)}, the client {words(asked)}. Leave out the QoS of the service.{at}"
             )
     return ""
 
@@ -91,7 +98,7 @@ def _unfit(offered: QoSProfile, asked: QoSProfile) -> str:
     same = words(offered) == words(asked)  # then deadline or liveliness differ
     reason = f" ({qos_check_compatible(offered, asked)[1].strip().rstrip(';')})" if same else ""
     return (
-        "the qualities of service (QoS) do not fit, so that nothing arrives: "
+        "the quality of service (QoS) settings are incompatible, so nothing arrives: "
         f"the publisher offers {words(offered)}, the subscription asks for {words(asked)}{reason}."
     )
 

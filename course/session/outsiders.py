@@ -37,7 +37,7 @@ class Outsider:
     def where(self) -> str:
         """Return where it runs, as far as known."""
         command = f" ({self.command})" if self.command else ""
-        return f"process {self.pid}{command}" if self.pid else "a process that cannot be seen from here"
+        return f"process {self.pid}{command}" if self.pid else "a process that is not visible from here"
 
     def __str__(self) -> str:
         return f"{self.node if base(self.node) != UNKNOWN else 'a node'}, {self.where}"

@@ -25,7 +25,7 @@ def fill(srv_type: type[Any], fields: Mapping[str, object]) -> Any:
             why = f"which is a {type(value).__name__}" if plain else error
             kind = type_name(known[name])
             raise LiveError(
-                f"{srv_type.__name__}.{name} is {kind}, not {value!r}{',' if plain else ':'} {why}"
+                f"{srv_type.__name__}.{name} must be {kind}, not {value!r}{',' if plain else ':'} {why}"
             ) from None
     return request
 

@@ -97,9 +97,9 @@ def blocked(source: str, service: str, callback: str = "") -> str:
                     continue
                 if name in ("wait_for_server", "wait_for_service"):
                     return (
-                        f"its callback '{function.name}' waits in line {call.lineno}, `{ast.unparse(call)}`, until "
-                        "there is a server, however long that takes. Ask `service_is_ready()` of the client instead "
-                        "(`server_is_ready()` for an action), or give it a limit: `timeout_sec=1.0`."
+                        f"its callback '{function.name}' waits in line {call.lineno}, `{ast.unparse(call)}`, without "
+                        "a limit, until there is a server. Check `service_is_ready()` of the client instead "
+                        "(`server_is_ready()` for an action), or set a limit: `timeout_sec=1.0`."
                     )
                 return (
                     f"its callback '{function.name}' waits in `{ast.unparse(call.func)}(...)` for a response that only "
@@ -113,8 +113,8 @@ def blocked(source: str, service: str, callback: str = "") -> str:
             )
         if any(isinstance(node, ast.Await) for node in ast.walk(function)) and _one_group(tree):
             return (
-                f"its callback '{function.name}' awaits a client in its own callback group, where nothing else runs "
-                "until it ends. Give the client a group of its own: "
+                f"its callback '{function.name}' awaits a client in its own callback group, in which nothing else runs "
+                "until the callback returns. Give the client a group of its own: "
                 "`create_client(..., callback_group=ReentrantCallbackGroup())`."
             )
         if loop := _awaits_in_a_loop(function):
@@ -368,8 +368,8 @@ def doubts(place: str, source: str) -> list[str]:
         )
     if wrong := wrong_cancel(source):
         found.append(
-            f"{place}, line {wrong[1]}: the cancel callback '{wrong[0]}' returns {wrong[2] or 'nothing'}, and "
-            "rclpy then refuses every cancel. Return `CancelResponse.ACCEPT` or `CancelResponse.REJECT`."
+            f"{place}, line {wrong[1]}: the cancel callback '{wrong[0]}' returns {wrong[2] or 'nothing'}, so "
+            "rclpy refuses every cancel. Return `CancelResponse.ACCEPT` or `CancelResponse.REJECT`."
         )
     return found
 

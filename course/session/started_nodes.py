@@ -109,7 +109,7 @@ class StartedNodes:
     def restart(self, name: str) -> Handle:
         """Restart the node or the file called `name` as it was started last; raises LiveError for an unknown name."""
         if name not in self._again:
-            raise LiveError(f"this session has started no node and no file {name}: ros.nodes() shows those that it has")
+            raise LiveError(f"this session has started nothing called {name}: ros.nodes() lists what it has started")
         return self._alone(self._again[name])
 
     def has_started(self, name: str) -> bool:
@@ -163,7 +163,7 @@ class StartedNodes:
                 if not _ends(each.pid):
                     raise LiveError(f"{each} still runs {ENDING:g} s after Ctrl-C. To end it: `!kill {each.pid}`")
                 return self.start_file(program[0], program[1], {}, USUAL)
-        raise LiveError(f"no server of {name} runs that can be started in this notebook")
+        raise LiveError(f"no running server of {name} can be restarted in this notebook")
 
     def rows(self) -> list[Row]:
         """Return a row for each started node, and for each node started by others."""
@@ -191,7 +191,7 @@ class StartedNodes:
             for each in self._outsiders.nodes():
                 if each.node in handle.nodes:
                     self._watch.notice(
-                        f"A program outside of this session has a node of the same name, too: {each}. To end it: "
+                        f"A program outside this session also has a node of this name: {each}. To end it: "
                         f"{each.ending}."
                     )
         return handle
@@ -214,7 +214,7 @@ class StartedNodes:
                 node.destroy_node()
             if isinstance(error, NotInitializedException):
                 raise LiveError(
-                    f"{what.__name__} makes a node that is not in this session: in its __init__, write "
+                    f"{what.__name__} creates a node outside this session: in its __init__, write "
                     "super().__init__('name') instead of Node.__init__(self, 'name')"
                 ) from None
             raise
@@ -229,8 +229,8 @@ class StartedNodes:
         own = sorted(name for name in declared if not name.startswith(OF_NO_INTEREST))
         for name in (name for name in parameters if name not in declared):
             near = difflib.get_close_matches(name, own, 1)
-            has = f"Did you mean '{near[0]}'?" if near else f"It has declared: {', '.join(own) or 'none'}."
-            self._watch.notice(f"{who} has declared no parameter '{name}', so the value has no effect. {has}")
+            has = f"Did you mean '{near[0]}'?" if near else f"It declares: {', '.join(own) or 'none'}."
+            self._watch.notice(f"{who} does not declare a parameter '{name}', so the value has no effect. {has}")
 
     def _replace(self, name: str, new: NodeProcess | None = None, cls: type[Node] | None = None) -> None:
         """End an earlier node or file's process of this name; `new` already has the name, `cls` will get it."""
@@ -238,13 +238,13 @@ class StartedNodes:
             if handle is not new and name in (key, *map(base, handle.nodes)):
                 if cls is not None and isinstance(handle, LiveNode) and not handle.is_version_of(cls):
                     self._watch.notice(
-                        f"{cls.__name__} takes the place of {type(handle.node).__name__}: both call their node "
-                        f"'{name}'. Give one of them another name in `super().__init__(...)` to run both."
+                        f"{cls.__name__} replaces {type(handle.node).__name__}: both name their node "
+                        f"'{name}'. To run both, give one of them another name in `super().__init__(...)`."
                     )
                 if new is not None and isinstance(handle, NodeProcess) and handle.alive:
                     self._watch.notice(
-                        f"{new.name} takes the place of {key}: both call their node '{name}'. Give one of them another "
-                        "name in `super().__init__(...)` to run both."
+                        f"{new.name} replaces {key}: both name their node '{name}'. To run both, give one of them "
+                        "another name in `super().__init__(...)`."
                     )
                 self.stop(key)
                 for node in handle.nodes:
@@ -275,7 +275,7 @@ class StartedNodes:
         ready = wait_until(settled, min(timeout, PATIENCE), alert=False)
         at = "" if ready else "".join(f"\n{frame}" for frame in process.doing())
         if at:
-            print(f"{path.name} has made no node for {PATIENCE:g} s. It is here:{at}", file=sys.stderr, flush=True)
+            print(f"{path.name} has created no node after {PATIENCE:g} s. It is here:{at}", file=sys.stderr, flush=True)
         wait_until(settled, max(0.0, timeout - PATIENCE), alert=False)
         process.nodes = found() if process.alive else []
         if not process.alive:

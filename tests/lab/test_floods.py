@@ -208,7 +208,7 @@ def test_many_long_lines_are_shown_in_part():
     entries = Logs([Entry("INFO", "node", f"{number} " + 9000 * "x") for number in range(1000)])
     shown = str(entries)
     assert len(shown) < 1.1 * logs.SHOWN
-    assert shown.startswith("(889 lines before these are not shown")
+    assert shown.startswith("(889 earlier lines are not shown")
     assert "999 xxx" in shown
     assert len(entries._repr_html_()) < 1.1 * logs.SHOWN
     assert str(Logs(entries[:2])) == f"{entries[0]}\n{entries[1]}"

@@ -110,7 +110,7 @@ def test_a_dead_program_tells_how_and_the_next_cell_still_says_so(kernel, page):
 
 
 def test_what_is_not_there_is_told_in_a_sentence(page):
-    assert "no node and no file unknown" in page.ask("nodes.restart", name="unknown")["error"]
+    assert "nothing called unknown" in page.ask("nodes.restart", name="unknown")["error"]
     assert page.ask("nodes.stop", name="unknown")["result"] is None
 
 

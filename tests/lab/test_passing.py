@@ -314,7 +314,7 @@ def test_a_server_that_is_no_file_is_told_and_left_alone(kernel, page):
         pass
     assert event == [{"service": "/add_apart", "server": event[0]["server"], "restart": False}]
     refused = page.ask("inspector.restart_server", service="/add_apart")["error"]
-    assert refused == "no server of /add_apart runs that can be started in this notebook"
+    assert refused == "no running server of /add_apart can be restarted in this notebook"
     kernel.run("apart.kill(); apart.wait()")
 
 

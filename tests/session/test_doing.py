@@ -84,7 +84,7 @@ def test_a_program_without_a_node_tells_where_it_is(session, tmp_path, monkeypat
     file.write_text(SERVER.format(body="pass", spin=SPIN, call=call))
     with pytest.raises(CallTimeout, match=f"created no node. It was here:\n{place}" if place else "EOFError"):
         session.start(file, timeout=1.5)
-    assert ("server.py has made no node for 1 s. It is here:" in capfd.readouterr().err) == bool(place)
+    assert ("server.py has created no node after 1 s. It is here:" in capfd.readouterr().err) == bool(place)
 
 
 def test_what_is_asked_leaves_no_trace_in_the_program(session, tmp_path):

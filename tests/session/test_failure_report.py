@@ -111,7 +111,7 @@ def after(self, params):
             "TypeError: A.go() missing 1 required positional argument: 'x'",
             "self.create_timer(1, self.go())",
             "",
-            "()` is",
+            "This line calls `go()`",
         ),
         (
             "TypeError: A.go() takes 1 positional argument but 2 were given",

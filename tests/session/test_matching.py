@@ -67,10 +67,13 @@ def test_what_keeps_a_publisher_from_its_subscription(session):
             self.create_subscription(String, "chatter", print, 10)
 
     talker = session.node.create_publisher(String, "chatter", BEST_EFFORT)
-    assert session.apart(talker) == "No node subscribes /chatter (std_msgs/msg/String)."
+    assert session.apart(talker) == "No node subscribes to /chatter (std_msgs/msg/String)."
     session.start(Listener)
     assert session.until(lambda: session.node.get_subscriptions_info_by_topic("/chatter"))
-    assert "listener subscribes /chatter, but the qualities of service (QoS) do not fit" in session.apart(talker)
+    assert (
+        "listener subscribes to /chatter, but the quality of service (QoS) settings are incompatible"
+        in session.apart(talker)
+    )
 
 
 def test_what_keeps_an_action_client_from_its_server(session):
@@ -98,7 +101,7 @@ def test_a_domain_that_was_changed_in_a_cell_is_told_before_a_program_starts_in_
     file.write_text("raise SystemExit")
     other = "42" if session.domain_id != 42 else "43"
     monkeypatch.setitem(os.environ, "ROS_DOMAIN_ID", other)
-    changed = rf"ROS_DOMAIN_ID was changed to {other} since.*os\.environ\['ROS_DOMAIN_ID'\] = "
+    changed = rf"ROS_DOMAIN_ID has been changed to {other} since.*os\.environ\['ROS_DOMAIN_ID'\] = "
     with pytest.raises(LiveError, match=changed):
         session.start(file)
 

@@ -111,8 +111,8 @@ def test_a_file_that_takes_the_place_of_another_is_told(session, server):
     session.start(other)
     (notice,) = session.watch.notices()
     assert notice == (
-        "other.py takes the place of adder.py: both call their node 'adder'. Give one of them another name in "
-        "`super().__init__(...)` to run both."
+        "other.py replaces adder.py: both name their node 'adder'. To run both, give one of them another name in "
+        "`super().__init__(...)`."
     )
     session.start(other)
     assert session.watch.notices() == []

@@ -217,7 +217,7 @@ def test_calls_end_in_time_and_say_what_is_missing(session):
 def test_a_wrong_field_names_the_right_ones_and_harms_nothing(session):
     with pytest.raises(LiveError, match=r"no request field 'c': it has a \(int64\), b \(int64\)"):
         session.call("add", AddTwoInts, c=1)
-    with pytest.raises(LiveError, match="AddTwoInts.a is int64, not .two., which is a str"):
+    with pytest.raises(LiveError, match="AddTwoInts.a must be int64, not .two., which is a str"):
         session.call("add", AddTwoInts, a="two")
 
 

@@ -93,7 +93,7 @@ def test_who_asks_for_the_parameters_of_a_node_of_another_name_reads_which_nodes
     file.write_text(NODE.format(body=RESULT))
     session.start(file, parameters={"sped": 2.0})
     (told,) = session.watch.notices()
-    assert told == "careful.py has declared no parameter 'sped', so the value has no effect. Did you mean 'speed'?"
+    assert told == "careful.py does not declare a parameter 'sped', so the value has no effect. Did you mean 'speed'?"
     with pytest.raises(CallTimeout, match="No node is called /Careful. Nodes here: /careful."):
         session.call("/Careful/set_parameters_atomically", SetParametersAtomically, timeout=0.5)
 
@@ -108,7 +108,7 @@ def test_a_class_that_has_not_declared_a_parameter_is_told(session):
     assert session.watch.notices() == []
     session.start(Slow, parameters={"debug": True})
     (told,) = session.watch.notices()
-    assert told == "slow has declared no parameter 'debug', so the value has no effect. It has declared: max_speed."
+    assert told == "slow does not declare a parameter 'debug', so the value has no effect. It declares: max_speed."
 
 
 @pytest.mark.parametrize(
@@ -196,5 +196,5 @@ def test_what_a_cell_sets_in_vain_is_told(session):
     assert session.watch.notices() == []
     node.set_parameters([Parameter("speed", value=3)])
     assert session.watch.notices() == [
-        "driver has refused speed = 3: Wrong parameter type, expected 'Type.DOUBLE' got 'Type.INTEGER'"
+        "driver refused speed = 3: Wrong parameter type, expected 'Type.DOUBLE' got 'Type.INTEGER'"
     ]
