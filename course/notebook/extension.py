@@ -78,7 +78,7 @@ def reason(error: Exception, folder: Path) -> str:
         if name in names_of(cell.source).made:
             first = next(line for line in cell.source.splitlines() if line.strip())
             where = f"the cell of {path.name} that begins with `{first[:60]}`"
-            return f"Hint: `{name}` is made in {where}: run it first, to its end."
+            return f"Hint: `{name}` is defined in {where}: run that cell first, and let it finish."
     return ""
 
 
@@ -86,7 +86,7 @@ def _missing_package(package: str, folder: Path) -> str:
     for path, cell in _code_cells(folder):
         first = cell.source.lstrip("\n").partition("\n")[0].split()
         if first[:1] == ["%%exercise"] and package in first[2:]:
-            gone = "" if (path.parent / first[1]).exists() else f" ({first[1]} is not there any more)"
+            gone = "" if (path.parent / first[1]).exists() else f" ({first[1]} no longer exists)"
             return f"Hint: the cell `{' '.join(first)}` builds {package}: run it first{gone}."
     return ""
 

@@ -34,7 +34,7 @@ def wrong_kind(found: re.Match[str], source: str) -> str:
     is_one = {"msg": "a message", "srv": "a service", "action": "an action"}.get(kind, "something else")
     wants = {"service": "a service's type, from a `.srv`", "message": "a message's type, from a `.msg`"}[wanted]
     maker = {"srv": "create_service", "action": "ActionServer", "msg": "create_publisher"}.get(kind, "")
-    return f"This takes {wants}. {package}/{kind}/{name} is {is_one}: that is for `{maker}`."
+    return f"This takes {wants}, but {package}/{kind}/{name} is {is_one}: use `{maker}` for it."
 
 
 def argument_count(found: re.Match[str], source: str) -> str:
@@ -53,7 +53,7 @@ def argument_count(found: re.Match[str], source: str) -> str:
             if any(isinstance(each, ast.Call) and name_of(each.func) == name for each in given):
                 return f"This line calls `{name}()` at once. Pass the method itself, without brackets: `self.{name}`."
             if any(name_of(each) == name for each in given):
-                return f"`{name}` is called by `{maker}`: it must take {signature}."
+                return f"`{maker}` calls `{name}`, which must take {signature}."
     if name in without_self(source):
         return f"The first parameter of a method is `self`: `def {name}(self, ...)`."
     return ""

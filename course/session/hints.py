@@ -175,10 +175,10 @@ def _fields(message: str, part: str, source: str) -> list[str]:
 def _wrong_type(found: re.Match[str], source: str) -> str:
     field, kind = found[1], found[2]
     examples = {
-        "float": "a float, like 3.0. An int like 3 is not one, and neither is a NumPy number: write `float(...)`",
-        "int": "a whole number: `int(...)` makes one",
-        "str": "a text: `str(...)` makes one, and `f'...'`",
-        "bool": "True or False: `bool(...)` makes one",
+        "float": "a float, such as 3.0, not an int or a NumPy number: convert it with `float(...)`",
+        "int": "a whole number: convert it with `int(...)`",
+        "str": "a string: use `str(...)` or an f-string",
+        "bool": "True or False: convert it with `bool(...)`",
     }
     return f"The field '{field}' takes {examples[kind]}."
 
@@ -188,7 +188,7 @@ def _sub_message(found: re.Match[str], source: str) -> str:
         action = found[2].removesuffix("_Result")
         name = callback[0] if (callback := no_result(source)) else "execute"
         return f"The callback '{name}' must end with `return {action}.Result(...)`, on every path through it."
-    return f"The field '{found[1]}' is a message of its own, {found[2]}: set its parts, as in `.{found[1]}.x = 0.3`."
+    return f"The field '{found[1]}' holds a {found[2]} message: set its fields, as in `.{found[1]}.x = 0.3`."
 
 
 def _init_as_context(found: re.Match[str], source: str) -> str:
@@ -196,7 +196,7 @@ def _init_as_context(found: re.Match[str], source: str) -> str:
     managed = (item.context_expr for node in ast.walk(tree) if isinstance(node, ast.With) for item in node.items)
     if any(isinstance(each, ast.Call) and ast.unparse(each.func) in ("rclpy.init", "init") for each in managed):
         return (
-            "`with rclpy.init()` works in newer releases: in ROS 2 Jazzy, `rclpy.init()` returns nothing. Call it in a "
+            "`with rclpy.init()` needs a newer release: in ROS 2 Jazzy, `rclpy.init()` returns nothing. Call it on a "
             "line of its own, and `rclpy.try_shutdown()` in a `finally`."
         )
     return ""
@@ -218,11 +218,11 @@ def _no_constructor(found: re.Match[str], source: str) -> str:
 
 def _not_callable(found: re.Match[str], source: str) -> str:
     if name := hidden_method(source):
-        return f"`self.{name} = ...` takes the place of the method `{name}`: give one of the two another name."
+        return f"`self.{name} = ...` replaces the method `{name}`: rename one of the two."
     if called := called_callback(source):
         method, line = called
         return f"Line {line} calls `self.{method}()` at once, and passes what it returns: write `self.{method}`."
-    return "What is called here is not a function. Hand a callback over by its name, without brackets: `self.add`."
+    return "What is called here is not a function. Pass a callback by its name, without brackets: `self.add`."
 
 
 def _called_here(found: re.Match[str], source: str, code: str) -> str:
@@ -231,12 +231,12 @@ def _called_here(found: re.Match[str], source: str, code: str) -> str:
     if len(names) != 1 or hidden_method(source) or called_callback(source):
         return ""
     kind = "None" if found[1] == "NoneType" else f"a {found[1]}"
-    return f"`{names.pop()}` is {kind} here, and not a function: where does it get its value?"
+    return f"`{names.pop()}` is {kind} here, not a function: check where it gets its value."
 
 
 def _of_rclpy(found: re.Match[str], source: str) -> str:
     name = found[1] or found[2]
-    return f"rclpy's Node has `{name}` itself: choose another name." if hasattr(Node, name) else ""
+    return f"rclpy's Node already has an attribute `{name}`: choose another name." if hasattr(Node, name) else ""
 
 
 GROUP = re.compile(r"=\s*(\w+CallbackGroup)\s*(?:[,)#]|$)", re.MULTILINE)
@@ -273,7 +273,9 @@ def _no_such_class(found: re.Match[str], source: str) -> str:
         known = []
     near = difflib.get_close_matches(name, known, 1)
     meant = f" Did you mean `{near[0]}`?" if near else ""
-    return f"{module} has no {name}: compare spelling and capitals with the definition's file name.{meant}"
+    return (
+        f"{module} has no {name}: compare spelling and capital letters with the name of the definition's file.{meant}"
+    )
 
 
 def _not_a_message(found: re.Match[str], source: str) -> str:
@@ -283,7 +285,7 @@ def _not_a_message(found: re.Match[str], source: str) -> str:
     except (ImportError, AttributeError):
         fields = []
     how = f": `{name}({fields[0]}=...)`" if len(fields) == 1 else ", and set its fields"
-    return f"`publish` takes the topic's message. Make a {name}{how}."
+    return f"`publish` takes a message of the topic's type. Create a {name}{how}."
 
 
 def _wrong_parameter_type(found: re.Match[str], source: str) -> str:
@@ -295,7 +297,7 @@ def _wrong_parameter_type(found: re.Match[str], source: str) -> str:
 def _no_instance(found: re.Match[str], source: str, code: str) -> str:
     name = re.search(r"\b([A-Z]\w*)\(", code)
     part = "Request" if found[1] == "Service" else "Goal"
-    return f"Make a {part.lower()} of it: `{name[1] if name else 'TheType'}.{part}(...)`."
+    return f"Create a {part.lower()}: `{name[1] if name else 'TheType'}.{part}(...)`."
 
 
 def _own_attribute(found: re.Match[str], source: str) -> str:
@@ -310,7 +312,7 @@ def _own_attribute(found: re.Match[str], source: str) -> str:
 def _still_none(found: re.Match[str], source: str, code: str) -> str:
     for name in re.findall(r"(?<![\w.])(\w+)\[", code):
         if made := re.search(rf"^\s*{name} = (?:\w+\.)*(\w+)\(", source, re.MULTILINE):
-            return f"`{made[1]}` has returned None. It must end with `return` and a value, on every path through it."
+            return f"`{made[1]}` returned None. It must return a value on every path through it."
     if asked := next(methods_asked(parse(source)), None):
         return f"Line {asked[0]}: {asked[1]}"
     for name in re.findall(r"self\.(\w+)", code):
@@ -392,8 +394,8 @@ def _no_such_key(found: re.Match[str], source: str, code: str) -> str:
     key = found[1]
     if named := re.search(rf"(\w+)\[\s*['\"]{re.escape(key)}['\"]\s*\]", code):
         return (
-            f"`{named[1]}` has no key '{key}'. Compare its spelling with where the dict is made; `print({named[1]})` "
-            "shows the keys that it has."
+            f"`{named[1]}` has no key '{key}'. Compare the spelling with the line that creates the dict; "
+            f"`print({named[1]})` shows its keys."
         )
     return ""
 
@@ -410,7 +412,7 @@ def _is_module(found: re.Match[str], source: str) -> str:
     if is_there(package):
         return ""
     if near := difflib.get_close_matches(package, [path.stem for path in Path().glob("*.py")], 1, OWN_FILE):
-        return f"There is {near[0]}.py in this folder, and no {package}.py: did you mean `{near[0]}`?"
+        return f"This folder has {near[0]}.py, but no {package}.py: did you mean `{near[0]}`?"
     if package.endswith("_interfaces") or package == "my_package":
         return (
             f"{package} is not built here: run the `%%exercise` cell that writes its definition, "
@@ -446,21 +448,21 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     ),
     (r"has no attribute '_TYPE_SUPPORT'|incompatible constructor arguments", order_of_arguments),
     (r"Expected QoSProfile or int, but received", order_of_arguments),
-    (r"^TypeError: spin\(\) missing 1", _says("`rclpy.spin(node)` takes the node whose callbacks it is to run.")),
+    (r"^TypeError: spin\(\) missing 1", _says("`rclpy.spin(node)` needs the node whose callbacks it should run.")),
     (r"The (service|message) type provided is not valid \(<class '(\w+)\.(\w+)\..*\.(\w+)'>", wrong_kind),
     (r"property '(\w+)' of '\w+' object has no setter|: (handle) cannot be modified after node", _of_rclpy),
     (
         r"CallbackGroup\.add_entity\(\) missing",
         lambda found, source: (
-            "A callback group is made with brackets: "
+            "Create a callback group with brackets: "
             f"`{group[1] if (group := GROUP.search(source)) else 'ReentrantCallbackGroup'}()`."
         ),
     ),
     (
         r"^RuntimeError: no running event loop",
         _says(
-            "rclpy does not run asyncio: an `async` callback may await futures of rclpy, such as that of "
-            "`call_async(...)`, and nothing of `asyncio`."
+            "rclpy does not run asyncio: an `async` callback can await futures of rclpy, such as that of "
+            "`call_async(...)`, but nothing from `asyncio`."
         ),
     ),
     (r"UnboundLocalError: .*local variable '(\w+)'", _unbound),
@@ -487,11 +489,11 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (r"(\w+)\.__init__\(\) takes 1 positional argument but", _by_name),
     (
         r"'\w+_(?:Request|Response|Goal|Result|Feedback)' object is not subscriptable",
-        _says("The fields of a message are attributes: `request.a`, and not `request['a']`."),
+        _says("The fields of a message are attributes: write `request.a`, not `request['a']`."),
     ),
     (
         r"'dict' object has no attribute '(\w+)'",
-        lambda found, source: f"The values of a dict are read with brackets: `['{found[1]}']`.",
+        lambda found, source: f"Read the values of a dict with square brackets: `['{found[1]}']`.",
     ),
     (
         r"The '(\w+)' field must be a set or sequence",
@@ -509,13 +511,11 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (r"ParameterNotDeclaredException: .*: (\w+)", _not_declared),
     (
         r"type must be an instance of '<enum 'Type'>'",
-        _says(
-            "The second argument of `Parameter` is its type. Give the value by its name: `Parameter('x', value=2.0)`."
-        ),
+        _says("The second argument of `Parameter` is its type. Pass the value by name: `Parameter('x', value=2.0)`."),
     ),
     (
         r"InvalidParameterValueException.*out of range",
-        _says("The value, also the default, must lie within the range that the descriptor sets."),
+        _says("The value, and the default too, must lie within the descriptor's range."),
     ),
     (r"ParameterAlreadyDeclaredException", _says("A parameter is declared once: remove the second declaration.")),
     (r"InvalidParameterTypeException|Wrong parameter type", _wrong_parameter_type),
@@ -526,7 +526,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (r"'(?:bool|str|int|float|NoneType)' object is not callable", _not_callable),
     (
         r"object [A-Z]\w*_(?:Response|Request|Event) can't be used in 'await'",
-        _says("Await the future of `call_async(...)`; `call(...)` gives the response itself."),
+        _says("Await the future of `call_async(...)`; `call(...)` returns the response directly."),
     ),
     (r"No module named '([\w.]+)'", _is_module),
     (r"cannot import name '(\w+)' from '([\w.]+)'", _no_such_class),
@@ -534,7 +534,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (
         r"called for existing topic name rt(/\S+) with incompatible type",
         lambda found, source: (
-            f"In one program, and in one notebook, a topic has one type: {found[1]} is in use here with another. Stop "
+            f"Within one program or notebook a topic can have only one type, and {found[1]} already has another. Stop "
             "what uses it, or choose another name."
         ),
     ),
@@ -556,7 +556,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     ),
     (
         r"'Parameter' object (?:cannot|is not)|(?:operand type|between).*'Parameter'|not '?Parameter",
-        _says("`get_parameter(...)` gives a Parameter. What it holds is its `.value`."),
+        _says("`get_parameter(...)` returns a Parameter: its value is `.value`."),
     ),
     (
         r"min\(\) (?:arg|iterable argument) is (?:an )?empty|zero-size array to reduction operation",
@@ -590,12 +590,12 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
     (
         r"object is not callable",
         r"\.value\(\)",
-        "`.value` of a parameter is no function: leave out the brackets behind it.",
+        "`.value` of a parameter is not a method: leave out the brackets after it.",
     ),
     (
         r"'bool' object is not callable",
         r"\.(?:is_cancel_requested|is_active)\(\)",
-        "`is_cancel_requested` and `is_active` of a goal are no functions: leave out the brackets behind them.",
+        "`is_cancel_requested` and `is_active` of a goal are not methods: leave out the brackets after them.",
     ),
     (
         NO_TEXT,
@@ -611,7 +611,7 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
     (
         r"^IndexError",
         r"ranges\[",
-        "Scanners differ in their number of beams. Find a beam by its angle: angle_min + number * angle_increment.",
+        "Scanners differ in their number of beams. Find a beam by its angle, which is angle_min + index * angle_increment.",
     ),
     (
         r"incompatible function arguments",

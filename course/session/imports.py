@@ -41,7 +41,7 @@ def wrong_import(module: str, name: str, source: str) -> str:
             return f"{package} has no {each}. It is in {' and in '.join(first)}: write `from {first[0]} import {each}`."
     if package in known and kind not in known[package] and not name:
         kinds = sorted(known[package])
-        return f"{package} has {' and '.join(kinds)}, and no {kind}: `from {package}.{kinds[0]} import ...`."
+        return f"{package} has {' and '.join(kinds)}, but no {kind}: `from {package}.{kinds[0]} import ...`."
     near = difflib.get_close_matches(package, known, 1, 0.85) if package not in known and not name else []
     return f"Did you mean the package {near[0]}?" if near else ""
 

@@ -46,7 +46,7 @@ def methods_asked(tree: ast.AST) -> Iterator[tuple[int, str]]:
                 of_self = isinstance(asked, ast.Attribute) and name_of(asked.value) == "self"
                 if of_self and name_of(asked) in own - stored:
                     text = ast.unparse(asked)
-                    yield asked.lineno, f"`{text}` is the method itself, which counts as true. Call it: `{text}()`."
+                    yield asked.lineno, f"`{text}` is the method itself, which is always true. Call it: `{text}()`."
 
 
 def _asked(node: ast.AST) -> list[ast.expr]:
@@ -79,5 +79,5 @@ def _unknown_parameters(tree: ast.AST) -> Iterator[tuple[int, str]]:
                 asked = str(other.value)
                 near = difflib.get_close_matches(asked, declared, 1, ALIKE)
                 if near and asked not in declared and texts.count(asked) == 1:
-                    text = f"no parameter '{asked}' is declared, so that this is never true. Did you mean '{near[0]}'?"
+                    text = f"no parameter '{asked}' is declared, so this is never true. Did you mean '{near[0]}'?"
                     yield node.lineno, text

@@ -70,7 +70,7 @@ def after(self, params):
             "TypeError: 'NoneType' object is not subscriptable",
             METHOD_ASKED,
             "return self.scan['front']",
-            "Line 6: `self.ready` is the method itself, which counts as true. Call it: `self.ready()`.",
+            "Line 6: `self.ready` is the method itself, which is always true. Call it: `self.ready()`.",
         ),
         (
             "TypeError: Agent.decide() missing 1 required positional argument: 'scan'",
@@ -101,7 +101,7 @@ def after(self, params):
             "TypeError: type must be an instance of '<enum 'Type'>'",
             "",
             "Parameter('speed', 2.0)",
-            "Give the value by its name: `Parameter('x', value=2.0)`.",
+            "Pass the value by name: `Parameter('x', value=2.0)`.",
         ),
         ("ZeroDivisionError: division by zero", "", "", "Check the divisor before you divide."),
         ("ZeroDivisionError: division by zero", "self.create_service(", "", "`success=False`"),
@@ -129,7 +129,7 @@ def after(self, params):
             "TypeError: Expected <class 'std_msgs.msg._float64.Float64'>, got <class 'float'>",
             "",
             "",
-            "Make a Float64: `Float64(data=...)`",
+            "Create a Float64: `Float64(data=...)`",
         ),
         ("ImportError: cannot import name 'Triger' from 'std_srvs.srv'", "", "", "Did you mean `Trigger`?"),
         ("NotImplementedError: Service classes can not be instantiated", "", "a = SetBool()", "`SetBool.Request(...)`"),
@@ -168,7 +168,7 @@ def after(self, params):
             "ModuleNotFoundError: No module named 'std_srvs.msg'",
             "import std_srvs.msg",
             "",
-            "std_srvs has srv, and no msg",
+            "std_srvs has srv, but no msg",
         ),
         ("ModuleNotFoundError: No module named 'geometry_msg'", "", "", "Did you mean the package geometry_msgs?"),
         ("ModuleNotFoundError: No module named 'other_interfaces'", "", "", "other_interfaces is not built here"),
@@ -206,7 +206,12 @@ def after(self, params):
         ),
         ("AttributeError: 'Lift_FeedbackMessage' object has no attribute 'floor'", "", "", "write `.feedback.floor`"),
         ("AttributeError: property 'speed' of 'Motor' object has no setter", "", "", ""),
-        ("AttributeError: handle cannot be modified after node creation", "", "", "Node has `handle` itself"),
+        (
+            "AttributeError: handle cannot be modified after node creation",
+            "",
+            "",
+            "Node already has an attribute `handle`",
+        ),
         (
             "UnboundLocalError: cannot access local variable 'on' where it is not associated with a value",
             "class A:\n    def power(self):\n        on = not on",
@@ -268,7 +273,7 @@ def after(self, params):
             "RuntimeError: The service type provided is not valid (<class 'std_msgs.msg._string.String'>), this",
             "",
             "",
-            "std_msgs/msg/String is a message: that is for `create_publisher`",
+            "std_msgs/msg/String is a message: use `create_publisher` for it",
         ),
         (
             "RCLError: create_publisher() called for existing topic name rt/chatter with incompatible type std_msgs",
@@ -434,7 +439,7 @@ def test_a_file_of_a_name_alike_is_named(tmp_path, monkeypatch):
         "ModuleNotFoundError: No module named 'wall_agnet'\n"
     )
     assert failure_report.of_program(path, said, 1).hint == (
-        "There is wall_agent.py in this folder, and no wall_agnet.py: did you mean `wall_agent`?"
+        "This folder has wall_agent.py, but no wall_agnet.py: did you mean `wall_agent`?"
     )
     assert failure_report.of_program(path, said.replace("wall_agnet", "another"), 1).hint == ""
 
