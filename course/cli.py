@@ -18,7 +18,9 @@ def main_options() -> None:
 
 @app.command()
 def doctor(
-    short: Annotated[bool, typer.Option("--brief", help="Only what a student needs, in a line each.")] = False,
+    short: Annotated[
+        bool, typer.Option("--brief", help="Only the checks that a student needs, one line each.")
+    ] = False,
 ) -> None:
     """Check that this machine can run the course, and say what to do where it cannot."""
     from course.installation_check import brief, report
@@ -30,9 +32,9 @@ def doctor(
 def sessions_command(
     stop: Annotated[
         list[int] | None,
-        typer.Option("--stop", metavar="NUMBER", help="End the session of this number; may be given again."),
+        typer.Option("--stop", metavar="NUMBER", help="End the session with this number; can be given more than once."),
     ] = None,
-    stop_all: Annotated[bool, typer.Option("--stop-all", help="End every session of yours.")] = False,
+    stop_all: Annotated[bool, typer.Option("--stop-all", help="End all of your sessions.")] = False,
 ) -> None:
     """List the live sessions of this machine that are yours, with their nodes; --stop ends one that was forgotten.
 
@@ -45,13 +47,13 @@ def sessions_command(
 
 @app.command()
 def export(
-    exercise: Annotated[str, typer.Argument(help="The exercise, called as its notebook: calculator.")],
+    exercise: Annotated[str, typer.Argument(help="The name of the exercise and of its notebook: calculator.")],
     workspace: Annotated[Path, typer.Argument(help="The workspace: a folder, made if it does not exist.")],
     folder: Annotated[Path, typer.Option("--from", help="Where the exercise's files are.")] = Path(),
-    package: Annotated[str, typer.Option(help="What to call the package; default: as the exercise.")] = "",
+    package: Annotated[str, typer.Option(help="The name of the package; default: that of the exercise.")] = "",
     force: Annotated[bool, typer.Option("--force", help="Replace files that were edited there.")] = False,
 ) -> None:
-    """Make ROS 2 packages of an exercise's files, which `colcon build` builds, here and on a robot."""
+    """Create ROS 2 packages from an exercise's files, for `colcon build`, here and on a robot."""
     from course.errors import CourseError
     from course.workspace.export import export as export_files
 
@@ -69,7 +71,7 @@ def hand_in_command(
     name: Annotated[
         str, typer.Option(envvar="COURSE_STUDENT", help="Your name on the course; default: your login name.")
     ] = "",
-    yes: Annotated[bool, typer.Option("--yes", "-y", help="Hand in as it is, without a question.")] = False,
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Hand in without asking, even with warnings.")] = False,
     check: Annotated[bool, typer.Option("--check/--no-check", help="Run the public checks first.")] = True,
 ) -> None:
     """Write an archive of the exercise, with a receipt, to hand in.
@@ -91,10 +93,12 @@ def hand_in_command(
 def feedback_command(
     file: Annotated[
         Path | None,
-        typer.Argument(help="The page that came back, or an archive with it; default: what is here, or was released."),
+        typer.Argument(
+            help="The feedback page, or an archive that contains it; default: the page that is here, or was released."
+        ),
     ] = None,
 ) -> None:
-    """Show the feedback on an exercise: the points of each cell, and what to mend.
+    """Show the feedback on an exercise: the points of each cell, and what to correct.
 
     The page is put into the folder `feedback` beside the notebook, where `course.feedback()` finds it.
     """

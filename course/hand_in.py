@@ -75,8 +75,8 @@ class HandIn:
         """Return a sentence that says whether a hand-in now is in time; '' if there is no date."""
         dates = self.dates
         if self.is_over(now):
-            told = "It is not collected any more" if known() else "Ask your instructor whether it counts"
-            return f"This is too late: it ended on {dates[UNTIL]:{SHOWN}}. {told}."
+            told = "It will not be collected" if known() else "Ask your instructor whether it counts"
+            return f"This is too late: hand-ins ended on {dates[UNTIL]:{SHOWN}}. {told}."
         if DUE not in dates:
             return ""
         if now <= dates[DUE]:
@@ -145,7 +145,7 @@ def hand_in(folder: Path, name: str, *, yes: bool, check: bool) -> int:
         print(f"Careful: {why}", file=sys.stderr)
     if found.doubts and not yes:
         if not sys.stdin.isatty() or KERNEL in os.environ:  # nobody can answer in a notebook's cell
-            raise HandInError("nothing was handed in: mend what is said above, or hand it in as it is with --yes")
+            raise HandInError("nothing was handed in: correct the problems above, or hand it in as it is with --yes")
         if not typer.confirm("Hand it in as it is?"):
             print("Nothing was handed in.")
             return 1
@@ -218,7 +218,9 @@ def read(folder: Path) -> HandIn:
         )
     if len(found) > 1:
         names = " and ".join(path.name for path in found)
-        raise HandInError(f"{names} both have an exercise: which one? Move the copy to another folder.")
+        raise HandInError(
+            f"{names} both contain an exercise, and only one can be handed in: move the copy to another folder."
+        )
     notebook, known = next(iter(found.items()))
     wanted = [written_by(cell) for cell in known if cell.solution and written_by(cell)]
     files = {}
@@ -226,7 +228,7 @@ def read(folder: Path) -> HandIn:
         with contextlib.suppress(OSError, ValueError):  # reported as a doubt
             files[name] = read_regular(folder / name, MOST)
     if files.keys() == {notebook.name}:
-        raise HandInError(f"none of its files is there: run the cells that write {', '.join(wanted)}")
+        raise HandInError(f"none of the exercise's files exists: run the cells that write {', '.join(wanted)}")
     doubts = {name: why for name, why in differences(folder).items() if name in wanted}
     if another := _another_name(notebook.stem, folder.absolute().name):
         doubts = {notebook.name: another, **doubts}
@@ -287,7 +289,7 @@ def submit(found: HandIn, archive: Path) -> None:
     if done.returncode:
         said = [line for line in done.stderr.splitlines() if "ERROR" in line or "CRITICAL" in line]
         why = said[0].partition("] ")[2] if said else f"exit status {done.returncode}"
-        raise HandInError(f"{archive.name} is written, but the exchange of your class did not take it: {why}")
+        raise HandInError(f"{archive.name} is written, but the exchange of your class refused it: {why}")
 
 
 def receipt(found: HandIn, name: str, checks: dict[str, str], now: datetime) -> dict[str, Any]:

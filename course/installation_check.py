@@ -56,7 +56,7 @@ def interfaces() -> str:
     from example_interfaces.srv import AddTwoInts
 
     if Fibonacci.Feedback().get_fields_and_field_types() != {"partial_sequence": "sequence<int32>"}:
-        raise RuntimeError("course_interfaces/action/Fibonacci is not the chapter's")
+        raise RuntimeError("course_interfaces/action/Fibonacci is not the one of this course")
     return f"{AddTwoInts.__module__.split('.')[0]}, {Fibonacci.__module__.split('.')[0]}"
 
 
@@ -108,7 +108,7 @@ def kernel() -> str:
         manager.shutdown_kernel(now=True)
     if reply["content"]["status"] != "ok":
         raise RuntimeError(f"{reply['content']['ename']}: {reply['content']['evalue']}")
-    return "a kernel started and held a live session"
+    return "a kernel started, and a live session worked in it"
 
 
 def bubblewrap() -> str:

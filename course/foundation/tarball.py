@@ -65,7 +65,7 @@ class Tarball:
                 raise _unreadable("it ends too early")
             if kind in (LONG_NAME, LONG_LINK, EXTENDED, GLOBAL):
                 if size > LONGEST_DESCRIPTION or (described := described + 1) > 4 * most:
-                    raise _unreadable("its descriptions are too long")
+                    raise _unreadable("its headers are too long")
                 text = bytes(self._content[begin : begin + size])
                 if kind == LONG_NAME:
                     name = _decoded(text.rstrip(b"\0"))
@@ -137,7 +137,7 @@ def _records(text: bytes) -> dict[bytes, bytes]:
         length = int(digits) if blank and digits.isdigit() else 0
         key, equals, value = text[at + len(digits) + 1 : at + length].partition(b"=")
         if not equals or at + length > len(text) or not value.endswith(b"\n"):
-            raise _unreadable("a description in it is damaged")
+            raise _unreadable("a header in it is damaged")
         found[key] = value[:-1]
         at += length
     return found

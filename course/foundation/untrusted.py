@@ -69,7 +69,7 @@ class Archive:
         if info.flag_bits & ENCRYPTED:
             raise BadArchive(f"{name} needs a password")
         if info.compress_type not in METHODS:
-            raise BadArchive(f"{name} is compressed in an unusual way: make an ordinary zip archive")
+            raise BadArchive(f"{name} uses an unsupported compression: create an ordinary zip archive")
         allowance.require(info.file_size)
         chunks = []
         try:

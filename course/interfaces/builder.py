@@ -124,7 +124,9 @@ def build(
     when the tool chain itself fails.
     """
     if not re.fullmatch(r"[a-z](_?[a-z0-9]+)*", package):
-        raise InterfaceError(f"'{package}' cannot be a package name: lower-case letters, digits and single underscores")
+        raise InterfaceError(
+            f"'{package}' is not a valid package name: use lower-case letters, digits and single underscores"
+        )
     texts = _read(files)
     definitions = [parse(text, name, package) for name, text in texts.items()]
     _check_types(package, definitions)

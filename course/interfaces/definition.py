@@ -60,7 +60,7 @@ def parse(text: str, filename: str, package: str = "my_package") -> Definition:
             if len(parts) > 1
             else "has no '---'"
         )
-        raise InterfaceError(f"{filename}: a .{kind} {wanted}; this one has {len(blocks) - 1}")
+        raise InterfaceError(f"{filename}: a .{kind} {wanted}, but this one has {len(blocks) - 1}")
     return Definition(name, kind, tuple(_section(block, filename, package) for block in blocks))
 
 
@@ -69,7 +69,7 @@ def _section(lines: list[tuple[int, str]], filename: str, package: str) -> tuple
     for number, line in lines:
         for field in _parse_line(line, f"{filename}, line {number}", package):
             if field.name in fields:
-                raise InterfaceError(f"{filename}, line {number}: there is a field '{field.name}' already")
+                raise InterfaceError(f"{filename}, line {number}: the field '{field.name}' is defined twice")
             fields[field.name] = field
     return tuple(fields.values())
 
@@ -102,12 +102,12 @@ def _parse_line(line: str, where: str, package: str) -> list[Field]:
     except Exception as error:  # rosidl_adapter raises anything from IndexError to its own classes
         if base in PRIMITIVE_TYPES and len(words) == 3 and re.fullmatch(r"[a-z]\w*", words[2]):
             raise InterfaceError(
-                f"{where}: one field a line; '{words[2]}' would be the default of '{words[1]}', and is no {base}: "
-                f"'{code}'"
+                f"{where}: only one field per line; '{words[2]}' would be the default of '{words[1]}', but is "
+                f"not a valid {base}: '{code}'"
             ) from None
         raise InterfaceError(f"{where}: {error or 'not a field'}: '{code}'") from None
     if spec.fields and len(words) > 2 and spec.fields[0].default_value is None:
-        raise InterfaceError(f"{where}: one field a line, without ',' or ';': '{code}'")
+        raise InterfaceError(f"{where}: only one field per line, without ',' or ';': '{code}'")
     return [Field(str(f.type), f.name, f.default_value) for f in spec.fields] + [
         Field(c.type, c.name, c.value) for c in spec.constants
     ]

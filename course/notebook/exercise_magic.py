@@ -63,7 +63,7 @@ def exercise(line: str, cell: str) -> None:
         print(f"{path.name}: written, running as {', '.join(process.nodes)}")
     else:
         live().watch.mark_told(process)
-        print("\n".join([f"{path.name}: written, but it does not run:", *map(str, process.reports)]))
+        print("\n".join([f"{path.name}: written, but it is not running:", *map(str, process.reports)]))
 
 
 def _content(path: Path) -> bytes | None:
@@ -79,7 +79,7 @@ def _write(path: Path, cell: str) -> None:
     except OSError as error:
         raise ExerciseError(
             f"{path.name} could not be written: {(error.strerror or str(error)).lower()} ({path.parent.resolve()}). "
-            "Nothing was written, the file is as it was. Make room, or ask whom the folder belongs to, and run the "
+            "Nothing was written; the file is unchanged. Free some space, or ask the owner of the folder, then run the "
             "cell again."
         ) from None
     remember(path, cell)
@@ -90,8 +90,8 @@ def _tell_of_others(path: Path) -> None:
     for each in registry.running():
         if Path(each.folder) == Path.cwd() and each.pid != os.getpid():
             print(
-                f"note: another kernel works in this folder, too (process {each.pid}). Both write {path.name}, and "
-                "what was written last counts.",
+                f"note: another kernel (process {each.pid}) also works in this folder. If both write {path.name}, the "
+                "last write counts.",
                 file=sys.stderr,
             )
             return
@@ -128,7 +128,7 @@ def _check_syntax(path: Path, cell: str) -> None:
         quoted = lines[number - 1].strip() if 0 < number <= len(lines) else ""
         raise ExerciseError(
             f"{path.name}, line {number}: {error.msg}: {quoted}\n"
-            f"Nothing was written: {path.name} is as it was, and what ran before runs on."
+            f"Nothing was written: {path.name} is unchanged, and a program that was already running goes on."
         ) from None
 
 

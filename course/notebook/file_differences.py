@@ -91,7 +91,7 @@ def _difference(file: Path, notebook: Path, written: bytes) -> str:
     try:
         content, changed = read_regular(file, cells.MOST), file.stat().st_mtime
     except FileNotFoundError:
-        return f"{file.name} is not there: run its cell."
+        return f"{file.name} is missing: run its cell."
     except OSError as error:
         return f"{file.name} cannot be read ({error.strerror})."
     except ValueError as error:
@@ -101,7 +101,7 @@ def _difference(file: Path, notebook: Path, written: bytes) -> str:
         return ""
     if newer:
         return (
-            f"{file.name} is not what its cell in the saved notebook says, and is the newer of the two: save the "
-            "notebook, or copy what you changed in the file into the cell. The file is what counts."
+            f"{file.name} differs from its cell in the saved notebook, and is newer: save the notebook, or copy your "
+            "change from the file into the cell. The file is what counts."
         )
-    return f"{file.name} is not what its cell says: you edited the cell and did not run it. The file is what counts."
+    return f"{file.name} differs from its cell: you edited the cell, but did not run it. The file is what counts."

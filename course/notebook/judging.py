@@ -44,7 +44,7 @@ def judge(
         session.stop(file)
     for name in names:
         for who, ending in session.others(name):
-            raise LiveError(f"{file} cannot be judged while {who} uses {name}, too. To end it: {ending}.")
+            raise LiveError(f"{file} cannot be checked while {who} also uses {name}. To end it: {ending}.")
     return session.start(file, *arguments, parameters=parameters)
 
 
@@ -96,7 +96,7 @@ def slow_timer(file: str, most: float) -> str:
         period = argument(call, *PERIOD)
         if isinstance(period, ast.Constant) and isinstance(period.value, (int, float)) and period.value > most:
             at = frame_at(file, call.lineno, source)
-            return f"\n{at}\nThe period of a timer is in seconds: this one calls every {period.value:g} s."
+            return f"\n{at}\nThe period of a timer is in seconds: this one fires every {period.value:g} s."
     return ""
 
 
@@ -112,8 +112,8 @@ def plain_fields(name: str) -> None:
             if field.value is not None:
                 what = "a constant" if field.name.isupper() else "a default"
                 raise ExerciseError(
-                    f"{name}: `{field.type} {field.name}` has the value {field.value!r}. That makes it {what}; the "
-                    "task has fields alone."
+                    f"{name}: `{field.type} {field.name}` has the value {field.value!r}, which makes it {what}; "
+                    "the task asks for plain fields."
                 )
 
 
@@ -159,7 +159,7 @@ def as_it_lies(*files: str, package: str = "") -> None:
                 "Correct the cell and run it, then check again."
             )
         if not path.is_file():
-            raise ExerciseError(f"{name} is not there, beside the notebook: run its cell, then check again.")
+            raise ExerciseError(f"{name} is not in the notebook's folder: run its cell, then check again.")
         if path.suffix[1:] in SECTIONS:
             _build(name, package)
 
@@ -170,7 +170,7 @@ def _build(name: str, package: str) -> None:
         raise ExerciseError(f"{name} was not built here: run its cell, then check again.")
     if package and known.package != package:
         raise ExerciseError(
-            f"{name} was built into the package {known.package}, and belongs to {package}: begin its cell with "
+            f"{name} was built into the package {known.package}, but belongs to {package}: begin its cell with "
             f"`%%exercise {name} --package {package}`, run it, then check again."
         )
     build(known.package, [Path(file) for file in known.files])

@@ -92,11 +92,11 @@ def try_tests(file: str | Path, tests: str, timeout: float = 20.0) -> Trial:
         source = path.read_text(encoding="utf-8")
         mutants = list(mutants_of(source))
     except FileNotFoundError:
-        raise ExerciseError(f"{path.name} is not there: run the cell that writes it first") from None
+        raise ExerciseError(f"{path.name} is missing: run the cell that writes it first") from None
     except SyntaxError as error:
         raise ExerciseError(f"{path.name}, line {error.lineno}: {error.msg}") from None
     if not re.search(r"^\s*(async )?def test_", tests, re.MULTILINE):
-        raise ExerciseError("there are no tests: each is a function whose name begins with test_")
+        raise ExerciseError("there are no tests: a test is a function whose name begins with test_")
     with ThreadPoolExecutor(AT_ONCE) as pool:
         first = pool.submit(_failing, path.name, source, tests, timeout).result()
         if first:

@@ -48,7 +48,7 @@ class Progress(list[Part]):
         done = [part for part in self if part.done]
         reached, all_points = (sum(part.points for part in parts) for parts in (done, self))
         return (
-            f"{len(done)} of {len(self)} parts done. Up to {reached:g} of {all_points:g} points can be given for them: "
+            f"{len(done)} of {len(self)} parts done, worth up to {reached:g} of {all_points:g} points: "
             "your instructor's tests decide."
         )
 
@@ -121,5 +121,5 @@ def _state(cell: Cell, before: list[Cell]) -> str:
         lines = cells.text_of(error.get("evalue", "")).strip().splitlines()
         return f"not yet: {lines[0] if lines else error.get('ename', 'an error')}"
     if any(above.solution and (above.count or 0) > cell.count for above in before):
-        return "run it again: you have changed the file since"
+        return "run it again: the file was written again since"
     return PASSED

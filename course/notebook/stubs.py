@@ -14,11 +14,11 @@ def stub_of(notebook: Path, name: str) -> str:
     try:
         known = cells.read(released)
     except (OSError, UnreadableNotebook):
-        raise ExerciseError(f"there is no copy of {notebook.name} as it was handed out: ask your instructor") from None
+        raise ExerciseError(f"there is no copy of {notebook.name} as it was released: ask your instructor") from None
     for cell in known:
         if cell.name == name:
             return cell.source
-    raise ExerciseError(f"{notebook.name} had no cell called {name} when it was handed out")
+    raise ExerciseError(f"{notebook.name} had no cell called {name} when it was released")
 
 
 def keep_copy(folder: Path, file: str, text: str) -> Path:

@@ -120,7 +120,7 @@ def _run(command: str, timeout: float, until: str, failed: threading.Event) -> t
     try:
         words = shlex.split(command)
     except ValueError as error:
-        return command, f"This line has a quotation mark too few or too many ({error}).", 2
+        return command, f"A quotation mark is missing, or there is one too many ({error}).", 2
     shell = [word for word in words[:1] if word in OF_A_SHELL] + [word for word in words if word in JOINED]
     if shell or not words:
         return command, _no_shell(command, shell), 127
@@ -129,7 +129,7 @@ def _run(command: str, timeout: float, until: str, failed: threading.Event) -> t
     except FileNotFoundError:
         return command, f"{words[0]}: command not found", 127
     except PermissionError:
-        return command, f"{words[0]}: not a program that may be run", 126
+        return command, f"{words[0]}: permission denied", 126
     if rule := OVERRIDE.search(output):
         output = f"{output.rstrip()}\nHint: A parameter is set with `:=`: `-p {rule[1]}:={rule[2]}`\n"
     return command, output, status
@@ -137,9 +137,9 @@ def _run(command: str, timeout: float, until: str, failed: threading.Event) -> t
 
 def _no_shell(command: str, words: list[str]) -> str:
     """Return why a command that needs a shell is not run here."""
-    what = f"`{words[0]}` is a word of the shell" if words else "there is no program in it"
+    what = f"`{words[0]}` needs a shell" if words else "it names no program"
     return (
-        f"This is not run: {what}, and `terminal(...)` runs each line as one program, without a shell. Type it in a "
+        f"This was not run: {what}, and `terminal(...)` runs each line as one program, without a shell. Type it in a "
         f"terminal (File, New, Terminal)" + (f", or write `!{command}` in a cell of its own." if command else ".")
     )
 

@@ -37,7 +37,7 @@ def take(file: Path) -> tuple[Feedback, bytes]:
             found.append((read(page), page))
     if len(found) != 1:
         what = f"{len(found)} pages" if found else "no page"
-        raise FeedbackError(f"{file} has {what} of feedback: give the page that you want to read")
+        raise FeedbackError(f"{file} contains {what} of feedback: name the page that you want to read")
     return found[0]
 
 
@@ -80,7 +80,7 @@ def place_of(feedback: Feedback, start: Path) -> Path:
         for folder in (start, start / name, start / "notebooks" / name, start.parent / name):
             if (folder / f"{name}.ipynb").exists():
                 return folder
-    raise FeedbackError(f"it is feedback on {name!r}, and that notebook is not here: go to the exercise's folder first")
+    raise FeedbackError(f"it is feedback on {name!r}, but that notebook is not here: go to the exercise's folder first")
 
 
 def _pages_in(file: Path, content: bytes) -> Iterator[bytes]:

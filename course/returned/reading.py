@@ -34,8 +34,8 @@ def find(folder: Path) -> tuple[Path, Feedback]:
     if not found:
         raise FeedbackError(
             unreadable
-            or f"there is no feedback in {folder.absolute()} yet: `course feedback FILE`, in a terminal, takes a page "
-            "or an archive that came back to you"
+            or f"there is no feedback in {folder.absolute()} yet: run `course feedback FILE` in a terminal, with the "
+            "page or archive that you received"
         )
     return max(found, key=lambda hit: hit[0].stat().st_mtime_ns)
 

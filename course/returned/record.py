@@ -92,7 +92,7 @@ class Feedback:
         try:
             said = json.loads(text)
             if said["format"] != FORMAT:
-                raise FeedbackError("it was made by a newer version of the course: bring yours up to date")
+                raise FeedbackError("it was made by a newer version of the course: update yours")
             tests, marks = said["tests"][:MOST], said["marks"][:MOST]
             return cls(
                 _text(said["student"]),

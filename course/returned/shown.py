@@ -29,7 +29,7 @@ class Shown:
 def heading(feedback: Feedback) -> str:
     """Return the exercise, and its points or why there are none."""
     if feedback.status == "infrastructure_error":
-        return f"{feedback.title}: no score yet, it will be graded again"
+        return f"{feedback.title}: no points yet; it will be graded again"
     so_far = " so far" if feedback.waiting else ""
     return f"{feedback.title}: {_of(feedback.points, feedback.max_points)} points{so_far}"
 
@@ -47,7 +47,7 @@ def text(feedback: Feedback, cell: str = "") -> str:
         lines += ["", "From your instructor:"]
         lines += [f"  {_mark(mark)}" for mark in marks]
     if causes := _causes(tests):
-        lines += ["", "What to mend:"]
+        lines += ["", "What to correct:"]
         for number, (message, lost) in enumerate(causes.items(), 1):
             said = message.replace("\n", "\n     ")
             lines += [f"  {number}. {said}", f"     cost {_cost(lost)}: {'; '.join(test.title for test in lost)}"]

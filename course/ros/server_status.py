@@ -80,6 +80,6 @@ def wait_for_server(
             own = sorted(
                 name for name, types in look() if not types[0].startswith(OF_EVERY_NODE) and _served(graph, name)
             )
-            served = f"served here: {', '.join(own)}" if own else f"no {what} is served here"
+            served = f"served here: {', '.join(own)}" if own else f"there is no {what} here"
             print(f"still waiting; {served}. Ctrl-C ends this.", file=sys.stderr)
     return ""

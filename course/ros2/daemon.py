@@ -16,7 +16,7 @@ def _add_start_arguments(parser: ArgumentParser) -> None:
 
 def tell(args: Namespace) -> None:
     """Say that there is no daemon; the exit status is 0, so that scripts for any ROS 2 go on."""
-    print("The daemon is not running: this ros2 has none, each command looks at the graph itself")
+    print("There is no daemon: this ros2 does not use one, and each command queries the graph itself")
 
 
 VERBS = {

@@ -611,7 +611,7 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
     (
         r"^IndexError",
         r"ranges\[",
-        "Scanners differ in their number of beams. Find a beam by its angle, which is angle_min + index * angle_increment.",
+        "Scanners differ in their number of beams. Find a beam by its angle: angle_min + index * angle_increment.",
     ),
     (
         r"incompatible function arguments",

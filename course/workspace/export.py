@@ -72,8 +72,8 @@ def _check(workspace: Path, made: dict[str, dict[str, str]]) -> list[str]:
             continue
         if name in made:
             raise WorkspaceError(
-                f"{place} is a package called '{name}' already, and colcon builds only one of a name: move it out of "
-                "the workspace or choose another WORKSPACE"
+                f"{place} is already a package called '{name}', and colcon builds only one package of each name: "
+                "move it out of the workspace or choose another WORKSPACE"
             )
     return notes
 
@@ -87,8 +87,8 @@ def _write(workspace: Path, files: dict[str, str], force: bool) -> None:
     edited = [path for path in changed if path in present and _digest(present[path]) != recorded.get(path)]
     if edited and not force:
         raise WorkspaceError(
-            f"nothing was written: in {workspace}, {', '.join(edited)} was edited, or does not come from an export. "
-            "--force replaces it, and keeps the old text beside it with ~ at the end of its name"
+            f"nothing was written: in {workspace}, {', '.join(edited)} was edited, or was not written by an export. "
+            "--force replaces it, and keeps the old file as FILE~"
         )
     workspace.mkdir(parents=True, exist_ok=True)
     record = json.dumps({**recorded, **{path: _digest(content) for path, content in wanted.items()}}, indent=1) + "\n"

@@ -78,7 +78,8 @@ def of_exercise(exercise: Exercise, name: str) -> dict[str, dict[str, str]]:
         check_name(name)
         if name in packages or name in imported or name in sys.stdlib_module_names:
             raise WorkspaceError(
-                f"a package called '{name}' would hide another of this name: choose one with --package"
+                f"a package called '{name}' would hide an existing package of that name: choose another "
+                "name with --package"
             )
         packages[name] = _python_package(name, exercise)
     return packages
@@ -87,7 +88,7 @@ def of_exercise(exercise: Exercise, name: str) -> dict[str, dict[str, str]]:
 def notes(exercise: Exercise) -> list[str]:
     """Return a line for each thing in the programs that will not work in a ROS 2 package."""
     return [
-        f"{program.file} imports course, which a robot does not have"
+        f"{program.file} imports course, which is not installed on a robot"
         for program in exercise.programs
         if "course" in program.imports
     ]
@@ -97,7 +98,8 @@ def check_name(name: str) -> None:
     """Raise WorkspaceError unless ROS 2 and Python allow a package called `name` (REP 144)."""
     if not re.fullmatch(r"[a-z](_?[a-z0-9]+)+", name) or keyword.iskeyword(name):
         raise WorkspaceError(
-            f"'{name}' cannot be a package name: use lower-case letters, digits and single underscores, a letter first"
+            f"'{name}' is not a valid package name: use lower-case letters, digits and single underscores, beginning "
+            "with a letter"
         )
 
 

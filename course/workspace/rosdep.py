@@ -68,7 +68,9 @@ def main(words: list[str]) -> int:
     prepare()
     gaps = missing(folders)
     for need, by in gaps.items():
-        print(f"{need} is not here, and {', '.join(sorted(set(by)))} needs it. {_advice(need)}", file=sys.stderr)
+        print(
+            f"{need} is not installed here, but {', '.join(sorted(set(by)))} needs it. {_advice(need)}", file=sys.stderr
+        )
     if not gaps:
         print(ALL_THERE)
     return 1 if gaps else 0

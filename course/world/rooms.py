@@ -38,7 +38,7 @@ class Room:
         """
         unknown = set(data) - {"name", "description", "start", *PARTS}
         if unknown:
-            raise WorldError(f"a room has no {', '.join(sorted(unknown))}")
+            raise WorldError(f"a room has no setting called {', '.join(sorted(unknown))}")
         name = str(data.get("name", "room"))
         try:
             segments = [geometry.box(*sides) for sides in data.get("boxes", ())]

@@ -52,7 +52,7 @@ def test_a_student_is_told_step_by_step_how_far_the_exercise_is_and_everybody_ca
     expect(panel).to_contain_text("as its cell says")
     panel.get_by_role("button", name="Run all checks").click()
     expect(checks).to_contain_text("✓greets: passed")
-    expect(panel).to_contain_text("1 of 2 parts done. Up to 2 of 5 points can be given for them")
+    expect(panel).to_contain_text("1 of 2 parts done, worth up to 2 of 5 points")
     # Hints come one after the other, and are drawn as in the notebook.
     expect(panel).to_contain_text("Tipp 2: open the one before first")
     expect(panel.get_by_text("One callback is enough.")).to_have_count(0)
@@ -85,4 +85,4 @@ def test_a_reset_brings_the_stub_back_and_keeps_what_was_written(lab, page):
     shutil.rmtree(lab[2] / "reset/.released")
     panel.get_by_role("button", name="Reset greeter.py").click()
     page.get_by_role("dialog").get_by_role("button", name="Reset").click()
-    expect(page.get_by_role("dialog")).to_contain_text("there is no copy of greeter.ipynb as it was handed out")
+    expect(page.get_by_role("dialog")).to_contain_text("there is no copy of greeter.ipynb as it was released")

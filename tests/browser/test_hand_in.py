@@ -60,7 +60,7 @@ def test_a_doubt_is_asked_and_no_is_an_answer(lab, page):
     button = page.get_by_role("button", name="Hand in", exact=True)
     button.click()
     dialog = page.get_by_role("dialog")
-    expect(dialog).to_contain_text("greeter.py is not what its cell says")
+    expect(dialog).to_contain_text("greeter.py differs from its cell")
     dialog.get_by_role("button", name="Cancel").click()
     dialog.wait_for(state="detached")
     assert list((served / "doubtful").glob("*.zip")) == []
@@ -80,7 +80,7 @@ def test_what_cannot_be_handed_in_is_told_in_a_sentence(lab, page):
     open_page(page, lab, "empty/empty.ipynb")
     page.get_by_role("button", name="Hand in", exact=True).click()
     dialog = page.get_by_role("dialog")
-    expect(dialog).to_contain_text("none of its files is there: run the cells that write greeter.py")
+    expect(dialog).to_contain_text("none of the exercise's files exists: run the cells that write greeter.py")
     expect(dialog).not_to_contain_text("Traceback")
 
 

@@ -101,7 +101,7 @@ def test_from_the_work_to_the_feedback_in_the_terminal(confinement, tmp_path):
     (tmp_path / "work/services").mkdir(parents=True)
     shutil.copy(ROOT / "notebooks/services/services.ipynb", tmp_path / "work/services")
     said = hand_in_and_return(tmp_path / "work/services", tmp_path)
-    assert "relay: 4.5 of 10 points" in said and "What to mend:" in said
+    assert "relay: 4.5 of 10 points" in said and "What to correct:" in said
 
 
 @pytest.mark.matrix  # test_from_the_work_to_the_feedback_in_the_terminal runs the same commands
@@ -116,7 +116,7 @@ def test_from_the_work_to_the_feedback_in_the_notebook(student, confinement, pag
     nbformat.write(notebook, services / "services.ipynb")
     open_page(page, (address, token, work), "services/services.ipynb")
     run_cell(page, number, "import course; course.feedback()")
-    output = page.locator(".jp-OutputArea-output").filter(has_text="What to mend")
+    output = page.locator(".jp-OutputArea-output").filter(has_text="What to correct")
     output.get_by_text(f"{points} points").first.wait_for()
     output.get_by_text("relay: 4.5 of 10 points").first.wait_for()
     output.scroll_into_view_if_needed()

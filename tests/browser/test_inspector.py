@@ -38,7 +38,7 @@ def test_a_service_is_called_and_a_goal_canceled_while_a_cell_runs_and_the_graph
     panel = begin(page, lab, "inspected")
     panel.get_by_role("combobox", name="Service", exact=True).select_option("/add_two_ints")
     panel.get_by_label("a int64").fill("two")
-    expect(panel.get_by_text("write a whole number: int64 takes no 'two'")).to_be_visible()
+    expect(panel.get_by_text("write a whole number: int64 does not accept 'two'")).to_be_visible()
     expect(panel.get_by_label("a int64")).to_have_attribute("aria-invalid", "true")
     panel.get_by_label("a int64").fill("9007199254740993")  # which a number of JavaScript cannot hold
     panel.get_by_label("b int64").fill("1")
@@ -119,7 +119,7 @@ def test_a_message_is_published_at_a_rate_and_stops_with_the_panel(lab, page):
     panel = begin(page, lab, "repeated")
     panel.get_by_label("What to do").select_option("Publish a message")
     panel.get_by_label("Times a second").fill("1000")
-    expect(panel.get_by_text("write a number from 0.1 to 100, in times a second")).to_be_visible()
+    expect(panel.get_by_text("write a number from 0.1 to 100, in Hz")).to_be_visible()
     panel.get_by_label("Times a second").fill("5")
     expect(panel.get_by_label("The line", exact=True)).to_contain_text("ros2 topic pub --rate 5 /cmd_vel")
     expect(panel.get_by_label("The program", exact=True)).to_contain_text("self.create_timer(0.2, self.publish)")

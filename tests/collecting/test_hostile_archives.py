@@ -127,9 +127,9 @@ HOSTILE = {
     "one file as a thousand": (overlapping, "not a zip archive that can be read"),
     "bzip2": (
         lambda: zipped([("relay.py", bytes(100 * MB))], zipfile.ZIP_BZIP2),
-        "relay.py is compressed in an unusual way: make an ordinary zip archive",
+        "relay.py uses an unsupported compression: create an ordinary zip archive",
     ),
-    "LZMA": (lambda: zipped([("relay.py", b"x")], zipfile.ZIP_LZMA), "relay.py is compressed in an unusual way"),
+    "LZMA": (lambda: zipped([("relay.py", b"x")], zipfile.ZIP_LZMA), "relay.py uses an unsupported compression"),
     "many files": (lambda: many(30_000), "more than 1,000 files"),
     "a large table of contents": (large_table, "too many files in it"),
     "a smaller size": (says_less, "not a zip archive that can be read"),

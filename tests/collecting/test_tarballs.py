@@ -75,13 +75,13 @@ HOSTILE = {
     "many files": (lambda: packed([(f"{n}", b"") for n in range(5000)]), f"more than {MAX_FILES:,} files"),
     "many descriptions": (
         lambda: raw(*[({"kind": tarfile.GNUTYPE_LONGNAME}, b"x")] * 5000),
-        "its descriptions are too long",
+        "its headers are too long",
     ),
     "a long description": (
         lambda: raw(({"kind": tarfile.XHDTYPE}, b"1" * (LONGEST_DESCRIPTION + 1))),
-        "its descriptions are too long",
+        "its headers are too long",
     ),
-    "a damaged description": (lambda: raw(({"kind": tarfile.XHDTYPE}, b"0 path=x\n" * 9)), "a description in it is"),
+    "a damaged description": (lambda: raw(({"kind": tarfile.XHDTYPE}, b"0 path=x\n" * 9)), "a header in it is"),
     "no size": (lambda: raw(({"size": b"nonsense    "}, b"")), "it is damaged, or no tar archive"),
     "a size below zero": (lambda: raw(({"size": b"\xff" * 12}, b"")), "it is damaged, or no tar archive"),
     "a size without end": (lambda: raw(({"size": b"\x80" + b"\xff" * 11}, b"")), "it ends too early"),

@@ -115,7 +115,7 @@ def test_a_file_that_is_not_what_its_cell_says_is_asked_about(folder):
     (folder / "server.py").write_text("print('edited elsewhere: server')\n")
     refused = run(folder)
     assert refused.returncode == 1
-    assert "Careful: server.py is not what its cell" in refused.stderr
+    assert "Careful: server.py differs from its cell" in refused.stderr
     assert "--yes" in refused.stderr
     assert "Traceback" not in refused.stderr
     assert list(folder.glob("*.zip")) == []
@@ -239,7 +239,7 @@ def test_what_is_late_is_said_by_the_dates_that_the_release_has_noted(folder):
     )
     assert found.lateness(NOW + timedelta(hours=30)) == "This is late by 1.2 days: it was due on 2026-11-02 09:30 UTC."
     assert found.lateness(NOW + timedelta(days=2, seconds=1)).startswith(
-        "This is too late: it ended on 2026-11-04 09:30"
+        "This is too late: hand-ins ended on 2026-11-04 09:30"
     )
     done = run(folder, "--no-check")
     assert done.returncode == 0 and re.search(r"^This is (in time|late by|too late)", done.stdout, re.MULTILINE)
@@ -256,9 +256,7 @@ def test_a_class_on_one_server_tells_ones_own_dates(folder, tmp_path, monkeypatc
     monkeypatch.setenv(hand_in.EXCHANGE, "ros2")
     found = hand_in.read(folder)
     assert "in time: it is due on 2026-11-09 09:30 UTC" in found.lateness(NOW + timedelta(days=5))
-    assert found.lateness(NOW + timedelta(days=9)).endswith(
-        "ended on 2026-11-10 09:30 UTC. It is not collected any more."
-    )
+    assert found.lateness(NOW + timedelta(days=9)).endswith("ended on 2026-11-10 09:30 UTC. It will not be collected.")
     assert [found.is_over(NOW + timedelta(days=days)) for days in (5, 9)] == [False, True]
     done = hand_in.HandedIn(tmp_path, [], {})
     assert "in the exchange of your class" in done.kept and "You can hand in again" in done.kept

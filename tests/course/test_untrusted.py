@@ -53,7 +53,7 @@ def test_what_is_no_ordinary_file_keeps_nobody_waiting(tmp_path, make):
     command = [COURSE, "hand-in", str(tmp_path), "--yes", "--no-check"]
     ran = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert ran.returncode == 1
-    assert "none of its files is there: run the cells that write relay.py" in ran.stderr
+    assert "none of the exercise's files exists: run the cells that write relay.py" in ran.stderr
     make(tmp_path / "two.ipynb")
     with pytest.raises(HandInError, match="two.ipynb cannot be read"):
         hand_in.read(tmp_path)
@@ -70,8 +70,8 @@ def test_a_file_has_a_largest_size(tmp_path):
     ("content", "says"),
     [
         (lambda: zipped(".html", bytes(4 * MB)), "more than 50 MB when it is unpacked"),
-        (lambda: zipped(".html", bytes(4 * MB), zipfile.ZIP_BZIP2), "compressed in an unusual way"),
-        (lambda: zipped(f"{EVIL}.html", b"x", zipfile.ZIP_LZMA), "compressed in an unusual way"),
+        (lambda: zipped(".html", bytes(4 * MB), zipfile.ZIP_BZIP2), "uses an unsupported compression"),
+        (lambda: zipped(f"{EVIL}.html", b"x", zipfile.ZIP_LZMA), "uses an unsupported compression"),
         (lambda: b"PK" + os.urandom(1000), "not a zip archive that can be read"),
         (lambda: zipped(".zip", zipped(".html", b"")), "no page of feedback"),
     ],

@@ -165,7 +165,7 @@ def test_a_service_is_called_and_its_program_and_line_do_the_same(kernel, page):
     assert "sum=42" in kernel.run("!python client.py")
     assert "sum=42" in kernel.run("!" + told["ros2"])
     wrong = page.ask("inspector.send", **ADD, given={"a": "two"})["error"]
-    assert wrong == "a: write a whole number: int64 takes no 'two'"
+    assert wrong == "a: write a whole number: int64 does not accept 'two'"
 
 
 def test_a_goal_shows_its_feedback_and_result_and_its_program_does_the_same(kernel, page):
@@ -265,7 +265,7 @@ def test_a_parameter_is_set_or_refused_with_the_reason_and_its_program_and_line_
     assert "successful" in kernel.run("!" + page.ask("inspector.look", **SPEED, given={"speed": "1"})["result"]["ros2"])
     assert "1.0" in kernel.run("!ros2 param get /servers speed")
     wrong = page.ask("inspector.look", **SPEED, given={"speed": "fast"})["result"]["wrong"]
-    assert wrong == {"speed": "write a number: float64 takes no 'fast'"}
+    assert wrong == {"speed": "write a number: float64 does not accept 'fast'"}
 
 
 def test_calls_of_cells_are_kept_with_their_times(kernel, page):

@@ -139,7 +139,7 @@ def test_a_session_says_when_it_starts_a_file_that_its_cell_did_not_write(kernel
     with open(kernel.folder / "drifted.py", "a") as file:
         file.write("# edited elsewhere\n")
     assert kernel.run("_ = ros.start('drifted.py')").startswith(
-        "drifted.py is not what its cell in the saved notebook says"
+        "drifted.py differs from its cell in the saved notebook"
     )
     (kernel.folder / "drifted.ipynb").unlink()
 

@@ -38,18 +38,18 @@ def test_a_file_that_was_edited_elsewhere(folder):
     age(folder / "section.ipynb", 60)
     (folder / "server.py").write_text("print('three')\n")
     assert list(differences(folder)) == ["server.py"]
-    assert "is the newer of the two" in differences(folder)["server.py"]
+    assert "and is newer: save" in differences(folder)["server.py"]
 
 
 def test_a_cell_that_was_edited_and_not_run(folder):
     (folder / "server.py").write_text("print('before')\n")
     age(folder / "server.py", 60)
-    assert differences(folder)["server.py"].startswith("server.py is not what its cell says: you edited the cell")
+    assert differences(folder)["server.py"].startswith("server.py differs from its cell: you edited the cell")
 
 
 def test_a_file_that_was_deleted(folder):
     (folder / "Ask.srv").unlink()
-    assert differences(folder) == {"Ask.srv": "Ask.srv is not there: run its cell."}
+    assert differences(folder) == {"Ask.srv": "Ask.srv is missing: run its cell."}
 
 
 def test_what_is_no_notebook_is_passed_over(folder):
@@ -63,7 +63,7 @@ def test_what_a_cell_of_this_kernel_wrote_is_no_difference_until_the_file_is_edi
     remember(folder / "server.py", "print('three')\n")
     assert difference_of(folder / "server.py") == ""
     (folder / "server.py").write_text("print('four')\n")
-    assert "is the newer of the two" in difference_of(folder / "server.py")
+    assert "and is newer: save" in difference_of(folder / "server.py")
 
 
 def test_cells_that_are_not_saved_yet_are_compared_with_their_files(folder):

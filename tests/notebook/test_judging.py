@@ -89,7 +89,7 @@ def test_nothing_is_judged_while_another_node_serves_its_names(folder, session):
     (folder / "server.py").write_text(SERVER)
     session.start(Other)
     with pytest.raises(
-        LiveError, match=r"server.py cannot be judged while other of this notebook uses /asked.*ros.stop"
+        LiveError, match=r"server.py cannot be checked while other of this notebook also uses /asked.*ros.stop"
     ):
         judging.judge("server.py", names=("/asked",))
     session.stop("other")
@@ -115,6 +115,6 @@ def test_another_kernel_in_the_folder_is_told(folder, monkeypatch, capsys):
     other = exercise_magic.registry.SessionRecord(1, 5, str(folder), 0.0, 0)
     monkeypatch.setattr(exercise_magic.registry, "running", lambda: [other])
     exercise("agent.py --no-start", "second = 2\n")
-    assert "another kernel works in this folder, too (process 1)" in capsys.readouterr().err
+    assert "another kernel (process 1) also works in this folder" in capsys.readouterr().err
     exercise("agent.py --no-start", "third = 3\n")
     assert capsys.readouterr().err == ""

@@ -69,7 +69,7 @@ def test_a_mutant_that_does_not_end_is_found(tmp_path):
 @pytest.mark.parametrize(
     ("text", "tests", "said"),
     [
-        (None, "def test_it(): pass", "near.py is not there: run the cell that writes it first"),
+        (None, "def test_it(): pass", "near.py is missing: run the cell that writes it first"),
         ("def near(:\n", "def test_it(): pass", "near.py, line 1: invalid syntax"),
         (
             "near = 1\n",
@@ -84,7 +84,7 @@ def test_a_mutant_that_does_not_end_is_found(tmp_path):
         (
             "near = 1\n",
             "from near import near\n",
-            "there are no tests: each is a function whose name begins with test_",
+            "there are no tests: a test is a function whose name begins with test_",
         ),
     ],
 )

@@ -49,7 +49,7 @@ ERROR = {"output_type": "error", "ename": "AssertionError", "evalue": "1 + 2 gav
         ([answer(2), check(count=3)], "passed"),
         ([answer(None), check(count=None)], "not run"),
         ([answer(2), check(outputs=(ERROR,))], "not yet: 1 + 2 gave 4"),
-        ([answer(4), check(count=3)], "run it again: you have changed the file since"),
+        ([answer(4), check(count=3)], "run it again: the file was written again since"),
         ([check(count=3), answer(4)], "passed"),  # the file of a later part
         ([question("YOUR ANSWER HERE")], "not answered"),
         ([question("Because it blocks.")], "answered"),
@@ -63,7 +63,7 @@ def test_the_state_of_a_part(section, tmp_path, cells, state):
 def test_points_are_those_of_the_cells_and_are_promised_to_nobody(section, tmp_path):
     section("services", check("relay", points=8), check("motor", count=None, points=12), question("It blocks."))
     told = progress(tmp_path)
-    assert told.summary.startswith("2 of 3 parts done. Up to 13 of 25 points can be given for them")
+    assert told.summary.startswith("2 of 3 parts done, worth up to 13 of 25 points")
     assert repr(told).splitlines()[1].split() == ["services", "relay", "passed", "8"]
     assert told._repr_html_().count("<tr>") == 4 and "✓ passed" in told._repr_html_()
 

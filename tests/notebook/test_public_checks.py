@@ -162,7 +162,7 @@ def test_a_check_starts_what_lies_there_and_refuses_what_is_not_there(empty, tmp
     assert page.check("calculator-server").startswith("15.5 add 3.2 gave 12.3")
     assert page.check("calculator-client").startswith("the addition does not show 18.7")
     server.unlink()
-    assert page.check("calculator-server").startswith("calculator_server.py is not there, beside the notebook")
+    assert page.check("calculator-server").startswith("calculator_server.py is not in the notebook's folder")
     page.write("Calculate.srv", b"float64 a,\n---\n")
     assert page.check("calculate-srv").startswith(
         "Calculate.srv is unchanged, because the last run of its cell was refused"
@@ -180,7 +180,7 @@ SPIN = "        rclpy.spin_until_future_complete(self, future, timeout_sec=timeo
         ("calculator-server", SERVER, "response.success = True", "response.success == True",
          "15.5 add 3.2 was answered with success=False, result=18.7 and no message"),
         ("calculator-client", CLIENT, SPIN, "        rclpy.logging\n",
-         "sends the request, and nothing in the file spins the node"),
+         "sends the request, but nothing in the file spins the node"),
         ("calculator-client", CLIENT, "a, b = float(a), float(b)", "a, b = float(int(a)), float(int(b))",
          "15 3 add it takes: a number may have a fraction."),
         ("calculator-client", CLIENT, "remove_ros_args(args)", "remove_ros_args(sys.argv[1:])",
@@ -197,10 +197,10 @@ def test_a_check_of_the_calculator_tells_what_is_seen(empty, check, file, old, n
     ("definition", "package", "says"),
     [
         ("string operation add", "calculator_interfaces",
-         "Calculate.srv: `string operation` has the value 'add'. That makes it a default; the task has fields alone."),
-        ("string operation\nfloat64 MOST=3.0", "calculator_interfaces", "`float64 MOST` has the value 3.0. "),
+         "Calculate.srv: `string operation` has the value 'add', which makes it a default; the task asks for plain"),
+        ("string operation\nfloat64 MOST=3.0", "calculator_interfaces", "`float64 MOST` has the value 3.0, "),
         ("string operation", "calculator_interface",
-         "was built into the package calculator_interface, and belongs to calculator_interfaces"),
+         "was built into the package calculator_interface, but belongs to calculator_interfaces"),
     ],
 )  # fmt: skip
 def test_a_definition_is_judged_as_it_was_built_last(empty, definition, package, says):
@@ -240,7 +240,7 @@ def test_the_check_of_the_controller_tells_the_part_that_is_wrong(empty, old, ne
     ("old", "new", "says"),
     [
         ("self.create_timer(0.1, ", "self.create_timer(10, ",
-         "The period of a timer is in seconds: this one calls every 10 s."),
+         "The period of a timer is in seconds: this one fires every 10 s."),
         ("np.degrees((angles + math.pi) % (2 * math.pi) - math.pi)", "(angles + math.pi) % (2 * math.pi) - math.pi",
          "it is told (0.0, 0.5): that is for something nearer than 0.5 m in front"),
         pytest.param("        self.scan_time = self", "        self.scan_time = self.scan_time or self",

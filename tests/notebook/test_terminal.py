@@ -73,15 +73,15 @@ def test_a_program_that_ends_by_itself_is_shown_as_it_is(tmp_path):
 def test_what_only_a_shell_can_do_is_told(command, word):
     ((_, output, status),) = terminal(command).runs
     assert status == 127
-    assert f"`{word}` is a word of the shell" in output and f"`!{command}`" in output
+    assert f"`{word}` needs a shell" in output and f"`!{command}`" in output
 
 
 @pytest.mark.parametrize(
     ("command", "said", "number"),
     [
-        ("", "there is no program in it", 127),
-        ("echo 'a", "a quotation mark too few or too many", 2),
-        ("./folder", "./folder: not a program that may be run", 126),
+        ("", "it names no program", 127),
+        ("echo 'a", "A quotation mark is missing, or there is one too many", 2),
+        ("./folder", "./folder: permission denied", 126),
         ("nonsense", "nonsense: command not found", 127),
     ],
 )

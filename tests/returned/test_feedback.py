@@ -139,7 +139,7 @@ def test_a_page_that_would_keep_a_parser_busy_is_looked_through_at_once(tmp_path
 
 
 def test_a_page_of_a_later_form_says_so():
-    with pytest.raises(FeedbackError, match="bring yours up to date"):
+    with pytest.raises(FeedbackError, match="update yours"):
         Feedback.from_text(FOUND.to_text().replace('"format": 1', '"format": 2'))
 
 

@@ -88,7 +88,7 @@ def test_a_command_that_nothing_here_needs_says_what_to_use(command, word, alone
 
 def test_there_is_no_daemon(alone):
     """Scripts that stop and start it go on."""
-    line = "The daemon is not running: this ros2 has none, each command looks at the graph itself\n"
+    line = "There is no daemon: this ros2 does not use one, and each command queries the graph itself\n"
     assert alone.outputs("daemon status", "daemon stop", "daemon start --debug") == [line] * 3
 
 

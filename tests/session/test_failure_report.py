@@ -121,10 +121,10 @@ def after(self, params):
         ),
         ("TypeError: A.go() takes 1 positional argument but 2 were given", "self.go(1)", "", ""),
         ("TypeError: 'bool' object is not callable", "self.go = True\ndef go(self): pass", "", "the method `go`"),
-        ("TypeError: 'str' object is not callable", "", "sectors = look(scan)", "`look` is a str here, and not a fun"),
+        ("TypeError: 'str' object is not callable", "", "sectors = look(scan)", "`look` is a str here, not a fun"),
         ("TypeError: 'NoneType' object is not callable", "", "self.ask(1)", "`self.ask` is None here"),
         ("TypeError: 'bool' object is not callable", "self.go = 1\ndef go(self): pass", "self.go()", "the method `go`"),
-        ("TypeError: 'int' object is not callable", "", "a(b(1))", "Hand a callback over by its name"),
+        ("TypeError: 'int' object is not callable", "", "a(b(1))", "Pass a callback by its name"),
         (
             "TypeError: Expected <class 'std_msgs.msg._float64.Float64'>, got <class 'float'>",
             "",
@@ -173,7 +173,7 @@ def after(self, params):
         ("ModuleNotFoundError: No module named 'geometry_msg'", "", "", "Did you mean the package geometry_msgs?"),
         ("ModuleNotFoundError: No module named 'other_interfaces'", "", "", "other_interfaces is not built here"),
         ("ModuleNotFoundError: No module named 'numpi'", "import numpi", "", ""),
-        ("EOFError: EOF when reading a line", "", "", "not by `input()`"),
+        ("EOFError: EOF when reading a line", "", "", "not with `input()`"),
         (
             "AttributeError: 'Future' object has no attribute 'accepted'",
             "handle = client.send_goal_async(goal)\nhandle.accepted\nros.wait(handle)",
@@ -190,7 +190,7 @@ def after(self, params):
             "AttributeError: 'Lift_GetResult_Response' object has no attribute 'accepted'",
             "client.send_goal_async(goal)",
             "",
-            "`accepted` belongs to the goal's handle",
+            "`accepted` belongs to the goal handle",
         ),
         (
             "AttributeError: 'Lift_GetResult_Response' object has no attribute 'resutl'",
@@ -279,7 +279,7 @@ def after(self, params):
             "RCLError: create_publisher() called for existing topic name rt/chatter with incompatible type std_msgs",
             "",
             "",
-            "/chatter is in use here with another",
+            "/chatter already has another",
         ),
         ("TypeError: spin() missing 1 required positional argument: 'node'", "", "", "`rclpy.spin(node)`"),
         (
@@ -312,7 +312,7 @@ def test_a_known_cause_has_a_hint_and_no_other(error, text, code, says):
         ("def", "while True: pass", "", "loops without end"),
         ("def", "time.sleep(9)", "", "sleeps"),
         ("def", "self.client.wait_for_service()", "", "waits in line 9, `self.client.wait_for_service()`"),
-        ("async def", "self.client.wait_for_service()", "", "Ask `service_is_ready()`"),
+        ("async def", "self.client.wait_for_service()", "", "Check `service_is_ready()`"),
         ("def", "self.client.wait_for_service(5.0)", "", ""),
         ("def", "answer = self.client.call(r, 1.0)", "", ""),
         ("def", "while not self.client.call_async(r).done(): time.sleep(1)", "", "waits in line 9, `while not "),

@@ -114,7 +114,7 @@ def test_a_wait_in_vain_tells_once_of_topics_whose_qualities_of_service_do_not_f
     assert not session.until(lambda: False, timeout=TELLING)
     assert not session.until(lambda: False, timeout=TELLING)
     (told,) = session.watch.notices()
-    assert told.startswith("talker publishes /chatter and this notebook subscribes to it, but the qualities")
+    assert told.startswith("talker publishes /chatter and this notebook subscribes to it, but the quality of")
     assert "offers best_effort and volatile, the subscription asks for reliable and volatile." in told
 
 

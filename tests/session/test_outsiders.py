@@ -78,7 +78,7 @@ def test_who_answers_is_told_when_the_session_has_not_started_it(session, outsid
 def test_a_server_beside_that_of_the_session_is_told_and_is_in_the_table(session, outsider, server):
     stub = session.start(server, "--silent")
     (notice,) = session.watch.notices()
-    assert "outside of this session has a node of the same name" in notice and f"process {outsider.pid} " in notice
+    assert "outside this session also has a node of this name" in notice and f"process {outsider.pid} " in notice
     outside = f"not started by this session: process {outsider.pid} (python adder.py)"
     assert [row.where for row in session.rows()] == [f"adder.py, process {stub.pid}", outside]
     session.call("add_two_ints", AddTwoInts)

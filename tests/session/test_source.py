@@ -181,7 +181,7 @@ def test_a_guard_that_is_never_true(tmp_path, guard):
     file.write_text(f"def main():\n    pass\n\n\nif __name__ == {guard}:\n    main()\n")
     told = str(of_program(file, "", 0, before_its_node=True))
     assert told.startswith(f"server.py ended with exit status 0.\n  server.py, line 5\n    if __name__ == {guard}:\n")
-    assert told.endswith("so that main() does not run: write `if __name__ == '__main__':`.")
+    assert told.endswith("so main() does not run: write `if __name__ == '__main__':`.")
     assert wrong_guard("if __name__ == '__main__':\n    main()\n") is None
 
 

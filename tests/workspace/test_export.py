@@ -139,11 +139,11 @@ def test_a_package_of_that_name_made_by_hand_is_kept(tmp_path, files):
     mine = tmp_path / "src/calculator/package.xml"
     mine.parent.mkdir(parents=True)
     mine.write_text("<package><name>calculator</name></package>")
-    assert "does not come from an export" in refusal("calculator", tmp_path, files)
+    assert "was not written by an export" in refusal("calculator", tmp_path, files)
     elsewhere = tmp_path / "src/deep/er/package.xml"
     elsewhere.parent.mkdir(parents=True)
     mine.rename(elsewhere)
-    assert "colcon builds only one of a name" in refusal("calculator", tmp_path, files)
+    assert "colcon builds only one package of each name" in refusal("calculator", tmp_path, files)
 
 
 def test_a_broken_package_xml_elsewhere_is_told(tmp_path, files):
@@ -185,12 +185,12 @@ def test_a_program_that_is_not_text_and_a_definition_that_ros_refuses(tmp_path, 
     "name", ["My_Package", "my-package", "1st", "my__package", "_my", "a", "class", "mein_überblick"]
 )
 def test_a_package_name_that_ros_does_not_allow(tmp_path, files, name):
-    assert f"'{name}' cannot be a package name" in refusal("calculator", tmp_path / "ws", files, package=name)
+    assert f"'{name}' is not a valid package name" in refusal("calculator", tmp_path / "ws", files, package=name)
 
 
 @pytest.mark.parametrize("name", ["rclpy", "json", "calculator_interfaces"])
 def test_a_package_name_that_hides_another(tmp_path, files, name):
-    assert "would hide another" in refusal("calculator", tmp_path / "ws", files, package=name)
+    assert "would hide an existing package" in refusal("calculator", tmp_path / "ws", files, package=name)
 
 
 @pytest.mark.parametrize("folder", ["my workspace", "Überblick", "a;b c"])

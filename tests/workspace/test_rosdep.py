@@ -37,8 +37,13 @@ def test_what_is_missing_is_named_with_who_needs_it(package, capsys):
     assert main(["install", "--from-paths", "src", "-y", "--ignore-src"]) == 1
     said = capsys.readouterr()
     library, module = said.err.splitlines()
-    assert library.startswith("python3-no-such-library is not here, and more_clouds needs it. If it is on PyPI")
-    assert module.startswith("sensor_msgs_py is not here, and clouds, more_clouds needs it. ") and "into src" in module
+    assert library.startswith(
+        "python3-no-such-library is not installed here, but more_clouds needs it. If it is on PyPI"
+    )
+    assert (
+        module.startswith("sensor_msgs_py is not installed here, but clouds, more_clouds needs it. ")
+        and "into src" in module
+    )
     assert said.out == ""
 
 

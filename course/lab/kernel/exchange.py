@@ -191,4 +191,4 @@ def find(number: str) -> Exchange:
         for each in _kept:
             if each.number == number:
                 return each
-    raise LiveError("The kernel was restarted, or too much has happened since. Send it again.")
+    raise LiveError("The kernel was restarted, or this exchange is too old to be kept. Send it again.")

@@ -145,7 +145,7 @@ def _hertz(kind: str, rate: str) -> float | None:
         return None
     least, most = sending.RATES
     if not least <= (hertz := forms.scalar("float64", rate)) <= most:
-        raise ValueError(f"write a number from {least:g} to {most:g}, in times a second")
+        raise ValueError(f"write a number from {least:g} to {most:g}, in Hz")
     return float(hertz)
 
 

@@ -55,8 +55,8 @@ QOS = {
 OTHER = "another program"
 OF_A_SERVICE = "Seen from the server: the times are when it took the request and sent the response."
 OF_AN_ACTION = (
-    "Seen from the action's topics for status and feedback. What the goal and the result say is not seen there, and "
-    "neither is a goal that was refused: they travel in services, between client and server alone."
+    "Seen from the action's topics for status and feedback. The contents of goal and result are not shown, and "
+    "neither are rejected goals: they travel in services, only between client and server."
 )
 
 

@@ -143,7 +143,7 @@ def place(x: float, y: float, heading: float) -> None:
         return pose is not None and math.dist((x, y), pose[:2]) < NEAR
 
     if not wait_until(there, FOUND, alert=False):
-        raise LiveError("The world did not put the robot there: its log says why.")
+        raise LiveError("The world could not place the robot there; its log says why.")
 
 
 def drop(x: float, y: float) -> None:

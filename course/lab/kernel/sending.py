@@ -187,7 +187,7 @@ def send_goal(live: Session, interface: Interface, name: str, goal: Any, timeout
             ):
                 exchange.note(
                     "The server has not answered the cancel yet. While its execute callback waits in a "
-                    "SingleThreadedExecutor nothing else is heard: use a MultiThreadedExecutor, or await in it."
+                    "SingleThreadedExecutor, nothing else is handled: use a MultiThreadedExecutor, or await in it."
                 )
                 sent.cancel_unanswered.clear()
 
