@@ -112,7 +112,7 @@ def of_program(path: Path, output: str, status: int, *, before_its_node: bool = 
     if never_called(source):
         why = "main() is defined, but never called: end the file with `if __name__ == '__main__': main()`."
     elif status == 0 and never_spins(source):
-        why = "It ends at once, because it never spins: main() must call `rclpy.spin(node)`."
+        why = "It ended because nothing spins its node: main() must call `rclpy.spin(node)`."
     elif before_its_node and status == 0:
         why = "It created no node: is `super().__init__('name')` reached?"
     elif status == 0:
