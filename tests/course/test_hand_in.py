@@ -139,7 +139,10 @@ def test_the_checks_see_the_file_that_is_handed_in_not_its_cell(folder):
         (lambda folder: (folder / "greeter.ipynb").unlink(), "there is no notebook with an exercise in"),
         (lambda folder: (folder / "server.py").unlink(), "run the cells that write server.py"),
         (lambda folder: (folder / "greeter.ipynb").write_text("no JSON"), "greeter.ipynb cannot be read"),
-        (lambda folder: (folder / "copy.ipynb").write_text((folder / "greeter.ipynb").read_text()), "which one?"),
+        (
+            lambda folder: (folder / "copy.ipynb").write_text((folder / "greeter.ipynb").read_text()),
+            "only one can be handed in",
+        ),
     ],
     ids=["no notebook", "no file", "a broken notebook", "a copy of the notebook"],
 )

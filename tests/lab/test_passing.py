@@ -196,7 +196,7 @@ def test_a_goal_of_another_program_is_drawn_from_status_and_feedback(kernel, pag
     assert names(exchange) == ["accepted", "succeeded"]
     feedback = [text for _, name, text in exchange["events"] if name == "feedback"]
     assert len(feedback) == 4 and feedback[-1].endswith("- 5")
-    assert "not seen there" in exchange["about"]
+    assert "are not shown" in exchange["about"]
     assert exchange["type"] == "example_interfaces/action/Fibonacci"
 
 

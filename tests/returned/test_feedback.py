@@ -158,7 +158,7 @@ def test_a_page_cannot_choose_where_it_is_put(folder, tmp_path, name):
     [
         (b"", "not a feedback page"),
         (b"<html><p>an old page</html>", "open it in a browser"),
-        (b"PK\x05\x06" + bytes(18), "has no page of feedback"),
+        (b"PK\x05\x06" + bytes(18), "contains no page of feedback"),
     ],
 )
 def test_what_is_no_feedback_is_told_in_a_line(folder, tmp_path, content, says):
@@ -172,7 +172,7 @@ def test_an_archive_with_pages_of_several_is_not_guessed_at(tmp_path):
     with zipfile.ZipFile(tmp_path / "class.zip", "w") as archive:
         for student in ("ada", "bob"):
             archive.writestr(f"{student}.html", page(Feedback(student, "services", "", "graded", 1.0, 1.0)))
-    with pytest.raises(FeedbackError, match="has 2 pages of feedback"):
+    with pytest.raises(FeedbackError, match="contains 2 pages of feedback"):
         pages.take(tmp_path / "class.zip")
 
 
