@@ -19,7 +19,10 @@ from autograder.sandbox.forkserver import BEGINS, ENDED
 from autograder.sandbox.usage import parent, running, takes_more
 
 GLANCE = 0.1  # s between two looks at memory and processes
-BUSY, BUSY_SECONDS = 10, 2.0  # threads that all run or could for so long: they take the processor from others
+# Processes of a program that all run or could, and threads: more take the processor from other gradings.  A right
+# answer has one process or two, whose threads share Python's lock.
+BUSY_PROCESSES, BUSY_THREADS = 5, 12
+BUSY_SECONDS = 2.0  # for which they may, in all; what they have used is forgotten four times as slowly as it grows
 WHY = 300  # characters of why a program was ended: with them an End fits into any pipe at once
 
 # Run by bubblewrap in place of a program: reports that the sandbox is made, and keeps it until stdin is closed.
@@ -172,17 +175,26 @@ class Process:
         return int(found[1]) if found else None
 
     def _watch(self, most_memory: int, most_tasks: int) -> None:
-        calm = time.monotonic()
+        busy, last = 0.0, time.monotonic()  # s
         while self.alive:
             tasks = self._measured(self._process.pid)
-            if sum(tasks.values()) < BUSY or running(tasks) < BUSY:
-                calm = time.monotonic()
-            elif time.monotonic() > calm + BUSY_SECONDS:
+            now = time.monotonic()
+            busy = max(0.0, busy + (now - last) * (1.0 if _is_crowd(tasks) else -0.25))
+            last = now
+            if busy > BUSY_SECONDS:
                 self.stop(
-                    f"it kept {BUSY} processes or threads busy for {BUSY_SECONDS:.0f} s; let them wait, or end them"
+                    f"it kept {BUSY_PROCESSES} processes or {BUSY_THREADS} threads busy; let them wait, or end them"
                 )
             if sum(tasks.values()) >= most_tasks:
                 self.stop(f"it started {most_tasks} processes and threads; do not start processes in an endless loop")
             if takes_more(tasks, most_memory):
                 self.stop(f"it took more than {most_memory >> 30} GiB of memory; keep only what you need")
             self._waiter.join(GLANCE)
+
+
+def _is_crowd(tasks: Mapping[int, int]) -> bool:
+    """Return True if too many of these processes, given with their numbers of threads, are busy at once."""
+    if len(tasks) < BUSY_PROCESSES and sum(tasks.values()) < BUSY_THREADS:
+        return False
+    found = [running([pid]) for pid in tasks]
+    return sum(number > 0 for number in found) >= BUSY_PROCESSES or sum(found) >= BUSY_THREADS

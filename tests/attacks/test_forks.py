@@ -169,6 +169,18 @@ for _ in range(20):
             pass
 os.wait()
 """
+# The same with pauses.
+BURSTS = BURNER.replace(
+    "        while True:\n            pass\n",
+    """
+        import time
+        while True:
+            end = time.monotonic() + 1.0
+            while time.monotonic() < end:
+                pass
+            time.sleep(0.5)
+""",
+)
 # Many threads, of which few have something to do, as those of ROS 2.
 WAITING = """
 import threading, time
@@ -184,8 +196,13 @@ print('done', flush=True)
 def test_many_busy_processes_are_ended_and_threads_that_wait_are_not(filtered, server):
     if not filtered:
         pytest.skip("the filter changes nothing here")
-    with running(server, BURNER) as (burner, _), running(server, WAITING) as (waiting, _):
-        assert burner.wait(ENDED) and "processes or threads busy" in burner.stopped
+    with (
+        running(server, BURNER) as (burner, _),
+        running(server, BURSTS) as (bursts, _),
+        running(server, WAITING) as (waiting, _),
+    ):
+        for each in (burner, bursts):
+            assert each.wait(ENDED) and "processes or 12 threads busy" in each.stopped
         assert waiting.wait(ENDED) and (waiting.output, waiting.stopped) == ("done\n", "")
 
 

@@ -195,7 +195,8 @@ def test_room_from_data_and_from_a_file(tmp_path):
 
 
 @pytest.mark.parametrize("data, message", [
-    ({"boxs": []}, "no setting called boxs"), ({"boxes": [[0, 0, 1]]}, "room 'room'"), ({"start": [0, 0]}, "room 'room'"),
+    ({"boxs": []}, "no setting called boxs"), ({"boxes": [[0, 0, 1]]}, "room 'room'"),
+    ({"start": [0, 0]}, "room 'room'"),
     ({"circles": [[0, 0, INF]]}, "finite"), ({"walls": [[[0, "a"], [1, 1]]]}, "room 'room'"),
 ])  # fmt: skip
 def test_bad_room_data_is_refused_with_a_reason(data, message):
