@@ -12,8 +12,10 @@ from pathlib import Path
 from autograder.errors import UsageError
 from autograder.submissions.times import parse_time
 from course.foundation import storage
+from course.foundation.untrusted import read_regular
 
 FILE = "ends.json"
+MOST = 10_000_000  # bytes
 NONE = "none"  # instead of a time: removes the end
 
 
@@ -25,11 +27,11 @@ def parse(text: str) -> datetime | str:
 def read(course: Path) -> dict[str, datetime]:
     """Return the ends of a course folder, in UTC; raises UsageError when the file is invalid."""
     try:
-        known = json.loads((course / FILE).read_text(encoding="utf-8"))
+        known = json.loads(read_regular(course / FILE, MOST))
         return {str(name): datetime.fromisoformat(time).astimezone(UTC) for name, time in known.items()}
     except FileNotFoundError:
         return {}
-    except (ValueError, TypeError, AttributeError) as error:
+    except (ValueError, TypeError, AttributeError, OverflowError) as error:
         raise UsageError(f"{course / FILE} cannot be read: {error}. Mend it, or remove it and release again") from None
 
 

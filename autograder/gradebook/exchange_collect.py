@@ -71,12 +71,16 @@ class OwnersCollect(ExchangeCollect):
 
     def _sort_by_timestamp(self, records: list[dict[str, Any]]) -> list[dict[str, Any]]:
         """Sort a student's hand-ins that count, the newest first: nbgrader takes the first."""
-        counted = []
+        counted, left = [], 0
         for record in super()._sort_by_timestamp(records):
             if why := self._why_not(record):
-                self.log.warning("%s was left out: %s", shown(self._path(record)), why)
+                left += 1
+                if left <= MOST_TOLD:
+                    self.log.warning("%s was left out: %s", shown(self._path(record)), why)
             else:
                 counted.append(record)
+        if left > MOST_TOLD:
+            self.log.warning("%s: %d more were left out", shown(records[0]["username"]), left - MOST_TOLD)
         return counted or records[:1]  # `init_src` leaves it out
 
     def _owner(self, path: str) -> str:
@@ -163,8 +167,8 @@ class OwnersCollect(ExchangeCollect):
             storage.replace(copy / TIMESTAMP, f"{claimed:%Y-%m-%d %H:%M:%S.%f} UTC".encode())
         if not SECRET.fullmatch(_text(copy / SECRETS) or ""):
             storage.replace(copy / SECRETS, secrets.token_hex(64).encode())
-        if changed - claimed > SLOW:
-            after = ", after the end" if over and changed > over else ""
+        after = ", after the end" if over and changed > over else ""
+        if after or changed - claimed > SLOW:
             self.log.warning(
                 "%s says %s, and was last changed at %s%s", shown(src), claimed, changed.replace(microsecond=0), after
             )

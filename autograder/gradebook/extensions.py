@@ -13,8 +13,10 @@ from pathlib import Path
 from autograder.errors import UsageError
 from autograder.submissions import exercises
 from course.foundation import storage
+from course.foundation.untrusted import read_regular
 
 FILE = "extensions.json"
+MOST = 10_000_000  # bytes
 ALL = "*"  # stands for all exercises
 LONGEST = 3660.0  # days
 
@@ -24,9 +26,11 @@ Given = dict[str, dict[str, float | str]]  # by student and exercise
 def read(course: Path) -> Given:
     """Return the extensions of a course folder; raises UsageError when the file is invalid."""
     try:
-        return parse((course / FILE).read_bytes(), course / FILE)
+        return parse(read_regular(course / FILE, MOST), course / FILE)
     except FileNotFoundError:
         return {}
+    except ValueError as error:  # a pipe, say
+        raise UsageError(f"{course / FILE} cannot be read: {error}. Remove it, and extend again") from None
 
 
 def parse(content: bytes, path: Path) -> Given:

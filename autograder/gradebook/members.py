@@ -11,14 +11,16 @@ from pathlib import Path
 
 from autograder.errors import UsageError
 from course.foundation import storage
+from course.foundation.untrusted import read_regular
 
 FILE = "members.json"
+MOST = 10_000_000  # bytes
 
 
 def read(course: Path) -> dict[int, str] | None:
     """Return the members of a course folder, None where there is no class; raises UsageError for a damaged file."""
     try:
-        known = json.loads((course / FILE).read_text(encoding="utf-8"))
+        known = json.loads(read_regular(course / FILE, MOST))
         return {int(user): str(name) for user, name in known.items()}
     except FileNotFoundError:
         return None

@@ -15,7 +15,8 @@ from nbgrader.auth import Authenticator
 from nbgrader.coursedir import CourseDirectory
 from traitlets.config import Config
 
-from autograder.gradebook import exchange_collect, members
+from autograder.errors import UsageError
+from autograder.gradebook import ends, exchange_collect, extensions, members
 from autograder.gradebook.exchange_collect import MOST_ENTRIES, OwnersCollect
 from autograder.sandbox.confine import CAPABILITIES_V3
 from course.environment import prepare
@@ -159,6 +160,26 @@ def test_who_came_after_the_instructors_server_was_started_is_collected(inbound,
     hand_in(inbound, GONE, f"zoe+calculator+{TIME.format(2)}+x", a="zoe's")
     hand_in(inbound, EVE, f"eve+calculator+{TIME.format(2)}+x", a="left")
     assert collect() == {"ada: a.py": b"ada's", "zoe: a.py": b"zoe's"}
+
+
+def test_a_student_with_thousands_of_folders_does_not_hide_the_other_lines(inbound, collect, caplog):
+    for number in range(100):
+        hand_in(inbound, EVE, f"eve+calculator+{TIME.format(1)}+{number}").rmdir()
+        (inbound / f"eve+calculator+{TIME.format(1)}+{number}").symlink_to("nowhere")
+        os.lchown(inbound / f"eve+calculator+{TIME.format(1)}+{number}", EVE, EVE)
+    hand_in(inbound, ADA, f"ada+calculator+{TIME.format(1)}+x", a="ada's")
+    assert collect() == {f"user-{ADA}: a.py": b"ada's"}
+    assert sum("was left out" in line for line in caplog.messages) == exchange_collect.MOST_TOLD
+    assert f"user-{EVE}: 80 more were left out" in caplog.text
+
+
+@pytest.mark.parametrize("name", ["ends.json", "extensions.json", "members.json"])
+def test_a_pipe_in_the_course_folder_is_not_waited_for(collect, tmp_path, name):
+    """Somebody may have left one there who was an instructor."""
+    (tmp_path / "course").mkdir()
+    os.mkfifo(tmp_path / "course" / name)
+    with pytest.raises(UsageError, match="not an ordinary file"):
+        {"ends.json": ends, "extensions.json": extensions, "members.json": members}[name].read(tmp_path / "course")
 
 
 @contextlib.contextmanager
