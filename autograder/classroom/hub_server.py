@@ -26,7 +26,7 @@ from autograder.classroom.servers import VARIABLE
 from autograder.classroom.spawner import BoxSpawner
 
 MOST = 64  # simultaneous connections of one user; a server needs a few
-LARGEST = 4 << 10  # bytes of a request's body: the hub, which has one thread, takes minutes to read a huge one
+LARGEST = 4 << 10  # bytes of a request's body, and of a server's headers: the hub has one thread, and reads slowly
 API = "/hub/api"
 
 
@@ -45,7 +45,9 @@ class ApiAlone(Router):
 
 def listen(path: Path, application: Application) -> HTTPServer:
     """Serve an application's API at a socket that everybody who sees it may connect to."""
-    server = HTTPServer(ApiAlone(application), max_body_size=LARGEST)  # trusts no header about a request's origin
+    server = HTTPServer(
+        ApiAlone(application), max_body_size=LARGEST, max_header_size=LARGEST
+    )  # trusts no header about a request's origin
     opened: defaultdict[int, list[socket.socket]] = defaultdict(list)
 
     def accept(connection: socket.socket, address: Any) -> None:

@@ -118,6 +118,22 @@ def test_a_huge_request_is_not_read(socket_path, headers):
     assert "read 1000 bytes" in small and "read" not in huge
 
 
+def test_thousands_of_headers_are_not_read(socket_path):
+    def ask(count):
+        async def asking():
+            reader, writer = await asyncio.open_unix_connection(str(socket_path))
+            headers = "".join(f"a{number}: b\r\n" for number in range(count))
+            writer.write(f"GET /hub/api HTTP/1.1\r\nHost: x\r\nConnection: close\r\n{headers}\r\n".encode())
+            answer = await asyncio.wait_for(reader.read(), 10)
+            writer.close()
+            return answer.decode()
+
+        return asking
+
+    few, many = asked(socket_path, ask(20), ask(1000))
+    assert "200 OK" in few and "200 OK" not in many
+
+
 def test_the_hub_itself_reads_no_huge_request(classroom):
     found = requests.post(f"{classroom.url}hub/login", data=b"2" * (hub_server.LARGEST + 1))
     assert found.status_code == 400

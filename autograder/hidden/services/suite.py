@@ -379,16 +379,18 @@ def test_no_caller_waits_for_another(relay: Relay, rng: random.Random) -> None:
 @points(1, cell="relay")
 @twice
 def test_goes_on_serving(relay: Relay, rng: random.Random) -> None:
-    """While a call waits for /add_two_ints, a parameter can be set."""
+    """While calls wait for /add_two_ints, as many as there may be, a parameter can be set."""
     relay.relay()
     relay.vary(rng)
     with relay.adder.holding():
         futures = relay.send()
+        while len(relay.adder.held) == len(futures) < CALLERS:
+            futures.append(relay.send_another())  # that each goes out is judged by another test
         relay.expect_no_early_answer(futures)
         start = time.monotonic()
         if not relay.can_change(as_parameters(draw(rng))):
             raise Wrong(
-                f"While a call of {RELAY} waits for {ADD}, a parameter that is set must be set at once: setting a and "
+                f"While callers of {RELAY} wait for {ADD}, a parameter that is set must be set at once: setting a and "
                 "b was refused."
             )
         if not relay.adder.given_up:
@@ -396,8 +398,8 @@ def test_goes_on_serving(relay: Relay, rng: random.Random) -> None:
         else:
             took = time.monotonic() - start
             raise Wrong(
-                f"While a call of {RELAY} waits for {ADD}, the node must go on serving: setting the parameters a and b "
-                f"was answered only after {took:.0f} s, when the call had ended."
+                f"While callers of {RELAY} wait for {ADD} ({len(futures)} here), the node must go on serving: setting "
+                f"the parameters a and b was answered only after {took:.0f} s, when a call had ended."
             )
     relay.all_answered(futures)
 
