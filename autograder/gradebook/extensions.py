@@ -70,6 +70,9 @@ def change(course: Path, students: Iterable[str], exercise: str | None, extensio
         raise UsageError(f"there is no exercise '{exercise}'; there are: {known}")
     if isinstance(extension, int | float) and not abs(extension) <= LONGEST:
         raise UsageError(f"more time is at most {LONGEST:g} days")
+    students = list(students)
+    if not all(student.strip() for student in students):
+        raise UsageError("the name of a student is empty")
     given = read(course)
     for student in students:
         of_one = given.setdefault(student, {})

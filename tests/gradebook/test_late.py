@@ -330,6 +330,7 @@ def test_more_time_given_by_the_command_counts_for_both_commands_and_can_be_take
         (["ada"], "say how much: --days, --until or --take-back, one of them"),
         (["ada", "--days", "1", "--take-back"], "say how much: --days, --until or --take-back, one of them"),
         (["--days", "1"], "say who: the names of students come first"),
+        (["ada", "", "--days", "1"], "the name of a student is empty"),
         (["ada", "--days", "1e308"], "more time is at most 3660 days"),
         (["ada", "--until", "tomorrow"], "'tomorrow' is not a time: write it as '2026-11-20 23:59 UTC'"),
         (["ada", "--days", "1", "--assignment", "calculus"], "there is no exercise 'calculus'; there are: actions, "),
