@@ -1,5 +1,6 @@
 """The notebooks as they are stored and released."""
 
+import base64
 import re
 import subprocess
 import sys
@@ -50,6 +51,15 @@ def test_a_figure_has_a_sentence_from_its_title_and_its_data(path):
             if "image/png" in output.get("data", {}):
                 title, _, facts = output.metadata["image/png"]["alt"].partition(". ")
                 assert len(title) > 10 and len(facts) > 40 and re.search(r"\d", facts), cell.id
+
+
+@pytest.mark.parametrize("path", STORED, ids=lambda path: path.stem)
+def test_a_figure_has_two_pixels_for_each_of_the_page(path):
+    for cell in code_cells(path):
+        for output in cell.outputs:
+            if picture := output.get("data", {}).get("image/png"):
+                width = int.from_bytes(base64.b64decode(picture)[16:20], "big")
+                assert width == 2 * output.metadata["image/png"]["width"] == 1600, cell.id
 
 
 @pytest.mark.parametrize("path", STORED, ids=lambda path: path.stem)

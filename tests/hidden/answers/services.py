@@ -871,7 +871,7 @@ WRONG = {
     ),
     "only enabled motors can be stopped": (
         motors((STOPS, STOPS.replace("= request.data", "= request.data and (self.enabled or self.stopped)"))),
-        {"emergency_stop", "stays_still"},
+        {"emergency_stop", "stays_still", "success"},
     ),
     "stops are counted": (
         motors(
