@@ -17,6 +17,17 @@ from rclpy.node import Node
 
 from course.session.arguments import argument_count, order_of_arguments, wrong_kind
 from course.session.imports import is_there, wrong_import
+from course.session.mixups import (
+    NOT_THERE,
+    class_for_response,
+    class_passed,
+    hidden_by_file,
+    method_for_result,
+    not_a_future,
+    parameter_counts,
+    returned_nothing,
+    session_overwritten,
+)
 from course.session.slips import methods_asked
 from course.session.source import (
     called_callback,
@@ -98,6 +109,8 @@ def _returns(function: ast.AST) -> bool:
 
 
 def _nothing_returned(found: re.Match[str], source: str) -> str:
+    if made := class_for_response(source):
+        return f"`{made[2]}` is the class of the response. Create one with brackets: `{made[2]}()`."
     if callback := wrong_return(source):
         name, _, returned = callback
         what = f"`{returned}`, not the response" if returned else "nothing"
@@ -315,6 +328,8 @@ def _still_none(found: re.Match[str], source: str, code: str) -> str:
             return f"`{made[1]}` returned None. It must return a value on every path through it."
     if asked := next(methods_asked(parse(source)), None):
         return f"Line {asked[0]}: {asked[1]}"
+    if silent := returned_nothing(source, code):
+        return silent
     for name in re.findall(r"self\.(\w+)", code):
         if re.search(rf"self\.{name} = None\b", source):
             return (
@@ -375,12 +390,13 @@ def _of_the_class(found: re.Match[str], source: str, code: str) -> str:
     cls, method = found[1].split(".")[-1], found[2]
     sent = next(calls(parse(code), method), None)
     takes = [_parameters(getattr(getattr(sys.modules.get("__main__"), cls, None), method, None))]
-    for made in (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef) and node.name == cls):
-        takes += [len(each.args.args) for each in functions(made) if each.name == method]
+    takes += parameter_counts(cls, method, source)
     if sent and len(sent.args) > 0 and len(sent.args) + 1 in takes:
+        line = class_passed(cls, source)
+        where = f"line {line} has" if line else "somewhere"
         return (
-            f"`{method}` is called on the class {cls}, not on an object: somewhere `{cls}` is passed without "
-            f"brackets. Write `{cls}()` there."
+            f"`{method}` is called on the class {cls}, not on an object: {where} `{cls}`{'' if line else ' is passed'} "
+            f"without brackets. Write `{cls}()` there."
         )
     return ""
 
@@ -407,17 +423,19 @@ def _divisor(found: re.Match[str], source: str) -> str:
 
 def _is_module(found: re.Match[str], source: str) -> str:
     package = found[1].split(".")[0]
+    if "." in found[1] and (hidden := hidden_by_file(found, source)):
+        return hidden
     if wrong := wrong_import(found[1], "", source):
         return wrong
     if is_there(package):
         return ""
-    if near := difflib.get_close_matches(package, [path.stem for path in Path().glob("*.py")], 1, OWN_FILE):
-        return f"This folder has {near[0]}.py, but no {package}.py: did you mean `{near[0]}`?"
     if package.endswith("_interfaces") or package == "my_package":
         return (
             f"{package} is not built here: run the `%%exercise` cell that writes its definition, "
             f"with `--package {package}`."
         )
+    if near := difflib.get_close_matches(package, [path.stem for path in Path().glob("*.py")], 1, OWN_FILE):
+        return f"This folder has {near[0]}.py, but no {package}.py: did you mean `{near[0]}`?"
     return ""
 
 
@@ -429,6 +447,11 @@ def _says(text: str) -> Callable[[re.Match[str], str], str]:
 # Patterns for the last line of a traceback, with their hints; the first match counts.  Seen with rclpy 7.1.6.
 KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (r"^TypeError:?\s*$", _nothing_returned),
+    (r"'(?:(\w+)_Response|\w+)' object has no attribute 'add_done_callback'", not_a_future),
+    (
+        r"module '(\w+)' has no attribute|cannot import name '\w+' from '(?!\w+\.(?:srv|msg|action))(\w+)'",
+        hidden_by_file,
+    ),
     (r"'(\w+)_(GetResult_Response|FeedbackMessage)' object has no attribute '(\w+)'", _wrapped),
     (r"'(\w+)_(Request|Response|Goal|Result|Feedback)' object has no attribute '(\w+)'", _unknown_field),
     (r"'(\w+)' field must be of type '(float|int|str|bool)'", _wrong_type),
@@ -481,6 +504,10 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (
         r"missing 1 required positional argument: 'self'",
         _says("This is the class, not a node: create a node with brackets, as in `node = TheClass()`."),
+    ),
+    (
+        r"Session\.call\(\) takes .* positional arguments",
+        _says("`ros.call` takes the fields of the request by name, as in `a=1`."),
     ),
     (
         r"call_async\(\) takes 2 positional arguments",
@@ -620,6 +647,8 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
     ),
 )
 OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
+    (r"'(\w+)' object has no attribute '(\w+)'", session_overwritten),
+    (NOT_THERE, method_for_result),
     (r"'Future' object has no attribute '(?!add_done_callback)\w+'", _future_in_a_cell),
     (r"^RecursionError", _without_end),
     (r"^TypeError: ([\w.]*\w)\.(\w+)\(\) missing 1 required positional argument: '(?!self')", _of_the_class),

@@ -217,6 +217,11 @@ class Session:
         `timeout` s, and LiveError for an unknown field or an unfit value.
         """
         self._check_open()
+        if isinstance(srv_type, str):
+            name = srv_type.rpartition("/")[2]
+            raise LiveError(
+                f"the type of a call is a class, not text: write {name} without quotes, and import it first"
+            )
         return self._calls.call(service, srv_type, fill(srv_type, fields) if request is None else request, timeout)
 
     @interruptible()
@@ -288,6 +293,11 @@ class Session:
         """Return a sentence if the kernel has left the notebook's folder (`os.chdir`), or ''."""
         if (here := Path.cwd()) == self._folder:
             return ""
+        if not self._folder.is_dir():
+            return (
+                f"the notebook's folder {self._folder} was renamed, moved or deleted since the session began, and this "
+                f"kernel is in {here}. Rename it back, or restart the kernel (Kernel, Restart)."
+            )
         return (
             f"os.chdir moved this kernel to {here}, but its notebook is in {self._folder}: files are "
             f"written and looked for in the wrong folder. Go back with os.chdir({str(self._folder)!r})."

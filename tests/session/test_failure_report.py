@@ -1,5 +1,6 @@
 """What is said of mistakes, from texts alone: the hints, and why a program may not answer."""
 
+import sys
 import textwrap
 from pathlib import Path
 from types import SimpleNamespace
@@ -43,6 +44,43 @@ def after(self, params):
 @pytest.mark.parametrize(
     ("error", "text", "code", "says"),
     [
+        (
+            "TypeError",
+            "self.create_service(Add, '/add', self.a)\ndef a(self, request, response):\n    response = Add.Response\n",
+            "",
+            "`Add.Response` is the class of the response. Create one with brackets: `Add.Response()`.",
+        ),
+        (
+            "AttributeError: 'function' object has no attribute 'accepted'",
+            "future = self.client.send_goal_async(goal)\nself.handle = future.result\n",
+            "if not self.handle.accepted:",
+            "Line 2: `future.result` is the method itself. Call it: `future.result()`.",
+        ),
+        (
+            "AttributeError: 'method' object has no attribute 'sequence'",
+            "end = handle.get_result_async()\nprint(end.result.sequence)\nros.stop()\n",
+            "print(end.result.sequence)",
+            "`handle.get_result_async(...)` returns a future, not the answer: wait for it, as in `ros.wait(...)`.",
+        ),
+        ("AttributeError: 'function' object has no attribute 'x'", "self.f = f\n", "self.f.x", ""),
+        (
+            "TypeError: 'NoneType' object is not subscriptable",
+            "def nearest(scan):\n    found = {}\nself.distances = None\nself.distances = nearest(msg)\n",
+            "self.agent.decide(self.distances)",
+            "Line 4: `nearest` returns nothing, so `self.distances` is None. End `nearest` with a `return`.",
+        ),
+        (
+            "AttributeError: 'Add_Response' object has no attribute 'add_done_callback'",
+            "ros.wait(ros.call('/add', Add))",
+            "",
+            "`ros.wait(...)` takes a future, such as that of `client.call_async(...)`, and gets the response of Add.",
+        ),
+        (
+            "TypeError: Agent.decide() missing 1 required positional argument: 'seen'",
+            "class Agent:\n    def decide(self, seen):\n        return seen\nself.agent = Agent\n",
+            "self.agent.decide(1)",
+            "an object: line 4 has `Agent` without brackets. Write `Agent()` there.",
+        ),
         ("TypeError:", "", "handle.publish_feedback(numbers)", "`publish_feedback` takes a message"),
         ("TypeError:", "", "client.call_async(5)", "A client sends a request"),
         ("IndexError: array index out of range", "", "msg.ranges[350]", "Find a beam by its angle"),
@@ -442,6 +480,28 @@ def test_a_file_of_a_name_alike_is_named(tmp_path, monkeypatch):
         "This folder has wall_agent.py, but no wall_agnet.py: did you mean `wall_agent`?"
     )
     assert failure_report.of_program(path, said.replace("wall_agnet", "another"), 1).hint == ""
+
+
+def test_a_file_that_hides_a_library_is_named(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    error = "AttributeError: module 'numpy' has no attribute 'array'"
+    assert hint(error, "import numpy as np") == ""
+    (tmp_path / "numpy.py").write_text("")
+    (tmp_path / "mine.py").write_text("")
+    says = "The file numpy.py beside the notebook hides the installed module `numpy`: rename it."
+    assert hint(error, "import numpy as np") == says
+    assert hint("AttributeError: module 'mine' has no attribute 'array'", "import mine") == ""
+    (tmp_path / "std_srvs").mkdir()
+    says = "The folder std_srvs beside the notebook hides the installed module `std_srvs`: rename it."
+    assert hint("ModuleNotFoundError: No module named 'std_srvs.srv'", "from std_srvs.srv import Trigger") == says
+
+
+def test_a_name_of_the_session_that_stands_for_something_else(monkeypatch):
+    error, main = "AttributeError: 'NoneType' object has no attribute 'node'", vars(sys.modules["__main__"])
+    assert hint(error, "", "ActionClient(ros.node, Lift, '/lift')") == ""
+    monkeypatch.setitem(main, "ros", None)
+    assert "The name `ros` stands for something else" in hint(error, "", "ActionClient(ros.node, Lift, '/lift')")
+    assert hint(error, "", "self.node") == ""
 
 
 def test_lines_of_the_course_are_not_shown_as_the_readers_own():

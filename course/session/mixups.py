@@ -1,0 +1,170 @@
+"""Hints on one thing used in place of another: a class for its object, a method or a future for its result, a file of
+the reader's own for a library.
+"""
+
+import ast
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from course.session.source import functions, name_of, parse, service_callbacks
+
+# Methods that return what a program needs next, and that are often written without their brackets.
+ASKED = {"result", "exception", "get_clock", "get_logger", "now", "get_parameter", "get_result", "get_name"}
+NOT_THERE = r"'(?:function|method|builtin_function_or_method)' object has no attribute '(\w+)'"
+
+
+def class_for_response(source: str) -> tuple[str, int, str] | None:
+    """Return a service callback that fills the class of its response: its name, the line and the class; else None."""
+    tree = parse(source)
+    names = service_callbacks(tree)
+    for function in functions(tree):
+        for node in ast.walk(function) if function.name in names else ():
+            if isinstance(node, ast.Assign) and isinstance(node.value, ast.Attribute) and node.value.attr == "Response":
+                return function.name, node.lineno, ast.unparse(node.value)
+    return None
+
+
+def method_for_result(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on an attribute of a method that was not called, such as `future.result.accepted`."""
+    for used in (node for node in ast.walk(_line(code)) if isinstance(node, ast.Attribute) and node.attr == found[1]):
+        base = used.value
+        if isinstance(base, ast.Attribute) and base.attr == "result" and (sent := _future(base.value, source)):
+            return (
+                f"`{sent}` returns a future, not the answer: wait for it, as in `ros.wait(...)`."
+                if (re.search(r"\bros\.\w", source))
+                else f"`{sent}` returns a future, not the answer: spin until it is done, then take `future.result()`."
+            )
+        given = list(_assigned(base, source))
+        for _, value in list(given):  # what a function of the program returns
+            if isinstance(value, ast.Call):
+                given += _returned(name_of(value.func), source)
+        for line, value in given:
+            if isinstance(value, ast.Attribute) and value.attr in ASKED:
+                text = ast.unparse(value)
+                return f"Line {line}: `{text}` is the method itself. Call it: `{text}()`."
+        if isinstance(base, ast.Attribute) and base.attr in ASKED:
+            text = ast.unparse(base)
+            return f"`{text}` is the method itself. Call it: `{text}()`."
+    return ""
+
+
+def returned_nothing(source: str, code: str) -> str:
+    """Return the hint on an attribute in a line that holds what a function without a `return` gave, or ''."""
+    tree = parse(source)
+    silent = {
+        function.name
+        for function in functions(tree)
+        if not any(isinstance(node, (ast.Return, ast.Yield)) and node.value is not None for node in ast.walk(function))
+    }
+    for used in (node for node in ast.walk(_line(code)) if isinstance(node, (ast.Attribute, ast.Name))):
+        for line, value in _assigned(used, source):
+            if isinstance(value, ast.Call) and name_of(value.func) in silent:
+                name = name_of(value.func)
+                text = ast.unparse(used)
+                return f"Line {line}: `{name}` returns nothing, so `{text}` is None. End `{name}` with a `return`."
+    return ""
+
+
+def class_passed(cls: str, source: str) -> int:
+    """Return the line in which a program keeps or passes the class `cls` itself; 0 if none does."""
+    for node in ast.walk(parse(source)):
+        values = [node.value] if isinstance(node, ast.Assign) else node.args if isinstance(node, ast.Call) else []
+        if any(isinstance(value, ast.Name) and value.id == cls for value in values):
+            return node.lineno
+    return 0
+
+
+def parameter_counts(cls: str, method: str, source: str) -> Iterator[int]:
+    """Yield the numbers of parameters of a method in a program, or in the own module that it has the class from."""
+    texts = [source]
+    for node in ast.walk(parse(source)):
+        if isinstance(node, ast.ImportFrom) and node.module and any(each.name == cls for each in node.names):
+            path = Path(f"{node.module}.py")
+            texts += [path.read_text(encoding="utf-8", errors="replace")] if path.is_file() else []
+    for text in texts:
+        for made in ast.walk(parse(text)):
+            if isinstance(made, ast.ClassDef) and made.name == cls:
+                yield from (len(each.args.args) for each in functions(made) if each.name == method)
+
+
+def not_a_future(found: re.Match[str], source: str) -> str:
+    """Return the hint on a response, or something else, where a future is needed."""
+    what = f"the response of {found[1]}" if found[1] else "something else"
+    if not re.search(r"\bros\.\w", source):
+        return f"A future is needed here, such as that of `client.call_async(...)`, and this is {what}."
+    return (
+        f"`ros.wait(...)` takes a future, such as that of `client.call_async(...)`, and gets {what}. `ros.call(...)` "
+        "has waited already, and returns the response itself."
+    )
+
+
+def hidden_by_file(found: re.Match[str], source: str) -> str:
+    """Return the hint on a module of the reader's folder with the name of an installed one, or ''."""
+    name = (found[1] or found[2]).partition(".")[0]
+    own = next((each for each in (Path(f"{name}.py"), Path(name)) if each.exists()), None)
+    if own is None or (own.suffix and not _imports(source, name)):
+        return ""
+    if name not in sys.stdlib_module_names and not _installed(name):
+        return ""
+    kind = "The folder" if own.is_dir() else "The file"
+    return f"{kind} {own} beside the notebook hides the installed module `{name}`: rename it."
+
+
+def session_overwritten(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on the name `ros` of a cell that no longer stands for the session."""
+    main = vars(sys.modules["__main__"]) if "__main__" in sys.modules else {}
+    kind = type(main.get("ros")).__name__
+    if "ros" not in main or kind == "Session" or kind != found[1] or not re.search(rf"\bros\.{found[2]}\b", code):
+        return ""
+    return (
+        "The name `ros` stands for something else since a cell assigned to it: run the first code cell, "
+        "`ros = course.live()`, again."
+    )
+
+
+def _future(node: ast.expr, source: str) -> str:
+    """Return the call of `..._async` that an expression is, or is assigned from; '' for another one."""
+    for value in [node, *(value for _, value in _assigned(node, source))]:
+        if isinstance(value, ast.Call) and name_of(value.func).endswith("_async"):
+            return f"{ast.unparse(value.func)}(...)"
+    return ""
+
+
+def _assigned(target: ast.expr, source: str) -> Iterator[tuple[int, ast.expr]]:
+    """Yield the values that a program assigns to an expression such as `self.handle`, the last first, with lines."""
+    text = ast.unparse(target)
+    made = [node for node in ast.walk(parse(source)) if isinstance(node, ast.Assign)]
+    for node in sorted(made, key=lambda node: -node.lineno):
+        if any(ast.unparse(each) == text for each in node.targets):
+            yield node.lineno, node.value
+
+
+def _returned(function: str, source: str) -> Iterator[tuple[int, ast.expr]]:
+    """Yield the values that a function of a program returns, with their lines."""
+    for each in functions(parse(source)):
+        for node in ast.walk(each) if each.name == function else ():
+            if isinstance(node, ast.Return) and node.value is not None:
+                yield node.lineno, node.value
+
+
+def _line(code: str) -> ast.Module:
+    """Return the syntax tree of a line, which may be the first of a block: `if not handle.accepted:`."""
+    return parse(re.sub(r"^el(?=if\b)", "", f"{code} pass" if code.endswith(":") else code))
+
+
+def _imports(source: str, name: str) -> bool:
+    for node in ast.walk(parse(source)):
+        names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+        if any(each.partition(".")[0] == name for each in names):
+            return True
+    return False
+
+
+def _installed(name: str) -> bool:
+    """Return True if a module of this name is installed, outside of the reader's folder."""
+    here = Path.cwd()
+    roots = [Path(each) for each in sys.path if each and Path(each).resolve() != here]
+    return any((root / name).is_dir() or (root / f"{name}.py").is_file() for root in roots)
