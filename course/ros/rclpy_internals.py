@@ -111,6 +111,21 @@ def action_name(client: ActionClient) -> str:
     return client._node.resolve_topic_name(client._action_name)
 
 
+def client_of(node: Node, future: Future) -> Client | ActionClient | None:
+    """Return the client or the action client of `node` that waits for this future; None if there is none."""
+    from rclpy.action import ActionClient
+
+    for client in node.clients:
+        if any(each is future for each in list(client._pending_requests.values())):
+            return client
+    for waitable in node.waitables:
+        if isinstance(waitable, ActionClient):
+            for kept in ("goal", "cancel", "result"):
+                if any(each is future for each in list(getattr(waitable, f"_pending_{kept}_requests").values())):
+                    return waitable
+    return None
+
+
 class _Kept(dict[bytes, Callable[..., Any]]):
     """Callbacks that are never removed."""
 

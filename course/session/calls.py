@@ -1,10 +1,12 @@
 """The session's service calls: waiting for the server and the answer, and explaining why no answer comes."""
 
+import contextlib
 import threading
 import time
 from collections.abc import Callable, Collection, Mapping
 from typing import Any, cast
 
+from rclpy.action import ActionClient
 from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.qos import qos_profile_services_default
@@ -13,8 +15,9 @@ from rclpy.task import Future
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation.waiting import wait_until
 from course.ros.names import OF_EVERY_NODE, base, full, type_name
+from course.ros.rclpy_internals import NodeNameNonExistentError, client_of
 from course.session.interface_usage import is_of
-from course.session.matching import unfit_service, unfit_topics
+from course.session.matching import unfit_service, unfit_topics, unserved
 from course.session.node_process import NodeProcess
 from course.session.outsiders import Outsiders
 from course.session.source import blocked, wrong_result
@@ -129,7 +132,16 @@ class Calls:
         """
         if self._done(future, time.monotonic() + timeout, self.watch.look):
             return future.result()
-        raise CallTimeout(f"nothing arrived within {timeout:g} s{self._doing('')}")
+        raise CallTimeout(f"nothing arrived within {timeout:g} s{self._unserved(future) or self._doing('')}")
+
+    def _unserved(self, future: Future) -> str:
+        """Return why nobody has received what a future of a client of this node waits for; '' if a server is there."""
+        client = client_of(self.node, future)
+        if isinstance(client, ActionClient):
+            return "" if client.server_is_ready() else f". {unserved(self.node, client)}"
+        if client is None or client.service_is_ready():
+            return ""
+        return f". No node serves {client.service_name}. {self.apart(client)}"
 
     def _done(self, future: Future, deadline: float, look: Callable[[], None]) -> bool:
         """Return True if the future is done before `deadline`; `look` may raise meanwhile."""
@@ -155,8 +167,10 @@ class Calls:
     def _ready(self, client: Client, timeout: float) -> None:
         if not wait_until(client.service_is_ready, min(timeout, GRACE), alert=False):
             self._look_at(client.service_name, again=True)  # there is no server, and a node has died
+            if timeout > GRACE and (why := self._misfit(client)):
+                raise CallTimeout(f"no server for {client.service_name} within {GRACE:g} s. {why}")
         if not wait_until(client.service_is_ready, timeout - GRACE):
-            raise CallTimeout(f"no server for {client.service_name} within {timeout:g} s. {self._served(client)}")
+            raise CallTimeout(f"no server for {client.service_name} within {timeout:g} s. {self.apart(client)}")
         self._tell_who_answers(client.service_name)
 
     def _tell_who_answers(self, service: str) -> None:
@@ -183,8 +197,24 @@ class Calls:
                 f"with ros.stop('{own[0]}')."
             )
 
-    def _served(self, client: Client) -> str:
-        """Return the services that exist instead of the client's."""
+    def _misfit(self, client: Client) -> str:
+        """Return why the servers of a client's service, which are there, do not fit the client; '' if none are."""
+        name, kind = client.service_name, type_name(cast(type, client.srv_type))
+        types = {each for known, kinds in self._servers_here() if known == name for each in kinds}
+        if types and kind not in types:
+            return f"It is served with the type {min(types)}, but you use {kind}."
+        return unfit_service(self.node, name, qos_profile_services_default, self._handles)
+
+    def _servers_here(self) -> list[tuple[str, list[str]]]:
+        """Return the names and types of the services that nodes serve, without what only clients ask for."""
+        found = []
+        for name, space in self.node.get_node_names_and_namespaces():
+            with contextlib.suppress(NodeNameNonExistentError):  # it has just ended
+                found += self.node.get_service_names_and_types_by_node(name, space)
+        return found
+
+    def apart(self, client: Client) -> str:
+        """Return why a client finds no server, and which services exist instead."""
         kind = type_name(cast(type, client.srv_type))
         if kind.startswith(OF_EVERY_NODE):  # its node is missing
             node, _, _ = client.service_name.rpartition("/")
@@ -203,7 +233,12 @@ class Calls:
         others = [each for each in served.get(client.service_name, []) if each != kind]
         if others:
             return f"It is served with the type {others[0]}, but you use {kind}."
-        if unfit := unfit_service(self.node, client.service_name, qos_profile_services_default, self._handles):
+        if unfit := self._misfit(client):
             return unfit
         listed = ", ".join(sorted(served)[:LISTED])
-        return f"Served here: {listed}." if served else "There are no services here: has the node been started?"
+        if served:
+            return f"Served here: {listed}."
+        running = [name for name, handle in list(self._handles.items()) if handle.alive]
+        if running:
+            return f"{' and '.join(running)}: running, but without any service. Is `create_service(...)` reached?"
+        return "There are no services here: has the node been started?"

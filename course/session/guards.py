@@ -10,9 +10,13 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from types import FrameType
 from typing import Any
 
 import rclpy
+import rclpy.executors
+from rclpy.action import ActionClient
+from rclpy.client import Client
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
@@ -22,6 +26,8 @@ from course.foundation.waiting import wait_until
 from course.ros.rclpy_internals import is_shut_down, replace_in_rclpy
 from course.session.failure_report import is_cell
 
+TELLING = 3.0  # s that a cell waits for a server before the reader is told why there is none
+EXECUTORS = rclpy.executors.__file__
 SLICE = 0.2  # s between two looks at Ctrl-C
 SPUN = "the session already spins this node, in the background"
 
@@ -45,9 +51,12 @@ def interruptible() -> Iterator[None]:
 class Guards:
     """The replaced functions, from `install` to `remove`."""
 
-    def __init__(self, notice: Callable[[str], None]):
-        """Prepare; `notice` is called with messages to the reader from a callback's thread."""
-        self._notice = notice
+    def __init__(self, notice: Callable[[str], None], apart: Callable[[Any], str]):
+        """Prepare; `notice` is called with messages to the reader from a callback's thread.
+
+        `apart` returns why a client, or an action client, finds no server.
+        """
+        self._notice, self._apart = notice, apart
         self._undo: list[Callable[[], None]] = []
 
     def install(self) -> None:
@@ -57,6 +66,8 @@ class Guards:
             replace_in_rclpy(self._spin, rclpy, "spin"),
             replace_in_rclpy(self._spin_until, rclpy, "spin_until_future_complete"),
             replace_in_rclpy(self._executor_spin, Executor, "spin"),
+            replace_in_rclpy(self._wait_for_server, Client, "wait_for_service"),
+            replace_in_rclpy(self._wait_for_server, ActionClient, "wait_for_server"),
         ]
 
     def remove(self) -> None:
@@ -87,9 +98,11 @@ class Guards:
         def spin(node: Node, executor: Executor | None = None) -> None:
             name = getattr(node, "get_name", lambda: "node")()
             if not in_main_thread():
+                where = "inside a callback" if in_callback() else "in a thread of your own"
+                runs = "The executor" if in_callback() else "The session, if it has started the node,"
                 self._notice(
-                    f"rclpy.spin('{name}') inside a callback never returns. The executor already runs the node's "
-                    "callbacks: remove the line."
+                    f"rclpy.spin('{name}') {where} never returns. {runs} already runs the node's callbacks: remove the "
+                    "line."
                 )
                 original(node, executor)
             elif getattr(node, "executor", None) is not None and executor is None:
@@ -136,6 +149,21 @@ class Guards:
 
         return spin_until_future_complete
 
+    def _wait_for_server(self, original: Callable[..., bool]) -> Callable[..., bool]:
+        def wait(self_: Any, timeout_sec: float | None = None) -> bool:
+            if timeout_sec is not None or not in_main_thread():
+                return original(self_, timeout_sec)
+            with interruptible():
+                if original(self_, TELLING):
+                    return True
+                say(
+                    f"still waiting for a server. {self._apart(self_)} The ■ button ends this; "
+                    f"`{original.__name__}(timeout_sec=5.0)` returns False after 5 s."
+                )
+                return original(self_, None)
+
+        return wait
+
     def _executor_spin(self, original: Callable[..., None]) -> Callable[..., None]:
         def spin(self: Executor) -> None:
             if not in_main_thread():
@@ -165,6 +193,16 @@ def for_a_file() -> str:
                 return "\nIf this cell should write a file, its first line is missing: `%%exercise FILE.py`."
             break
     return ""
+
+
+def in_callback() -> bool:
+    """Return True if an executor has called the code that runs in this thread."""
+    frame: FrameType | None = sys._getframe()
+    while frame is not None:
+        if frame.f_code.co_filename == EXECUTORS:
+            return True
+        frame = frame.f_back
+    return False
 
 
 def in_main_thread() -> bool:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from rclpy.action import ActionClient
+from rclpy.client import Client
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -99,7 +100,7 @@ class Session:
         atexit.register(self.close)
         builder.on_replace.append(self._drop_types)
         lookouts.append(self.watch.look)
-        self._guards = Guards(self.watch.notice)
+        self._guards = Guards(self.watch.notice, self.apart)
         self._guards.install()
         self._unwatch_goals = watch_goals(self._nodes.goal_failed)
         self._publishing.publish()
@@ -209,7 +210,7 @@ class Session:
 
     @interruptible()
     def call(
-        self, service: str, srv_type: type[Any], request: object = None, *, timeout: float = 5.0, **fields: object
+        self, service: str, srv_type: Any, request: object = None, *, timeout: float = 5.0, **fields: object
     ) -> Any:
         """Call `service` and return its response.
 
@@ -254,10 +255,12 @@ class Session:
                     self.watch.notice(text)
         return False
 
-    def apart(self, end: Publisher | Subscription | ActionClient) -> str:
-        """Return why a publisher, a subscription or an action client is not matched by another node."""
+    def apart(self, end: Publisher | Subscription | Client | ActionClient) -> str:
+        """Return why a publisher, a subscription, a client or an action client is not matched by another node."""
         if isinstance(end, ActionClient):
             return unserved(self.node, end)
+        if isinstance(end, Client):
+            return self._calls.apart(end)
         return unmatched(self.node, end, self._handles)
 
     def look(self) -> None:

@@ -70,7 +70,9 @@ def returned_nothing(source: str, code: str) -> str:
 def class_passed(cls: str, source: str) -> int:
     """Return the line in which a program keeps or passes the class `cls` itself; 0 if none does."""
     for node in ast.walk(parse(source)):
-        values = [node.value] if isinstance(node, ast.Assign) else node.args if isinstance(node, ast.Call) else []
+        if not isinstance(node, (ast.Assign, ast.Call)):
+            continue
+        values = [node.value] if isinstance(node, ast.Assign) else node.args
         if any(isinstance(value, ast.Name) and value.id == cls for value in values):
             return node.lineno
     return 0

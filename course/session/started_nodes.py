@@ -278,6 +278,9 @@ class StartedNodes:
             print(f"{path.name} has created no node after {PATIENCE:g} s. It is here:{at}", file=sys.stderr, flush=True)
         wait_until(settled, max(0.0, timeout - PATIENCE), alert=False)
         process.nodes = found() if process.alive else []
+        while process.alive and not process.nodes and not loop and time.time() - process.started < timeout:
+            wait_until(settled, timeout - (time.time() - process.started), alert=False)
+            process.nodes = found() if process.alive else []  # a node of nobody may turn out to be another program's
         if not process.alive:
             raise self._failed(process)
         if not process.nodes:

@@ -1,6 +1,9 @@
 """Why nothing passes on a topic: another name, another type, or qualities of service that do not fit."""
 
 import os
+import re
+import threading
+import time
 from collections.abc import Iterator
 
 import pytest
@@ -12,6 +15,7 @@ from std_msgs.msg import Float64, String
 from std_srvs.srv import Trigger
 
 from course.errors import CallTimeout, LiveError
+from course.session import guards
 from course.session.live import TELLING, Session
 
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -145,3 +149,49 @@ def test_the_lines_of_both_ends_are_told(session, tmp_path):
     (told,) = session.watch.notices()
     assert "\n  talker.py, line 6\n    node.create_publisher(" in told
     assert "\n  listener.py, line 6\n    node.create_subscription(" in told
+
+
+class Asleep(Node):
+    """A node without a service of its own."""
+
+    def __init__(self, **kwargs):
+        super().__init__("asleep", start_parameter_services=False, **kwargs)
+
+
+def test_a_call_to_a_node_that_has_created_no_service_names_the_node(session):
+    with pytest.raises(CallTimeout, match=r"There are no services here: has the node been started\?"):
+        session.call("/ask", Trigger, timeout=0.5)
+    session.start(Asleep)
+    with pytest.raises(
+        CallTimeout, match=r"asleep: running, but without any service. Is `create_service\(...\)` reached"
+    ):
+        session.call("/ask", Trigger, timeout=0.5)
+
+
+def test_a_service_of_another_type_is_told_before_the_time_is_over(session, tmp_path):
+    file = tmp_path / "server.py"
+    file.write_text(
+        "import rclpy\nfrom std_srvs.srv import SetBool\n"
+        "rclpy.init()\nnode = rclpy.create_node('server')\n"
+        "node.create_service(SetBool, 'ask', print)\nrclpy.spin(node)\n"
+    )
+    session.start(file)
+    began = time.monotonic()
+    says = "within 1 s. It is served with the type std_srvs/srv/SetBool, but you use std_srvs/srv/Trigger."
+    with pytest.raises(CallTimeout, match=re.escape(says)):
+        session.call("/ask", Trigger, timeout=30.0)
+    assert time.monotonic() - began < 15.0
+
+
+def test_a_wait_for_what_nobody_has_received_names_the_server_that_is_missing(session, monkeypatch, capsys):
+    client = ActionClient(session.node, Fibonacci, "fibonaci")
+    says = "No node serves the action /fibonaci (example_interfaces/action/Fibonacci)."
+    with pytest.raises(CallTimeout, match=re.escape(f"nothing arrived within 0.1 s. {says}")):
+        session.wait(client.send_goal_async(Fibonacci.Goal()), timeout=0.1)
+    asks = session.node.create_client(Trigger, "/ask")
+    with pytest.raises(CallTimeout, match=r"nothing arrived within 0.1 s. No node serves /ask."):
+        session.wait(asks.call_async(Trigger.Request()), timeout=0.1)
+    monkeypatch.setattr(guards, "TELLING", 0.1)
+    threading.Timer(1.0, ActionServer, (session.node, Fibonacci, "fibonaci", print)).start()
+    assert client.wait_for_server()
+    assert f"still waiting for a server. {says}" in capsys.readouterr().err
