@@ -6,8 +6,9 @@ import subprocess
 import sys
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
-from rclpy.action import ActionClient
+from rclpy.action import ActionClient, get_action_names_and_types
 from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
 
@@ -16,17 +17,19 @@ from course.interfaces.builder import build
 from course.interfaces.definition import SECTIONS, parse
 from course.interfaces.kept import packages
 from course.notebook.file_differences import refusal_of
+from course.ros.names import type_name
 from course.session.failure_report import frame_at, of_program, text_at
-from course.session.hints import type_name
+from course.session.hints import type_name as field_type
 from course.session.live import live
 from course.session.node_process import NodeProcess
-from course.session.source import argument, blocked, calls
+from course.session.source import CALLBACKS, argument, blocked, calls, functions, name_of
 from course.session.source import parse as parse_program
 from course.session.watch import Handle
 
 # Python itself (`faulthandler`) reports where a program hangs and ends it, whatever the program waits for.
 WATCHED = "import faulthandler; faulthandler.dump_traceback_later({timeout}, exit=True)"
 PERIOD = (0, "timer_period_sec")  # position and name of the argument of create_timer
+KNOWN = 1.0  # s after which a type or QoS that does not fit is told, because it will not change
 LATE = "Timeout ("  # the beginning of that report
 
 
@@ -57,8 +60,28 @@ def meet(*ends: Publisher | Subscription | ActionClient, timeout: float = 5.0) -
                 raise LiveError(session.apart(end))
             continue
         count = end.get_subscription_count if isinstance(end, Publisher) else end.get_publisher_count
-        if not session.until(count, timeout):
+        if not session.until(count, min(timeout, KNOWN)) and (why := session.misfit(end)):
+            raise LiveError(why)
+        if not session.until(count, timeout - KNOWN):
             raise LiveError(session.apart(end))
+
+
+def action_client(kind: type[Any], name: str, timeout: float = 5.0) -> ActionClient:
+    """Return an action client of the session that has met its server; raises LiveError that says why it has not.
+
+    In a kernel that follows an action, rclpy fails to create a client of another type, without naming the reason.
+    """
+    session, wanted = live(), type_name(kind)
+
+    def types() -> list[str]:
+        return next((kinds for each, kinds in get_action_names_and_types(session.node) if each == name), [])
+
+    session.until(types, timeout)
+    if (served := types()) and wanted not in served:
+        raise LiveError(f"The action {name} is served with the type {served[0]}; it must be {wanted}.")
+    client = ActionClient(session.node, kind, name)
+    meet(client, timeout=timeout)
+    return client
 
 
 def busy(process: Handle, service: str = "") -> str:
@@ -100,9 +123,20 @@ def slow_timer(file: str, most: float) -> str:
     return ""
 
 
+def sleeps(file: str, maker: str) -> str:
+    """Return the first line of a program's callbacks, those passed to `maker`, that sleeps; '' if none does."""
+    source = text_at(Path(file))
+    tree = parse_program(source)
+    names = {name_of(argument(call, *CALLBACKS[maker])) for call in calls(tree, maker)}
+    for function in functions(tree):
+        for call in calls(function, "sleep") if function.name in names else ():
+            return f"\n{frame_at(file, call.lineno, source)}"
+    return ""
+
+
 def fields(section: type) -> dict[str, str]:
     """Return the fields of a request, a response or a message, with types as in a definition."""
-    return {name: type_name(kind) for name, kind in section.get_fields_and_field_types().items()}  # type: ignore[attr-defined]
+    return {name: field_type(kind) for name, kind in section.get_fields_and_field_types().items()}  # type: ignore[attr-defined]
 
 
 def plain_fields(name: str) -> None:

@@ -188,9 +188,13 @@ def where(stacks: str, path: Path) -> tuple[Frame, ...]:
             if Path(file).name == path.name and int(line) <= len(lines):
                 frames.append(Frame(path.name, int(line), function, lines[int(line) - 1].strip()))
         found.append(frames[::-1])
-    inside = sorted((_inside(frames) for frames in found), key=len)[-1:]
+    inside = sorted((_inside(frames) for frames in found), key=lambda each: (_waits_for_lock(each), len(each)))[-1:]
     main = [frame for frames in found for frame in frames[-1:] if not re.search(r"\bspin\w*\(", frame.code)]
     return tuple(inside[0] if inside and inside[0] else main[:1])
+
+
+def _waits_for_lock(frames: list[Frame]) -> bool:
+    return bool(frames) and re.search(r"^with (?!.*\()|\.acquire\(", frames[-1].code) is not None
 
 
 def _last_traceback(output: str, path: Path, *, first: bool = False) -> tuple[str, tuple[Frame, ...]]:

@@ -34,7 +34,7 @@ from course.session.guards import Guards, interruptible, say
 from course.session.interface_usage import destructors
 from course.session.live_node import LiveNode
 from course.session.logs import Entry, Logs
-from course.session.matching import unfit_topics, unmatched, unserved
+from course.session.matching import misfit, unfit_topics, unmatched, unserved
 from course.session.outsiders import Outsiders
 from course.session.publishing import Publishing
 from course.session.requests import fill
@@ -262,6 +262,10 @@ class Session:
         if isinstance(end, Client):
             return self._calls.apart(end)
         return unmatched(self.node, end, self._handles)
+
+    def misfit(self, end: Publisher | Subscription) -> str:
+        """Return why the other ends of a topic do not fit `end`: their type or QoS; '' if one fits."""
+        return misfit(self.node, end, self._handles)
 
     def look(self) -> None:
         """Raise NodeFailed if a node has died or raised an exception that was not reported yet.

@@ -23,23 +23,30 @@ SEND = "/_action/send_goal"  # a service of every action server
 LISTED = 6  # topics that are named in a message
 
 
-def unmatched(node: Node, end: Publisher | Subscription, handles: Mapping[str, Handle]) -> str:
-    """Return why `node`'s publisher or subscription `end` is not matched by another node."""
-    publishes = isinstance(end, Publisher)
-    verb, kind, topic = (
-        "subscribes to" if publishes else "publishes",
-        type_name(cast(type, end.msg_type)),
-        end.topic_name,
-    )
-    others = _others(node, topic, publishes)
-    for each in others:
+def misfit(node: Node, end: Publisher | Subscription, handles: Mapping[str, Handle]) -> str:
+    """Return why another node's end of the topic does not fit `end` of `node`: its type or QoS; '' if one fits."""
+    publishes, verb, kind, topic = _asked(end)
+    found = []
+    for each in _others(node, topic, publishes):
         if each.topic_type != kind:
-            return f"{each.node_name} {verb} {topic} with the type {each.topic_type}; it must be {kind}."
+            found.append(f"{each.node_name} {verb} {topic} with the type {each.topic_type}; it must be {kind}.")
+            continue
         offered, asked = (end.qos_profile, each.qos_profile) if publishes else (each.qos_profile, end.qos_profile)
         if qos_check_compatible(offered, asked)[0] == QoSCompatibility.ERROR:
             maker = "create_subscription" if publishes else "create_publisher"
             at = "".join(f"\n{line}" for line in _lines(node, handles, each, maker, topic))
-            return f"{each.node_name} {verb} {topic}, but {_unfit(offered, asked)}{at}"
+            found.append(f"{each.node_name} {verb} {topic}, but {_unfit(offered, asked)}{at}")
+            continue
+        return ""
+    return found[0] if found else ""
+
+
+def unmatched(node: Node, end: Publisher | Subscription, handles: Mapping[str, Handle]) -> str:
+    """Return why `node`'s publisher or subscription `end` is not matched by another node."""
+    if why := misfit(node, end, handles):
+        return why
+    publishes, verb, kind, topic = _asked(end)
+    others = _others(node, topic, publishes)
     if others:
         return (
             f"{others[0].node_name} {verb} {topic} ({kind}), but the connection was not made in time: is the computer "
@@ -48,6 +55,13 @@ def unmatched(node: Node, end: Publisher | Subscription, handles: Mapping[str, H
     same = [name for name, kinds in node.get_topic_names_and_types() if kind in kinds]
     offers = sorted(f"{each.node_name} {verb} {name}" for name in same for each in _others(node, name, publishes))
     return f"No node {verb} {topic} ({kind})." + (f" Of this type, {', '.join(offers[:LISTED])}." if offers else "")
+
+
+def _asked(end: Publisher | Subscription) -> tuple[bool, str, str, str]:
+    """Return whether `end` publishes, what the other end does, the type and the topic."""
+    publishes = isinstance(end, Publisher)
+    verb = "subscribes to" if publishes else "publishes"
+    return publishes, verb, type_name(cast(type, end.msg_type)), end.topic_name
 
 
 def unserved(node: Node, client: ActionClient) -> str:

@@ -118,3 +118,14 @@ def test_another_kernel_in_the_folder_is_told(folder, monkeypatch, capsys):
     assert "another kernel (process 1) also works in this folder" in capsys.readouterr().err
     exercise("agent.py --no-start", "third = 3\n")
     assert capsys.readouterr().err == ""
+
+
+def test_a_callback_that_sleeps_is_named_with_its_line(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "node.py").write_text(
+        "self.create_subscription(Float64, 'error', self.answer, 10)\n"
+        "def other(self):\n    time.sleep(1)\n"
+        "def answer(self, msg):\n    time.sleep(2)\n"
+    )
+    assert judging.sleeps("node.py", "create_subscription") == "\n  node.py, line 5\n    time.sleep(2)"
+    assert judging.sleeps("node.py", "create_timer") == ""

@@ -183,6 +183,8 @@ SPIN = "        rclpy.spin_until_future_complete(self, future, timeout_sec=timeo
          "sends the request, but nothing in the file spins the node"),
         ("calculator-client", CLIENT, "a, b = float(a), float(b)", "a, b = float(int(a)), float(int(b))",
          "15 3 add it takes: a number may have a fraction."),
+        ("calculator-client", CLIENT, "a, b = float(a), float(b)", "a, b = int(a), int(b)",
+         "15 3 add ends with an exception. A number may have a fraction: what takes it is float, not int."),
         ("calculator-client", CLIENT, "remove_ros_args(args)", "remove_ros_args(sys.argv[1:])",
          "It takes them after one more word"),
     ],
@@ -254,6 +256,48 @@ def test_the_check_of_the_controller_tells_the_part_that_is_wrong(empty, old, ne
 def test_the_check_of_the_follower_tells_what_its_command_is_for(empty, old, new, says):
     files = answers.changed(answers.solution("ai_integration"), "wall_follower.py", (old, new))
     assert says in Page("ai_integration").judge(files, "wall-follower")["wall-follower"]
+
+
+ONE_LOCK_FOR_ALL = (
+    "        self.newest = goal_handle\n        goal_handle.execute()\n",
+    "        with self.cabin:\n            self.newest = goal_handle\n            goal_handle.execute()\n",
+)
+
+
+def test_the_check_of_the_lift_names_the_callback_that_waits_and_then_passes_the_right_answer(empty):
+    """The listener of a check that failed stays: it must not count the steps of the next one, too."""
+    right = answers.solution("actions")
+    page = Page("actions")
+    said = page.judge(answers.changed(right, "lift_server.py", ONE_LOCK_FOR_ALL), "lift-server")["lift-server"]
+    assert said.startswith("a goal that another one took over from ended as succeeded, not as aborted")
+    assert re.search(r"lift_server.py, line \d+, in take_over\n    with self.cabin:", said)
+    page.write("lift_server.py", right["lift_server.py"])
+    assert page.check("lift-server") == cells.PASSED
+
+
+@pytest.mark.parametrize(
+    ("exercise", "check", "file", "old", "new", "says"),
+    [
+        ("actions", "lift-server", "lift_server.py", "self, Lift, '/lift'",
+         "self, __import__('course_interfaces.action').action.Fibonacci, '/lift'",
+         "The action /lift is served with the type course_interfaces/action/Fibonacci; it must be "),
+        ("ai_integration", "wall-agent", "wall_agent.py", "{'linear': 0.0, 'angular': 0.5}",
+         "{'linear': 0, 'angular': 0.5}", "the speeds must be floats (0.0, not 0)"),
+        ("parameters", "pid-node", "pid_node.py", "'output_max', 10.0", "'output_max', 10",
+         "output_max is the integer 10: a default with a point, such as 1.0, makes a double"),
+        ("services", "relay", "relay.py", ", callback_group=group", "", "Give the client a group of its own"),
+        pytest.param("actions", "lift-server", "lift_server.py", "with self.cabin:", "if self.cabin.acquire():",
+                     "in execute\n    if self.cabin.acquire():", marks=pytest.mark.matrix),
+        pytest.param("parameters", "pid-node", "pid_node.py", "Float64, 'error'",
+                     "__import__('std_msgs.msg').msg.Float32, 'error'",
+                     "subscribes to /error with the type std_msgs/msg/Float32; it must be", marks=pytest.mark.matrix),
+    ],
+)  # fmt: skip
+def test_a_check_names_the_cause(empty, exercise, check, file, old, new, says):
+    files = answers.solution(exercise)
+    text = files[file].decode()
+    assert old in text
+    assert says in Page(exercise).judge({**files, file: text.replace(old, new).encode()}, check)[check]
 
 
 @pytest.mark.parametrize("exercise", ["actions", "ai_integration", "calculator", "parameters", "services"])
