@@ -65,7 +65,7 @@ def test_a_node_is_looked_at_stopped_and_started_its_log_is_searched_and_everybo
     panel.get_by_label("Search the log").fill("GREETED")
     expect(log).to_contain_text("greeted")
     expect_no_barriers(page, "#ros2-course-nodes", "nodes")
-    panel.get_by_label("Log of which level").select_option("WARN and above")
+    panel.get_by_label("Level of the log").select_option("WARN and above")
     expect(log).not_to_contain_text("greeted")
     panel.get_by_role("button", name="Stop greeter.py").click()
     expect(panel.get_by_role("button", name="/greeter stopped")).to_be_visible()
@@ -74,9 +74,14 @@ def test_a_node_is_looked_at_stopped_and_started_its_log_is_searched_and_everybo
     page.set_viewport_size({"width": 390, "height": 800})
     page.wait_for_function(
         "() => { const box = document.querySelector('#ros2-course-nodes').getBoundingClientRect();"
-        " return box.width >= 200 && box.right <= 390; }"
+        " return box.width >= 310 && box.right <= 390; }"
     )
     assert panel.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
+    notebook = page.locator(".jp-NotebookPanel")
+    assert notebook.bounding_box()["width"] >= 300  # px; it lies below the panel, as wide as before
+    panel.get_by_role("button", name="Back to the notebook").click()
+    expect(panel).to_be_hidden()
+    assert notebook.bounding_box()["width"] >= 300  # px
 
 
 def test_while_a_cell_runs_the_panel_tells_which_node_has_died_and_how(lab, page):
@@ -101,7 +106,7 @@ def test_ten_thousand_lines_a_second_leave_the_page_responsive_and_are_counted(l
     run_cell(page, CHECKS, "ros.start('flood.py')")
     expect(panel).to_contain_text("lines are not shown: they came faster than a page can show them")
     assert draws_within(page, 2000)  # ms, on a busy machine
-    panel.get_by_label("Log of which node").select_option("/greeter")
+    panel.get_by_label("Node of the log").select_option("/greeter")
     expect(panel.get_by_role("log")).not_to_contain_text("line")
     expect(panel.get_by_role("log")).to_contain_text("greeted")
     panel.get_by_role("button", name="Stop flood.py").click()

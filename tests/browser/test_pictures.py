@@ -58,7 +58,7 @@ def test_a_notebook_the_robot_and_a_terminal_in_one_world(lab, view):
     view.keyboard.type("ros2 node list; ros2 param get /ai_robot_controller obstacle_threshold\n")
     frames = int(robot.locator("canvas").get_attribute("data-frames") or 0)
     view.wait_for_function(f"() => document.querySelector('.ros-Robot-canvas').dataset.frames > {frames + 400}")
-    view.get_by_role("button", name="Lower").click()
+    view.get_by_role("button", name="Smaller").click()
     cell(view, 11).evaluate("cell => cell.scrollIntoView({ block: 'start' })")
     keep_picture(view, "jupyterlab")
 

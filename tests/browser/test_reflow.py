@@ -118,7 +118,7 @@ def plot(page: Page) -> Locator:
     run_from_palette(page, "ROS course", "Plot")
     panel = page.get_by_role("tabpanel", name="Plot", exact=True)
     panel.get_by_label("Topic").select_option("/odom")
-    panel.get_by_role("button", name="Draw it").click()
+    panel.get_by_role("button", name="Add to the plot").click()
     expect(panel.get_by_role("listitem")).to_contain_text("/odom twist.twist.linear.x")
     panel.get_by_role("button", name="Pause").click()
     return panel

@@ -5,7 +5,7 @@ from playwright.sync_api import expect
 
 from course.foundation.waiting import wait_until
 from tests.browser.conftest import WAIT
-from tests.browser.pages import FILE, choose, open_page, run_cell, run_from_palette, wait_for_kernel, write_greeter
+from tests.browser.pages import CHECKS, choose, open_page, run_cell, run_from_palette, wait_for_kernel, write_greeter
 
 expect.set_options(timeout=WAIT)
 
@@ -33,7 +33,7 @@ def test_the_start_page_has_a_strip_of_a_terminal_below_it_and_stays_as_one_leav
     terminal.click()
     expect_height(25, 45)
     terminal.click()  # it stays tall: one works in it
-    page.get_by_role("button", name="Lower").click()
+    page.get_by_role("button", name="Smaller").click()
     expect_height(4, 6)
     tab = page.locator(".lm-DockPanel-tabBar .lm-TabBar-tab").filter(has_text="Terminal")
     tab.click()
@@ -90,6 +90,17 @@ def test_a_notebook_opens_beside_notebooks_and_stays_in_front(lab, page):
 
 
 WORLD = "from course.world.node import World\nros.start(World)\nprint('there')"
+AWAY = """from pathlib import Path
+from course.lab.kernel import passing
+ros.stop()
+assert ros.until(lambda: not ros.node.count_publishers('/scan'), 60.0)
+passing._arrival = passing.Arrival()  # as in a new kernel
+Path('ready').touch()
+assert ros.until(Path('away').exists, 60.0)
+ros.start(World)
+assert ros.until(lambda: ros.node.count_publishers('/scan'), 60.0)
+passing._arrival.look(ros)
+Path('started').touch()"""
 LOOKED = """from course.lab.kernel import passing
 ros.start(World)
 assert ros.until(lambda: ros.node.count_publishers('/scan'), 60.0)
@@ -106,7 +117,7 @@ def test_when_a_world_starts_the_robot_appears_once_beside_the_notebook_which_ke
     page.set_viewport_size({"width": 1280, "height": 800})
     page.get_by_role("tab", name="Nodes", exact=True).click()
     run_cell(page, 0, "import course\nros = course.live()")
-    run_cell(page, FILE, WORLD)
+    run_cell(page, CHECKS, WORLD)
     robot = page.get_by_role("tabpanel", name="Robot", exact=True)
     expect(robot).to_contain_text("room: hall")
     notebook = page.locator(".jp-NotebookPanel:visible")
@@ -116,6 +127,16 @@ def test_when_a_world_starts_the_robot_appears_once_beside_the_notebook_which_ke
 
     run_from_palette(page, "ROS course", "Plot")
     page.get_by_role("tabpanel", name="Plot", exact=True).wait_for()
+    # Beside both, the notebook's toolbar has what one looks for.
+    page.get_by_role("tab", name="Nodes", exact=True).click()
+    expect(page.get_by_role("region", name="Nodes", exact=True)).to_be_visible()
+    toolbar = notebook.locator(".jp-NotebookPanel-toolbar")
+    assert notebook.bounding_box()["width"] < 620  # px
+    for name in ("hand-in", "runAll", "kernelName", "executionProgress"):
+        expect(toolbar.locator(f":scope > [data-jp-item-name='{name}']"), name).to_be_in_viewport(ratio=1)
+    expect(toolbar.locator(":scope > [data-jp-item-name='cellType']")).to_have_count(0)  # it is behind "..."
+    page.get_by_role("tab", name="Nodes", exact=True).click()
+
     pad = robot.get_by_role("group", name="Drive", exact=True)
     for low in ("beside the picture", "below it, where a panel leaves the robot little room"):
         expect(pad.get_by_role("button", name="Drive backward"), low).to_be_in_viewport(ratio=1)
@@ -123,9 +144,30 @@ def test_when_a_world_starts_the_robot_appears_once_beside_the_notebook_which_ke
         page.get_by_role("tab", name="Nodes", exact=True).click()
 
     page.get_by_role("tab", name="Robot", exact=True).locator(".lm-TabBar-tabCloseIcon").click()
-    run_cell(page, FILE, LOOKED)
-    page.locator(".jp-OutputArea-output pre").get_by_text("looked").wait_for()
+    run_cell(page, CHECKS, LOOKED)
+    looked = page.locator(".jp-OutputArea-output pre").get_by_text("looked")
+    looked.wait_for()
     expect(robot).to_have_count(0)
+
+    # A page that is loaded again asks the kernel before it runs a cell.
+    def load_again() -> None:
+        page.goto(f"{lab[0]}/lab/tree/appears/appears.ipynb?token={lab[1]}")
+        wait_for_kernel(page)
+
+    load_again()
+    run_cell(page, CHECKS, "print('loaded', 'again')")
+    page.locator(".jp-OutputArea-output pre").get_by_text("loaded again").wait_for()
+    expect(robot).to_have_count(0)
+    # A world that starts while no page is there is shown when one is.
+    folder = lab[2] / "appears"
+    run_cell(page, CHECKS, AWAY)
+    assert wait_until((folder / "ready").exists, WAIT / 1e3)
+    page.goto("about:blank")
+    (folder / "away").touch()
+    assert wait_until((folder / "started").exists, WAIT / 1e3)
+    load_again()
+    expect(robot).to_contain_text("room: hall")
+    assert notebook.evaluate("panel => panel.contains(document.activeElement)")
 
 
 def test_palette_and_launcher_lead_to_terminal_and_panels(lab, page):

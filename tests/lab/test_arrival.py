@@ -1,4 +1,4 @@
-"""A robot that comes into a notebook's session is told to JupyterLab, once in a kernel's life."""
+"""A robot that comes into a notebook's session is told to JupyterLab, once in a kernel's life; pages may come later."""
 
 import pytest
 from rclpy.node import Node
@@ -24,6 +24,16 @@ def test_a_world_of_a_cell_or_of_a_program_is_told_to_the_pages(kernel, start):
     while (message := kernel.client.get_iopub_msg(timeout=WAIT))["msg_type"] != "comm_open":
         pass
     assert message["content"]["target_name"] == TARGET
+    news = message["content"]["comm_id"]
+
+    def waiting() -> dict:
+        """The news that no page has taken yet, as a page that comes later asks for it."""
+        return kernel.client.comm_info(TARGET, reply=True, timeout=WAIT)["content"]["comms"]
+
+    assert news in waiting()
+    closing = kernel.client.session.msg("comm_close", {"comm_id": news, "data": {}})
+    kernel.client.shell_channel.send(closing)
+    assert news not in waiting()
     kernel.run("ros.stop()")
 
 

@@ -13,9 +13,10 @@ TARGET = "ros2-course:robot"  # the page's name for who hears it: course/lab/ui/
 def tell() -> None:
     """Tell the pages that show this kernel's notebook, by Jupyter's own channel: the panels' is there when one is open.
 
-    A page without the course's part of JupyterLab takes no notice.
+    It waits for the first page that shows the notebook, which closes it.  A page without the course's part takes no
+    notice.
     """
-    create_comm(target_name=TARGET).close()
+    create_comm(target_name=TARGET)
 
 
 class Arrival:

@@ -1,23 +1,47 @@
 // The news that a robot has come into the session of a notebook: see course/lab/kernel/arrival.py.
 
 import { INotebookTracker, NotebookPanel } from '@jupyterlab/notebook';
+import { Kernel } from '@jupyterlab/services';
 
 const TARGET = 'ros2-course:robot';
 
-/** Call `greet` when a robot has come, and the notebook that it belongs to is in front. */
+/** Call `greet` once for a kernel in which a robot is, when the notebook that it belongs to is in front.
+ *
+ * The news is a comm that the kernel has opened: also before this page was there.  Who has greeted closes it.
+ */
 export function onArrival(tracker: INotebookTracker, greet: () => void): void {
-  const news = new WeakSet<NotebookPanel>();
+  const news = new WeakMap<NotebookPanel, Kernel.IComm>();
   const look = () => {
-    if (tracker.currentWidget && news.delete(tracker.currentWidget)) {
+    const panel = tracker.currentWidget;
+    const comm = panel && news.get(panel);
+    if (comm) {
+      news.delete(panel);
+      comm.close();
       greet();
     }
   };
+  const take = (panel: NotebookPanel, comm: Kernel.IComm) => {
+    news.set(panel, comm);
+    look();
+  };
   const listen = (panel: NotebookPanel) => {
-    const hear = () =>
-      panel.sessionContext.session?.kernel?.registerCommTarget(TARGET, () => {
-        news.add(panel);
-        look();
-      });
+    const hear = () => {
+      const kernel = panel.sessionContext.session?.kernel;
+      news.delete(panel);
+      if (!kernel?.handleComms) {
+        return;
+      }
+      kernel.registerCommTarget(TARGET, comm => take(panel, comm));
+      kernel.requestCommInfo({ target_name: TARGET }).then(
+        ({ content }) => {
+          const [waiting] = content.status === 'ok' ? Object.keys(content.comms) : [];
+          if (waiting && !kernel.isDisposed && !kernel.hasComm(waiting)) {
+            take(panel, kernel.createComm(TARGET, waiting));
+          }
+        },
+        () => undefined // the kernel has ended
+      );
+    };
     panel.sessionContext.kernelChanged.connect(hear);
     hear();
   };

@@ -10,7 +10,8 @@ export class Current {
   constructor(
     private _tracker: INotebookTracker,
     private _links: Links,
-    private _makeRoom: () => void
+    private _makeRoom: () => void,
+    readonly back: () => void // from a panel that covers the notebook, on a phone, to the notebook
   ) {
     _tracker.currentChanged.connect(this._follow, this);
     this._follow();

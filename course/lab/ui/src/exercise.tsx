@@ -167,12 +167,12 @@ function FileItem({ file, note, panel }: { file: File; note: string; panel: Note
         </span>
       </div>
       <div role="status" className={note ? 'ros-note' : ''}>
-        {note || 'as its cell says'}
+        {note || 'the same as in its cell'}
       </div>
       {file.hints.map((hint, number) =>
         number > opened ? (
           <div key={hint.title} className="ros-quiet">
-            {hint.title.replace(/:.*/, '')}: open the one before first
+            {hint.title.replace(/:.*/, '')}: open the hint before it first
           </div>
         ) : (
           <details key={hint.title} onToggle={() => setOpened(Math.max(opened, number + 1))}>

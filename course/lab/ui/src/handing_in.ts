@@ -159,7 +159,7 @@ async function ask(question: Ask, before: string): Promise<string | null> {
     careful.append(element('strong', '', 'Careful:'), list(doubts));
     body.append(careful);
   }
-  body.append(element('p', '', `Handed in are: ${question.files.join(', ')}.`));
+  body.append(element('p', '', `You hand in: ${question.files.join(', ')}.`));
   const input = document.createElement('input');
   input.className = 'jp-mod-styled';
   input.value = before || localStorage.getItem(NAME) || question.name;

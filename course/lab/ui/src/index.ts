@@ -53,7 +53,7 @@ const panels: JupyterFrontEndPlugin<void> = {
   ) => {
     // A narrow page has room for one side panel, and for none beside a notebook.
     const makeRoom = () => (window.innerWidth < NARROW ? shell?.collapseLeft() : undefined);
-    const current = new Current(tracker, new Links(), makeRoom);
+    const current = new Current(tracker, new Links(), makeRoom, () => shell?.collapseRight());
     tracker.currentChanged.connect(makeRoom);
     window.addEventListener('resize', () => (current.isOpen ? makeRoom() : undefined));
     const nodes = new NodesPanel(current);

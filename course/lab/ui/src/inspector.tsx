@@ -264,7 +264,7 @@ function Sending({ memory, link, kind, name, type }: About): JSX.Element {
           )}
           {kind === 'topic' && (
             <label className="ros-Form-limit">
-              Again and again,
+              Repeat it
               <input
                 inputMode="decimal"
                 value={rate}

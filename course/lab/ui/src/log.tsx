@@ -7,7 +7,7 @@ import { useTopic } from './panel';
 
 const KEPT = 1000; // lines in the page
 const LEVELS: [string, string][] = [
-  ['DEBUG', 'every level'],
+  ['DEBUG', 'All levels'],
   ['INFO', 'INFO and above'],
   ['WARN', 'WARN and above'],
   ['ERROR', 'ERROR and above']
@@ -62,15 +62,15 @@ export function Log({ link, nodes }: { link: Link | null; nodes: { name: string;
     <section className="ros-Log" aria-label="Log">
       <div className="ros-Log-head">
         <h3>Log</h3>
-        <select aria-label="Log of which node" value={node} onChange={event => setNode(event.target.value)}>
-          <option value="">every node</option>
+        <select aria-label="Node of the log" value={node} onChange={event => setNode(event.target.value)}>
+          <option value="">All nodes</option>
           {names.map(name => (
             <option key={name} value={name}>
               {name}
             </option>
           ))}
         </select>
-        <select aria-label="Log of which level" value={level} onChange={event => setLevel(event.target.value)}>
+        <select aria-label="Level of the log" value={level} onChange={event => setLevel(event.target.value)}>
           {LEVELS.map(([value, label]) => (
             <option key={value} value={value}>
               {label}

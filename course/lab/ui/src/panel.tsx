@@ -30,7 +30,14 @@ export abstract class SidePanel extends ReactWidget {
   protected abstract draw(): JSX.Element;
 
   protected render(): JSX.Element | null {
-    return this._seen ? this.draw() : null;
+    return this._seen ? (
+      <>
+        <button className="ros-Panel-back" onClick={this.current.back}>
+          Back to the notebook
+        </button>
+        {this.draw()}
+      </>
+    ) : null;
   }
 
   protected onAfterShow(message: Message): void {

@@ -162,14 +162,14 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
                 })
               }
             >
-              Begin anew
+              Clear
             </button>
             <button onClick={() => picture(canvas.current!, memory)}>Save as PNG</button>
             <button onClick={() => save(new Blob([csv(memory.series)], { type: 'text/csv' }), 'plot.csv')}>
               Save as CSV
             </button>
           </div>
-          <ul className="ros-Plot-series" aria-label="What is drawn">
+          <ul className="ros-Plot-series" aria-label="The numbers in the plot">
             {memory.series.map((each, place) => (
               <Row
                 key={nameOf(each)}
@@ -250,7 +250,7 @@ function Choice(props: { link: Link; full: boolean; add: (topic: string, field: 
         <input
           list={id}
           value={field}
-          title="Of a list, the number in brackets says which: ranges[90]"
+          title="For one number of a list, put its place in brackets: ranges[90]"
           onChange={event => setField(event.target.value)}
           onFocus={event => event.target.select()}
         />
@@ -261,11 +261,11 @@ function Choice(props: { link: Link; full: boolean; add: (topic: string, field: 
         </datalist>
       </label>
       <button type="submit" className="ros-mod-main" disabled={!field.trim() || props.full}>
-        Draw it
+        Add to the plot
       </button>
       <div role="status">
         {failed ||
-          (props.full && `${MOST} are enough: take one away first.`) ||
+          (props.full && `At most ${MOST}: remove one first.`) ||
           (type && !fields.length && !failed && `${type} has no numbers.`)}
       </div>
     </form>
@@ -306,7 +306,7 @@ function Row(props: {
       <code>{nameOf(series)}</code>
       <output>{told(props.value)}</output>
       <span className="ros-quiet">{says}</span>
-      <button aria-label={`Take ${nameOf(series)} away`} title="Take it away" onClick={props.remove}>
+      <button aria-label={`Remove ${nameOf(series)}`} title="Remove it from the plot" onClick={props.remove}>
         ×
       </button>
     </li>

@@ -22,11 +22,11 @@ export const robotIcon = new LabIcon({
 
 const SPEEDS = [0.25, 0.5, 1, 2, 4];
 const SCANNERS: [string, number, number][] = [
-  ['360 beams, the first ahead', 360, 0],
-  ['360 beams, the first behind', 360, -Math.PI],
-  ['720 beams, the first behind', 720, -Math.PI],
-  ['90 beams, the first ahead', 90, 0],
-  ['24 beams, the first behind', 24, -Math.PI]
+  ['360 beams, the first one ahead', 360, 0],
+  ['360 beams, the first one behind', 360, -Math.PI],
+  ['720 beams, the first one behind', 720, -Math.PI],
+  ['90 beams, the first one ahead', 90, 0],
+  ['24 beams, the first one behind', 24, -Math.PI]
 ];
 const FACTS = 250; // ms between two changes of the numbers: nobody reads faster
 // The world's parameters that have separate controls, and those that are read only once.
@@ -127,17 +127,25 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
     const next = SPEEDS.filter(each => (by > 0 ? each > speed : each < speed));
     if (world && next.length) {
       const chosen = by > 0 ? next[0] : next[next.length - 1];
-      void set({ speed: chosen }, `Speed: ${chosen} ×`);
+      void set({ speed: chosen }, `Simulation speed: ${chosen} ×`);
     }
   };
   return (
     <>
-      <header className="ros-Panel-head">
+      <header className="ros-Panel-head ros-Robot-head">
         <h2 className="ros-hidden">Robot</h2>
         {message === null && (
           <span className="ros-quiet">
             {state.room.name && `room: ${state.room.name}`}
             {drives.length > 0 && `${state.room.name ? ', ' : ''}driven by ${drives.join(' and ')}`}
+          </span>
+        )}
+        {message === null && !failed && sees.length > 0 && world && (
+          <span className="ros-buttons">
+            <button aria-pressed={paused} onClick={pause}>
+              Pause
+            </button>
+            <button onClick={reset}>Reset</button>
           </span>
         )}
       </header>
@@ -171,6 +179,7 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
                 {sees.length > 0 && (
                   <div className="ros-Robot-hands">
                     <div className="ros-Robot-controls" role="group" aria-label="Arrow keys and mouse">
+                      <span>Arrow keys and mouse:</span>
                       <button aria-pressed={!carrying || !world} onClick={() => setCarrying(false)}>
                         Drive
                       </button>
@@ -179,7 +188,7 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
                         disabled={!world}
                         onClick={() => setCarrying(true)}
                       >
-                        Pick up the robot
+                        Move the robot
                       </button>
                     </div>
                     {carrying && world ? (
@@ -195,12 +204,11 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
               <Facts state={state} paused={paused} />
             </>
           )}
+          {knobs.filter(node => node !== world).map(node => (
+            <Knobs key={node.name} node={node} link={link!} without={[]} />
+          ))}
           {sees.length > 0 && world && (
             <Controls world={world} rooms={rooms} room={state.room.name} speed={speed} set={set}>
-              <button aria-pressed={paused} onClick={pause}>
-                Pause
-              </button>
-              <button onClick={reset}>Reset</button>
               <button aria-pressed={dropping} onClick={() => setDropping(!dropping)}>
                 Drop an obstacle
               </button>
@@ -213,11 +221,9 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
             </p>
           )}
           <div className="ros-Robot-said" role="status">
-            {dropping ? 'Choose the place of the obstacle in the room; Esc drops none.' : said}
+            {dropping ? 'Click in the room, where the obstacle is to be; Esc cancels.' : said}
           </div>
-          {[...knobs.filter(node => node !== world), ...(world ? [world] : [])].map(node => (
-            <Knobs key={node.name} node={node} link={link!} without={node === world ? CONTROLLED : []} />
-          ))}
+          {world && <Knobs key={world.name} node={world} link={link!} without={CONTROLLED} />}
         </>
       )}
     </>
@@ -294,10 +300,10 @@ function Controls({
     <div className="ros-Robot-controls" role="group" aria-label="The world">
       {children}
       <label>
-        Speed
+        Simulation speed
         <select
           value={speed}
-          onChange={event => void set({ speed: Number(event.target.value) }, `Speed: ${event.target.value} ×`)}
+          onChange={event => void set({ speed: Number(event.target.value) }, `Simulation speed: ${event.target.value} ×`)}
         >
           {speeds.map(each => (
             <option key={each} value={each}>
@@ -328,7 +334,7 @@ function Controls({
         >
           {scanner < 0 && (
             <option value={-1}>
-              {beams} beams, the first at {Math.round((first * 180) / Math.PI)}°
+              {beams} beams, the first one at {Math.round((first * 180) / Math.PI)}°
             </option>
           )}
           {SCANNERS.map(([name], number) => (
@@ -372,7 +378,7 @@ function Facts({ state, paused }: { state: RobotState; paused: boolean }): JSX.E
       </div>
       {state.pose && (
         <div>
-          <dt>at</dt>
+          <dt>position</dt>
           <dd>
             x {said(state.pose[0])} m, y {said(state.pose[1])} m, {Math.round((wrap(state.pose[2]) * 180) / Math.PI)}°
           </dd>
@@ -380,7 +386,7 @@ function Facts({ state, paused }: { state: RobotState; paused: boolean }): JSX.E
       )}
       {state.moves && (
         <div>
-          <dt>robot</dt>
+          <dt>measured</dt>
           <dd>{paused ? 'paused' : `${said(state.moves[0])} m/s, ${said(state.moves[1])} rad/s`}</dd>
         </div>
       )}

@@ -183,7 +183,7 @@ export function Pad({ driver, idle }: { driver: Driver; idle: string }): JSX.Ele
       </div>
       <div>
         <label>
-          Drive at {speed.toFixed(1)} m/s
+          Driving speed: {speed.toFixed(1)} m/s
           <input
             type="range"
             min={SPEED.least}

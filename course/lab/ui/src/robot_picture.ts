@@ -6,6 +6,7 @@ export const RADIUS = 0.18; // m, of the robot
 export const OBSTACLE = 0.15; // m, radius of a dropped obstacle
 const MARGIN = { left: 34, right: 12, top: 12, bottom: 26 }; // px, with room for the numbers at the axes
 const SMALLEST = 8; // px, least radius of the robot, so that it is visible
+const NOSE = { angle: 0.6, length: 1.75 }; // rad to each side of ahead, and times the robot's radius
 const APART = 34; // px at least between two numbers at an axis
 const BANDS = 8; // of the trail, each paler than the next
 const AROUND = 4; // m shown to each side of a robot without a room
@@ -103,13 +104,16 @@ export function draw(
   for (const [x, y] of state.collisions.places) {
     cross(context, px(x), py(y), colour.hit);
   }
+  if (state.scan && !dim) {
+    firstBeam(context, state.scan.from ?? pose ?? [0, 0, 0], state.scan.first, view, colour);
+  }
   if (pose) {
     robot(context, px(pose[0]), py(pose[1]), pose[2], view.scale * RADIUS, colour);
   } else if (state.scan) {
     robot(context, px(0), py(0), 0, view.scale * RADIUS, colour);
   }
   if (state.scan && !dim) {
-    origin(context, state.scan.from ?? pose ?? [0, 0, 0], state.scan.first, view, colour);
+    origin(context, state.scan.from ?? pose ?? [0, 0, 0], view, colour);
   }
   if (ghost) {
     context.setLineDash([4, 3]);
@@ -206,16 +210,13 @@ function robot(
   context.fillStyle = colour.body;
   context.strokeStyle = colour.ink;
   context.lineWidth = 2;
-  context.beginPath();
-  context.arc(x, y, radius, 0, 2 * Math.PI);
+  context.lineJoin = 'round';
+  context.beginPath(); // a circle with a nose
+  context.arc(x, y, radius, NOSE.angle - heading, 2 * Math.PI - NOSE.angle - heading);
+  context.lineTo(x + NOSE.length * radius * cos, y + NOSE.length * radius * sin);
+  context.closePath();
   context.fill();
   context.stroke();
-  context.fillStyle = colour.ground;
-  context.beginPath();
-  context.moveTo(x + 0.9 * radius * cos, y + 0.9 * radius * sin);
-  context.lineTo(x - 0.5 * radius * cos - 0.6 * radius * sin, y - 0.5 * radius * sin + 0.6 * radius * cos);
-  context.lineTo(x - 0.5 * radius * cos + 0.6 * radius * sin, y - 0.5 * radius * sin - 0.6 * radius * cos);
-  context.fill();
 }
 
 function lines(
@@ -252,7 +253,7 @@ function trail(
   const full = context.globalAlpha;
   context.strokeStyle = colour;
   context.fillStyle = colour;
-  context.lineWidth = 2.5;
+  context.lineWidth = 1.5;
   for (let number = 1, begin = 0; number <= places.length; number++) {
     if (number === places.length || band(places[number]) !== band(places[begin])) {
       context.globalAlpha = full * (0.25 + (0.75 * (band(places[begin]) + 1)) / BANDS);
@@ -264,7 +265,9 @@ function trail(
       context.stroke();
       for (let next = Math.max(begin, 1); next < number; next++) {
         if (Math.floor(places[next][2]) !== Math.floor(places[next - 1][2])) {
-          context.fillRect(px(places[next][0]) - 3, py(places[next][1]) - 3, 6, 6);
+          context.beginPath();
+          context.arc(px(places[next][0]), py(places[next][1]), 2.5, 0, 2 * Math.PI);
+          context.fill();
         }
       }
       begin = number;
@@ -273,8 +276,8 @@ function trail(
   context.globalAlpha = full;
 }
 
-/** Draw the pose of the scan, with a line towards its first beam. */
-function origin(
+/** Draw a line from the place of the scan towards its first beam: below the robot, whose nose says where it heads. */
+function firstBeam(
   context: CanvasRenderingContext2D,
   [x, y, heading]: Pose,
   first: number,
@@ -282,16 +285,20 @@ function origin(
   colour: Colours
 ): void {
   const [cx, cy] = [view.left + view.scale * x, view.bottom - view.scale * y];
-  const length = Math.max(2 * SMALLEST, 2 * view.scale * RADIUS);
+  const length = 2.8 * Math.max(SMALLEST, view.scale * RADIUS);
   context.strokeStyle = colour.beam;
   context.lineWidth = 2;
   context.beginPath();
   context.moveTo(cx, cy);
   context.lineTo(cx + length * Math.cos(heading + first), cy - length * Math.sin(heading + first));
   context.stroke();
+}
+
+/** Draw the place of the scan. */
+function origin(context: CanvasRenderingContext2D, [x, y]: Pose, view: View, colour: Colours): void {
   context.fillStyle = colour.beam;
   context.beginPath();
-  context.arc(cx, cy, 3, 0, 2 * Math.PI);
+  context.arc(view.left + view.scale * x, view.bottom - view.scale * y, 3, 0, 2 * Math.PI);
   context.fill();
 }
 

@@ -12,10 +12,10 @@ const AHEAD = 0.8; // m from the robot to an obstacle that a key drops
 const GRIP = 12; // px around the robot where it can also be picked up
 const CLOSEST = 16; // times the whole room
 const KEYS: [string, string][] = [
-  ['Space', 'pause, and go on'],
+  ['Space', 'pause, continue'],
   ['O', `drop an obstacle ${AHEAD} m ahead`],
   ['R', 'reset'],
-  ['+, −', 'faster, slower']
+  ['+, −', 'faster, slower simulation']
 ];
 const DRIVE: [string, string][] = [['Arrow keys', 'drive, as long as they are held']];
 const CARRY: [string, string][] = [
@@ -23,14 +23,17 @@ const CARRY: [string, string][] = [
   ['Q, E', 'turn it to the left, to the right']
 ];
 const LOOK: [string, string][] = [
-  ['I, U, 0', 'closer, less close, the whole room'],
-  ['Ctrl and wheel', 'closer, less close'],
-  ['Drag', 'move the picture, when it is closer']
+  ['I, U, 0', 'zoom in, zoom out, the whole room'],
+  ['Ctrl and wheel', 'zoom in, zoom out'],
+  ['Drag', 'move the picture, when it is zoomed in']
 ];
 const DRAWN: [string, string][] = [
-  ['orange dots', 'what the laser has measured last'],
-  ['orange line', 'from where the laser was then, towards its first beam'],
-  ['grey line', 'the way: older parts are paler, a dot for each second'],
+  ['circle', 'the robot; its nose points ahead'],
+  ['black lines', 'walls and obstacles'],
+  ['orange dots', 'where the laser’s last scan hit something'],
+  ['orange line', 'from the laser towards its first beam'],
+  ['sectors', 'how far it is free to the front, to the left and to the right'],
+  ['grey line', 'the way so far: older parts are paler, a dot for each second'],
   ['crosses', 'collisions']
 ];
 
@@ -210,19 +213,19 @@ export function Stage(props: Props): JSX.Element {
         />
       </div>
       <div className="ros-Robot-under">
-        <div className="ros-Robot-zoom" role="group" aria-label="How close">
-          <button aria-label="Closer" title="Closer (I)" onClick={() => closer(1.5)}>
+        <div className="ros-Robot-zoom" role="group" aria-label="Zoom">
+          <button aria-label="Zoom in" title="Zoom in (I)" onClick={() => closer(1.5)}>
             +
           </button>
-          <button aria-label="Less close" title="Less close (U)" onClick={() => closer(1 / 1.5)}>
+          <button aria-label="Zoom out" title="Zoom out (U)" onClick={() => closer(1 / 1.5)}>
             −
           </button>
           <button title="Show the whole room (0)" onClick={whole}>
-            Whole room
+            Fit room
           </button>
         </div>
         <details className="ros-Robot-keys">
-          <summary>Keys, and what is drawn</summary>
+          <summary>Keys and legend</summary>
           <dl id={keys}>
             {rows.map(([name, does]) => (
               <React.Fragment key={`${name} ${does}`}>

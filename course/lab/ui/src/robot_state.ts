@@ -77,7 +77,7 @@ export class RobotState {
 
   /** Return the effect of the last command, in words. */
   get doing(): string {
-    return this.command === null && this._driven ? 'stopped: no commands come' : doing(this.command);
+    return this.command === null && this._driven ? 'none any more: the robot has stopped' : doing(this.command);
   }
 
   /** Return true if scans arrive. */
@@ -141,11 +141,11 @@ export function wrap(angle: number): number {
 
 function doing(speeds: [number | null, number | null] | null): string {
   if (!speeds) {
-    return 'no command yet';
+    return 'none so far';
   }
   const [linear, angular] = speeds;
   if (linear === null || angular === null) {
-    return 'not a number: the robot stands';
+    return 'not a number: the robot does not move';
   }
   const turn = angular > 0.02 ? 'left' : angular < -0.02 ? 'right' : '';
   if (Math.abs(linear) < 0.005) {

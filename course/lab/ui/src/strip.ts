@@ -144,10 +144,10 @@ class Strip {
 
   private _tell(bar: TabBar<Widget>, low: boolean): void {
     const button = this._buttons.get(bar)!;
-    const word = low ? 'Taller' : 'Lower';
+    const word = low ? 'Bigger' : 'Smaller';
     if (button.textContent !== word) {
       button.replaceChildren((low ? caretUpEmptyThinIcon : caretDownEmptyThinIcon).element({ width: '14px' }), word);
-      button.title = low ? 'Make the terminal tall' : 'Make the terminal a strip again';
+      button.title = low ? 'Make the terminal bigger' : 'Make the terminal small again';
     }
   }
 

@@ -1,4 +1,4 @@
-"use strict";(self.rspackChunkros2_course_lab=self.rspackChunkros2_course_lab||[]).push([[319],{770(o,r,e){var a=e(601),t=e.n(a),s=e(314),i=(e.n(s))()(t());i.push([o.id,`/* The inspector and the graph. */
+"use strict";(self.rspackChunkros2_course_lab=self.rspackChunkros2_course_lab||[]).push([[319],{770(o,r,e){var a=e(601),t=e.n(a),i=e(314),n=(e.n(i))()(t());n.push([o.id,`/* The inspector and the graph. */
 
 .ros-Form,
 .ros-Form form,
@@ -338,7 +338,7 @@
   flex-direction: column;
   gap: 6px;
 }
-`,""]),e.d(r,{},{A:i})},646(o,r,e){var a=e(601),t=e.n(a),s=e(314),i=e.n(s),n=e(994),l=i()(t());l.i(n.A),l.push([o.id,`/* The course's part of JupyterLab, in the colours of its theme. */
+`,""]),e.d(r,{},{A:n})},646(o,r,e){var a=e(601),t=e.n(a),i=e(314),n=e.n(i),s=e(994),l=n()(t());l.i(s.A),l.push([o.id,`/* The course's part of JupyterLab, in the colours of its theme. */
 
 .ros-HandIn-body {
   max-width: 60ch;
@@ -360,17 +360,96 @@
   display: none;
 }
 
+/* A toolbar moves its last items behind "...", and there the kernel's state would go before all others.  Where it is
+   narrow, what is used less gives way: the debugger (in its panel, too), Validate (Hand in runs the same checks), a part
+   of the kernel's name, and what the Run and Kernel menus have. */
+.jp-NotebookPanel-toolbar {
+  container: ros-toolbar / inline-size;
+}
+
+@container ros-toolbar (max-width: 555px) {
+  .jp-Toolbar-item[data-jp-item-name='debugger-icon'] {
+    display: none;
+  }
+}
+
+@container ros-toolbar (max-width: 525px) {
+  .jp-Toolbar-item:has(.validate-button) {
+    display: none;
+  }
+}
+
+@container ros-toolbar (max-width: 470px) {
+  .jp-Toolbar-item[data-jp-item-name='kernelName'] {
+    max-width: max(30px, 100cqw - 320px);
+    overflow: hidden;
+  }
+}
+
+@container ros-toolbar (max-width: 400px) {
+  .jp-Toolbar-item:is([data-jp-item-name='insert'], [data-jp-item-name='restart-and-run']) {
+    display: none;
+  }
+
+  .jp-Toolbar-item[data-jp-item-name='kernelName'] {
+    max-width: max(30px, 100cqw - 260px);
+  }
+}
+
 /* JupyterLab's own least size is six rows, and on a phone leaves no room for a panel. */
 .lm-DockPanel .jp-Terminal {
   min-height: 60px;
   min-width: 40px;
 }
 
+/* On a phone a panel covers the notebook and the terminal, which keep their width: see PHONE in src/views.ts. */
+.ros-Panel-back {
+  align-self: flex-start;
+  flex: none;
+  margin-bottom: 6px;
+}
+
+@media (min-width: 520px) {
+  .ros-Panel-back {
+    display: none;
+  }
+}
+
+.lm-DockPanel .ros-Panel-back {
+  display: none;
+}
+
+@media (max-width: 519px) {
+  body {
+    --jp-sidebar-min-width: 0px;
+  }
+
+  .lm-DockPanel :is(.jp-NotebookPanel, .jp-Terminal) {
+    min-width: calc(100vw - 90px);
+  }
+
+  #jp-right-stack > .ros-Panel {
+    min-width: 0;
+  }
+
+  .jp-SideArea:has(> #jp-right-stack:not(.lm-mod-hidden)) {
+    left: 0 !important;
+    width: 100% !important;
+    z-index: 3;
+  }
+
+  #jp-right-stack,
+  #jp-right-stack > .lm-Widget {
+    width: 100% !important;
+  }
+}
+
 /* Beside the tabs of the terminals. */
 .ros-Strip-button {
   align-items: center;
-  background: none;
-  border: 0;
+  background: var(--jp-layout-color2);
+  border: 1px solid var(--jp-border-color0);
+  border-radius: 3px;
   color: var(--jp-ui-font-color1);
   cursor: pointer;
   display: flex;
@@ -483,7 +562,7 @@
   border: 0;
   color: inherit;
   display: flex;
-  flex: 1 1 190px; /* beside its buttons only where a name has room in one line */
+  flex: 1 1 max-content; /* beside its buttons only where a name has room in one line */
   font: inherit;
   gap: 6px;
   min-height: 24px;
@@ -670,7 +749,7 @@ body[data-jp-theme-light='false'] {
 body[data-jp-theme-light='false'] img.ros-figure {
   filter: invert(0.92) hue-rotate(180deg);
 }
-`,""]),e.d(r,{},{A:l})},994(o,r,e){var a=e(601),t=e.n(a),s=e(314),i=(e.n(s))()(t());i.push([o.id,`/* The robot view. */
+`,""]),e.d(r,{},{A:l})},994(o,r,e){var a=e(601),t=e.n(a),i=e(314),n=(e.n(i))()(t());n.push([o.id,`/* The robot view. */
 
 .lm-DockPanel .ros-Panel {
   container-type: size; /* the picture has no more than its part of the panel's height */
@@ -806,8 +885,34 @@ body[data-jp-theme-light='false'] img.ros-figure {
   grid-area: right;
 }
 
+/* Pause and Reset stay in sight. */
+.ros-Robot-head {
+  background: var(--jp-layout-color1);
+  flex-wrap: wrap;
+  gap: 4px 8px;
+  padding: 2px 0;
+  position: sticky;
+  top: -8px; /* of the panel's padding */
+  z-index: 1;
+}
+
+.ros-Panel .ros-Robot-head button[aria-pressed='true'] {
+  background: var(--ros-robot-ink);
+  border-color: var(--ros-robot-ink);
+  color: var(--ros-robot-ground);
+}
+
 /* In a low view, as above a plot, one drives without scrolling: the buttons lie beside the picture, or at once below. */
 @container (max-height: 560px) {
+  .ros-Robot-head {
+    flex-wrap: nowrap;
+    margin-bottom: -6px;
+  }
+
+  .ros-Robot-hands .ros-Robot-controls > span {
+    display: none; /* the group's name says it, too */
+  }
+
   .ros-Robot-hands {
     order: 1;
   }
@@ -819,7 +924,7 @@ body[data-jp-theme-light='false'] img.ros-figure {
 
 @container (max-height: 560px) and (max-width: 419px) {
   .ros-Robot-stage {
-    max-height: max(150px, 46cqh);
+    max-height: max(140px, 42cqh);
   }
 
   .ros-Robot-pad {
@@ -983,6 +1088,12 @@ body[data-jp-theme-light='false'] img.ros-figure {
   min-width: 0;
 }
 
+.ros-Panel .ros-Plot-choice :is(select, input, button) {
+  box-sizing: border-box;
+  height: 26px;
+  margin: 0;
+}
+
 .ros-Plot-choice > div {
   flex: 1 1 100%;
 }
@@ -1060,4 +1171,4 @@ body[data-jp-theme-light='false'] {
   --ros-robot-trail: #9a9a9a;
   --ros-robot-body: #e08bc9;
 }
-`,""]),e.d(r,{},{A:i})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",a=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),a&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),a&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,a,t,s){"string"==typeof o&&(o=[[null,o,void 0]]);var i={};if(a)for(var n=0;n<this.length;n++){var l=this[n][0];null!=l&&(i[l]=!0)}for(var p=0;p<o.length;p++){var d=[].concat(o[p]);a&&i[d[0]]||(void 0!==s&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=s),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),t&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=t):d[4]="".concat(t)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,a=0;a<r.length;a++)if(r[a].identifier===o){e=a;break}return e}function a(o,a){for(var t={},s=[],i=0;i<o.length;i++){var n=o[i],l=a.base?n[0]+a.base:n[0],p=t[l]||0,d="".concat(l," ").concat(p);t[l]=p+1;var c=e(d),f={css:n[1],media:n[2],sourceMap:n[3],supports:n[4],layer:n[5]};if(-1!==c)r[c].references++,r[c].updater(f);else{var x=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(f,a);a.byIndex=i,r.splice(i,0,{identifier:d,updater:x,references:1})}s.push(d)}return s}o.exports=function(o,t){var s=a(o=o||[],t=t||{});return function(o){o=o||[];for(var i=0;i<s.length;i++){var n=e(s[i]);r[n].references--}for(var l=a(o,t),p=0;p<s.length;p++){var d=e(s[p]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}s=l}}},659(o){var r={};o.exports=function(o,e){var a=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!a)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");a.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var a,t,s;a="",e.supports&&(a+="@supports (".concat(e.supports,") {")),e.media&&(a+="@media ".concat(e.media," {")),(t=void 0!==e.layer)&&(a+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),a+=e.css,t&&(a+="}"),e.media&&(a+="}"),e.supports&&(a+="}"),(s=e.sourceMap)&&"u">typeof btoa&&(a+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(s))))," */")),o.styleTagTransform(a,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var a=e(72),t=e.n(a),s=e(825),i=e.n(s),n=e(659),l=e.n(n),p=e(56),d=e.n(p),c=e(540),f=e.n(c),x=e(113),m=e.n(x),h=e(646),b={};b.styleTagTransform=m(),b.setAttributes=d(),b.insert=l().bind(null,"head"),b.domAPI=i(),b.insertStyleElement=f(),t()(h.A,b),h.A&&h.A.locals&&h.A.locals;var u=e(770),g={};g.styleTagTransform=m(),g.setAttributes=d(),g.insert=l().bind(null,"head"),g.domAPI=i(),g.insertStyleElement=f(),t()(u.A,g),u.A&&u.A.locals&&u.A.locals}}]);
+`,""]),e.d(r,{},{A:n})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",a=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),a&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),a&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,a,t,i){"string"==typeof o&&(o=[[null,o,void 0]]);var n={};if(a)for(var s=0;s<this.length;s++){var l=this[s][0];null!=l&&(n[l]=!0)}for(var p=0;p<o.length;p++){var d=[].concat(o[p]);a&&n[d[0]]||(void 0!==i&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=i),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),t&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=t):d[4]="".concat(t)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,a=0;a<r.length;a++)if(r[a].identifier===o){e=a;break}return e}function a(o,a){for(var t={},i=[],n=0;n<o.length;n++){var s=o[n],l=a.base?s[0]+a.base:s[0],p=t[l]||0,d="".concat(l," ").concat(p);t[l]=p+1;var c=e(d),m={css:s[1],media:s[2],sourceMap:s[3],supports:s[4],layer:s[5]};if(-1!==c)r[c].references++,r[c].updater(m);else{var x=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(m,a);a.byIndex=n,r.splice(n,0,{identifier:d,updater:x,references:1})}i.push(d)}return i}o.exports=function(o,t){var i=a(o=o||[],t=t||{});return function(o){o=o||[];for(var n=0;n<i.length;n++){var s=e(i[n]);r[s].references--}for(var l=a(o,t),p=0;p<i.length;p++){var d=e(i[p]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}i=l}}},659(o){var r={};o.exports=function(o,e){var a=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!a)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");a.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var a,t,i;a="",e.supports&&(a+="@supports (".concat(e.supports,") {")),e.media&&(a+="@media ".concat(e.media," {")),(t=void 0!==e.layer)&&(a+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),a+=e.css,t&&(a+="}"),e.media&&(a+="}"),e.supports&&(a+="}"),(i=e.sourceMap)&&"u">typeof btoa&&(a+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(i))))," */")),o.styleTagTransform(a,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var a=e(72),t=e.n(a),i=e(825),n=e.n(i),s=e(659),l=e.n(s),p=e(56),d=e.n(p),c=e(540),m=e.n(c),x=e(113),f=e.n(x),h=e(646),b={};b.styleTagTransform=f(),b.setAttributes=d(),b.insert=l().bind(null,"head"),b.domAPI=n(),b.insertStyleElement=m(),t()(h.A,b),h.A&&h.A.locals&&h.A.locals;var g=e(770),u={};u.styleTagTransform=f(),u.setAttributes=d(),u.insert=l().bind(null,"head"),u.domAPI=n(),u.insertStyleElement=m(),t()(g.A,u),g.A&&g.A.locals&&g.A.locals}}]);
