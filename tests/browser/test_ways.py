@@ -101,7 +101,9 @@ ros.start(World)
 assert ros.until(lambda: ros.node.count_publishers('/scan'), 60.0)
 passing._arrival.look(ros)
 Path('started').touch()"""
-LOOKED = """from course.lab.kernel import passing
+LOOKED = """from comm import get_comm_manager
+from course.lab.kernel import passing
+assert not [each for each in get_comm_manager().comms.values() if 'robot' in each.target_name], 'no page took the news'
 ros.start(World)
 assert ros.until(lambda: ros.node.count_publishers('/scan'), 60.0)
 passing._arrival.look(ros)
@@ -154,6 +156,8 @@ def test_when_a_world_starts_the_robot_appears_once_beside_the_notebook_which_ke
         page.goto(f"{lab[0]}/lab/tree/appears/appears.ipynb?token={lab[1]}")
         wait_for_kernel(page)
 
+    saved = lab[2].parent / "home/config/lab/workspaces"
+    assert wait_until(lambda: not any("course-robot" in path.read_text() for path in saved.glob("*")), WAIT / 1e3)
     load_again()
     run_cell(page, CHECKS, "print('loaded', 'again')")
     page.locator(".jp-OutputArea-output pre").get_by_text("loaded again").wait_for()

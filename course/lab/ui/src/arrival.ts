@@ -9,12 +9,13 @@ const TARGET = 'ros2-course:robot';
  *
  * The news is a comm that the kernel has opened: also before this page was there.  Who has greeted closes it.
  */
-export function onArrival(tracker: INotebookTracker, greet: () => void): void {
+export function onArrival(restored: Promise<unknown>, tracker: INotebookTracker, greet: () => void): void {
+  let ready = false; // before, JupyterLab would lay out its main area again
   const news = new WeakMap<NotebookPanel, Kernel.IComm>();
   const look = () => {
     const panel = tracker.currentWidget;
     const comm = panel && news.get(panel);
-    if (comm) {
+    if (comm && ready && panel.isAttached) {
       news.delete(panel);
       comm.close();
       greet();
@@ -25,8 +26,13 @@ export function onArrival(tracker: INotebookTracker, greet: () => void): void {
     look();
   };
   const listen = (panel: NotebookPanel) => {
+    let heard: Kernel.IKernelConnection | null = null;
     const hear = () => {
-      const kernel = panel.sessionContext.session?.kernel;
+      const kernel = panel.sessionContext.session?.kernel ?? null;
+      if (kernel === heard) {
+        return;
+      }
+      heard = kernel;
       news.delete(panel);
       if (!kernel?.handleComms) {
         return;
@@ -44,7 +50,12 @@ export function onArrival(tracker: INotebookTracker, greet: () => void): void {
     };
     panel.sessionContext.kernelChanged.connect(hear);
     hear();
+    void panel.revealed.then(look);
   };
+  void restored.then(() => {
+    ready = true;
+    look();
+  });
   tracker.forEach(listen);
   tracker.widgetAdded.connect((_, panel) => listen(panel));
   tracker.currentChanged.connect(look);

@@ -18,7 +18,7 @@ import { NodesPanel, nodesIcon } from './nodes';
 import { PlotPanel, plotIcon } from './plot';
 import { ROBOT_VIEW, RobotPanel, robotIcon } from './robot';
 import { strip } from './strip';
-import { addView, NARROW } from './views';
+import { addView, NARROW, PHONE } from './views';
 import { front, layout, main, ways } from './ways';
 
 const handingIn: JupyterFrontEndPlugin<void> = {
@@ -59,6 +59,14 @@ const panels: JupyterFrontEndPlugin<void> = {
     const nodes = new NodesPanel(current);
     const exercise = new ExercisePanel(current, app.serviceManager.contents);
     const inspector = new InspectorPanel(current);
+    // On a phone the style sheet gives both other least widths, which JupyterLab is to read.
+    let phone = false;
+    window.addEventListener('resize', () => {
+      if (phone || window.innerWidth < PHONE) {
+        [tracker.currentWidget?.parent, nodes.parent].forEach(each => each?.fit());
+      }
+      phone = window.innerWidth < PHONE;
+    });
     const show = (widget: NodesPanel | InspectorPanel) =>
       shell?.activateById(widget.id) ?? app.shell.activateById(widget.id);
     const graph = new GraphPanel(current, (kind, name, type) => {
@@ -94,7 +102,7 @@ const panels: JupyterFrontEndPlugin<void> = {
       icon: robotIcon,
       make: () => new RobotPanel(current)
     });
-    onArrival(tracker, showRobot);
+    onArrival(app.restored, tracker, showRobot);
     addView(app, tracker, restorer, shell, {
       name: 'plot',
       label: 'Plot',

@@ -11,7 +11,8 @@ import { SidePanel } from './panel';
 
 /** On a page narrower than this, in CSS px, notebook and view are in one tab area. */
 export const NARROW = 760;
-const PHONE = 520; // px: narrower pages have no room for a view beside a side panel either
+/** On a page narrower than this, in CSS px, a side panel covers notebook and view. */
+export const PHONE = 520;
 
 // px beside each other, where the page has room for both, and in any case
 const TEXT = { usual: 700, least: 560 };
