@@ -163,6 +163,8 @@ def test_when_a_world_starts_the_robot_appears_once_beside_the_notebook_which_ke
     page.locator(".jp-OutputArea-output pre").get_by_text("loaded again").wait_for()
     expect(robot).to_have_count(0)
     # A world that starts while no page is there is shown when one is.
+    page.get_by_role("tab", name="Plot", exact=True).locator(".lm-TabBar-tabCloseIcon").click()
+    assert wait_until(lambda: not any("course-plot" in path.read_text() for path in saved.glob("*")), WAIT / 1e3)
     folder = lab[2] / "appears"
     run_cell(page, CHECKS, AWAY)
     assert wait_until((folder / "ready").exists, WAIT / 1e3)
