@@ -7,6 +7,7 @@ beside what the task asks; the numbers that were drawn stay with the grader.
 
 import random
 import time
+from contextlib import suppress
 from itertools import pairwise
 from typing import Any
 
@@ -36,7 +37,7 @@ from autograder.hidden.services.conversation import (
     shown,
     whole_numbers,
 )
-from autograder.suitekit import Wrong, offer, on_wrong, points, twice
+from autograder.suitekit import Crashed, Wrong, offer, on_wrong, points, twice
 from autograder.suitekit.hints import last_words
 from course.foundation.waiting import wait_until
 
@@ -401,7 +402,8 @@ def test_goes_on_serving(relay: Relay, rng: random.Random) -> None:
                 f"While callers of {RELAY} wait for {ADD} ({len(futures)} here), the node must go on serving: setting "
                 f"the parameters a and b was answered only after {took:.0f} s, when a call had ended."
             )
-    relay.all_answered(futures)
+    with suppress(Crashed):  # that each gets its own answer, another test judges
+        relay.all_answered(futures)
 
 
 @points(0.5, cell="relay")

@@ -1007,7 +1007,7 @@ WRONG = {
                 + "\n        await self.future\n        answer = self.future.result()",
             )
         ),
-        {"several_callers", "no_caller_waits_for_another"},
+        {"several_callers", "no_caller_waits_for_another", "slow_answer"},
     ),
     "relay never looks whether there is a server": (relay((READY, "")), ABSENT),
     "relay waits for a server for ever": (
