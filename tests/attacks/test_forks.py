@@ -86,7 +86,7 @@ def forks(confinement):
 @pytest.fixture(autouse=True)
 def own_users(monkeypatch):
     """Users that the gradings of another root on this machine, with locks of its own, do not come to take."""
-    monkeypatch.setattr(users, "SPARE", range(61000, 61090))
+    monkeypatch.setattr(users, "SPARE", range(61100, 61170))
 
 
 @pytest.fixture(params=["with the filter", "without the filter"])
@@ -348,7 +348,7 @@ def test_what_counts_for_a_user_does_not_outlive_a_program(server, filtered, few
 @pytest.fixture
 def few_users(own_users, monkeypatch, tmp_path) -> range:
     """Two users, with locks that are nobody else's."""
-    few = range(61098, 61100)
+    few = range(61180, 61182)
     monkeypatch.setattr(users, "SPARE", few)
     monkeypatch.setattr(users, "LOCKS", tmp_path / "locks")
     return few

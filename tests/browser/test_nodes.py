@@ -79,10 +79,9 @@ def test_a_node_is_looked_at_stopped_and_started_its_log_is_searched_and_everybo
     )
     assert panel.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
     notebook = page.locator(".jp-NotebookPanel")
-    # It lies below the panel, and keeps its width.
-    assert wait_until(lambda: notebook.bounding_box()["width"] >= 300, WAIT / 1e3)  # px
     panel.get_by_role("button", name="Back to the notebook").click()
     expect(panel).to_be_hidden()
+    assert wait_until(lambda: notebook.bounding_box()["width"] >= 300, WAIT / 1e3)  # px
 
 
 def test_while_a_cell_runs_the_panel_tells_which_node_has_died_and_how(lab, page):

@@ -89,7 +89,7 @@ def test_the_state_of_the_first_version_is_taken_up(quiet):
     assert ends.read(classroom.grading) == {"parameters": datetime(2026, 11, 27, 23, 59, tzinfo=UTC)}
     with Gradebook(url) as book:
         assert book.find_assignment("parameters").duedate == IN_FORMGRADER
-    told = json.loads((classroom.exchange / "ros2" / telling.FOLDER / "ada.json").read_text())
+    told = json.loads((classroom.exchange / "ros2" / assignments.OWN / "ada.json").read_text())
     assert told["parameters"] == {"due": "2026-11-21T12:00:00+00:00", "until": "2026-11-27T23:59:00+00:00"}
     (row,) = (row for row in assignments.table(classroom, NOW + timedelta(days=6)) if row.name == "parameters")
     assert row.state == assignments.OVER
