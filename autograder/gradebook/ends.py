@@ -4,18 +4,15 @@ They are in `ends.json` of nbgrader's course folder: for each exercise a time in
 """
 
 import json
-import stat
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 
 from autograder.errors import UsageError
+from autograder.gradebook import shared_file
 from autograder.submissions.times import parse_time
-from course.foundation import storage
-from course.foundation.untrusted import read_regular
 
 FILE = "ends.json"
-MOST = 10_000_000  # bytes
 NONE = "none"  # instead of a time: removes the end
 
 
@@ -27,7 +24,7 @@ def parse(text: str) -> datetime | str:
 def read(course: Path) -> dict[str, datetime]:
     """Return the ends of a course folder, in UTC; raises UsageError when the file is invalid."""
     try:
-        known = json.loads(read_regular(course / FILE, MOST))
+        known = json.loads(shared_file.read(course / FILE))
         return {str(name): datetime.fromisoformat(time).astimezone(UTC) for name, time in known.items()}
     except FileNotFoundError:
         return {}
@@ -45,6 +42,5 @@ def change(course: Path, ends: Mapping[str, datetime | str | None]) -> None:
     new = kept | {name: time for name, time in ends.items() if isinstance(time, datetime)}
     if new == known:
         return
-    shared = course.stat().st_mode & stat.S_IWGRP  # with the other instructors of a class
     text = json.dumps({name: time.astimezone(UTC).isoformat() for name, time in sorted(new.items())}, indent=1)
-    storage.replace(course / FILE, (text + "\n").encode(), 0o660 if shared else storage.PRIVATE)
+    shared_file.write(course / FILE, text)

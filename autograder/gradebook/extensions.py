@@ -5,18 +5,15 @@ or a time as in `LatePolicy.extensions`.  Of several due dates the latest counts
 """
 
 import json
-import stat
 from collections.abc import Iterable
 from datetime import datetime
 from pathlib import Path
 
 from autograder.errors import UsageError
+from autograder.gradebook import shared_file
 from autograder.submissions import exercises
-from course.foundation import storage
-from course.foundation.untrusted import read_regular
 
 FILE = "extensions.json"
-MOST = 10_000_000  # bytes
 ALL = "*"  # stands for all exercises
 LONGEST = 3660.0  # days
 
@@ -26,7 +23,7 @@ Given = dict[str, dict[str, float | str]]  # by student and exercise
 def read(course: Path) -> Given:
     """Return the extensions of a course folder; raises UsageError when the file is invalid."""
     try:
-        return parse(read_regular(course / FILE, MOST), course / FILE)
+        return parse(shared_file.read(course / FILE), course / FILE)
     except FileNotFoundError:
         return {}
     except ValueError as error:  # a pipe, say
@@ -83,9 +80,7 @@ def change(course: Path, students: Iterable[str], exercise: str | None, extensio
         else:
             of_one[exercise or ALL] = f"{extension:%Y-%m-%d %H:%M %Z}" if isinstance(extension, datetime) else extension
     kept = {student: of_one for student, of_one in sorted(given.items()) if of_one}
-    shared = course.stat().st_mode & stat.S_IWGRP  # with the other instructors of a class
-    content = json.dumps(kept, indent=1, ensure_ascii=False) + "\n"
-    storage.replace(course / FILE, content.encode(), 0o660 if shared else storage.PRIVATE)
+    shared_file.write(course / FILE, json.dumps(kept, indent=1, ensure_ascii=False))
     return kept
 
 

@@ -5,22 +5,19 @@ and go, knows only the users that were there when it was started.
 """
 
 import json
-import stat
 from collections.abc import Mapping
 from pathlib import Path
 
 from autograder.errors import UsageError
-from course.foundation import storage
-from course.foundation.untrusted import read_regular
+from autograder.gradebook import shared_file
 
 FILE = "members.json"
-MOST = 10_000_000  # bytes
 
 
 def read(course: Path) -> dict[int, str] | None:
     """Return the members of a course folder, None where there is no class; raises UsageError for a damaged file."""
     try:
-        known = json.loads(read_regular(course / FILE, MOST))
+        known = json.loads(shared_file.read(course / FILE))
         return {int(user): str(name) for user, name in known.items()}
     except FileNotFoundError:
         return None
@@ -32,6 +29,5 @@ def read(course: Path) -> dict[int, str] | None:
 
 def write(course: Path, members: Mapping[int, str]) -> None:
     """Write down the members; raises OSError."""
-    shared = course.stat().st_mode & stat.S_IWGRP  # with the other instructors of a class
     text = json.dumps({str(user): name for user, name in sorted(members.items())}, indent=1)
-    storage.replace(course / FILE, (text + "\n").encode(), 0o660 if shared else storage.PRIVATE)
+    shared_file.write(course / FILE, text)

@@ -117,7 +117,9 @@ class Launcher:
                 return None
             if not stopped and time.monotonic() > look:
                 look = time.monotonic() + GLANCE
-                load.look(lambda: running(processes(os.getpid())))  # no program makes its own machine busy
+                load.look(
+                    lambda: running(processes(os.getpid()).keys() - {os.getpid()})
+                )  # no program makes its own machine busy
                 stopped = self._too_much(user, end)
                 if stopped:
                     self._control.send(b"end")

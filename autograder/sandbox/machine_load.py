@@ -33,8 +33,12 @@ class Load:
 
 def runnable() -> float:
     """Return the number of runnable threads, without this one, per core of this process (proc(5), /proc/loadavg)."""
-    running = Path("/proc/loadavg").read_text().split()[3].partition("/")[0]
-    return (int(running) - 1) / _cores()
+    return waiting() / _cores()
+
+
+def waiting() -> int:
+    """Return the number of threads of the whole machine that run or could, without this one (/proc/loadavg)."""
+    return int(Path("/proc/loadavg").read_text().split()[3].partition("/")[0]) - 1
 
 
 def _cores() -> int:

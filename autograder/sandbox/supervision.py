@@ -15,6 +15,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import IO
 
+from autograder.sandbox import machine_load
 from autograder.sandbox.forkserver import BEGINS, ENDED
 from autograder.sandbox.usage import parent, running, takes_more
 
@@ -195,6 +196,8 @@ class Process:
 def _is_crowd(tasks: Mapping[int, int]) -> bool:
     """Return True if too many of these processes, given with their numbers of threads, are busy at once."""
     if len(tasks) < BUSY_PROCESSES and sum(tasks.values()) < BUSY_THREADS:
+        return False
+    if machine_load.waiting() < BUSY_PROCESSES:  # so each thread need not be looked at, ten times a second
         return False
     found = [running([pid]) for pid in tasks]
     return sum(number > 0 for number in found) >= BUSY_PROCESSES or sum(found) >= BUSY_THREADS
