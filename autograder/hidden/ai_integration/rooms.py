@@ -91,9 +91,8 @@ def turned(point: Point, angle: float) -> Point:
 def look_back(simulation: Simulation) -> Driven:
     """What a drive was like."""
     path, caster = simulation.path, RayCaster(simulation.room.segments)
-    beside = [
-        BESIDE[0] <= caster.distances((x, y), VIEW + heading).min() <= BESIDE[1] for _, x, y, heading in path.tolist()
-    ]
+    nearest = [float(caster.distances((x, y), VIEW + heading).min()) for _, x, y, heading in path.tolist()]
+    beside = [BESIDE[0] <= distance <= BESIDE[1] for distance in nearest]
     if True not in beside:
         return Driven(len(simulation.collisions), math.inf, 0.0, 0.0, simulation.time)
     first = beside.index(True)
