@@ -7,7 +7,7 @@ import threading
 from datetime import UTC, datetime
 from pathlib import Path
 
-from autograder.classroom import assignments, course_files, hub, telling
+from autograder.classroom import assignments, course_files, deadlines, hub
 from autograder.classroom.plan import Classroom
 from autograder.errors import AutograderError
 
@@ -20,7 +20,7 @@ def release_what_is_due(folder: Path) -> list[str]:
     Raises AutograderError and OSError.
     """
     classroom = Classroom.load(folder)
-    if not assignments.to_release(classroom, datetime.now(UTC)) and not telling.stale(classroom):
+    if not assignments.to_release(classroom, datetime.now(UTC)) and not deadlines.out_of_date(classroom):
         return []
     with hub.alone(classroom):
         names = assignments.to_release(classroom, datetime.now(UTC))
@@ -28,7 +28,7 @@ def release_what_is_due(folder: Path) -> list[str]:
             print(f"Released {name}, at its date.", flush=True)
         for line in course_files.hand_out_notebooks(classroom) if names else ():
             print(line, flush=True)
-        telling.tell(classroom)
+        deadlines.publish(classroom)
     return names
 
 

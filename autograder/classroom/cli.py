@@ -18,10 +18,10 @@ from autograder.classroom import (
     backup,
     certificate,
     course_files,
+    deadlines,
     hub,
     members,
     servers,
-    telling,
 )
 from autograder.classroom.plan import GIB, LOCAL, SETTINGS, Classroom, Limits
 from autograder.errors import AutograderError, ClassroomError, UsageError
@@ -172,7 +172,7 @@ def _up(classroom: Classroom) -> None:
     course_files.release(classroom, [])
     course_files.enrol(classroom)
     try:
-        telling.tell(classroom)
+        deadlines.publish(classroom)
     except ClassroomError as error:  # a mistake in nbgrader's course folder must not stop the class
         print(f"Students are not told their dates: {error}")
     for line in course_files.hand_out_notebooks(classroom):
@@ -269,7 +269,7 @@ def release(
             print(f"Released {name}.")
         for line in course_files.hand_out_notebooks(classroom):
             print(line)
-        telling.tell(classroom, wanted)
+        deadlines.publish(classroom, wanted)
     for row in assignments.table(classroom, now):
         if row.name in wanted:
             print(assignments.shown(row))

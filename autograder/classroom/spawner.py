@@ -15,10 +15,10 @@ from jupyterhub.spawner import Spawner
 from traitlets.log import get_logger
 
 from autograder.classroom import accounts, memory_limit, servers, template
-from autograder.classroom.line import Line
 from autograder.classroom.members import Member
 from autograder.classroom.plan import GIB, Classroom, as_url
 from autograder.classroom.servers import Running
+from autograder.classroom.start_queue import StartQueue
 from autograder.sandbox.forkserver import Forkserver
 from autograder.sandbox.usage import of_user, processes
 from course.foundation.processes import processor_time
@@ -39,7 +39,7 @@ class BoxSpawner(Spawner):
     """The spawner of one member's server."""
 
     forkserver: ClassVar[Forkserver | None] = None  # students' servers are forked from it
-    _line: ClassVar[Line] = Line(AT_ONCE)
+    _queue: ClassVar[StartQueue] = StartQueue(AT_ONCE)
 
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
@@ -53,7 +53,7 @@ class BoxSpawner(Spawner):
 
     async def start(self) -> str:
         """Start the server when its turn comes; return its URL."""
-        async with self._line.turn(self):
+        async with self._queue.turn(self):
             classroom = self.classroom
             member = classroom.find(self.user.name)
             self.port = PORT
@@ -79,7 +79,7 @@ class BoxSpawner(Spawner):
         """Yield messages for the member who waits, until the server has started; the hub's page shows them."""
         begun = asyncio.get_running_loop().time()
         while True:
-            before = self._line.before(self)
+            before = self._queue.ahead_of(self)
             waited = asyncio.get_running_loop().time() - begun
             yield {"progress": _progress(waited, before), "message": _waiting(before, waited)}
             await asyncio.sleep(TOLD)

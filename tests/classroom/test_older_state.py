@@ -5,7 +5,7 @@ from datetime import UTC, datetime, timedelta
 
 from nbgrader.api import Gradebook
 
-from autograder.classroom import accounts, assignments, course_files, hub, servers, telling
+from autograder.classroom import accounts, assignments, course_files, deadlines, hub, servers
 from autograder.classroom.plan import SETTINGS, Classroom
 from autograder.gradebook import ends
 
@@ -75,17 +75,17 @@ def test_the_state_of_the_first_version_is_taken_up(quiet):
 
     course_files.make_shared(classroom)  # as `up` does
     course_files.release(classroom, ["parameters"])  # it had been released before there were dates
-    telling.tell(classroom)
+    deadlines.publish(classroom)
     (row,) = (row for row in assignments.table(classroom, NOW) if row.name == "parameters")
     assert (row.state, row.dates) == (assignments.OPEN, assignments.Dates())
 
     # The dates of the next version, and a due date that was changed by hand.
     (classroom.state / assignments.DATES).write_text(DATES)
-    (classroom.state / telling.TOLD).unlink()
+    (classroom.state / deadlines.PUBLISHED).unlink()
     url = f"sqlite:///{classroom.grading / 'gradebook.db'}"
     with Gradebook(url) as book:
         book.update_or_create_assignment("parameters", duedate=IN_FORMGRADER)
-    telling.tell(classroom)
+    deadlines.publish(classroom)
     assert ends.read(classroom.grading) == {"parameters": datetime(2026, 11, 27, 23, 59, tzinfo=UTC)}
     with Gradebook(url) as book:
         assert book.find_assignment("parameters").duedate == IN_FORMGRADER

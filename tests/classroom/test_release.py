@@ -12,7 +12,7 @@ import pytest
 from nbgrader.api import Gradebook
 from nbgrader.utils import notebook_hash
 
-from autograder.classroom import accounts, assignments, calendar, course_files, hub, telling
+from autograder.classroom import accounts, assignments, calendar, course_files, deadlines, hub
 from autograder.classroom.assignments import DATED, DRAFT, DUE, OPEN, OVER, Dates
 from autograder.errors import ClassroomError, UsageError
 from autograder.gradebook import ends, extensions
@@ -113,7 +113,7 @@ def test_exercises_are_drafts_until_each_is_released_and_have_their_dates(classr
     os.chown(late, *accounts.ids(classroom, classroom.find("bob")))
     assert row(classroom, "parameters") == (1, 1, 1)
     extensions.change(classroom.grading, ["bob"], "parameters", 2.0)
-    telling.tell(classroom)
+    deadlines.publish(classroom)
     assert row(classroom, "parameters") == (2, 1, 1)
     late.rmdir()
     impossible = inbound / "bob+parameters+9999-12-31 23:59:59 -2300+x"
@@ -124,7 +124,7 @@ def test_exercises_are_drafts_until_each_is_released_and_have_their_dates(classr
     with moved_about(classroom, inbound):
         assert all(row(classroom, "parameters") == (1, 1, 1) for _ in range(20))
     extensions.change(classroom.grading, ["bob"], "parameters", None)
-    telling.tell(classroom)
+    deadlines.publish(classroom)
     with Gradebook(f"sqlite:///{classroom.grading / 'gradebook.db'}") as book:
         assert book.find_assignment("parameters").duedate == (NOW + 2 * DAY).replace(tzinfo=None, second=0)
         assert {one.id for one in book.students} == {"ada", "bob"}
@@ -176,9 +176,9 @@ def each_is_told_their_own_dates(classroom) -> None:
         status = (folder / f"{name}.json").stat()
         owner = (0, accounts.ids(classroom, classroom.find(name))[1])
         assert (status.st_uid, status.st_gid) == owner and status.st_mode & 0o777 == 0o640
-    assert not telling.stale(classroom)
+    assert not deadlines.out_of_date(classroom)
     (classroom.grading / "extensions.json").write_text('{"ada": {"parameters": 2}}')
-    assert telling.stale(classroom)
+    assert deadlines.out_of_date(classroom)
     assert calendar.release_what_is_due(classroom.folder) == []
     assert told("ada") == {"due": said(NOW + 4 * DAY), "until": said(NOW + 5 * DAY)}
     assert told("bob") == everybody

@@ -5,8 +5,8 @@ import asyncio
 import pytest
 
 from autograder.classroom import spawner
-from autograder.classroom.line import Line
 from autograder.classroom.spawner import STARTING, BoxSpawner
+from autograder.classroom.start_queue import StartQueue
 from tests.classroom.conftest import run_apart
 
 
@@ -25,12 +25,12 @@ def test_who_waits_is_told_how_many_are_before(monkeypatch):
     servers = [BoxSpawner() for _ in range(9)]
 
     async def all_at_once() -> None:
-        monkeypatch.setattr(BoxSpawner, "_line", Line(2))
+        monkeypatch.setattr(BoxSpawner, "_queue", StartQueue(2))
         assert await first_message(servers[0]) == "Starting your server."
         let_go = asyncio.Event()
 
         async def start(each: BoxSpawner) -> None:
-            async with each._line.turn(each):
+            async with each._queue.turn(each):
                 await let_go.wait()
 
         tasks = [asyncio.create_task(start(each)) for each in servers]
@@ -50,10 +50,10 @@ def test_a_few_start_at_a_time_in_the_order_of_coming_and_who_gives_up_is_passed
     begun = []
 
     async def all_at_once() -> None:
-        line, ends = Line(2), [asyncio.Event() for _ in range(5)]
+        queue, ends = StartQueue(2), [asyncio.Event() for _ in range(5)]
 
         async def start(number: int) -> None:
-            async with line.turn(number):
+            async with queue.turn(number):
                 begun.append(number)
                 await ends[number].wait()
 
@@ -74,7 +74,7 @@ def test_a_few_start_at_a_time_in_the_order_of_coming_and_who_gives_up_is_passed
         for end in ends:
             end.set()
         await asyncio.gather(*tasks, return_exceptions=True)
-        assert line.before(4) == 0
+        assert queue.ahead_of(4) == 0
 
     run_apart(all_at_once())
 

@@ -14,23 +14,23 @@ from autograder.classroom.plan import COURSE_ID, Classroom
 from course.foundation import storage
 from course.hand_in import DUE, UNTIL
 
-TOLD = "told.json"  # in `Classroom.state`: what the files there were made of
+PUBLISHED = "told.json"  # in `Classroom.state`: what the files there were made of
 SOURCES = ("extensions.json", "nbgrader_config.py")  # of nbgrader's course folder: who has more time
 
 
-def tell(classroom: Classroom, enter: Collection[str] = ()) -> None:
+def publish(classroom: Classroom, enter: Collection[str] = ()) -> None:
     """Enter changed dates, and those of `enter`, in nbgrader's course folder; write each student's file.
 
     Raises ClassroomError, also for a mistake in the course folder's configuration.
     """
-    known, told = _basis(classroom), _told(classroom)
-    dates, before = known["dates"], (told or {}).get("dates", {})
+    known, published = _basis(classroom), _published(classroom)
+    dates, before = known["dates"], (published or {}).get("dates", {})
     entered = {name: each for name, each in dates.items() if name in {*enter} or before.get(name) != each}
     ended = [name for name in entered if before.get(name, {}).get(UNTIL) and UNTIL not in entered[name]]
     entered |= {name: entered[name] | {UNTIL: ""} for name in ended}
-    if not entered and known == told:
+    if not entered and known == published:
         return
-    if told is None:  # from an older version: due dates may have been changed in Formgrader
+    if published is None:  # from an older version: due dates may have been changed in Formgrader
         entered = {name: each if name in {*enter} else each | {DUE: ""} for name, each in entered.items()}
     own: dict[str, dict[str, dict[str, str]]] = {}
     if dates:
@@ -49,12 +49,12 @@ def tell(classroom: Classroom, enter: Collection[str] = ()) -> None:
         storage.replace(path, json.dumps(theirs).encode(), storage.PRIVATE)
         os.chown(path, 0, group)
         path.chmod(0o640)
-    storage.replace(classroom.state / TOLD, json.dumps(known).encode(), storage.PRIVATE)
+    storage.replace(classroom.state / PUBLISHED, json.dumps(known).encode(), storage.PRIVATE)
 
 
-def stale(classroom: Classroom) -> bool:
+def out_of_date(classroom: Classroom) -> bool:
     """Return True if the students' files are out of date."""
-    return _basis(classroom) != _told(classroom)
+    return _basis(classroom) != _published(classroom)
 
 
 def _basis(classroom: Classroom) -> dict[str, Any]:
@@ -69,6 +69,6 @@ def _basis(classroom: Classroom) -> dict[str, Any]:
     return {"dates": dates, "students": students, "more": more}
 
 
-def _told(classroom: Classroom) -> Any:
-    path = classroom.state / TOLD
+def _published(classroom: Classroom) -> Any:
+    path = classroom.state / PUBLISHED
     return json.loads(path.read_text()) if path.exists() else None

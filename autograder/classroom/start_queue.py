@@ -9,7 +9,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 
-class Line:
+class StartQueue:
     """A queue in which a limited number have their turn at a time."""
 
     def __init__(self, places: int):
@@ -17,7 +17,7 @@ class Line:
         self._places = places
         self._turns: dict[object, asyncio.Event] = {}  # in order of arrival
 
-    def before(self, who: object) -> int:
+    def ahead_of(self, who: object) -> int:
         """Return how many are ahead of `who` in the queue; 0 if `who` is not in it."""
         return [*self._turns].index(who) if who in self._turns else 0
 
@@ -26,13 +26,13 @@ class Line:
         """Wait for the turn of `who`, which lasts until the block has ended."""
         turn = self._turns[who] = asyncio.Event()
         try:
-            self._tell()
+            self._begin_turns()
             await turn.wait()
             yield
         finally:
             del self._turns[who]
-            self._tell()
+            self._begin_turns()
 
-    def _tell(self) -> None:
+    def _begin_turns(self) -> None:
         for turn in [*self._turns.values()][: self._places]:
             turn.set()
