@@ -214,7 +214,7 @@ def _last_traceback(output: str, path: Path, *, first: bool = False) -> tuple[st
             if own:
                 frames.append(Frame(path.name, int(found[2]), found[3] or "", code))
         elif line and not line.startswith(" ") and re.match(r"[\w.]+", line):
-            first_line = re.sub(r" \(/\S+\)$", "", line)  # without the path of a module
+            first_line = re.sub(r" \(/\S+\)(?=$|\. Did you mean)", "", line)  # without a module's path
             first_line = first_line.removesuffix(" The following argument types are supported:")
             first_line = first_line.removesuffix(" and no __dict__ for setting new attributes")  # Python 3.13
             many = "incompatible function arguments" in line  # followed by all signatures in C++

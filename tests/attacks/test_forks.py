@@ -132,7 +132,7 @@ def test_siblings_leave_nothing_behind(server, filtered):
         ended = time.monotonic()
     assert time.monotonic() - ended < SOON
     assert not usage.of_user(user) and users._is_unused(user)
-    with running(server, "import os\nprint(sum(os.fork() == 0 and os._exit(0) or 1 for _ in range(50)))") as (after, _):
+    with running(server, FORKING) as (after, _):
         assert after.wait(ENDED) and after.output == "50\n"
 
 
@@ -266,9 +266,15 @@ for other in [*others, os.getppid() or 1]:
         tries(f'joins {kind}', lambda: libc.setns(os.open(f'/proc/{other}/ns/{kind}', os.O_RDONLY), 0) == 0)
 print(len(others), sorted({*found}))
 """
+FORKING = """
+import os, warnings
+warnings.simplefilter('ignore')  # from Python 3.12 on, of a fork beside threads, as LTTng's
+print(sum(os.fork() == 0 and os._exit(0) or 1 for _ in range(50)))
+"""
 # Takes of all that the kernel counts for a host user as much as it can get, in several processes, and says how much.
 TAKING = """
-import array, ctypes, fcntl, mmap, os, select, signal, socket, time
+import array, ctypes, fcntl, mmap, os, select, signal, socket, time, warnings
+warnings.simplefilter('ignore')
 libc = ctypes.CDLL(None, use_errno=True)
 
 def until_refused(take, most=200):

@@ -390,6 +390,15 @@ def test_what_was_printed_without_an_end_of_line_hides_no_error(tmp_path, before
     assert "EOFError: EOF when reading a line\n  asks.py, line 3\n    input('name? ')\nHint: A program that" in report
 
 
+def test_a_wrong_import_is_told_without_the_path_of_the_module(tmp_path):
+    (path := tmp_path / "a.py").write_text("import rclpy\nfrom std_srvs.srv import Triger\n")
+    said, module = "ImportError: cannot import name 'Triger' from 'std_srvs.srv'", "(/lib/std_srvs/srv/__init__.py)"
+    for ending in f"{module}", f"{module}. Did you mean: 'Trigger'?":  # Python 3.11, and 3.12
+        report = failure_report.of_program(path, f"Traceback (most recent call last):\n{said} {ending}\n", 1)
+        assert report.error == f"{said}{ending.removeprefix(module)}"
+        assert report.hint.endswith("Did you mean `Trigger`?")
+
+
 def test_a_log_line_behind_what_was_printed_is_a_log_line():
     entries = program_logs("talks.py", "step[INFO] [talker]: on my way\n[WARN] [talker]: late", [])
     assert [(entry.level, entry.text) for entry in entries] == [
