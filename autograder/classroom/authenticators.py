@@ -119,22 +119,29 @@ class Careful(Authenticator):
     async def refresh_user(self, user: Any, handler: Any = None) -> bool:
         """Return False if a user logged in with a password that has been replaced.
 
-        The class's roster alone decides who is an instructor, whatever was set in the hub.
+        The class's roster alone decides who is an instructor, whatever was set in the hub.  Raises HTTPError for a
+        request by a token from before the new password, which the hub (6.1) would serve once more.
         """
         instructor = any(each.name == user.name for each in self.classroom.instructors)
         if bool(user.orm_user.admin) is not instructor:
             user.orm_user.admin = instructor
             roles.assign_default_roles(user.db, user.orm_user)
             user.db.commit()
-        return not self._end_logins(user)
+        ended = self._end_logins(user)
+        if ended and getattr(handler, "_token_authenticated", False) and handler._jupyterhub_user is user:
+            raise HTTPError(403, f"The password of {user.name} has changed: log in again.")
+        return not ended
 
     def _end_logins(self, user: Any) -> bool:
-        """End a user's logins from before a new password was set; return False if there is nothing to end."""
+        """End a user's logins from before a new password was set; return False if there is nothing to end.
+
+        A code that the hub has given to a browser could be exchanged for a token later, so codes go, too.
+        """
         if not accounts.take_renewal(self.classroom, user.name):
             return False
         user.orm_user.cookie_id = secrets.token_hex(16)
-        for token in list(user.orm_user.api_tokens):
-            user.db.delete(token)
+        for given in [*user.orm_user.api_tokens, *user.orm_user.oauth_codes]:
+            user.db.delete(given)
         user.db.commit()
         return True
 

@@ -22,6 +22,7 @@ from autograder.errors import ClassroomError
 from autograder.gradebook.release import START_PAGE, pages, start_page
 from autograder.sandbox.memory_files import MemoryFiles
 from course.foundation import storage
+from course.foundation.untrusted import read_regular
 from course.notebook.stubs import RELEASED
 
 # The file modes that nbgrader asks for.  The sticky bit of `inbound` keeps students from removing what others have
@@ -30,6 +31,7 @@ EXCHANGE = {"outbound": 0o2775, "inbound": 0o3773, "feedback": 0o2771}
 MODULE = ("python", "-P", "-m")  # runs an installed module, whatever is in the working folder
 ENROLLED = "enrolled.json"  # in `Classroom.state`: who is in the gradebook, and among the members
 LONGEST = 300  # s that one command in a box may take
+LONGEST_SECRET = 1000  # bytes; nbgrader's have some 70
 
 
 def make_folders(classroom: Classroom) -> None:
@@ -141,8 +143,8 @@ def _judged(grading: int, pages: int) -> bytes:
 
 def page_key(feedback: Path, notebook: str) -> str:
     """Return nbgrader's name for the page of a notebook in the exchange, see `nbgrader.utils.notebook_hash`."""
-    with contextlib.suppress(OSError):
-        secret = (feedback / "submission_secret.txt").read_bytes()
+    with contextlib.suppress(OSError, ValueError):
+        secret = read_regular(feedback / "submission_secret.txt", LONGEST_SECRET)
         return hashlib.md5(secret + notebook.encode(), usedforsecurity=False).hexdigest()
     return ""
 

@@ -91,7 +91,10 @@ def read(folder: Path, name: str, uid: int, gid: int, groups: Sequence[int]) -> 
 
     Links are left out.
     """
-    answer = act(folder, uid, gid, lambda opened: _tree(opened, name), groups)
+    try:
+        answer = act(folder, uid, gid, lambda opened: _tree(opened, name), groups)
+    except ClassroomError as error:
+        raise ClassroomError(f"{folder / name}: {error}") from None
     return {path: b64decode(content) for path, content in json.loads(answer).items()}
 
 

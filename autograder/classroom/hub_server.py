@@ -1,20 +1,25 @@
 """JupyterHub for a classroom, with one socket for the proxy and another for the members' servers.
 
-Members' processes see the second socket, which leads to the hub's API only; the connections of each user are limited.
+Members' processes see the second socket, which leads to the hub's API only; the connections and the requests of each
+user are limited.
 Everything else is served through the proxy, whose socket no member sees, so the proxy's headers on a request's origin
 can be trusted.
 """
 
+import asyncio
 import os
 import socket
 import struct
+import time
 from collections import defaultdict
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from jupyterhub.app import JupyterHub
+from tornado.http1connection import HTTP1Connection
 from tornado.httpserver import HTTPServer
-from tornado.httputil import HTTPMessageDelegate, HTTPServerRequest
+from tornado.httputil import HTTPHeaders, HTTPMessageDelegate, HTTPServerRequest, RequestStartLine, ResponseStartLine
 from tornado.iostream import IOStream
 from tornado.netutil import add_accept_handler, bind_unix_socket
 from tornado.routing import Router
@@ -27,6 +32,7 @@ from autograder.classroom.spawner import BoxSpawner
 
 MOST = 64  # simultaneous connections of one user; a server needs a few
 LARGEST = 4 << 10  # bytes of a request's body, and of a server's headers: the hub has one thread, and reads slowly
+AT_ONCE, EACH = 20, 0.25  # requests of one user that are answered at once, and s between further ones
 API = "/hub/api"
 
 
@@ -35,12 +41,58 @@ class ApiAlone(Router):
 
     def __init__(self, application: Application):
         self._application = application
+        self._pace = Pace()
 
     def find_handler(self, request: HTTPServerRequest, **options: Any) -> HTTPMessageDelegate | None:
         """Return the handler of a request to the API, or None for any other."""
         if request.path == API or request.path.startswith(f"{API}/"):
-            return self._application.find_handler(request, **options)
+            found = self._application.find_handler(request, **options)
+            connection = cast(HTTP1Connection, request.connection)
+            (user,) = cast(Any, connection.context).address
+            return found and InTurn(found, connection, lambda: self._pace.wait(user))
         return None
+
+
+class Pace:
+    """Spreads the requests of each user over time: AT_ONCE without a wait, and then one in each EACH seconds."""
+
+    def __init__(self, now: Callable[[], float] = time.monotonic):
+        self._now = now
+        self._free: dict[int, float] = {}  # by user: when all requests up to now would be done at this pace
+
+    def wait(self, user: int) -> float:
+        """Return how long (s) the next request of a user must wait."""
+        now = self._now()
+        free = min(max(self._free.get(user, 0.0), now), now + (AT_ONCE + MOST) * EACH)
+        self._free[user] = free + EACH
+        return max(0.0, free - now - (AT_ONCE - 1) * EACH)
+
+
+class InTurn(HTTPMessageDelegate):
+    """A request that may have to wait before it is handled; whoever gives up meanwhile is not served."""
+
+    def __init__(self, handler: HTTPMessageDelegate, connection: HTTP1Connection, wait: Callable[[], float]):
+        self._handler, self._connection, self._wait = handler, connection, wait
+
+    def headers_received(self, start_line: RequestStartLine | ResponseStartLine, headers: HTTPHeaders) -> Any:
+        """Hand on the first line and the headers."""
+        return self._handler.headers_received(start_line, headers)
+
+    def data_received(self, chunk: bytes) -> Any:
+        """Hand on a part of the body."""
+        return self._handler.data_received(chunk)
+
+    def finish(self) -> None:
+        """Have the request handled, at once or when its turn has come."""
+        if not (seconds := self._wait()):
+            self._handler.finish()
+            return
+        later = asyncio.get_running_loop().call_later(seconds, self._handler.finish)
+        self._connection.set_close_callback(later.cancel)  # the handler sets its own once it begins
+
+    def on_connection_close(self) -> None:
+        """Tell the handler."""
+        self._handler.on_connection_close()
 
 
 def listen(path: Path, application: Application) -> HTTPServer:
@@ -50,14 +102,14 @@ def listen(path: Path, application: Application) -> HTTPServer:
     )  # trusts no header about a request's origin
     opened: defaultdict[int, list[socket.socket]] = defaultdict(list)
 
-    def accept(connection: socket.socket, address: Any) -> None:
+    def accept(connection: socket.socket, _: Any) -> None:
         user = owner(connection)
         opened[user] = [each for each in opened[user] if each.fileno() >= 0]  # the others are closed
         if len(opened[user]) >= MOST:
             connection.close()
             return
         opened[user].append(connection)
-        server.handle_stream(IOStream(connection), address)
+        server.handle_stream(IOStream(connection), (user,))
 
     path.unlink(missing_ok=True)
     add_accept_handler(bind_unix_socket(str(path), mode=0o666), accept)

@@ -24,7 +24,7 @@ def parse(text: str) -> datetime | str:
 def read(course: Path) -> dict[str, datetime]:
     """Return the ends of a course folder, in UTC; raises UsageError when the file is invalid."""
     try:
-        known = json.loads(shared_file.read(course / FILE))
+        known = shared_file.from_json(shared_file.read(course / FILE))
         return {str(name): datetime.fromisoformat(time).astimezone(UTC) for name, time in known.items()}
     except FileNotFoundError:
         return {}

@@ -33,7 +33,7 @@ def read(course: Path) -> Given:
 def parse(content: bytes, path: Path) -> Given:
     """Return the extensions in a file's content, {} when it is empty; raises UsageError as `read` does."""
     try:
-        given = json.loads(content) if content else {}
+        given = shared_file.from_json(content) if content else {}
         days = [day for of_one in given.values() for day in of_one.values() if not isinstance(day, str)]
         if not all(abs(day) <= LONGEST for day in days):
             raise ValueError(f"an extension of more than {LONGEST:g} days")

@@ -17,7 +17,7 @@ FILE = "members.json"
 def read(course: Path) -> dict[int, str] | None:
     """Return the members of a course folder, None where there is no class; raises UsageError for a damaged file."""
     try:
-        known = json.loads(shared_file.read(course / FILE))
+        known = shared_file.from_json(shared_file.read(course / FILE))
         return {int(user): str(name) for user, name in known.items()}
     except FileNotFoundError:
         return None

@@ -1,7 +1,9 @@
 """Small files of nbgrader's course folder, which the instructors of a class share."""
 
+import json
 import stat
 from pathlib import Path
+from typing import Any
 
 from course.foundation import storage
 from course.foundation.untrusted import read_regular
@@ -12,6 +14,14 @@ MOST = 10_000_000  # bytes
 def read(path: Path) -> bytes:
     """Return the content of a file; raises OSError, and ValueError for what is not a small file: a pipe would block."""
     return read_regular(path, MOST)
+
+
+def from_json(content: bytes) -> Any:
+    """Return what JSON text stands for; raises ValueError, also for what is nested too deeply."""
+    try:
+        return json.loads(content)
+    except RecursionError:
+        raise ValueError("it is nested too deeply") from None
 
 
 def write(path: Path, text: str) -> None:

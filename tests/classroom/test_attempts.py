@@ -95,6 +95,19 @@ def test_after_a_new_password_a_former_login_leads_to_the_login_page(classroom):
     assert page.ok and "/hub/login" in page.url
 
 
+def test_after_a_new_password_a_former_token_makes_no_further_one(classroom):
+    visitor = Visitor(classroom.url, "erin")
+    assert visitor.log_in(hub.shared_passwords(classroom)["students"])
+    tokens = f"{classroom.url}hub/api/users/erin/tokens"
+    visitor.session.get(f"{classroom.url}hub/home").raise_for_status()
+    token = visitor.session.post(tokens, json={}, headers=visitor._headers("/hub/")).json()["token"]
+    by_token = {"Authorization": f"token {token}"}
+    assert requests.get(f"{classroom.url}hub/api/user", headers=by_token).ok
+    (classroom.state / accounts.RENEWED).mkdir(exist_ok=True)
+    (classroom.state / accounts.RENEWED / "erin").touch()
+    assert [requests.post(tokens, json={}, headers=by_token).status_code for _ in range(2)] == [403, 403]
+
+
 def test_a_cookie_that_was_kept_is_good_for_nothing_after_logging_out(classroom):
     visitor = Visitor(classroom.url, "erin")
     assert visitor.log_in(hub.shared_passwords(classroom)["students"])

@@ -15,6 +15,7 @@ from nbgrader.auth import Authenticator
 from nbgrader.coursedir import CourseDirectory
 from traitlets.config import Config
 
+from autograder.classroom import course_files
 from autograder.errors import UsageError
 from autograder.gradebook import ends, exchange_collect, extensions, members
 from autograder.gradebook.exchange_collect import MOST_ENTRIES, OwnersCollect
@@ -180,6 +181,26 @@ def test_a_pipe_in_the_course_folder_is_not_waited_for(collect, tmp_path, name):
     os.mkfifo(tmp_path / "course" / name)
     with pytest.raises(UsageError, match="not an ordinary file"):
         {"ends.json": ends, "extensions.json": extensions, "members.json": members}[name].read(tmp_path / "course")
+
+
+@pytest.mark.parametrize("files", [ends, extensions, members])
+def test_a_file_that_is_nested_too_deeply_is_named(tmp_path, files):
+    (tmp_path / files.FILE).write_text("[" * 100_000)
+    with pytest.raises(UsageError, match=f"{files.FILE} cannot be read: it is nested too deeply"):
+        files.read(tmp_path)
+
+
+@pytest.mark.parametrize("left", ["pipe", "huge"])
+def test_what_is_no_secret_of_nbgraders_names_no_page(tmp_path, left):
+    """Somebody may have left it there who was an instructor; the hub reads it, without a limit of memory."""
+    secret = tmp_path / "submission_secret.txt"
+    if left == "pipe":
+        os.mkfifo(secret)
+    else:
+        (tmp_path / "sparse").touch()
+        os.truncate(tmp_path / "sparse", 1 << 40)
+        secret.symlink_to("sparse")
+    assert course_files.page_key(tmp_path, "services") == ""
 
 
 @contextlib.contextmanager

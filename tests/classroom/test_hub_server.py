@@ -134,6 +134,48 @@ def test_thousands_of_headers_are_not_read(socket_path):
     assert "200 OK" in few and "200 OK" not in many
 
 
+def test_the_requests_of_one_user_are_spread_over_time_and_another_user_waits_for_none():
+    time = [0.0]
+    pace = hub_server.Pace(lambda: time[0])
+    assert [pace.wait(1) for _ in range(hub_server.AT_ONCE)] == [0.0] * hub_server.AT_ONCE
+    assert [pace.wait(1) for _ in range(3)] == pytest.approx([hub_server.EACH * number for number in (1, 2, 3)])
+    assert pace.wait(2) == 0.0
+    for _ in range(10_000):  # asked for and given up
+        pace.wait(1)
+    time[0] = (hub_server.AT_ONCE + hub_server.MOST) * hub_server.EACH
+    assert pace.wait(1) <= 2 * hub_server.EACH, "the wait is bounded"
+
+
+def test_a_request_that_waits_is_answered_in_its_turn_and_not_at_all_for_who_gives_up(socket_path, monkeypatch):
+    handled, waits = [], {"/hub/api/first": 0.3, "/hub/api/given-up": 0.2}
+    monkeypatch.setattr(From, "prepare", lambda handler: handled.append(handler.request.path))
+
+    class Turns:
+        def wait(self, user):
+            assert user == 0
+            return [*waits.values()][len(begun) - 1]
+
+    monkeypatch.setattr(hub_server, "Pace", Turns)
+    begun = []
+
+    async def ask():
+        def begin(path):
+            begun.append(path)
+            return f"GET {path} HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n".encode()
+
+        reader, writer = await asyncio.open_unix_connection(str(socket_path))
+        writer.write(begin("/hub/api/first"))
+        await asyncio.sleep(0.1)
+        _, other = await asyncio.open_unix_connection(str(socket_path))
+        other.write(begin("/hub/api/given-up"))
+        await other.drain()
+        other.close()
+        return (await asyncio.wait_for(reader.read(), 10)).decode()
+
+    (answer,) = asked(socket_path, ask)
+    assert "200 OK" in answer and handled == ["/hub/api/first"]
+
+
 def test_the_hub_itself_reads_no_huge_request(classroom):
     found = requests.post(f"{classroom.url}hub/login", data=b"2" * (hub_server.LARGEST + 1))
     assert found.status_code == 400
