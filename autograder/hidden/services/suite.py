@@ -617,15 +617,24 @@ def test_stays_still(motors: Motors, alone: Motors, halted: Motors) -> None:
             motors.attempt(service, on)
             happened.append(f"{service} with data {on}")
             expect_still(motors, happened, "must stay stopped")
-        motors.command(STOP, False)
-        happened.append(f"{STOP} with data False")
-        expect_still(motors, happened, "must be disabled when the stop ends, and not start")
+        for again in False, True:
+            if again:
+                motors.attempt(STOP, False)
+            else:
+                motors.command(STOP, False)
+            happened.append(f"{STOP} with data False")
+            expect_still(motors, happened, "must be disabled when the stop ends, and not start")
     if motors.bring(DISABLED) and motors.overlap(wish, (STOP, True)):
         happened = [f"disabled motors got {ENABLE} with data True", f"{STOP} with data True before that was answered"]
         expect_still(motors, happened, "must be stopped")
         motors.command(STOP, False)
         happened.append(f"{STOP} with data False")
         expect_still(motors, happened, "must be disabled when the stop ends, and not start")
+    if motors.bring(ENABLED) and motors.overlap((ENABLE, False), (STOP, True)):
+        motors.attempt(*wish)
+        happened = [f"motors that run got {ENABLE} with data False", f"{STOP} with data True before that was answered"]
+        expect_still(motors, [*happened, f"{ENABLE} with data True"], "must stay stopped")
+        motors.attempt(STOP, False)
     if alone.after_silence(KEPT, *STOPS) == ENABLED:
         raise Wrong(
             f"An emergency stop was ended, and nobody asked for anything for {KEPT:.0f} s: the motors must stay "

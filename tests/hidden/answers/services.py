@@ -1411,6 +1411,34 @@ WRONG = {
         ),
         {"stays_still"},
     ),
+    "a disable that takes half a second overwrites the stop": (
+        motors(
+            (
+                SWITCH,
+                "if not request.data:\n            stopped = self.stopped\n            time.sleep(0.5)\n"
+                "            self.stopped = stopped\n        " + SWITCH,
+            ),
+            ("import rclpy\n", "import time\n\nimport rclpy\n"),
+            (
+                "'/motors/enable', self.enable)",
+                "'/motors/enable', self.enable, callback_group=ReentrantCallbackGroup())",
+            ),
+            *THREADED,
+            ("from rclpy.node", "from rclpy.callback_groups import ReentrantCallbackGroup\nfrom rclpy.node"),
+        ),
+        {"stays_still"},
+    ),
+    "a second end of the stop starts the motors": (
+        motors(
+            (SWITCH, SWITCH + "\n        if not self.stopped:\n            self.before = self.enabled"),
+            (
+                STOPS,
+                "        if not request.data and not self.stopped:\n            self.enabled = self.before\n" + STOPS,
+            ),
+            ("        self.stopped = False\n", "        self.stopped = False\n        self.before = False\n"),
+        ),
+        {"stays_still"},
+    ),
     "the stop ends by itself after 6 s": (
         motors(
             (
@@ -1585,6 +1613,8 @@ ABOUT = {
     "the motors start by themselves a second after the stop has ended",
     "a refused enable is remembered",
     "an enable that takes half a second overwrites the stop",
+    "a disable that takes half a second overwrites the stop",
+    "a second end of the stop starts the motors",
     "the stop ends by itself after 6 s",
     "the stop toggles",
     "disabling ends the stop",
