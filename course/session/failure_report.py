@@ -25,6 +25,8 @@ IN_A_CELL = (
     "A node of a notebook belongs to its session: write a class and start it with `ros.start(TheClass)`, or pass the "
     "session's context: `Node('name', context=ros.context)`."
 )
+# Left out of an error: the path of a module, and what Python 3.13 adds.  Python 3.12 may suggest another name after it.
+LATER = re.compile(r"( \(/\S+\)| and no __dict__ for setting new attributes)(?=$|\. Did you mean)")
 MARK = "Traceback (most recent call last):"
 GOAL_FAILED = "Error raised in execute callback"  # logged by rclpy's ActionServer, which prints the traceback
 STATE_NOT_SET = "Goal state not set, assuming aborted"  # logged by it as well
@@ -214,9 +216,8 @@ def _last_traceback(output: str, path: Path, *, first: bool = False) -> tuple[st
             if own:
                 frames.append(Frame(path.name, int(found[2]), found[3] or "", code))
         elif line and not line.startswith(" ") and re.match(r"[\w.]+", line):
-            first_line = re.sub(r" \(/\S+\)(?=$|\. Did you mean)", "", line)  # without a module's path
+            first_line = LATER.sub("", line)
             first_line = first_line.removesuffix(" The following argument types are supported:")
-            first_line = first_line.removesuffix(" and no __dict__ for setting new attributes")  # Python 3.13
             many = "incompatible function arguments" in line  # followed by all signatures in C++
             message = [first_line] if many else [first_line, *_continued(rest[number + 1 :])]
             return "\n".join(message), _once(list(_without_main(frames)))

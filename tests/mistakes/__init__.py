@@ -58,7 +58,8 @@ class Step:
         """Return the first line that must be shown in this order and is not; '' when all are."""
         lines = output.splitlines()
         for wanted in self.shown:
-            pattern = re.compile(".*".join(map(re.escape, wanted.split("..."))))
+            # From Python 3.12 on, some errors end with a suggestion.
+            pattern = re.compile(".*".join(map(re.escape, wanted.split("..."))) + r"(\. Did you mean: '\w+'\?)?")
             while lines and not pattern.fullmatch(lines[0].rstrip()):
                 lines.pop(0)
             if not lines:

@@ -399,6 +399,14 @@ def test_a_wrong_import_is_told_without_the_path_of_the_module(tmp_path):
         assert report.hint.endswith("Did you mean `Trigger`?")
 
 
+def test_a_misspelt_field_is_told_in_the_same_words_by_each_python(tmp_path):
+    (path := tmp_path / "a.py").write_text("response.reslt = 1\n")
+    said = "AttributeError: 'Trigger_Response' object has no attribute 'mesage'"
+    for ending in "", " and no __dict__ for setting new attributes. Did you mean: 'message'?":  # Python 3.13
+        report = failure_report.of_program(path, f"Traceback (most recent call last):\n{said}{ending}\n", 1)
+        assert report.error.removesuffix(". Did you mean: 'message'?") == said
+
+
 def test_a_log_line_behind_what_was_printed_is_a_log_line():
     entries = program_logs("talks.py", "step[INFO] [talker]: on my way\n[WARN] [talker]: late", [])
     assert [(entry.level, entry.text) for entry in entries] == [
