@@ -4,6 +4,7 @@ import contextlib
 import os
 import shutil
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -163,20 +164,10 @@ def _up(classroom: Classroom) -> None:
     new = accounts.make(classroom)
     if new:
         print(f"Made {_counted(len(new), 'Unix user')}: {_listed([classroom.user(member) for member in new])}.")
+    if instructors_left:
+        hub.stop(classroom)  # at once: the hub that runs knows them as instructors
     course_files.make_shared(classroom)
-    if instructors_left and (aside := course_files.set_aside_configuration(classroom)):
-        print(
-            f"{_listed(instructors_left)}: no instructor any more, and could write into {classroom.grading}. So its "
-            f"configuration, which each command runs, is new; the former one is {_listed(aside)}."
-        )
-    course_files.release(classroom, [])
-    course_files.enrol(classroom)
-    try:
-        deadlines.publish(classroom)
-    except ClassroomError as error:  # a mistake in nbgrader's course folder must not stop the class
-        print(f"Students are not told their dates: {error}")
-    for line in course_files.hand_out_notebooks(classroom):
-        print(line)
+    _tend_shared(classroom, instructors_left)
     hub.stop(classroom)
     if classroom.passwords == "pam":
         if without := accounts.without_password(classroom, new):
@@ -194,9 +185,53 @@ def _up(classroom: Classroom) -> None:
     _warn_of_namesakes(classroom)
     print(f"The class is at {classroom.url}")
     print(_addresses(classroom))
-    drafts = [row.name for row in assignments.table(classroom, datetime.now(UTC)) if row.state == assignments.DRAFT]
+    drafts = [row.name for row in _table(classroom) if row.state == assignments.DRAFT]
     if drafts:
         print(f"Drafts, which no student sees: {', '.join(drafts)}. `environment/classroom release NAME` releases one.")
+
+
+def _tend_shared(classroom: Classroom, instructors_left: list[str]) -> None:
+    """Do what depends on files that instructors share.  What fails is told, and stops neither the rest nor the class.
+
+    An instructor who leaves could otherwise prevent it.
+    """
+
+    def set_aside() -> None:
+        if instructors_left and (aside := course_files.set_aside_configuration(classroom)):
+            print(
+                f"{_listed(instructors_left)}: no instructor any more, and could write into {classroom.grading}. So "
+                f"its configuration, which each command runs, is new; the former one is {_listed(aside)}."
+            )
+
+    def hand_out() -> None:
+        for line in course_files.hand_out_notebooks(classroom):
+            print(line)
+
+    if not _done("nbgrader's course folder was left alone", set_aside):
+        return  # its configuration may be that of somebody who has left, and would run
+    _done("nbgrader's course folder was not prepared", lambda: course_files.release(classroom, []))
+    _done("The gradebook's list of students was not updated", lambda: course_files.enrol(classroom))
+    _done("Students are not told their dates", lambda: deadlines.publish(classroom))
+    _done("No notebooks were laid into the home folders", hand_out)
+
+
+def _done(otherwise: str, work: Callable[[], object]) -> bool:
+    """Return True if `work` was done; if it fails, say what that means, and why."""
+    try:
+        work()
+    except ClassroomError as error:
+        print(f"{otherwise}: {error}", file=sys.stderr)
+        return False
+    return True
+
+
+def _table(classroom: Classroom) -> list[assignments.Row]:
+    """Return the state of each exercise; if it cannot be found, say so, and return none."""
+    found: list[assignments.Row] = []
+    _done(
+        "The state of the exercises is not known", lambda: found.extend(assignments.table(classroom, datetime.now(UTC)))
+    )
+    return found
 
 
 @app.command()
@@ -214,7 +249,7 @@ def status(folder: Folder = DEFAULT) -> None:
     _warn_of_certificate(classroom)
     _warn_of_namesakes(classroom)
     print("Exercises:")
-    for row in assignments.table(classroom, datetime.now(UTC)):
+    for row in _table(classroom):
         print(assignments.shown(row))
     counts = f"Students: {len(classroom.students)}; instructors: {len(classroom.instructors)}"
     print(f"{counts}; running servers: {len(alive)}.")

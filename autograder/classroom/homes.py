@@ -52,6 +52,8 @@ def act(
             answer = b"+" + work(opened)
         except OSError as error:
             answer = f"-{error.strerror}".encode()
+        except ClassroomError as error:
+            answer = f"-{error}".encode()
         except BaseException as error:
             answer = f"-{type(error).__name__}: {error}".encode(errors="replace")
         with contextlib.suppress(BaseException), open(writing, "wb") as out:
@@ -289,7 +291,9 @@ def _tree(folder: int, name: str) -> bytes:
                     left -= len(content)
                     found[os.path.relpath(os.path.join(at, each), name)] = b64encode(content).decode()
             if left < 0 or len(found) > MOST_FILES:
-                raise ClassroomError(f"it holds more than {MOST_FILES} files or {MOST_BYTES >> 20} MiB")
+                raise ClassroomError(
+                    f"more than {MOST_FILES} files or {MOST_BYTES >> 20} MiB: remove what does not belong there"
+                )
     return json.dumps(found).encode()
 
 

@@ -10,6 +10,7 @@ import os
 import pwd
 import re
 import secrets
+import shutil
 import sqlite3
 import subprocess
 import time
@@ -20,7 +21,7 @@ import pytest
 import requests
 import websocket
 
-from autograder.classroom import accounts, course_files, hub, servers
+from autograder.classroom import accounts, course_files, homes, hub, servers
 from autograder.classroom.certificate import check_covers, warning
 from autograder.classroom.plan import RUN, Classroom
 from autograder.errors import UsageError
@@ -241,8 +242,14 @@ def test_who_leaves_the_class_is_out_and_pam_knows_each_ones_own_password(ended)
     known = hub.shared_passwords(classroom)
     come_in(Classroom.load(classroom.folder), "bob", known["students"])  # with a certificate, if that test has run
     (classroom.folder.parent / "roster.csv").write_text(ROSTER.replace("bob,student\n", ""))
+    many = classroom.exchange / "ros2/outbound/many"  # as an instructor who leaves may have left it
+    many.mkdir()
+    for number in range(homes.MOST_FILES + 1):
+        (many / str(number)).touch()
     again = run_classroom("up", *arguments, "--passwords", "pam")
+    shutil.rmtree(many)
     assert again.returncode == 0, again.stderr
+    assert "laid into the home folders: " in again.stderr and "outbound: more than 2000 files" in again.stderr
     assert "Ended the server of bob" in again.stdout and not servers.started(classroom)
     assert {*members.read(classroom.grading).values()} == {"ada", "teacher"}  # from whom hand-ins are collected
     with open(classroom.state / accounts.PASSWORDS, newline="") as file:
