@@ -1,6 +1,6 @@
 """Figures of section 3.2: an action's feedback as it comes in, and goals over time."""
 
-from course.figures.palette import BLACK, BLUE, EVENTS, GREY, plain, style
+from course.figures.palette import BLACK, BLUE, EVENTS, GREY, GROUND, legend, plain, style
 from course.figures.picture import Picture
 from course.recorders import GoalRecorder, Recorder
 
@@ -19,7 +19,8 @@ MARKERS = {
     "aborted": (110, "P", 0.0),
 }
 LABELS = {"request": "sent", "goal": "sent", "cancel": "cancel requested"}
-COLUMNS = 6  # of the legend
+HOLLOW = ("cancel",)  # told from a goal by more than its colour
+COLUMNS = 3  # of the legend
 LABELLED = 12  # the newest points of a feedback figure
 
 
@@ -35,11 +36,11 @@ def feedback(goal: GoalRecorder, title: str = "Each feedback message brings one 
     picture = Picture("feedback of a goal")
     axes = style(picture.figure.add_subplot(), title, "time since the recorder started (s)", "newest element")
     times, values = [time for time, _ in rows], [sequence[-1] for _, sequence in rows]
-    axes.step(times, values, where="post", color=BLUE, alpha=0.5)
+    axes.step(times, values, where="post", color=BLUE, alpha=0.6)
     axes.plot(times, values, "o", color=BLUE)
     for time, value in list(zip(times, values, strict=True))[-LABELLED:]:
         axes.annotate(
-            str(value), (time, value), xytext=(0, 6), textcoords="offset points", ha="center", color=BLACK, fontsize=9
+            str(value), (time, value), xytext=(0, 6), textcoords="offset points", ha="center", color=BLACK, fontsize=10
         )
     axes.margins(y=0.15)
     told = f"from {values[0]} to {values[-1]} within {times[-1] - times[0]:.1f} s" if rows else ""
@@ -59,7 +60,7 @@ def timeline(
     A recorder's events are those of a GoalRecorder, or `request` and `response` for a service call.  Each line begins
     when its goal was sent; with `together` all have a common time axis, which begins with the first goal.
     """
-    picture = Picture("timeline of goals", 1.7 + 0.65 * max(1, len(goals)))
+    picture = Picture("timeline of goals", 2.2 + 0.65 * max(1, len(goals)))
     whose = "the first was sent" if together else "it was sent"
     axes = style(picture.figure.add_subplot(), title, f"time since {whose} (s)")
     first = min((goal.start for goal in goals), default=0.0)
@@ -78,23 +79,21 @@ def timeline(
                 continue
             size, marker, offset = MARKERS.get(event, (90, "D", 0.0))
             seen[LABELS.get(event, event)] = axes.scatter(
-                at, [row + offset] * len(at), s=size, marker=marker, color=color, zorder=2 if event == "feedback" else 3
+                at,
+                [row + offset] * len(at),
+                s=size,
+                marker=marker,
+                facecolor=GROUND if event in HOLLOW else color,
+                edgecolor=color,
+                linewidth=1.5,
+                zorder=2 if event == "feedback" else 3,
             )
     axes.set_yticks(range(len(goals)), names)
     axes.set_ylim(len(goals) - 0.5, -0.5)
     picture.tell(title, *facts)
     if seen:
         shown = [label for label in dict.fromkeys(LABELS.get(event, event) for event in EVENTS) if label in seen]
-        picture.figure.legend(
-            [seen[label] for label in shown],
-            shown,
-            loc="outside lower left",
-            ncols=COLUMNS,
-            frameon=False,
-            fontsize=9,
-            columnspacing=1.2,
-            handletextpad=0.2,
-        )
+        legend(picture.figure, COLUMNS, [seen[label] for label in shown], shown)
     return picture
 
 

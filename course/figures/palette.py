@@ -1,19 +1,26 @@
-"""Colours and lines of every figure."""
+"""Colours, lines and legend of every figure."""
+
+import textwrap
+from collections.abc import Sequence
+from typing import Any
 
 import matplotlib.style
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-# Okabe and Ito, Color Universal Design, 2008.
+# After Okabe and Ito, Color Universal Design, 2008.  Orange, sky blue, vermillion and purple are darker than theirs: a
+# dark theme turns the lightness of each colour round, and each has at least 3:1 on both grounds.
 BLACK, ORANGE, SKY, GREEN, BLUE, VERMILLION, PURPLE = (
     "#222222",
-    "#E69F00",
-    "#56B4E9",
+    "#C96F00",
+    "#2A8FCB",
     "#009E73",
     "#0072B2",
-    "#D55E00",
-    "#CC79A7",
+    "#B33000",
+    "#BB5F93",
 )
-GREY, GROUND = "#8a8a8a", "#fbfaf7"
+GREY, GROUND = "#808080", "#fbfaf7"
+LINE = 50  # letters of a line of text that fit into a figure, beside the labels of its axis
 
 STATES = {"FORWARD": GREEN, "TURNING_LEFT": BLUE, "TURNING_RIGHT": ORANGE, "STOPPED": VERMILLION}
 SECTORS = {"front": GREEN, "left": BLUE, "right": ORANGE}
@@ -37,7 +44,7 @@ plain = matplotlib.style.context("default")
 
 def style(axes: Axes, title: str, xlabel: str = "", ylabel: str = "") -> Axes:
     """Give `axes` the look that all figures share; the title says what is shown, the labels have units."""
-    axes.set_title(title, loc="left", fontsize=11, color=BLACK)
+    axes.set_title(textwrap.fill(title, LINE), loc="left", fontsize=11, color=BLACK)
     axes.set_xlabel(xlabel)
     axes.set_ylabel(ylabel)
     axes.set_facecolor(GROUND)
@@ -47,3 +54,23 @@ def style(axes: Axes, title: str, xlabel: str = "", ylabel: str = "") -> Axes:
     axes.grid(alpha=0.25)
     axes.set_axisbelow(True)
     return axes
+
+
+def legend(
+    figure: Figure, columns: int, handles: Sequence[Any] = (), labels: Sequence[str] = (), *, above: bool = False
+) -> None:
+    """Explain the marks of a figure below its axes, or `above` them: never over the data.
+
+    Without `handles`, the labels are those that were given when the axes were drawn.
+    """
+    given = (list(handles), list(labels)) if handles else ()
+    figure.legend(
+        *given,
+        loc=f"outside {'upper' if above else 'lower'} left",
+        ncols=columns,
+        frameon=False,
+        fontsize=10,
+        columnspacing=1.2,
+        handlelength=1.6,
+        handletextpad=0.4,
+    )

@@ -1,11 +1,12 @@
 """Figures of section 3.3: the sets of a parameter, accepted or refused, over time; and an arm under a controller."""
 
 import math
+import textwrap
 from collections.abc import Sequence
 
 from matplotlib.lines import Line2D
 
-from course.figures.palette import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, plain, style
+from course.figures.palette import BLACK, BLUE, GREEN, GREY, LINE, ORANGE, VERMILLION, legend, plain, style
 from course.figures.picture import Picture
 from course.recorders import ParameterRecorder, Recorder
 
@@ -36,10 +37,10 @@ def changes(
     ]
     accepted = [(time, value) for time, value, ok, _ in rows if ok]
     refused = [(time, value, reason) for time, value, ok, reason in rows if not ok]
-    picture = Picture(f"changes of {name}", 3.2 + 0.18 * min(LISTED, len(refused)))
-    axes = style(
-        picture.figure.add_subplot(), title, "time since the recorder started (s)", f"{name} ({unit})" if unit else name
-    )
+    picture = Picture(f"changes of {name}", 3.6 + 0.34 * min(LISTED, len(refused)))
+    time, *others = (followed := beside.table() if beside is not None else {"time": []})
+    quantity = ", ".join([name, *others]) + (f" ({unit})" if unit else "")
+    axes = style(picture.figure.add_subplot(), title, "time since the recorder started (s)", quantity)
     limits = record.range(name) if isinstance(record, ParameterRecorder) else ()
     if accepted:
         axes.step(*zip(*accepted, strict=True), where="post", color=BLUE, label=name)
@@ -49,12 +50,10 @@ def changes(
             Line2D([last, last + FAR], [value, value], color=BLUE, linewidth=line.get_linewidth(), zorder=line.zorder)
         )
         axes.plot(*zip(*accepted, strict=True), "o", color=GREEN, markersize=8, label="accepted")
-    if beside is not None:
-        time, *others = (table := beside.table())
-        for other in others:
-            axes.plot(table[time], table[other], color=ORANGE, label=other)
+    for other in others:
+        axes.plot(followed[time], followed[other], "-.", color=ORANGE, label=other)
     for limit in limits:
-        axes.axhline(limit, color=GREY, linestyle="--", zorder=1, label="range" if limit == limits[0] else None)
+        axes.axhline(limit, color=GREY, linestyle="--", zorder=1, label="limits" if limit == limits[0] else None)
     axes.margins(y=0.3)
     low, high = axes.get_ylim()
     axes.set_ylim(low, high)
@@ -65,11 +64,11 @@ def changes(
         shown = min(max(value, low + edge), high - edge) if drawable else low + edge
         markers.append("X" if not drawable or shown == value else "v" if value < shown else "^")
         axes.plot(time, shown, markers[-1], color=VERMILLION, markersize=9, clip_on=False, zorder=3)
-        axes.annotate(str(number), (time, shown), xytext=(7, -3), textcoords="offset points", color=BLACK, fontsize=9)
+        axes.annotate(str(number), (time, shown), xytext=(7, -3), textcoords="offset points", color=BLACK, fontsize=10)
     if refused:
         axes.plot([], [], markers[0], color=VERMILLION, markersize=9, label="refused")
     if rows:
-        picture.figure.legend(frameon=False, ncols=5, loc="outside upper right")
+        legend(picture.figure, 3, above=True)
     values = ", then ".join(f"{value} at {time:.1f} s" for time, value in accepted)
     picture.tell(
         title,
@@ -96,7 +95,7 @@ def response(
     rows = list(zip(table["time"], table["angle"], table["target"], table["effort"], strict=True))
     moves = [row for row in rows if row[1] is not None]
     times = [row[0] for row in moves]
-    picture = Picture("response of an arm", 4.2)
+    picture = Picture("response of an arm", 4.4)
     upper, lower = picture.figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     style(upper, title, "", "angle (rad)")
     style(lower, "", "time since the arm started (s)", "effort (N m)")
@@ -117,22 +116,22 @@ def response(
                 xycoords=("data", "axes fraction"),
                 xytext=(4, 4),
                 textcoords="offset points",
-                color=VERMILLION,
-                fontsize=9,
+                color=BLACK,
+                fontsize=10,
             )
     end = moves[-1][0] if moves else 0.0
     picture.tell(title, *facts, f"The end at {end:.1f} s{_hung(moves, end)}")
-    picture.figure.legend(frameon=False, ncols=3, loc="outside upper right")
+    legend(picture.figure, 3)
     return picture
 
 
 def _list(picture: Picture, lines: list[str]) -> None:
-    """Write the last few of `lines` below the axis, each cut to the width of the figure."""
+    """Write the last few of `lines` below the axis, each on two rows at most."""
     picture.figure.supxlabel(
-        "\n".join(line if len(line) < 110 else line[:107] + "..." for line in lines[-LISTED:]),
+        "\n".join(textwrap.fill(line, LINE + 6, subsequent_indent="    ", max_lines=2) for line in lines[-LISTED:]),
         x=0.01,
         ha="left",
-        fontsize=9,
+        fontsize=10,
         color=BLACK,
         parse_math=False,
     )

@@ -15,8 +15,8 @@ from course.figures.palette import GROUND, plain
 from course.foundation.waiting import wait_until
 from course.recorders import Recorder
 
-WIDTH = 8.0  # inches: the width of a notebook
-DPI = 100  # pixels of a page for each inch
+WIDTH = 5.0  # inches: on a telephone, which is 360 pixels wide, a text of 10 points is 10 pixels high
+DPI = 120  # pixels of a page for each inch, where it is wide enough
 SHARP = 2  # pixels of a still figure for each of the page's, which screens and paper show
 
 

@@ -7,9 +7,23 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Circle
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from course.figures.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, STATES, VERMILLION, plain, style
+from course.figures.palette import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    GROUND,
+    ORANGE,
+    PURPLE,
+    STATES,
+    VERMILLION,
+    legend,
+    plain,
+    style,
+)
 from course.figures.picture import Picture
 from course.recorders import DecisionRecorder
 from course.robot.sectors import wrap
@@ -37,7 +51,7 @@ def drive(simulation: Any, decisions: DecisionRecorder | None = None, title: str
         lanes, stamps, decided = STATES, np.asarray(table["stamp"], dtype=float), table["state"]
     if len(stamps) and stamps[0] > path[-1, 0] + 1.0:
         stamps = stamps - stamps[-1] + path[-1, 0]
-    picture = Picture("drive through a room", 6.4 if decided else 4.6)
+    picture = Picture("drive through a room", 5.5 if decided else 4.4)
     if decided:
         axes, strip = picture.figure.subplots(2, 1, height_ratios=[4, 1])
         _strip(strip, stamps, decided, lanes)
@@ -51,7 +65,7 @@ def drive(simulation: Any, decisions: DecisionRecorder | None = None, title: str
     still = np.flatnonzero(np.all(pieces[:, 0] == pieces[:, 1], axis=1)) + 1
     if decided and len(still):
         axes.scatter(*path[still, 1:3].T, s=36, color=[colours[number] for number in still], zorder=2.5)
-        axes.plot([], [], "o", color=GREY, label="a dot: it turned on the spot, or stood")
+        axes.plot([], [], "o", color=GREY, label="turned on the spot, or stood")
     for number, collision in enumerate(simulation.collisions):
         axes.plot(
             collision.x,
@@ -62,25 +76,24 @@ def drive(simulation: Any, decisions: DecisionRecorder | None = None, title: str
             markersize=12,
             linestyle="none",
             zorder=5,
-            label="it touched something" if not number else None,
+            label="touched something" if not number else None,
         )
     _robot(axes, simulation.pose, simulation.robot.radius)
     axes.plot(*simulation.room.start[:2], "+", color=BLACK, markersize=10, zorder=2.8)
-    ahead = np.cos(simulation.room.start[2]) >= 0  # the label is on the side away from the path
     axes.annotate(
         "start",
         simulation.room.start[:2],
-        xytext=(-7 if ahead else 7, 0),
+        xytext=(0, 6),
         textcoords="offset points",
-        ha="right" if ahead else "left",
-        va="center",
+        ha="center",
         color=BLACK,
-        fontsize=9,
+        fontsize=10,
+        path_effects=[withStroke(linewidth=2, foreground=GROUND)],
+        zorder=2.8,
     )
     axes.set_aspect("equal", adjustable="datalim")
     axes.autoscale_view()
-    if axes.get_legend_handles_labels()[1]:
-        picture.figure.legend(frameon=False, ncols=2, loc="outside upper right", fontsize=9)
+    legend(picture.figure, 2)
     picture.tell(title or _told(simulation), *_facts(simulation, decided))
     return picture
 
@@ -110,10 +123,11 @@ def _facts(simulation: Any, decided: list[str]) -> list[str]:
 
 
 def _robot(axes: Axes, pose: tuple[float, float, float], radius: float) -> None:
-    """Draw the robot as a circle (m), with a line that shows its heading."""
+    """Draw the robot as a disc (m), with a line that shows its heading: obstacles are hollow."""
     x, y, heading = pose
-    axes.add_patch(Circle((x, y), radius, facecolor="white", edgecolor=BLACK, linewidth=1.5, zorder=3))
-    axes.plot([x, x + radius * np.cos(heading)], [y, y + radius * np.sin(heading)], color=BLACK, zorder=4)
+    axes.add_patch(Circle((x, y), radius, facecolor=BLACK, edgecolor=BLACK, linewidth=1.5, zorder=3))
+    axes.plot([x, x + radius * np.cos(heading)], [y, y + radius * np.sin(heading)], color="white", zorder=4)
+    axes.plot([], [], "o", color=BLACK, markersize=9, label="robot, at the end")
 
 
 def _strip(axes: Axes, stamps: Floats, decided: list[str], lanes: Mapping[str, str]) -> None:
@@ -123,7 +137,7 @@ def _strip(axes: Axes, stamps: Floats, decided: list[str], lanes: Mapping[str, s
     for lane, state in enumerate(lanes):
         spans = [(at, end - at) for at, end, name in zip(stamps, ends, decided, strict=True) if name == state]
         axes.broken_barh(spans, (lane - 0.4, 0.8), color=lanes[state])
-    axes.set_yticks(range(len(lanes)), list(lanes), fontsize=9)
+    axes.set_yticks(range(len(lanes)), list(lanes), fontsize=10)
     axes.set_ylim(len(lanes) - 0.5, -0.5)
     axes.set_xlim(min(0.0, stamps[0]), ends[-1])
 
@@ -161,7 +175,7 @@ def distances(
             facts.append(f"{name}: in the second half between {min(last):.2f} and {max(last):.2f} m")
     for axes in drawn:
         style(axes, "")
-    drawn[0].set_title(f"{title} (dashed: the aim, {aim:g} m)", loc="left", fontsize=11, color=BLACK)
+    style(drawn[0], f"{title} (dashed: the aim, {aim:g} m)")
     drawn[-1].set_xlabel("time (s)")
     picture.figure.supylabel("distance (m)", fontsize="medium")
     picture.tell(title, *facts)

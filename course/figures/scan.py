@@ -1,12 +1,13 @@
 """The figure of a laser scan: the distances, the sectors, and the robot's decision."""
 
+import textwrap
 from collections.abc import Mapping
 from typing import cast
 
 import numpy as np
 from matplotlib.projections.polar import PolarAxes
 
-from course.figures.palette import BLACK, SECTORS, VERMILLION, plain, style
+from course.figures.palette import BLACK, LINE, SECTORS, VERMILLION, legend, plain, style
 from course.figures.picture import Picture
 from course.robot import sectors as course_sectors
 
@@ -26,9 +27,10 @@ def sectors(
     ranges = course_sectors.usable(scan.ranges, scan.range_min, scan.range_max)
     angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))
     seen = np.isfinite(ranges) & (ranges < reach)
-    picture = Picture("sectors of a scan", 4.6)
+    picture = Picture("sectors of a scan", 5.8)
     axes = cast(PolarAxes, picture.figure.add_subplot(projection="polar"))
-    style(axes, title)
+    style(axes, "")
+    picture.figure.suptitle(textwrap.fill(title, LINE), x=0.01, ha="left", fontsize=11, color=BLACK)
     axes.set_theta_zero_location("N")
     axes.set_ylim(0, reach)
     facts = []
@@ -39,29 +41,32 @@ def sectors(
         label = f"{name}: {'free' if free else f'{nearest:.2f} m'}"
         facts.append(label)
         edge = min(nearest, reach)
-        axes.fill_between(arc, 0, edge, color=SECTORS[name], alpha=0.25, label=label)
+        axes.fill_between(arc, 0, edge, color=SECTORS[name], alpha=0.25, label=f"nearest {label}")
         axes.plot(arc, np.full(40, edge), color=SECTORS[name], linewidth=2)
     axes.plot(angles[seen], ranges[seen], ".", color=BLACK, markersize=3)
+    axes.plot([], [], ".", color=BLACK, label="what a beam met")
     if action is not None:
         turn = float(action["angular"])
         straight = "straight on" if action["linear"] else "at a stop"
-        facts.append(f"the arrow points {'to the left' if turn > 0 else 'to the right' if turn < 0 else straight}")
+        way = "to the left" if turn > 0 else "to the right" if turn < 0 else straight
+        facts.append(f"the arrow points {way}")
+        axes.plot([], [], color=VERMILLION, linewidth=3, label=f"decision: {way}")
         _arrow(axes, turn, float(action["linear"]), reach)
     picture.tell(title, f"Nearest obstacles: {'; '.join(facts)}")
     axes.set_thetagrids(
         range(0, 360, 30),
         [f"{angle if angle <= 180 else angle - 360}°" for angle in range(0, 360, 30)],
         color=BLACK,
-        fontsize=9,
+        fontsize=10,
     )
     axes.set_rgrids(
         np.arange(1, np.ceil(reach)),
         [f"{ring:g} m" for ring in np.arange(1, np.ceil(reach))],
         angle=195,
         color=BLACK,
-        fontsize=9,
+        fontsize=10,
     )
-    axes.legend(loc="center left", bbox_to_anchor=(1.08, 0.5), frameon=False, title="nearest obstacle (m)")
+    legend(picture.figure, 2)
     return picture
 
 

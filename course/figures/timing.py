@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from course.figures.palette import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, plain, style
+from course.figures.palette import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILLION, legend, plain, style
 from course.figures.picture import Picture
 
 LIMIT = 0.1  # s, one decision of a 10 Hz loop
@@ -18,8 +18,9 @@ def round_trips(series: Mapping[str, Sequence[float]], title: str = "How long a 
     A dot is a call, and the line is the median of the calls around it: a call delayed by another program on the machine
     is a dot far from the line.
     """
-    picture = Picture("service round trips")
-    axes = style(picture.figure.add_subplot(), title, "call", "round trip (ms)")
+    picture = Picture("service round trips", 3.6)
+    what = f"number of the call (dots: calls, lines: medians of {2 * AROUND + 1})"
+    axes = style(picture.figure.add_subplot(), title, what, "round trip (ms)")
     facts = []
     looks = zip((BLUE, ORANGE, GREEN, PURPLE), ("-", "--", ":", "-."), strict=True)
     for (name, times), (color, line) in zip(series.items(), looks, strict=False):
@@ -34,7 +35,7 @@ def round_trips(series: Mapping[str, Sequence[float]], title: str = "How long a 
     axes.set_yscale("log")
     axes.yaxis.set_major_formatter("{x:g}")
     axes.yaxis.set_minor_formatter("")
-    axes.legend(frameon=False, loc="upper left")
+    legend(picture.figure, 2)
     return picture
 
 
@@ -45,17 +46,19 @@ def latencies(
     title: str = "Every decision must stay left of the limit",
 ) -> Picture:
     """The distribution of decision latencies (s) for each name in `series`, against `limit` (s)."""
-    picture = Picture("decision latencies")
-    axes = style(picture.figure.add_subplot(), title, "latency of a decision (ms)", "decisions")
+    picture = Picture("decision latencies", 3.6)
+    axes = style(picture.figure.add_subplot(), title, "latency of a decision (ms)", "number of decisions")
     values = [1e3 * np.asarray(times, dtype=float) for times in series.values()]
     every = np.concatenate([*values, [1e3 * limit]]) if values else np.array([1e3 * limit])
     bins = np.geomspace(max(1e-3, every[every > 0].min() * 0.8), every.max() * 1.25, 50).tolist()
     facts = [f"The limit is {1e3 * limit:g} ms"]
-    for (name, _), times, color in zip(series.items(), values, (BLUE, ORANGE, GREEN, PURPLE), strict=False):
+    looks = zip((BLUE, ORANGE, GREEN, PURPLE), ("", "////", "....", "xxxx"), strict=True)
+    for (name, _), times, (color, hatch) in zip(series.items(), values, looks, strict=False):
         if len(times):
             facts.append(f"{name}: {len(times)} decisions, median {np.median(times):.3g} ms")
         late = float(np.mean(times > 1e3 * limit)) if len(times) else 0.0
-        axes.hist(times, bins=bins, color=color, alpha=0.7, label=f"{name}: {late:.0%} too late")
+        label = f"{name}: {late:.0%} too late"
+        axes.hist(times, bins=bins, facecolor=color, hatch=hatch, edgecolor="white" if hatch else color, label=label)
         facts.append(f"{name}: {late:.0%} too late")
     picture.tell(title, *facts)
     axes.axvline(1e3 * limit, color=VERMILLION, linestyle="--")
@@ -66,9 +69,9 @@ def latencies(
         xytext=(-4, -12),
         textcoords="offset points",
         ha="right",
-        color=VERMILLION,
+        color=BLACK,
     )
     axes.set_xscale("log")
     axes.xaxis.set_major_formatter("{x:g}")
-    axes.legend(frameon=False, loc="upper center")
+    legend(picture.figure, 2)
     return picture

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import nbformat
 import slides
@@ -93,15 +94,15 @@ def _shown(stored: Path, released: Path) -> nbformat.NotebookNode:
     for cell in notebook.cells:
         if cell.cell_type == "code" and not cell.metadata.get("nbgrader", {}).get("solution"):
             cell.outputs = outputs.get(cell.id, [])
-            if alt := _alternative(cell.outputs):
-                cell.metadata["mystnb"] = {"image": {"alt": alt, "width": "800px"}}
+            if figure := _figure(cell.outputs):
+                cell.metadata["mystnb"] = {"image": {"alt": figure["alt"], "width": f"{figure['width']}px"}}
     return notebook
 
 
-def _alternative(outputs: list[nbformat.NotebookNode]) -> str:
-    """Return the alternative text of the figure that a cell shows; "" when it shows none."""
-    found = (output.get("metadata", {}).get("image/png", {}).get("alt", "") for output in outputs)
-    return next(filter(None, found), "")
+def _figure(outputs: list[nbformat.NotebookNode]) -> dict[str, Any]:
+    """Return the alternative text (`alt`) and the `width` (pixels) of the figure that a cell shows, or nothing."""
+    found = (output.get("metadata", {}).get("image/png", {}) for output in outputs)
+    return next((each for each in found if each.get("alt")), {})
 
 
 def _start(sections: list[str]) -> nbformat.NotebookNode:

@@ -2,12 +2,15 @@
 
 import math
 import threading
+from collections.abc import Iterator
 
 import matplotlib.colors
 import matplotlib.style
 import numpy as np
 import pytest
 from IPython.testing.globalipapp import start_ipython
+from matplotlib.axes import Axes
+from matplotlib.text import Text
 from sensor_msgs.msg import LaserScan
 
 from course import figures
@@ -91,10 +94,8 @@ DRAWN = {
 def test_every_figure_is_a_picture_with_a_constant_text(name):
     first, second = DRAWN[name](), DRAWN[name]()
     png, metadata = first._repr_png_()
-    assert png.startswith(b"\x89PNG") and metadata == {"alt": first.alt, "width": 800}
-    assert (
-        int.from_bytes(png[16:20], "big") == 1600
-    )  # twice the pixels of the page, for screens and paper that show them
+    assert png.startswith(b"\x89PNG") and metadata == {"alt": first.alt, "width": 600}
+    assert int.from_bytes(png[16:20], "big") == 1200  # twice the page's pixels, for screens and paper that show them
     assert repr(first) == repr(second) and "0x" not in repr(first)
 
 
@@ -123,6 +124,72 @@ def test_axes_have_a_title_and_labels_with_units(name):
     assert axes[0].get_title(loc="left")
     assert all(each.get_xlabel() or each.get_shared_x_axes().joined(each, axes[-1]) for each in axes)
     assert axes[-1].get_xlabel()
+
+
+PHONE = 358  # pixels: the width of a page's text on a telephone
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_on_a_telephone_every_text_is_large_enough_and_whole_and_none_is_over_another(name):
+    figure = DRAWN[name]().figure
+    figure.draw_without_rendering()
+    beyond = {label for axes in figure.axes for label in _beyond(axes)}
+    shown = [text for text in figure.findobj(Text) if text.get_visible() and text.get_text().strip()]
+    shown = [text for text in shown if text not in beyond]
+    assert shown
+    small = [text.get_text() for text in shown if text.get_fontsize() / 72 * PHONE / figure.get_figwidth() < 9.5]
+    assert small == []
+    inside = figure.bbox.padded(1)
+    boxes = {text.get_text(): text.get_window_extent() for text in shown}
+    assert [text for text, box in boxes.items() if not (inside.contains(*box.min) and inside.contains(*box.max))] == []
+    titles = [axes._left_title for axes in figure.axes if axes._left_title in shown]
+    legends = [legend.get_window_extent() for legend in figure.legends]
+    for title in titles:
+        box = title.get_window_extent()
+        assert not [
+            other.get_text() for other in shown if other is not title and box.overlaps(other.get_window_extent())
+        ]
+    assert not [axes for axes in figure.axes for box in legends if box.overlaps(axes.get_window_extent())]
+
+
+def _beyond(axes: Axes) -> Iterator[Text]:
+    """The labels of ticks beyond the axes, which Matplotlib keeps and does not draw."""
+    for axis in (axes.xaxis, axes.yaxis):
+        low, high = sorted(axis.get_view_interval())
+        for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks()):
+            if not low <= tick.get_loc() <= high:
+                yield tick.label1
+
+
+def _in_the_dark(color):
+    """What `invert(0.92) hue-rotate(180deg)` of a dark theme makes of a colour, as Filter Effects 1 defines it."""
+    luma = np.array([0.213, 0.715, 0.072])
+    return np.clip((2 * np.ones((3, 1)) * luma - np.eye(3)) @ (0.92 - 0.84 * color), 0, 1)
+
+
+def _luminance(color):
+    """WCAG's relative luminance."""
+    return np.where(color <= 0.04045, color / 12.92, ((color + 0.055) / 1.055) ** 2.4) @ [0.2126, 0.7152, 0.0722]
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("name", ["BLACK", "ORANGE", "SKY", "GREEN", "BLUE", "VERMILLION", "PURPLE", "GREY"])
+def test_each_colour_is_seen_on_the_ground_and_keeps_its_hue_in_the_dark(name, theme):
+    color, ground = (np.array(matplotlib.colors.to_rgb(each)) for each in (getattr(palette, name), palette.GROUND))
+    if theme == "dark":
+        hue = matplotlib.colors.rgb_to_hsv(color)[0]
+        color, ground = _in_the_dark(color), _in_the_dark(ground)
+        turned = abs(matplotlib.colors.rgb_to_hsv(color)[0] - hue)
+        assert name in ("BLACK", "GREY") or min(turned, 1 - turned) < 0.05  # an orange line stays orange
+    dark, light = sorted((_luminance(color), _luminance(ground)))
+    assert (light + 0.05) / (dark + 0.05) >= 3  # WCAG 1.4.11
+
+
+def test_a_request_to_cancel_is_told_from_a_goal_without_its_colour():
+    axes = DRAWN["timeline"]().figure.axes[0]
+    ground = matplotlib.colors.to_rgba(palette.GROUND)
+    hollow = [len(each.get_offsets()) for each in axes.collections if tuple(each.get_facecolor()[0]) == ground]
+    assert hollow == [1]
 
 
 def test_refused_sets_are_not_on_the_line_of_values():
@@ -157,7 +224,7 @@ def test_what_follows_the_value_is_drawn_beside_it_in_its_unit():
     sets = Recorded("name", "value", "accepted", "reason", rows=[("max_speed", 1.0, True, "")])
     beside = Recorded("speed", rows=[(0.0,), (0.5,)])
     axes = figures.changes(sets, "max_speed", unit="m/s", beside=beside).figure.axes[0]
-    assert axes.get_ylabel() == "max_speed (m/s)"
+    assert axes.get_ylabel() == "max_speed, speed (m/s)"
     assert [0.0, 0.5] in [list(line.get_ydata()) for line in axes.get_lines() if line.get_label() == "speed"]
 
 
@@ -178,7 +245,7 @@ def test_the_last_value_holds_to_the_edge_of_the_axis():
 
 
 def test_the_share_of_late_decisions_is_told():
-    legend = DRAWN["latencies"]().figure.axes[0].get_legend()
+    (legend,) = DRAWN["latencies"]().figure.legends
     assert [text.get_text() for text in legend.get_texts()] == ["fast: 0% too late", "slow: 100% too late"]
 
 
