@@ -41,7 +41,9 @@ def sectors(
         label = f"{name}: {'free' if free else f'{nearest:.2f} m'}"
         facts.append(label)
         edge = min(nearest, reach)
-        axes.fill_between(arc, 0, edge, color=SECTORS[name], alpha=0.25, label=f"nearest {label}")
+        axes.fill_between(
+            arc, 0, edge, color=SECTORS[name], alpha=0.25, label=label if free else f"{name}: nearest {nearest:.2f} m"
+        )
         axes.plot(arc, np.full(40, edge), color=SECTORS[name], linewidth=2)
     axes.plot(angles[seen], ranges[seen], ".", color=BLACK, markersize=3)
     axes.plot([], [], ".", color=BLACK, label="what a beam met")

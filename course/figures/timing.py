@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from matplotlib.ticker import LogLocator
 
 from course.figures.palette import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILLION, legend, plain, style
 from course.figures.picture import Picture
@@ -33,6 +34,7 @@ def round_trips(series: Mapping[str, Sequence[float]], title: str = "How long a 
             facts.append(f"{name}: {len(values)} calls, medians of the first and the last 30 " + " and ".join(ends))
     picture.tell(title, *facts)
     axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.yaxis.set_major_formatter("{x:g}")
     axes.yaxis.set_minor_formatter("")
     legend(picture.figure, 2)

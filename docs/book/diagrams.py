@@ -15,6 +15,23 @@ FENCE = re.compile(r"^```mermaid\n(.*?)^```[ \t]*$", re.MULTILINE | re.DOTALL)
 STATIC = Path(sys.prefix) / "share/jupyter/lab/static"
 ADDRESS = "http://jupyterlab.invalid/"  # never looked up: every request is answered from STATIC
 THEMES = {"light": "default", "dark": "dark"}
+# A telephone gets a drawing of its own: a chart from top to bottom, the lines of a conversation closer together.
+LAYOUTS: dict[str, dict[str, object]] = {
+    "wide": {},
+    "narrow": {
+        "sequence": {
+            "wrap": True,
+            "width": 165,  # of a box (pixels); its longest word is "calculator_server.py"
+            "actorMargin": 65,
+            "diagramMarginX": 2,
+            "messageFontSize": 13,
+            "actorFontSize": 13,
+            "noteFontSize": 13,
+        },
+        "flowchart": {"subGraphTitleMargin": {"top": 2, "bottom": 14}, "nodeSpacing": 70},
+    },
+}
+ACROSS = re.compile(r"^flowchart LR$", re.MULTILINE)
 BROWSERS = ("chromium-headless-shell", "chromium", "google-chrome")
 QUIET = (
     "--no-sandbox",
@@ -38,14 +55,14 @@ LOAD = """async () => {
   const { MermaidManager } = (await found.get())();
   self.mermaid = await new MermaidManager({}).getMermaid();
 }"""
-DRAW = """async ([text, theme, id]) => {
-  mermaid.initialize({ startOnLoad: false, theme, fontFamily: "Arial, Helvetica, sans-serif" });
+DRAW = """async ([text, theme, layout, id]) => {
+  mermaid.initialize({ startOnLoad: false, theme, fontFamily: "Arial, Helvetica, sans-serif", ...layout });
   return (await mermaid.render(id, text)).svg;
 }"""
 
 
 def drawn(texts: Iterable[str]) -> dict[str, str]:
-    """Each diagram's text with its HTML, in a light and a dark form; nothing when there is no Chromium to draw with."""
+    """Each diagram's text with its HTML: light and dark, wide and narrow; nothing when there is no Chromium."""
     wanted = sorted({diagram for text in texts for diagram in FENCE.findall(text)})
     program = next(filter(None, map(shutil.which, BROWSERS)), None)
     if not wanted or not program:
@@ -82,7 +99,18 @@ def _answer(route: Any) -> None:
 def _figure(evaluate: Callable[..., str], text: str, number: int) -> str:
     """On one line: Markdown ends a block of HTML at an empty one."""
     forms = (
-        f'<div class="only-{name}">{evaluate(DRAW, [text, theme, f"diagram-{number}-{name}"])}</div>'
+        f'<div class="only-{name} {layout}">'
+        + evaluate(
+            DRAW,
+            [
+                ACROSS.sub("flowchart TB", text) if layout == "narrow" else text,
+                theme,
+                options,
+                f"diagram-{number}-{name}-{layout}",
+            ],
+        )
+        + "</div>"
         for name, theme in THEMES.items()
+        for layout, options in LAYOUTS.items()
     )
     return '<figure class="diagram">' + " ".join("".join(forms).split("\n")) + "</figure>"
