@@ -22,13 +22,14 @@ LAYOUTS: dict[str, dict[str, object]] = {
         "sequence": {
             "wrap": True,
             "width": 165,  # of a box (pixels); its longest word is "calculator_server.py"
-            "actorMargin": 65,
+            "actorMargin": 55,
+            "wrapPadding": 2,
             "diagramMarginX": 2,
-            "messageFontSize": 13,
-            "actorFontSize": 13,
-            "noteFontSize": 13,
+            "messageFontSize": 12,
+            "actorFontSize": 12,
+            "noteFontSize": 12,
         },
-        "flowchart": {"subGraphTitleMargin": {"top": 2, "bottom": 14}, "nodeSpacing": 70},
+        "flowchart": {"subGraphTitleMargin": {"top": 2, "bottom": 14}, "nodeSpacing": 70, "rankSpacing": 30},
     },
 }
 ACROSS = re.compile(r"^flowchart LR$", re.MULTILINE)

@@ -145,9 +145,41 @@ def test_diagrams_are_drawings(site, chromium):
         count = sum(len(diagrams.FENCE.findall(cell.source)) for cell in cells.read(path) if cell.kind == "markdown")
         page = (site / name / f"{name}.html").read_text()
         assert page.count('<figure class="diagram">') == count
-        assert len(re.findall(r'<div class="only-(?:light|dark)"><svg ', page)) == 2 * count
-        assert len(re.findall(r"<title id=[^>]*>[^<]{10,}</title><desc id=[^>]*>[^<]{60,}</desc>", page)) == 2 * count
+        assert len(re.findall(r'<div class="only-(?:light|dark) (?:wide|narrow)"><svg ', page)) == 4 * count
+        assert len(re.findall(r"<title id=[^>]*>[^<]{10,}</title><desc id=[^>]*>[^<]{60,}</desc>", page)) == 4 * count
         assert "sequenceDiagram" not in page
+
+
+# Each diagram that is shown: its class, and the size (pixels) and the texts of its words.
+DRAWINGS = """() => [...document.querySelectorAll('figure.diagram')].map(figure => {
+  const shown = [...figure.children].filter(each => each.checkVisibility());
+  const svg = shown[0].querySelector('svg');
+  const scale = svg.getBoundingClientRect().width / svg.viewBox.baseVal.width;
+  const words = [...svg.querySelectorAll('tspan, .nodeLabel, .edgeLabel p')].filter(each => each.textContent.trim());
+  return {
+    classes: shown.map(each => each.className),
+    size: scale * Math.min(...words.map(each => parseFloat(getComputedStyle(each).fontSize))),
+    texts: words.map(each => each.textContent),
+    scrolls: figure.scrollWidth > figure.clientWidth,
+  };
+})"""
+
+
+def test_on_a_telephone_diagrams_and_figures_are_readable_and_fit(site, chromium):
+    page = chromium.new_page(viewport={"width": 390, "height": 844}, color_scheme="dark")
+    for name in SECTIONS:
+        page.goto((site / name / f"{name}.html").as_uri())
+        found = page.evaluate(DRAWINGS)
+        assert found
+        for drawing in found:
+            assert drawing["classes"] == ["only-dark narrow"] and not drawing["scrolls"]
+            assert drawing["size"] > 10, drawing
+            assert [text for text in drawing["texts"] if re.search(r"\w-$", text)] == []  # no word is broken
+        widths = page.locator(".cell_output img").evaluate_all("all => all.map(each => each.clientWidth)")
+        assert set(widths) <= {358}  # the width of the text
+    page.set_viewport_size({"width": 1280, "height": 800})
+    assert [drawing["classes"] for drawing in page.evaluate(DRAWINGS)] == [["only-dark wide"]]
+    page.close()
 
 
 @pytest.mark.matrix  # test_no_link_is_dead builds the pages
