@@ -63,14 +63,7 @@ def legend(
 
     Without `handles`, the labels are those that were given when the axes were drawn.
     """
-    given = (list(handles), list(labels)) if handles else ()
-    figure.legend(
-        *given,
-        loc=f"outside {'upper' if above else 'lower'} left",
-        ncols=columns,
-        frameon=False,
-        fontsize=10,
-        columnspacing=1.2,
-        handlelength=1.6,
-        handletextpad=0.4,
-    )
+    look: dict[str, Any] = {"loc": f"outside {'upper' if above else 'lower'} left", "ncols": columns, "frameon": False}
+    if handles:
+        look |= {"handles": handles, "labels": labels}
+    figure.legend(**look, fontsize=10, columnspacing=1.2, handlelength=1.6, handletextpad=0.4)

@@ -21,8 +21,8 @@ LAYOUTS: dict[str, dict[str, object]] = {
     "narrow": {
         "sequence": {
             "wrap": True,
-            "width": 165,  # of a box (pixels); its longest word is "calculator_server.py"
-            "actorMargin": 55,
+            "width": 182,  # of a box (pixels); its longest word is "calculator_server.py"
+            "actorMargin": 48,
             "wrapPadding": 2,
             "diagramMarginX": 2,
             "messageFontSize": 12,

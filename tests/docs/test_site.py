@@ -155,7 +155,8 @@ DRAWINGS = """() => [...document.querySelectorAll('figure.diagram')].map(figure 
   const shown = [...figure.children].filter(each => each.checkVisibility());
   const svg = shown[0].querySelector('svg');
   const scale = svg.getBoundingClientRect().width / svg.viewBox.baseVal.width;
-  const words = [...svg.querySelectorAll('tspan, .nodeLabel, .edgeLabel p')].filter(each => each.textContent.trim());
+  const all = [...svg.querySelectorAll('tspan, .messageText, .nodeLabel, .edgeLabel p')];
+  const words = all.filter(each => each.textContent.trim());
   return {
     classes: shown.map(each => each.className),
     size: scale * Math.min(...words.map(each => parseFloat(getComputedStyle(each).fontSize))),
