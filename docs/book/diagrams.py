@@ -33,6 +33,7 @@ LAYOUTS: dict[str, dict[str, object]] = {
     },
 }
 ACROSS = re.compile(r"^flowchart LR$", re.MULTILINE)
+CALL = re.compile(r"^(.*>>.*\w{12,})(?=\()", re.MULTILINE)  # too long for one line of a narrow conversation
 BROWSERS = ("chromium-headless-shell", "chromium", "google-chrome")
 QUIET = (
     "--no-sandbox",
@@ -104,7 +105,7 @@ def _figure(evaluate: Callable[..., str], text: str, number: int) -> str:
         + evaluate(
             DRAW,
             [
-                ACROSS.sub("flowchart TB", text) if layout == "narrow" else text,
+                ACROSS.sub("flowchart TB", CALL.sub(r"\1<br/>", text)) if layout == "narrow" else text,
                 theme,
                 options,
                 f"diagram-{number}-{name}-{layout}",
