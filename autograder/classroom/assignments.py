@@ -110,9 +110,8 @@ def said(time: str) -> str:
 
 def shown(row: Row) -> str:
     """Return a row as a line of text."""
-    dates = {"released on": row.dates.release, "due": row.dates.due, "until": row.dates.until}
-    if row.state != DATED:
-        del dates["released on"]
+    release = "will be released on" if row.state == DATED else "released on"
+    dates = {release: row.dates.release, "due": row.dates.due, "until": row.dates.until}
     parts = [f"{what} {said(time)}" for what, time in dates.items() if time]
     if row.state not in (DRAFT, DATED):
         parts += [f"{row.handed_in} handed in, {row.graded} graded, {row.returned} returned"]

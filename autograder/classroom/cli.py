@@ -24,12 +24,11 @@ from autograder.classroom import (
     members,
     servers,
 )
-from autograder.classroom.plan import GIB, LOCAL, SETTINGS, Classroom, Limits
+from autograder.classroom.plan import DEFAULT, GIB, LOCAL, SETTINGS, Classroom, Limits
 from autograder.errors import AutograderError, ClassroomError, UsageError
 from autograder.gradebook.release import names as exercises
 from course.foundation.untrusted import one_line
 
-DEFAULT = Path("/srv/ros2-classroom")
 PASSWORDS = ("pam", "dummy")
 LOOPBACK = "127.0.0.1"
 USAGE, FAILED = 2, 3  # exit codes
@@ -187,7 +186,9 @@ def _up(classroom: Classroom) -> None:
     print(_addresses(classroom))
     drafts = [row.name for row in _table(classroom) if row.state == assignments.DRAFT]
     if drafts:
-        print(f"Drafts, which no student sees: {', '.join(drafts)}. `environment/classroom release NAME` releases one.")
+        print(
+            f"Drafts, which no student sees: {', '.join(drafts)}. `{classroom.command('release NAME')}` releases one."
+        )
 
 
 def _tend_shared(classroom: Classroom, instructors_left: list[str]) -> None:
@@ -241,7 +242,7 @@ def status(folder: Folder = DEFAULT) -> None:
     classroom = Classroom.load(folder.resolve())
     up_ = hub.running(classroom) is not None
     alive = sorted(name for name, server in servers.started(classroom).items() if server.alive)
-    print(f"The hub {f'is at {classroom.url}' if up_ else 'does not run; `environment/classroom up` starts it'}.")
+    print(f"The hub is at {classroom.url}." if up_ else f"The hub does not run; `{classroom.command('up')}` starts it.")
     if not accounts.made(classroom):
         print(f"The class is down: it has no Unix users. Its files are in {classroom.folder}.")
         raise typer.Exit(1)
@@ -376,7 +377,9 @@ def down(
             course_files.remove(classroom)
         else:
             course_files.close(classroom)
-    print(f"The class is ended; removed: {_listed(removed)}.")
+    print(
+        f"The class is ended; removed: {_listed(removed)}." if removed else "The class is ended; it had no Unix users."
+    )
     if not delete_homes:
         print(f"Homes, exchange and grades are in {classroom.folder}.")
 
@@ -407,7 +410,7 @@ def restore_command(
         raise UsageError(f"there is no file {file}")
     classroom = backup.read(file.absolute(), folder.resolve())
     print(f"{classroom.folder}: {len(classroom.members)} members, with their work, grades and passwords.")
-    print(f"Start it: environment/classroom up --folder {classroom.folder}, and what else you gave before.")
+    print(f"Start it: {classroom.command('up')}, and what else you gave before.")
 
 
 @app.command("capacity")
@@ -516,8 +519,9 @@ def _tell_plan(classroom: Classroom, new: list[members.Member]) -> None:
     users = _listed([classroom.user(member) for member in new])
     print(f"Would make {_counted(len(new), 'Unix user')}{f': {users}' if new else ''}.")
     print(f"Would keep the class in {classroom.folder}: homes, exchange, grading, state.")
-    print(f"Would install the hub's proxy with npm: {'no, it is there' if hub.proxy().exists() else 'yes'}.")
-    print("Would copy the released notebooks into each new home; it releases none: `environment/classroom release`.")
+    if not hub.proxy().exists():
+        print("Would install the hub's proxy with npm.")
+    print(f"Would copy the released notebooks into each new home; it releases none: `{classroom.command('release')}`.")
     print(
         f"Would give each student {limits.memory / GIB:g} GiB, {limits.tasks} processes and threads, "
         f"{limits.cores:g} processors, and end idle kernels after {limits.kernel_idle / 60:g} min."

@@ -16,6 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, cast
 
+from jupyterhub import orm
 from jupyterhub.app import JupyterHub
 from tornado.http1connection import HTTP1Connection
 from tornado.httpserver import HTTPServer
@@ -130,6 +131,15 @@ class ClassHub(JupyterHub):
         super().init_handlers()
         page = (f"/{PAGE}", ClassPage, {"classroom": Classroom.load(Path(os.environ[VARIABLE]))})
         self.handlers[:0] = self.add_url_prefix(self.hub_prefix, [page])
+
+    async def init_users(self) -> None:
+        """Forget whoever is not in the class any more, with their cookies and tokens."""
+        known = {member.name for member in Classroom.load(Path(os.environ[VARIABLE])).members}
+        for user in self.db.query(orm.User).filter(orm.User.name.not_in(known)):
+            self.log.info("%s is not in the class any more", user.name)
+            self.db.delete(user)
+        self.db.commit()
+        await super().init_users()
 
     async def start(self) -> None:
         """Listen at the members' socket, and start."""

@@ -32,6 +32,7 @@ def overview(classroom: Classroom, now: datetime) -> dict[str, Any]:
     keys = ("student", "exercise", "more")
     return {
         "rows": rows,
+        "command": classroom.command("release NAME --at TIME --due TIME --until TIME"),
         "extensions": [dict(zip(keys, each, strict=True)) for each in extensions.listed(given)],
         "unreadable": unreadable,
         "students": {each.name: f"{each.first_name} {each.last_name}".strip() for each in classroom.students},

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import shlex
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Self
@@ -12,6 +13,7 @@ from autograder.errors import UsageError
 from course.foundation import storage
 
 COURSE_ID = "ros2"  # nbgrader's name for the course, as in `autograder.gradebook.config`
+DEFAULT = Path("/srv/ros2-classroom")  # the folder of a class, if no other is given
 SETTINGS = "classroom.json"
 WHOSE = "folder"  # a file in a class's folder of sockets: the path of the class
 RUN = Path("/run/ros2-classroom")  # for sockets: the paths are short enough, and gone after a reboot
@@ -127,6 +129,11 @@ class Classroom:
     def staff(self) -> str:
         """Return the name of the instructors' Unix group."""
         return f"{self.prefix}{STAFF}"
+
+    def command(self, words: str) -> str:
+        """Return the command line of `environment/classroom` for this class, as its instructors may copy it."""
+        folder = "" if self.folder == DEFAULT else f" --folder {shlex.quote(str(self.folder))}"
+        return f"environment/classroom {words}{folder}"
 
     def find(self, name: str) -> Member:
         """Return the member of that name; raises KeyError."""

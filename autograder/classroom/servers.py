@@ -94,7 +94,9 @@ def start(
         for descriptor in (log := _open_log(classroom, member), said, saying):
             ends.callback(os.close, descriptor)
         keeper = ["sh", "-c", KEEPER]
-        subprocess.run(group.command(keeper) if group else keeper, stdin=said, stdout=log, start_new_session=True)
+        # It outlives the hub, so it holds none of the hub's descriptors.
+        command = group.command(keeper) if group else keeper
+        subprocess.run(command, stdin=said, stdout=log, stderr=log, start_new_session=True)
         listening = ends.enter_context(_listen(classroom.socket(member)))
         process = None
         if forkserver and not member.instructor:

@@ -136,7 +136,7 @@ def test_status_of_a_class_that_is_down_says_so(quiet, capsys):
         cli.status(quiet.folder)
     assert ended.value.exit_code == 1
     said = capsys.readouterr().out
-    assert "The hub does not run; `environment/classroom up` starts it." in said
+    assert f"The hub does not run; `environment/classroom up --folder {quiet.folder}` starts it." in said
     assert f"The class is down: it has no Unix users. Its files are in {quiet.folder}." in said
 
 

@@ -286,6 +286,15 @@ def test_whoever_left_the_class_is_forgotten_by_the_hub(ended):
     classroom, _, _ = ended
     with sqlite3.connect(f"file:{classroom.state / 'jupyterhub.sqlite'}?mode=ro", uri=True) as hubs:
         assert {name for (name,) in hubs.execute("select name from users")} == {"ada", "teacher"}
+    said = (classroom.state / hub.LOG).read_text()
+    assert "bob is not in the class any more" in said and "already in db" not in said
+
+
+def test_a_hubs_log_keeper_ends_with_it_although_servers_go_on(ended):
+    classroom, _, _ = ended
+    assert servers.started(classroom)
+    log = str(classroom.state / hub.LOG).encode()
+    assert sum(log in path.read_bytes() for path in Path("/proc").glob("[0-9]*/cmdline")) == 1
 
 
 def traces(classroom: Classroom, uids: set[int], networks: set[str]) -> list[str]:
