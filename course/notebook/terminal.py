@@ -18,6 +18,7 @@ from course.errors import NodeFailed
 from course.foundation import processes
 from course.foundation.waiting import POLL, lookouts
 from course.session.failure_report import MARK, Frame, of_program, text_at
+from course.session.live import current
 from course.session.stacks import Stacks
 
 STYLE = (
@@ -28,6 +29,8 @@ PROMPT = "color: #7fc8a9;"
 USUAL = 30.0  # s for a command; a longer limit means that it is expected to compute for long
 LOOK = 0.2  # s between two checks whether a program loops, or a node has failed
 IN_VAIN = 3.0  # s that a silent program may wait after a node of the session has failed
+HELD = 2.0  # s without output, after which a program is asked whether it waits for what cannot come
+AGAIN = 1.0  # s until it is asked again, because a passing wait looks the same
 SOON = 0.5  # s until a node's failure is known, after a program got no answer from it
 CHUNK = 65536  # bytes
 GRACE = 10.0  # s for a program to end after Ctrl-C
@@ -165,6 +168,7 @@ def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -
     reader.start()
     end = time.monotonic() + timeout
     told, spent, at = 0, 0.0, ""
+    wait = _Wait(stacks, program.pid, path) if path else None
     in_vain = math.inf  # the time at which it has waited long enough
     while (left := min(end, in_vain) - time.monotonic()) > 0 and not at:
         reader.join(min(left, LOOK))
@@ -173,10 +177,12 @@ def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -
             return (_folded(path, output, status) if path and status else output), status
         if path and len(printed) > told:
             told, spent, in_vain = len(printed), processes.processor_time(program.pid), math.inf
+            wait = _Wait(stacks, program.pid, path)
         elif path and timeout <= USUAL:
             at = _lines(stacks.loop(program.pid, path, spent))
             if failed.is_set():
                 in_vain = min(in_vain, time.monotonic() + IN_VAIN)
+            at = at or (wait.found() if wait else "")
         elif WAITS in printed and timeout <= USUAL:
             in_vain = min(in_vain, time.monotonic() + IN_VAIN)
     ran = time.monotonic() - end + timeout
@@ -192,6 +198,26 @@ def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -
             f"printed a certain line: `terminal(..., until='some words of that line')`."
         )
     return f"{printed.decode(errors='replace')}\n(stopped after {ran:.0f} s{why}){where}".lstrip("\n"), 124
+
+
+class _Wait:
+    """A look, now and then, whether a silent program waits for something that cannot come."""
+
+    def __init__(self, stacks: Stacks, pid: int, path: Path):
+        self._stacks, self._pid, self._path = stacks, pid, path
+        self._next = time.monotonic() + HELD  # the time of the next look
+        self._seen = ""  # what the last look has found
+
+    def found(self) -> str:
+        """Return the lines where the program waits and why that never ends, once two looks have found the same."""
+        session = current()
+        if session is None or time.monotonic() < self._next:
+            return ""
+        self._next, before = time.monotonic() + AGAIN, self._seen
+        self._seen = self._stacks.endless_wait(self._pid, self._path, session.served())
+        if not self._seen or self._seen != before:
+            return ""
+        return f"{_lines(self._stacks.doing(self._pid, self._path))}\n{self._seen}"
 
 
 def _read(program: "subprocess.Popen[bytes]", printed: bytearray) -> None:

@@ -17,7 +17,7 @@ from course.foundation.waiting import wait_until
 from course.ros.names import OF_EVERY_NODE, base, full, type_name
 from course.ros.rclpy_internals import NodeNameNonExistentError, client_of
 from course.session.interface_usage import is_of
-from course.session.matching import unfit_service, unfit_topics, unserved
+from course.session.matching import served_services, unfit_service, unfit_topics, unserved
 from course.session.node_process import NodeProcess
 from course.session.outsiders import Outsiders
 from course.session.source import blocked, wrong_result
@@ -225,11 +225,7 @@ class Calls:
                 if listed
                 else "No nodes are running: start one first."
             )
-        served = {
-            name: types
-            for name, types in self.node.get_service_names_and_types()
-            if not types[0].startswith(OF_EVERY_NODE) and "/_action/" not in name and self.node.count_services(name)
-        }
+        served = served_services(self.node)
         others = [each for each in served.get(client.service_name, []) if each != kind]
         if others:
             return f"It is served with the type {others[0]}, but you use {kind}."

@@ -34,7 +34,7 @@ from course.session.guards import Guards, interruptible, say
 from course.session.interface_usage import destructors
 from course.session.live_node import LiveNode
 from course.session.logs import Entry, Logs
-from course.session.matching import misfit, unfit_topics, unmatched, unserved
+from course.session.matching import misfit, served_actions, served_services, unfit_topics, unmatched, unserved
 from course.session.outsiders import Outsiders
 from course.session.publishing import Publishing
 from course.session.requests import fill
@@ -262,6 +262,10 @@ class Session:
         if isinstance(end, Client):
             return self._calls.apart(end)
         return unmatched(self.node, end, self._handles)
+
+    def served(self) -> dict[str, list[str]]:
+        """Return the services and actions that nodes serve, with their types."""
+        return served_services(self.node) | served_actions(self.node)
 
     def misfit(self, end: Publisher | Subscription) -> str:
         """Return why the other ends of a topic do not fit `end`: their type or QoS; '' if one fits."""

@@ -67,11 +67,25 @@ def _asked(end: Publisher | Subscription) -> tuple[bool, str, str, str]:
 def unserved(node: Node, client: ActionClient) -> str:
     """Return why an action client of `node` finds no server, and which actions exist instead."""
     name, kind = action_name(client), type_name(cast(type, action_type(client)))
-    served = {each: kinds for each, kinds in get_action_names_and_types(node) if node.count_services(f"{each}{SEND}")}
+    served = served_actions(node)
     if others := [each for each in served.get(name, []) if each != kind]:
         return f"The action {name} is served with the type {others[0]}; it must be {kind}."
     listed = ", ".join(f"{each} ({' and '.join(kinds)})" for each, kinds in sorted(served.items()))
     return f"No node serves the action {name} ({kind})." + (f" Served here: {listed}." if listed else "")
+
+
+def served_actions(node: Node) -> dict[str, list[str]]:
+    """Return the actions that nodes serve, with their types."""
+    return {each: kinds for each, kinds in get_action_names_and_types(node) if node.count_services(f"{each}{SEND}")}
+
+
+def served_services(node: Node) -> dict[str, list[str]]:
+    """Return the services that nodes serve, with their types, without those of every node and of actions."""
+    return {
+        name: types
+        for name, types in node.get_service_names_and_types()
+        if not types[0].startswith(OF_EVERY_NODE) and "/_action/" not in name and node.count_services(name)
+    }
 
 
 def unfit_topics(node: Node, handles: Mapping[str, Handle]) -> list[str]:

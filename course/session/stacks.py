@@ -7,11 +7,12 @@ import contextlib
 import os
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from course.foundation import processes
 from course.foundation.waiting import wait_until
+from course.session.endless_waits import endless_wait
 from course.session.failure_report import Frame, where
 from course.session.started import sitecustomize
 
@@ -43,8 +44,19 @@ class Stacks:
 
         () if unknown, or if the program only waits for callbacks.
         """
+        return where(self._written(pid), path)
+
+    def endless_wait(self, pid: int, path: Path, served: Mapping[str, Sequence[str]]) -> str:
+        """Return why the process waits for something that cannot come; '' without a sign of that.
+
+        `served` are the services and actions that have a server, with their types.
+        """
+        return endless_wait(self._written(pid), path, served)
+
+    def _written(self, pid: int) -> str:
+        """Have the process write the stacks of its threads, and return them; '' if it cannot."""
         if not processes.catches(pid, sitecustomize.ASK):
-            return ()
+            return ""
         before = sizes = os.fstat(self.descriptor).st_size
         with contextlib.suppress(ProcessLookupError):
             os.kill(pid, sitecustomize.ASK)
@@ -60,7 +72,7 @@ class Stacks:
             return before < sizes and (whole or time.monotonic() - grown > STILL)
 
         wait_until(written, ASKED, alert=False)
-        return where(os.pread(self.descriptor, sizes - before, before).decode(errors="replace"), path)
+        return os.pread(self.descriptor, sizes - before, before).decode(errors="replace")
 
     def loop(self, pid: int, path: Path, since: float = 0.0) -> tuple[Frame, ...]:
         """Return the frames of a loop in the process, () if there is no sign of one.

@@ -41,6 +41,26 @@ def test_a_program_that_waits_tells_its_line_at_the_end_of_its_time(tmp_path):
     )
 
 
+def test_a_program_that_waits_for_what_cannot_come_is_not_waited_for(tmp_path, monkeypatch):
+    monkeypatch.setattr("course.notebook.terminal.HELD", 0.2)
+    monkeypatch.setattr("course.notebook.terminal.AGAIN", 0.2)
+    monkeypatch.setattr("course.notebook.terminal.current", Served)
+    (tmp_path / "rclpy").mkdir()
+    (tmp_path / "rclpy" / "__init__.py").touch()
+    (tmp_path / "rclpy" / "client.py").write_text("import threading\n\n\ndef call():\n    threading.Event().wait()\n")
+    output, status = run(tmp_path, "from rclpy import client\nclient.call()\n")
+    assert status == 124
+    assert ". client.py was here:\n  client.py, line 2\n    client.call()\n`call(...)` in line 2 waits for" in output
+    assert "(stopped after 30 s)" not in output
+
+
+class Served:
+    """A session without servers."""
+
+    def served(self):
+        return {}
+
+
 def test_a_program_that_works_and_prints_may_take_its_time(tmp_path):
     work = "import time\nfor number in range(4):\n    end = time.process_time() + 0.3\n"
     work += "    while time.process_time() < end: pass\n    print(number, flush=True)\n"
