@@ -20,9 +20,9 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
 
-from course.errors import CourseError
-from course.foundation.waiting import ask_lookouts, wait_until
-from course.ros.rclpy_internals import keep_feedback, watch_parameters
+from course.errors import CourseError, NodeFailed
+from course.foundation.waiting import Lasting, ask_lookouts, wait_until
+from course.ros.rclpy_internals import action_name, keep_feedback, watch_parameters
 
 STATUS = {
     GoalStatus.STATUS_SUCCEEDED: "succeeded",
@@ -32,6 +32,7 @@ STATUS = {
 
 Table = dict[str, list[Any]]
 
+GONE = 0.7  # s without an action server, after which nothing more of a goal can come
 LATE = 1.0  # s by which the report of an exception may come after the end of its goal
 
 
@@ -156,6 +157,23 @@ class GoalRecorder(Recorder):
         lists = [list(field) for field in fields if hasattr(field, "__len__") and not isinstance(field, str)]
         self.add(event=event, message=message, sequence=lists[0] if lists else None)
 
+    def wait_for(self, wanted: int | Callable[[Table], bool], timeout: float = 5.0) -> bool:
+        """Wait as for any recorder; raises NodeFailed once the goal's server is gone, because nothing more can come."""
+        gone = Lasting(lambda: not self._client.server_is_ready(), GONE)
+
+        def there() -> bool:
+            return super(GoalRecorder, self).wait_for(wanted, 0.0)
+
+        if found := wait_until(there, timeout, unless=gone):
+            return found
+        if gone() and self._end() is None:
+            before = self.table()["event"][-1:]
+            raise NodeFailed(
+                f"no node serves the action {action_name(self._client)} any more, so this goal has no end: "
+                f"its last event is '{before[0] if before else 'none'}'."
+            )
+        return False
+
     def count(self, event: str) -> int:
         """Return how often `event` has occurred."""
         return self.table()["event"].count(event)
@@ -197,15 +215,19 @@ class GoalRecorder(Recorder):
     def wait_end(self, timeout: float = 10.0) -> str | None:
         """Wait for the event that ends the goal, and return it; None after `timeout` s.
 
-        Raises NodeFailed in a live session when the goal was aborted because its server raised an exception.
+        Raises NodeFailed when the goal's server is gone, and in a live session when the goal was aborted because its
+        server raised an exception.
         """
         self.wait_for(lambda table: any(event in self.END for event in table["event"]), timeout)
-        end = next((event for event in self.table()["event"] if event in self.END), None)
+        end = self._end()
         if end == "aborted":
             wait_until(lambda: False, LATE)  # the exception is reported a little later
         else:
             ask_lookouts()
         return end
+
+    def _end(self) -> str | None:
+        return next((event for event in self.table()["event"] if event in self.END), None)
 
 
 class Observable(Protocol):

@@ -43,6 +43,23 @@ def wait_until(
     return found
 
 
+class Lasting:
+    """A condition that was true at every look for some time; calling it looks."""
+
+    def __init__(self, condition: Callable[[], object], seconds: float):
+        self._condition, self._seconds = condition, seconds
+        self._since: float | None = None  # the first of the looks at which it was true
+
+    def __call__(self) -> bool:
+        """Look, and return True if the condition has been true for the given time."""
+        if not self._condition():
+            self._since = None
+            return False
+        if self._since is None:
+            self._since = time.monotonic()
+        return time.monotonic() - self._since >= self._seconds
+
+
 def ask_lookouts() -> None:
     """Call the lookouts, which may raise to end a wait in this thread."""
     if lookouts and threading.current_thread() is threading.main_thread():

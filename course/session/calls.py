@@ -13,7 +13,7 @@ from rclpy.qos import qos_profile_services_default
 from rclpy.task import Future
 
 from course.errors import CallTimeout, LiveError, NodeFailed
-from course.foundation.waiting import wait_until
+from course.foundation.waiting import Lasting, wait_until
 from course.ros.names import OF_EVERY_NODE, base, full, type_name
 from course.ros.rclpy_internals import NodeNameNonExistentError, client_of
 from course.session.interface_usage import is_of
@@ -26,6 +26,7 @@ from course.session.watch import Handle, Watch
 INVALID = "Callback returned an invalid type"  # rclpy's reason when a parameter callback returned no result
 LOOK = 0.05  # s between two checks whether the node that should answer has died
 LISTED = 8  # services that are named in a message
+GONE = 0.7  # s without a server, after which a request that was sent is given up: the next server does not receive it
 GRACE = 1.0  # s that discovering a server may take before a dead node is reported instead
 
 
@@ -128,19 +129,28 @@ class Calls:
     def wait(self, future: Future, timeout: float) -> Any:
         """Wait for a future in the main thread and return its result; raises CallTimeout after `timeout` s.
 
-        Raises NodeFailed when one of the session's nodes dies, or raises an exception, meanwhile.
+        Raises CallTimeout before that once there is no server that could answer, and NodeFailed when one of the
+        session's nodes dies, or raises an exception, meanwhile.
         """
-        if self._done(future, time.monotonic() + timeout, self.watch.look):
+        client = client_of(self.node, future)
+        gone = Lasting(lambda: client is not None and not _is_served(client), GONE)
+
+        def look() -> None:
+            self.watch.look()
+            if gone() and (why := self._unserved(future)):
+                raise CallTimeout(f"nothing will arrive{why}")
+
+        if self._done(future, time.monotonic() + timeout, look):
             return future.result()
         raise CallTimeout(f"nothing arrived within {timeout:g} s{self._unserved(future) or self._doing('')}")
 
     def _unserved(self, future: Future) -> str:
         """Return why nobody has received what a future of a client of this node waits for; '' if a server is there."""
         client = client_of(self.node, future)
-        if isinstance(client, ActionClient):
-            return "" if client.server_is_ready() else f". {unserved(self.node, client)}"
-        if client is None or client.service_is_ready():
+        if client is None or _is_served(client):
             return ""
+        if isinstance(client, ActionClient):
+            return f". {unserved(self.node, client)}"
         return f". No node serves {client.service_name}. {self.apart(client)}"
 
     def _done(self, future: Future, deadline: float, look: Callable[[], None]) -> bool:
@@ -238,3 +248,7 @@ class Calls:
         if running:
             return f"{' and '.join(running)}: running, but without any service. Is `create_service(...)` reached?"
         return "There are no services here: has the node been started?"
+
+
+def _is_served(client: Client | ActionClient) -> bool:
+    return client.server_is_ready() if isinstance(client, ActionClient) else client.service_is_ready()

@@ -229,7 +229,8 @@ class Session:
     def wait(self, future: Future, timeout: float = 5.0) -> Any:
         """Wait for a future in the main thread and return its result; raises CallTimeout after `timeout` s.
 
-        Raises NodeFailed when one of the session's nodes dies, or raises an exception, meanwhile.
+        Raises CallTimeout before that once there is no server that could answer, and NodeFailed when one of the
+        session's nodes dies, or raises an exception, meanwhile.
         """
         for handle in list(self._handles.values()):
             if isinstance(handle, LiveNode) and handle.is_held_here():

@@ -31,8 +31,16 @@ class SessionLogs:
         return LogFollower(self._book, self._handles, wanted)
 
     def wait(self, name: str | None, text: str, timeout: float) -> None:
-        """Wait, at most `timeout` s, for a line with `text` of the node or the file called `name`, or of any."""
-        wait_until(lambda: any(text in entry.text for entry in self.read(name)), timeout)
+        """Wait, at most `timeout` s, for a line with `text` of the node or the file called `name`, or of any.
+
+        The wait is over when the file's program has ended: it prints nothing more.
+        """
+        program = self._handles.get(name or "")
+        wait_until(
+            lambda: any(text in entry.text for entry in self.read(name)),
+            timeout,
+            unless=lambda: isinstance(program, NodeProcess) and program.ended,
+        )
 
     def read(self, name: str | None) -> Logs:
         """Return the log of the node or the file called `name`, or of all.

@@ -1,6 +1,7 @@
 """Records: what happened comes out as a plain table, whichever thread saw it."""
 
 import threading
+import time
 
 import pytest
 from course_interfaces.action import Fibonacci
@@ -11,6 +12,7 @@ from rclpy.action import ActionClient
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from course.errors import CallTimeout, NodeFailed
 from course.foundation.waiting import wait_until
 from course.nodes.dynamic_parameter_node import DynamicParameterNode
 from course.nodes.fibonacci_action_server import FibonacciActionServer
@@ -95,6 +97,22 @@ def test_a_cancelled_and_a_rejected_goal_end_as_such(fibonacci):
     assert goal.wait_end() == "canceled" and goal.count("cancel") == 1
     assert 4 <= len(goal.result) < 41
     assert GoalRecorder(fibonacci).send(Fibonacci.Goal(order=-1)).wait_end() == "rejected"
+
+
+def test_a_goal_whose_server_is_gone_has_no_end(session):
+    session.start(FibonacciActionServer, threads=2, parameters={"step_period": 0.2})
+    client = ActionClient(session.node, Fibonacci, "fibonacci")
+    assert client.wait_for_server(10)
+    goal = GoalRecorder(client).send(Fibonacci.Goal(order=40))
+    assert goal.wait_feedback(1)
+    session.stop("fibonacci_action_server")
+    start = time.monotonic()
+    with pytest.raises(NodeFailed, match="no node serves the action /fibonacci any more.* last event is 'feedback'"):
+        goal.wait_end(60.0)
+    with pytest.raises(CallTimeout, match=r"nothing will arrive\. No node serves the action /fibonacci"):
+        session.wait(client.send_goal_async(Fibonacci.Goal(order=1)), timeout=60.0)
+    assert time.monotonic() < start + 20.0
+    client.destroy()
 
 
 def test_every_attempt_to_set_a_parameter_is_recorded_whoever_makes_it(session):

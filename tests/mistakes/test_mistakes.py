@@ -51,6 +51,7 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "actions/period_not_read": "tests/notebook/test_public_checks.py",
     "actions/result_of_a_future_in_a_cell": "tests/session/test_failure_report.py",
     "actions/ros_wait_in_a_callback": "tests/session/test_source.py",
+    "actions/server_stopped_under_a_goal": "tests/course/test_recorders.py",
     "actions/spin_in_a_feedback_callback": "tests/session/test_endless_waits.py",
     "actions/two_goals_move_the_cabin": "tests/notebook/test_public_checks.py",
     "actions/wait_forgotten_in_a_cell": "tests/session/test_failure_report.py",
