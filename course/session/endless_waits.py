@@ -87,9 +87,9 @@ def _waiting_call(source: str, line: int, inner: Sequence[str]) -> str:
 
 def _no_server(source: str, line: int, waiting: str, served: Mapping[str, Sequence[str]]) -> str:
     """Return why a wait for a server does not end, if the program names only one server; else ''."""
-    maker, *place = SERVERS[waiting]
+    maker, place, argument_name = SERVERS[waiting]
     made = list(calls(parse(source), maker))
-    names = [argument(call, int(place[0]), str(place[1])) for call in made]
+    names = [argument(call, place, argument_name) for call in made]
     if len(made) != 1 or not isinstance(names[0], ast.Constant):
         return ""
     name = f"/{str(names[0].value).lstrip('/')}"
