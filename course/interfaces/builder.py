@@ -22,7 +22,7 @@ from filelock import FileLock
 
 from course.errors import InterfaceError, ToolChainError
 from course.foundation.folders import user_cache
-from course.interfaces.definition import Definition, parse
+from course.interfaces.definition import Definition, near_types, parse
 
 # What the generated code of a service or an action uses beside the packages named in its fields.
 IMPLIED = {
@@ -195,8 +195,10 @@ def _check_types(package: str, definitions: list[Definition]) -> None:
             if not name or (owner == package and name in own):
                 continue
             if not any((prefix / "share" / owner / "msg" / f"{name}.msg").exists() for prefix in _prefixes()):
+                near = near_types(name)
                 where = (
-                    f"there is no {name}.msg beside it"
+                    f"there is no type '{name}', and no {name}.msg beside it"
+                    + (f"; did you mean {' or '.join(near)}?" if near else "")
                     if owner == package
                     else f"no installed package has a message {owner}/{name}"
                 )

@@ -91,9 +91,8 @@ def _parse_line(line: str, where: str, package: str) -> list[Field]:
     if base not in PRIMITIVE_TYPES and words[1].split("[")[0] in PRIMITIVE_TYPES:
         raise InterfaceError(f"{where}: the type comes first, then the name: write '{words[1]} {words[0]}'")
     if base not in PRIMITIVE_TYPES and "/" not in base and not base[:1].isupper():
-        near = [t for t in PRIMITIVE_TYPES if t.startswith(base)] or difflib.get_close_matches(base, PRIMITIVE_TYPES)
-        near = {"double": ["float64"], "str": ["string"], "boolean": ["bool"]}.get(base, near)
-        hint = f"; did you mean {' or '.join(sorted(near))}?" if near else ""
+        near = near_types(base) or difflib.get_close_matches(base, PRIMITIVE_TYPES)
+        hint = f"; did you mean {' or '.join(near)}?" if near else ""
         raise InterfaceError(f"{where}: there is no type '{base}'{hint}")
     _check_name(code.split(maxsplit=1)[1], where)
     try:
@@ -111,6 +110,15 @@ def _parse_line(line: str, where: str, package: str) -> list[Field]:
     return [Field(str(f.type), f.name, f.default_value) for f in spec.fields] + [
         Field(c.type, c.name, c.value) for c in spec.constants
     ]
+
+
+def near_types(word: str) -> list[str]:
+    """Return the types of a definition that `word`, a type of Python, C++ or std_msgs, may stand for."""
+    from rosidl_adapter.parser import PRIMITIVE_TYPES
+
+    low = word.lower()
+    begun = sorted(each for each in PRIMITIVE_TYPES if each.startswith(low) or low == each)
+    return {"double": ["float64"], "str": ["string"], "boolean": ["bool"], "int": ["int32", "int64"]}.get(low, begun)
 
 
 def _check_name(rest: str, where: str) -> None:

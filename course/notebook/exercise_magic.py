@@ -17,8 +17,8 @@ from course.foundation import storage
 from course.foundation.cells import MOST, content
 from course.foundation.untrusted import read_regular
 from course.interfaces import InterfaceError, build
-from course.interfaces.definition import SECTIONS
 from course.interfaces.kept import keep, packages
+from course.notebook.exercise_names import SUFFIXES, not_wanted, wanted_files
 from course.notebook.file_differences import last_written, remember, remember_refused
 from course.session.live import current, live
 
@@ -34,8 +34,14 @@ def exercise(line: str, cell: str) -> None:
     line, separator, rest = line.partition(" -- ")
     options = parse_argstring(exercise, line)
     path = Path(options.file)
-    if path.name != options.file or path.suffix not in (".py", *(f".{kind}" for kind in SECTIONS)):
-        raise UsageError("%%exercise takes the name of a .py, .srv, .msg or .action file beside the notebook")
+    if path.name != options.file or path.suffix not in SUFFIXES:
+        files = ", ".join(wanted_files())
+        raise UsageError(
+            "%%exercise takes the name of a .py, .srv, .msg or .action file beside the notebook"
+            + (f". The checks of this exercise use {files}" if files else "")
+        )
+    if why := not_wanted(path.name):
+        print(f"note: {why}", file=sys.stderr)
     session = current()
     if session and (why := session.elsewhere):
         print(f"note: {why}", file=sys.stderr)

@@ -5,10 +5,7 @@ from pathlib import Path
 from course.errors import UnreadableNotebook
 from course.foundation import cells
 from course.foundation.untrusted import read_regular
-from course.interfaces.definition import SECTIONS
-
-SUFFIXES = (".py", *(f".{kind}" for kind in SECTIONS))
-
+from course.notebook.exercise_names import SUFFIXES
 
 _written: dict[Path, bytes] = {}  # the texts that this kernel's cells have written
 

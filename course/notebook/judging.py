@@ -16,11 +16,12 @@ from course.errors import ExerciseError, LiveError, NodeFailed
 from course.interfaces.builder import build
 from course.interfaces.definition import SECTIONS, parse
 from course.interfaces.kept import packages
+from course.notebook.exercise_names import instead_of
 from course.notebook.file_differences import refusal_of
 from course.ros.names import type_name
 from course.session.failure_report import frame_at, of_program, text_at
 from course.session.hints import type_name as field_type
-from course.session.live import live
+from course.session.live import current, live
 from course.session.node_process import NodeProcess
 from course.session.source import CALLBACKS, argument, blocked, calls, functions, name_of
 from course.session.source import parse as parse_program
@@ -193,9 +194,17 @@ def as_it_lies(*files: str, package: str = "") -> None:
                 "Correct the cell and run it, then check again."
             )
         if not path.is_file():
-            raise ExerciseError(f"{name} is not in the notebook's folder: run its cell, then check again.")
+            raise ExerciseError(_missing(name))
         if path.suffix[1:] in SECTIONS:
             _build(name, package)
+
+
+def _missing(name: str) -> str:
+    """Return why a file is not there: the kernel is elsewhere, or the file was not written or has another name."""
+    session = current()
+    if session and (why := session.elsewhere):
+        return f"{name} is not in the kernel's folder: {why}"
+    return f"{name} is not in the notebook's folder: run its cell, then check again.{instead_of(name)}"
 
 
 def _build(name: str, package: str) -> None:

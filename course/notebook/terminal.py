@@ -133,6 +133,8 @@ def _run(command: str, timeout: float, until: str, failed: threading.Event) -> t
         return command, f"{words[0]}: command not found", 127
     except PermissionError:
         return command, f"{words[0]}: permission denied", 126
+    if "can't open file" in output and (session := current()) and (why := session.elsewhere):
+        output = f"{output.rstrip()}\nHint: {why}\n"
     if rule := OVERRIDE.search(output):
         output = f"{output.rstrip()}\nHint: A parameter is set with `:=`: `-p {rule[1]}:={rule[2]}`\n"
     return command, output, status

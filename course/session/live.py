@@ -35,6 +35,7 @@ from course.session.interface_usage import destructors
 from course.session.live_node import LiveNode
 from course.session.logs import Entry, Logs
 from course.session.matching import misfit, served_actions, served_services, unfit_topics, unmatched, unserved
+from course.session.no_world import no_world
 from course.session.outsiders import Outsiders
 from course.session.publishing import Publishing
 from course.session.requests import fill
@@ -45,6 +46,7 @@ from course.session.started_nodes import USUAL, StartedNodes
 from course.session.table import Nodes, Row
 from course.session.watch import Handle, Watch
 
+WORLDLESS = 1.0  # s of waiting, after which the reader is told that no world sends scans
 TELLING = 0.5  # s that a failed wait must have lasted before a possible reason is shown
 
 
@@ -245,10 +247,17 @@ class Session:
     def until(self, condition: Callable[[], object], timeout: float = 5.0) -> bool:
         """Wait in the main thread until `condition()` holds; False after `timeout` s.
 
-        The reader is told, once, about topics on which nothing can arrive because of their QoS.
+        The reader is told, once, about topics on which nothing can arrive because of their QoS, and about scans without
+        a world.
         """
-        if wait_until(condition, timeout):
+        if wait_until(condition, min(timeout, WORLDLESS)):
             return True
+        if timeout > WORLDLESS:
+            if (why := no_world(self.node, self._folder)) and why not in self._told_unfit:
+                self._told_unfit.add(why)
+                say(why)
+            if wait_until(condition, timeout - WORLDLESS):
+                return True
         if timeout >= TELLING:
             for text in unfit_topics(self.node, self._handles):
                 if text not in self._told_unfit:

@@ -19,7 +19,11 @@ from course.session.spinner import Spinner, destroy_node
 
 
 class Owner(Protocol):
-    """The part of the session that a handle needs."""
+    """The part of the session that a handle, or what starts it, needs."""
+
+    @property
+    def elsewhere(self) -> str:
+        """Return a sentence if the kernel has left the notebook's folder, or ''."""
 
     def logs(self, name: str) -> Logs:
         """Return the log of the node called `name`."""

@@ -252,7 +252,8 @@ class StartedNodes:
 
     def _start_file(self, path: Path, arguments: list[str], timeout: float) -> NodeProcess:
         if not path.is_file():
-            raise LiveError(f"there is no file {path}: run the cell that writes it, or check the name")
+            why = self._owner.elsewhere or "run the cell that writes it, or check the name"
+            raise LiveError(f"there is no file {path}: {why}")
         for look in before_start:
             if line := look(path):
                 self._watch.notice(line)

@@ -1,6 +1,9 @@
 """What public checks begin with: a program that is asked, refused files, and names that others use."""
 
+import json
+
 import pytest
+from IPython.core.error import UsageError
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
@@ -129,3 +132,48 @@ def test_a_callback_that_sleeps_is_named_with_its_line(tmp_path, monkeypatch):
     )
     assert judging.sleeps("node.py", "create_subscription") == "\n  node.py, line 5\n    time.sleep(2)"
     assert judging.sleeps("node.py", "create_timer") == ""
+
+
+CHECK = {
+    "cell_type": "code",
+    "source": "judge('relay.py')\nas_it_lies('Ask.srv')",
+    "outputs": [],
+    "execution_count": None,
+}
+CHECK |= {"id": "check", "metadata": {"nbgrader": {"grade": True, "grade_id": "relay", "locked": True, "points": 0}}}
+
+
+@pytest.fixture
+def page(folder):
+    """A notebook whose only check uses relay.py and Ask.srv."""
+    text = json.dumps({"cells": [CHECK], "metadata": {}, "nbformat": 4, "nbformat_minor": 5})
+    (folder / "services.ipynb").write_text(text)
+
+
+@pytest.mark.usefixtures("page")
+def test_a_file_that_no_check_uses_is_told_with_the_name_that_is_meant(folder, capsys):
+    exercise("relays.py --no-start", "pass\n")
+    meant = "If it should be relay.py, begin the cell with `%%exercise relay.py`."
+    assert f"relays.py is none of the files that the checks of this exercise use (Ask.srv, relay.py). {meant}" in (
+        capsys.readouterr().err
+    )
+    exercise("relay.py --no-start", "pass\n")
+    assert capsys.readouterr().err == ""
+    with pytest.raises(UsageError, match=r"The checks of this exercise use Ask\.srv, relay\.py"):
+        exercise("relay2", "pass\n")
+
+
+@pytest.mark.usefixtures("page")
+def test_a_missing_file_is_told_with_the_one_that_may_be_meant(folder):
+    (folder / "relay_2.py").touch()
+    with pytest.raises(ExerciseError, match=r"There is relay_2\.py: if that is meant, .* `%%exercise relay\.py`"):
+        judging.as_it_lies("relay.py")
+
+
+def test_a_file_that_is_missing_because_the_kernel_is_elsewhere(folder, session, monkeypatch):
+    (folder / "elsewhere").mkdir()
+    monkeypatch.chdir(folder / "elsewhere")
+    with pytest.raises(ExerciseError, match=r"relay\.py is not in the kernel's folder: os\.chdir moved this kernel to"):
+        judging.as_it_lies("relay.py")
+    with pytest.raises(LiveError, match=r"there is no file relay\.py: os\.chdir moved this kernel to"):
+        session.start("relay.py")

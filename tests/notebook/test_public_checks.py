@@ -281,6 +281,8 @@ def test_the_check_of_the_lift_names_the_callback_that_waits_and_then_passes_the
         ("actions", "lift-server", "lift_server.py", "self, Lift, '/lift'",
          "self, __import__('course_interfaces.action').action.Fibonacci, '/lift'",
          "The action /lift is served with the type course_interfaces/action/Fibonacci; it must be "),
+        ("calculator", "calculator-server", "Calculate.srv", "float64 result", "float32 result",
+         "Calculate.srv: result is a float32; it must be a float64"),
         ("ai_integration", "wall-agent", "wall_agent.py", "{'linear': 0.0, 'angular': 0.5}",
          "{'linear': 0, 'angular': 0.5}", "the speeds must be floats (0.0, not 0)"),
         ("parameters", "pid-node", "pid_node.py", "'output_max', 10.0", "'output_max', 10",

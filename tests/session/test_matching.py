@@ -1,5 +1,6 @@
 """Why nothing passes on a topic: another name, another type, or qualities of service that do not fit."""
 
+import json
 import os
 import re
 import threading
@@ -11,12 +12,14 @@ from example_interfaces.action import Fibonacci
 from rclpy.action import ActionClient, ActionServer
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64, String
 from std_srvs.srv import Trigger
 
 from course.errors import CallTimeout, LiveError
 from course.session import guards
 from course.session.live import TELLING, Session
+from course.session.no_world import no_world
 
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 
@@ -195,3 +198,21 @@ def test_a_wait_for_what_nobody_has_received_names_the_server_that_is_missing(se
     threading.Timer(1.0, ActionServer, (session.node, Fibonacci, "fibonaci", print)).start()
     assert client.wait_for_server()
     assert f"still waiting for a server. {says}" in capsys.readouterr().err
+
+
+def test_scans_that_are_waited_for_without_a_world(session, tmp_path, capsys):
+    cell = {"cell_type": "code", "source": "seen = []\nros.start(World)", "metadata": {}, "outputs": [], "id": "a"}
+    page = {"cells": [cell | {"execution_count": None}], "metadata": {}, "nbformat": 4, "nbformat_minor": 5}
+    listener = session.node.create_subscription(LaserScan, "scan", print, 10)
+    says = "No node publishes /scan, because no world is running. "
+    start = "Start one: `ros.start(World)`, with `from course.world.node import World`."
+    assert no_world(session.node, tmp_path) == says + start
+    (tmp_path / "ai.ipynb").write_text(json.dumps(page))
+    assert no_world(session.node, tmp_path) == f"{says}Run the cell of ai.ipynb that begins with `seen = []`."
+    for _ in range(2):
+        assert not session.until(lambda: False, timeout=1.2)
+    assert capsys.readouterr().err.count(says) == 1
+    publisher = session.node.create_publisher(LaserScan, "scan", 10)
+    assert session.until(lambda: not no_world(session.node, tmp_path))
+    session.node.destroy_subscription(listener)
+    session.node.destroy_publisher(publisher)

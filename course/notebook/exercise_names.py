@@ -1,0 +1,44 @@
+"""The names of an exercise's files: those that its public checks use, and what is said about others."""
+
+import difflib
+import re
+from pathlib import Path
+
+from course.errors import UnreadableNotebook
+from course.foundation import cells
+from course.interfaces.definition import SECTIONS
+
+SUFFIXES = (".py", *(f".{kind}" for kind in SECTIONS))
+QUOTED = re.compile(rf"""["'](\w+(?:{"|".join(map(re.escape, SUFFIXES))}))["']""")
+ALIKE = 0.6  # least similarity of a name and the one that is meant
+
+
+def wanted_files(folder: Path = Path()) -> list[str]:
+    """Return the names of the files that the public checks of the notebooks in `folder` use, sorted."""
+    found: set[str] = set()
+    for path in folder.glob("*.ipynb"):
+        try:
+            known = cells.read(path)
+        except (UnreadableNotebook, OSError):
+            continue
+        for cell in known:
+            found |= set(QUOTED.findall(cell.source)) if cell.public_check else set()
+    return sorted(found)
+
+
+def not_wanted(name: str) -> str:
+    """Return a sentence for the name of a file that no check in the kernel's folder uses; '' for one that is used."""
+    wanted = wanted_files()
+    if not wanted or name in wanted:
+        return ""
+    near = difflib.get_close_matches(name, wanted, 1, ALIKE)
+    meant = f" If it should be {near[0]}, begin the cell with `%%exercise {near[0]}`." if near else ""
+    return f"{name} is none of the files that the checks of this exercise use ({', '.join(wanted)}).{meant}"
+
+
+def instead_of(name: str) -> str:
+    """Return a sentence on a file in the kernel's folder that may have been meant as the missing `name`, or ''."""
+    wanted = wanted_files()
+    beside = [path.name for path in Path().iterdir() if path.suffix == Path(name).suffix and path.name not in wanted]
+    near = difflib.get_close_matches(name, beside, 1, ALIKE)
+    return f" There is {near[0]}: if that is meant, begin its cell with `%%exercise {name}`." if near else ""
