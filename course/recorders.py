@@ -22,7 +22,7 @@ from rclpy.task import Future
 
 from course.errors import CourseError, NodeFailed
 from course.foundation.waiting import Lasting, ask_lookouts, wait_until
-from course.ros.rclpy_internals import action_name, keep_feedback, watch_parameters
+from course.ros.rclpy_internals import action_name, action_type, keep_feedback, watch_parameters
 
 STATUS = {
     GoalStatus.STATUS_SUCCEEDED: "succeeded",
@@ -107,12 +107,22 @@ class GoalRecorder(Recorder):
 
     def __init__(self, client: ActionClient) -> None:
         super().__init__("event", "sequence", "message")
+        if not isinstance(client, ActionClient):
+            raise CourseError(
+                "GoalRecorder takes an action client, such as `ActionClient(ros.node, TheType, 'name')`, not "
+                f"{client!r:.40}"
+            )
         keep_feedback(client)
         self._client = client
         self._handle: ClientGoalHandle | None = None
 
     def send(self, goal: object) -> Self:
-        """Send the goal, and record its events."""
+        """Send the goal, and record its events; raises CourseError for anything but a goal of the client's action."""
+        kind: Any = action_type(self._client)
+        if not isinstance(goal, kind.Goal):
+            raise CourseError(
+                f"`send` takes a goal with its values by name, `{kind.__name__}.Goal(...)`, not {goal!r:.40}"
+            )
         self.add(event="goal")
         self._client.send_goal_async(goal, feedback_callback=self._on_feedback).add_done_callback(self._on_answer)
         return self

@@ -4,7 +4,8 @@ import ast
 import re
 import subprocess
 import sys
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,18 +20,22 @@ from course.interfaces.kept import packages
 from course.notebook.exercise_names import instead_of
 from course.notebook.file_differences import refusal_of
 from course.ros.names import type_name
+from course.ros.rclpy_internals import action_name
 from course.session.failure_report import frame_at, of_program, text_at
 from course.session.hints import type_name as field_type
 from course.session.live import current, live
 from course.session.node_process import NodeProcess
+from course.session.offered import other_names
 from course.session.source import CALLBACKS, argument, blocked, calls, functions, name_of
 from course.session.source import parse as parse_program
 from course.session.watch import Handle
 
 # Python itself (`faulthandler`) reports where a program hangs and ends it, whatever the program waits for.
 WATCHED = "import faulthandler; faulthandler.dump_traceback_later({timeout}, exit=True)"
+RHYTHM = re.compile(r"\b(?:while|Thread|Timer|Rate|create_rate|spin_once|create_timer)\b")  # may do without a timer
 PERIOD = (0, "timer_period_sec")  # position and name of the argument of create_timer
 KNOWN = 1.0  # s after which a type or QoS that does not fit is told, because it will not change
+BLOCKED = 2.0  # s after which a callback that may never answer, by its text, is not waited for
 LATE = "Timeout ("  # the beginning of that report
 
 
@@ -53,18 +58,28 @@ def judge(
 
 
 def meet(*ends: Publisher | Subscription | ActionClient, timeout: float = 5.0) -> None:
-    """Wait until each of these is matched by another node; raises LiveError that says why one is not."""
+    """Wait until each of these is matched by another node; raises LiveError that says why one is not.
+
+    It does so early when the other end has another type or QoS, or when no running program can make it.
+    """
     session = live()
     for end in ends:
-        if isinstance(end, ActionClient):
-            if not session.until(end.server_is_ready, timeout):
-                raise LiveError(session.apart(end))
+        met, maker, name = _other_end(end)
+        if session.until(met, min(timeout, KNOWN)):
             continue
-        count = end.get_subscription_count if isinstance(end, Publisher) else end.get_publisher_count
-        if not session.until(count, min(timeout, KNOWN)) and (why := session.misfit(end)):
+        if not isinstance(end, ActionClient) and (why := session.misfit(end)):
             raise LiveError(why)
-        if not session.until(count, timeout - KNOWN):
+        if session.cannot_come(maker, name) or not session.until(met, timeout - KNOWN):
             raise LiveError(session.apart(end))
+
+
+def _other_end(end: Publisher | Subscription | ActionClient) -> tuple[Callable[[], object], str, str]:
+    """Return a function that tells whether `end` is matched, what makes its other end, and the name."""
+    if isinstance(end, ActionClient):
+        return end.server_is_ready, "ActionServer", action_name(end)
+    if isinstance(end, Publisher):
+        return end.get_subscription_count, "create_subscription", end.topic_name
+    return end.get_publisher_count, "create_publisher", end.topic_name
 
 
 def action_client(kind: type[Any], name: str, timeout: float = 5.0) -> ActionClient:
@@ -72,17 +87,26 @@ def action_client(kind: type[Any], name: str, timeout: float = 5.0) -> ActionCli
 
     In a kernel that follows an action, rclpy fails to create a client of another type, without naming the reason.
     """
-    session, wanted = live(), type_name(kind)
+    session, wanted, end = live(), type_name(kind), time.monotonic() + timeout
 
     def types() -> list[str]:
         return next((kinds for each, kinds in get_action_names_and_types(session.node) if each == name), [])
 
-    session.until(types, timeout)
+    if not session.until(types, KNOWN) and not session.cannot_come("ActionServer", name):
+        session.until(types, timeout - KNOWN)
     if (served := types()) and wanted not in served:
         raise LiveError(f"The action {name} is served with the type {served[0]}; it must be {wanted}.")
     client = ActionClient(session.node, kind, name)
-    meet(client, timeout=timeout)
+    meet(client, timeout=max(KNOWN, end - time.monotonic()))
     return client
+
+
+def meant(file: str, maker: str, name: str) -> None:
+    """Raise ExerciseError if the program `file` passes other names, written out, to `maker`, and not `name`."""
+    source = text_at(Path(file))
+    if others := other_names(source, maker, name):
+        text, line = others[0]
+        raise ExerciseError(f"{frame_at(file, line, source)}\nThe name must be {name}, and here it is {text}.")
 
 
 def busy(process: Handle, service: str = "") -> str:
@@ -100,6 +124,18 @@ def busy(process: Handle, service: str = "") -> str:
     return "\n".join(found)
 
 
+def within(timeout: float, condition: Callable[[], object], process: Handle, service: str) -> bool:
+    """Wait until `condition()` holds; False after `timeout` s.
+
+    It gives up earlier if the text of `process` shows why its callback of `service` may never answer.
+    """
+    session = live()
+    if session.until(condition, min(timeout, BLOCKED)):
+        return True
+    hopeless = isinstance(process, NodeProcess) and blocked(process.source, service)
+    return not hopeless and session.until(condition, timeout - BLOCKED)
+
+
 def unspun(file: str) -> str:
     """Return a line that says why a client cannot get an answer; '' if its text spins or sends nothing."""
     tree = parse_program(text_at(Path(file)))
@@ -114,9 +150,12 @@ def unspun(file: str) -> str:
 
 
 def slow_timer(file: str, most: float) -> str:
-    """Return lines about a timer whose literal period is above `most` s; '' without one."""
+    """Return lines about a timer whose literal period is above `most` s, or about a missing one; '' otherwise."""
     source = text_at(Path(file))
-    for call in calls(parse_program(source), "create_timer"):
+    made = list(calls(parse_program(source), "create_timer"))
+    if not made and not RHYTHM.search(source):
+        return f"\n{file} has no timer: `create_timer(period, callback)` calls a method regularly."
+    for call in made:
         period = argument(call, *PERIOD)
         if isinstance(period, ast.Constant) and isinstance(period.value, (int, float)) and period.value > most:
             at = frame_at(file, call.lineno, source)

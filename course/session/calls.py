@@ -15,10 +15,11 @@ from rclpy.task import Future
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation.waiting import Lasting, wait_until
 from course.ros.names import OF_EVERY_NODE, base, full, type_name
-from course.ros.rclpy_internals import NodeNameNonExistentError, client_of
+from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError, client_of
 from course.session.interface_usage import is_of
 from course.session.matching import served_services, unfit_service, unfit_topics, unserved
 from course.session.node_process import NodeProcess
+from course.session.offered import none_will_offer
 from course.session.outsiders import Outsiders
 from course.session.source import blocked, wrong_result
 from course.session.watch import Handle, Watch
@@ -171,13 +172,19 @@ class Calls:
     def _client(self, service: str, srv_type: type[Any]) -> Client:
         key = (service, srv_type)
         if key not in self._clients:
-            self._clients[key] = self.node.create_client(srv_type, service)
+            try:
+                self._clients[key] = self.node.create_client(srv_type, service)
+            except RCLError:  # a node of this kernel uses the name with another type
+                types = dict(self.node.get_service_names_and_types()).get(service, [])
+                if (kind := type_name(srv_type)) in types or not types:
+                    raise
+                raise LiveError(f"{service} has the type {types[0]}, but you use {kind}.") from None
         return self._clients[key]
 
     def _ready(self, client: Client, timeout: float) -> None:
         if not wait_until(client.service_is_ready, min(timeout, GRACE), alert=False):
             self._look_at(client.service_name, again=True)  # there is no server, and a node has died
-            if timeout > GRACE and (why := self._misfit(client)):
+            if timeout > GRACE and (why := self._misfit(client) or self._never(client)):
                 raise CallTimeout(f"no server for {client.service_name} within {GRACE:g} s. {why}")
         if not wait_until(client.service_is_ready, timeout - GRACE):
             raise CallTimeout(f"no server for {client.service_name} within {timeout:g} s. {self.apart(client)}")
@@ -214,6 +221,12 @@ class Calls:
         if types and kind not in types:
             return f"It is served with the type {min(types)}, but you use {kind}."
         return unfit_service(self.node, name, qos_profile_services_default, self._handles)
+
+    def _never(self, client: Client) -> str:
+        """Return why a client finds no server, if the text of no running program can create one; '' otherwise."""
+        of_every_node = type_name(cast(type, client.srv_type)).startswith(OF_EVERY_NODE)
+        never = not of_every_node and none_will_offer(self._handles, "create_service", client.service_name)
+        return self.apart(client) if never else ""
 
     def _servers_here(self) -> list[tuple[str, list[str]]]:
         """Return the names and types of the services that nodes serve, without what only clients ask for."""

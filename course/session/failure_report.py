@@ -18,7 +18,7 @@ from typing import Any
 from rclpy.exceptions import NotInitializedException
 
 from course.session.hints import hint, never_called, never_spins, returns_nothing
-from course.session.mixups import class_for_response
+from course.session.mixups import class_for_response, idle_lambda
 from course.session.source import defined, exits, no_list, no_result, wrong_guard, wrong_return
 
 IN_A_CELL = (
@@ -103,7 +103,9 @@ def of_program(path: Path, output: str, status: int, *, before_its_node: bool = 
     pre_set = no_list(source) if "not iterable" in error and f"in {PRE_SET}" in output else None
     if error in NO_RESPONSE or RESULT_TYPE in error or pre_set:
         callback = pre_set or (
-            no_result(source) if RESULT_TYPE in error else class_for_response(source) or wrong_return(source)
+            no_result(source)
+            if RESULT_TYPE in error
+            else class_for_response(source) or idle_lambda(source) or wrong_return(source)
         )
     if callback and not _inside(frames):  # the error is raised in rclpy, after the callback
         frames = (frame_at(path.name, callback[1], source),)

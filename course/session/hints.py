@@ -22,7 +22,9 @@ from course.session.mixups import (
     class_for_response,
     class_passed,
     hidden_by_file,
+    idle_lambda,
     method_for_result,
+    no_result_yet,
     not_a_future,
     parameter_counts,
     returned_nothing,
@@ -111,6 +113,8 @@ def _returns(function: ast.AST) -> bool:
 def _nothing_returned(found: re.Match[str], source: str) -> str:
     if made := class_for_response(source):
         return f"`{made[2]}` is the class of the response. Create one with brackets: `{made[2]}()`."
+    if idle := idle_lambda(source):
+        return f"The callback `{idle[0]}` calls nothing: pass the method itself, `{idle[2]}`."
     if callback := wrong_return(source):
         name, _, returned = callback
         what = f"`{returned}`, not the response" if returned else "nothing"
@@ -315,6 +319,11 @@ def _no_instance(found: re.Match[str], source: str, code: str) -> str:
 
 def _own_attribute(found: re.Match[str], source: str) -> str:
     name = found[1]
+    if name == "ros" and "rclpy.init(" in source:
+        return (
+            "A file is a program of its own, without the session `ros`: its `main()` creates the node and spins it, "
+            "and the file ends with `if __name__ == '__main__': main()`."
+        )
     if re.search(rf"\bself\.{name}\b", source):
         return f"An attribute of the node needs `self.`: write `self.{name}`."
     if name in methods(source):
@@ -634,6 +643,11 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
         r"\bcall(?:_async)?\(",
         "A client sends a request, with the values in its fields: `TheType.Request(...)`.",
     ),
+    (
+        r"asyncio\.run\(\) cannot be called from a running event loop",
+        "",
+        "In a notebook, write `await` itself in the cell.",
+    ),
     (NO_TEXT, r"send_goal", "A client sends a goal, with the values in its fields: `TheType.Goal(...)`."),
     (
         r"^IndexError",
@@ -650,6 +664,7 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"'(\w+)' object has no attribute '(\w+)'", session_overwritten),
     (NOT_THERE, method_for_result),
     (r"'Future' object has no attribute '(?!add_done_callback)\w+'", _future_in_a_cell),
+    (r"'NoneType' object has no attribute '\w+'", no_result_yet),
     (r"^RecursionError", _without_end),
     (r"^TypeError: ([\w.]*\w)\.(\w+)\(\) missing 1 required positional argument: '(?!self')", _of_the_class),
     (r"^KeyError: '([^']+)'$", _no_such_key),

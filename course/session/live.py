@@ -36,6 +36,7 @@ from course.session.live_node import LiveNode
 from course.session.logs import Entry, Logs
 from course.session.matching import misfit, served_actions, served_services, unfit_topics, unmatched, unserved
 from course.session.no_world import no_world
+from course.session.offered import none_will_offer
 from course.session.outsiders import Outsiders
 from course.session.publishing import Publishing
 from course.session.requests import fill
@@ -247,8 +248,7 @@ class Session:
     def until(self, condition: Callable[[], object], timeout: float = 5.0) -> bool:
         """Wait in the main thread until `condition()` holds; False after `timeout` s.
 
-        The reader is told, once, about topics on which nothing can arrive because of their QoS, and about scans without
-        a world.
+        The reader is told, once, about topics with unfit QoS, and about scans without a world.
         """
         if wait_until(condition, min(timeout, WORLDLESS)):
             return True
@@ -272,6 +272,10 @@ class Session:
         if isinstance(end, Client):
             return self._calls.apart(end)
         return unmatched(self.node, end, self._handles)
+
+    def cannot_come(self, maker: str, name: str) -> bool:
+        """Return True if programs of this session run, and none can make `name` by `maker` (`create_service`)."""
+        return none_will_offer(self._handles, maker, name)
 
     def served(self) -> dict[str, list[str]]:
         """Return the services and actions that nodes serve, with their types."""

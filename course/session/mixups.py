@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from course.session.source import functions, name_of, parse, service_callbacks
+from course.session.source import CALLBACKS, argument, calls, functions, name_of, parse, service_callbacks
 
 # Methods that return what a program needs next, and that are often written without their brackets.
 ASKED = {"result", "exception", "get_clock", "get_logger", "now", "get_parameter", "get_result", "get_name"}
@@ -23,6 +23,17 @@ def class_for_response(source: str) -> tuple[str, int, str] | None:
         for node in ast.walk(function) if function.name in names else ():
             if isinstance(node, ast.Assign) and isinstance(node.value, ast.Attribute) and node.value.attr == "Response":
                 return function.name, node.lineno, ast.unparse(node.value)
+    return None
+
+
+def idle_lambda(source: str) -> tuple[str, int, str] | None:
+    """Return a service callback that is a `lambda` without a call: its text, its line and what it returns."""
+    for call in calls(parse(source), "create_service"):
+        given = argument(call, *CALLBACKS["create_service"])
+        if isinstance(given, ast.Lambda) and isinstance(given.body, (ast.Attribute, ast.Name)):
+            returned = given.body
+            if not (isinstance(returned, ast.Name) and returned.id in [each.arg for each in given.args.args[-1:]]):
+                return ast.unparse(given), given.lineno, ast.unparse(returned)
     return None
 
 
@@ -91,8 +102,18 @@ def parameter_counts(cls: str, method: str, source: str) -> Iterator[int]:
                 yield from (len(each.args.args) for each in functions(made) if each.name == method)
 
 
+def no_result_yet(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on the result of a future that is not done, in a cell's line outside of functions."""
+    outside = re.search(rf"^{re.escape(code)}\s*$", source, re.MULTILINE)
+    if not outside or not re.search(r"\.result\(\)\.\w", code) or "rclpy.init(" in source:
+        return ""
+    return "The future is not done yet, so its result is None. `ros.wait(future)` waits for it and returns its result."
+
+
 def not_a_future(found: re.Match[str], source: str) -> str:
     """Return the hint on a response, or something else, where a future is needed."""
+    if "'GoalRecorder'" in found[0]:
+        return "A recorder is not a future: its `wait_end()` waits for the end of its goal."
     what = f"the response of {found[1]}" if found[1] else "something else"
     if not re.search(r"\bros\.\w", source):
         return f"A future is needed here, such as that of `client.call_async(...)`, and this is {what}."

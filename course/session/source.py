@@ -243,8 +243,10 @@ def wrong_return(source: str) -> tuple[str, int, str] | None:
         bare = [node.lineno for node in ast.walk(function) if isinstance(node, ast.Return) and node.value is None]
         if bare or _runs_out(function.body):
             return function.name, (bare or [function.lineno])[0], ""
+        request = "".join(each.arg for each in function.args.args[-2:-1] if each.arg != "self")
         for value in returned:
-            if isinstance(value, (ast.Attribute, ast.Constant, ast.BinOp)) and name_of(value) != response:
+            other = isinstance(value, (ast.Attribute, ast.Constant, ast.BinOp)) and name_of(value) != response
+            if other or (isinstance(value, ast.Name) and value.id == request):
                 return function.name, value.lineno, ast.unparse(value)
     return None
 

@@ -12,7 +12,7 @@ from rclpy.action import ActionClient
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from course.errors import CallTimeout, NodeFailed
+from course.errors import CallTimeout, CourseError, NodeFailed
 from course.foundation.waiting import wait_until
 from course.nodes.dynamic_parameter_node import DynamicParameterNode
 from course.nodes.fibonacci_action_server import FibonacciActionServer
@@ -97,6 +97,13 @@ def test_a_cancelled_and_a_rejected_goal_end_as_such(fibonacci):
     assert goal.wait_end() == "canceled" and goal.count("cancel") == 1
     assert 4 <= len(goal.result) < 41
     assert GoalRecorder(fibonacci).send(Fibonacci.Goal(order=-1)).wait_end() == "rejected"
+
+
+def test_a_recorder_that_is_given_something_else(fibonacci):
+    with pytest.raises(CourseError, match=r"`Fibonacci\.Goal\(\.\.\.\)`, not 5"):
+        GoalRecorder(fibonacci).send(5)
+    with pytest.raises(CourseError, match="GoalRecorder takes an action client, .* not 'fibonacci'"):
+        GoalRecorder("fibonacci")
 
 
 def test_a_goal_whose_server_is_gone_has_no_end(session):

@@ -1,6 +1,7 @@
 """What public checks begin with: a program that is asked, refused files, and names that others use."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 from IPython.core.error import UsageError
@@ -177,3 +178,32 @@ def test_a_file_that_is_missing_because_the_kernel_is_elsewhere(folder, session,
         judging.as_it_lies("relay.py")
     with pytest.raises(LiveError, match=r"there is no file relay\.py: os\.chdir moved this kernel to"):
         session.start("relay.py")
+
+
+def test_a_client_that_asks_for_another_name_is_told_before_it_runs(folder):
+    (folder / "client.py").write_text("import rclpy\n\nclient = node.create_client(Ask, '/asks')\n")
+    told = r"  client\.py, line 3\n    client = .*\nThe name must be /ask, and here it is /asks\."
+    with pytest.raises(ExerciseError, match=told):
+        judging.meant("client.py", "create_client", "/ask")
+    judging.meant("client.py", "create_client", "/asks")
+
+
+class Silent:
+    """A session that waits for the whole of each limit."""
+
+    def __init__(self):
+        self.waited = 0.0
+
+    def until(self, condition, timeout):
+        self.waited += timeout
+        return condition()
+
+
+@pytest.mark.parametrize(("body", "waited"), [("time.sleep(1)", judging.BLOCKED), ("pass", 5.0)])
+def test_a_callback_that_never_answers_by_its_text_is_not_waited_for(monkeypatch, body, waited):
+    silent = Silent()
+    monkeypatch.setattr(judging, "live", lambda: silent)
+    monkeypatch.setattr(judging, "NodeProcess", SimpleNamespace)
+    text = f"def ask(request, response):\n    {body}\n\nnode.create_service(Ask, '/ask', ask)\n"
+    assert not judging.within(5.0, lambda: False, SimpleNamespace(source=text), "/ask")
+    assert silent.waited == waited

@@ -243,6 +243,9 @@ def test_the_check_of_the_controller_tells_the_part_that_is_wrong(empty, old, ne
     [
         ("self.create_timer(0.1, ", "self.create_timer(10, ",
          "The period of a timer is in seconds: this one fires every 10 s."),
+        pytest.param("        self.timer = self.create_timer(0.1, self.control_loop)\n", "",
+                     "wall_follower.py has no timer: `create_timer(period, callback)` calls a method regularly.",
+                     marks=pytest.mark.matrix),
         ("np.degrees((angles + math.pi) % (2 * math.pi) - math.pi)", "(angles + math.pi) % (2 * math.pi) - math.pi",
          "it is told (0.0, 0.5): that is for something nearer than 0.5 m in front"),
         pytest.param("        self.scan_time = self", "        self.scan_time = self.scan_time or self",

@@ -64,6 +64,31 @@ def after(self, params):
         ),
         ("AttributeError: 'function' object has no attribute 'x'", "self.f = f\n", "self.f.x", ""),
         (
+            "TypeError",
+            "node.create_service(Add, '/add', lambda request, response: self.add)\n",
+            "",
+            "The callback `lambda request, response: self.add` calls nothing: pass the method itself, `self.add`.",
+        ),
+        (
+            "AttributeError: 'NoneType' object has no attribute 'accepted'",
+            "print(client.send_goal_async(goal).result().accepted)\n",
+            "print(client.send_goal_async(goal).result().accepted)",
+            "The future is not done yet, so its result is None. `ros.wait(future)` waits for it and returns its result.",
+        ),
+        (
+            "AttributeError: 'GoalRecorder' object has no attribute 'add_done_callback'",
+            "ros.wait(goal)",
+            "",
+            "A recorder is not a future: its `wait_end()` waits for the end of its goal.",
+        ),
+        ("NameError: name 'ros' is not defined", "class Robot(Node):\n    x = ros\n", "", ""),
+        (
+            "RuntimeError: asyncio.run() cannot be called from a running event loop",
+            "asyncio.run(ask())",
+            "asyncio.run(ask())",
+            "In a notebook, write `await` itself in the cell.",
+        ),
+        (
             "TypeError: 'NoneType' object is not subscriptable",
             "def nearest(scan):\n    found = {}\nself.distances = None\nself.distances = nearest(msg)\n",
             "self.agent.decide(self.distances)",

@@ -1,0 +1,52 @@
+"""Finds out from a program's text that it cannot offer a certain service, action or topic."""
+
+import ast
+from collections.abc import Mapping
+from pathlib import Path
+
+from course.session.node_process import NodeProcess
+from course.session.source import argument, calls, name_of, parse
+from course.session.watch import Handle
+
+# What makes a node's endpoints, and position and name of the argument with their name.
+MAKERS = {
+    "create_service": (1, "srv_name"),
+    "create_client": (1, "srv_name"),
+    "create_publisher": (1, "topic"),
+    "create_subscription": (1, "topic"),
+    "ActionServer": (2, "action_name"),
+    "ActionClient": (2, "action_name"),
+}
+
+
+def other_names(source: str, maker: str, name: str) -> list[tuple[str, int]]:
+    """Return the names that a program passes to `maker`, with their lines, if none can be `name`; else [].
+
+    That is known only if all of them are written out.
+    """
+    found = []
+    for call in calls(parse(source), maker):
+        given = argument(call, *MAKERS[maker])
+        if not (isinstance(given, ast.Constant) and isinstance(given.value, str)):
+            return []
+        if f"/{name}".endswith(f"/{given.value.lstrip('~/')}"):
+            return []
+        found.append((given.value, call.lineno))
+    return found
+
+
+def none_will_offer(handles: Mapping[str, Handle], maker: str, name: str) -> bool:
+    """Return True if programs of the session run, and the text of none of them can offer `name` by `maker`."""
+    if "/_action/" in name:
+        return False
+    texts = [each.source for each in list(handles.values()) if isinstance(each, NodeProcess) and each.alive]
+    return bool(texts) and all(other_names(text, maker, name) or _has_none(text, maker) for text in texts)
+
+
+def _has_none(source: str, maker: str) -> bool:
+    """Return True if a program, made of nothing but classes derived from Node, does not use `maker` at all."""
+    tree = parse(source)
+    classes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+    plain = all(name_of(base) == "Node" for each in classes for base in each.bases)
+    own = [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
+    return bool(classes) and plain and maker not in source and not any(Path(f"{name}.py").exists() for name in own)
