@@ -35,7 +35,7 @@ WATCHED = "import faulthandler; faulthandler.dump_traceback_later({timeout}, exi
 RHYTHM = re.compile(r"\b(?:while|Thread|Timer|Rate|create_rate|spin_once|create_timer)\b")  # may do without a timer
 PERIOD = (0, "timer_period_sec")  # position and name of the argument of create_timer
 KNOWN = 1.0  # s after which a type or QoS that does not fit is told, because it will not change
-BLOCKED = 2.0  # s after which a callback that may never answer, by its text, is not waited for
+BLOCKED = 3.0  # s after which a callback that may never answer, by its text, is not waited for
 LATE = "Timeout ("  # the beginning of that report
 
 

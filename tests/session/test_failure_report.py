@@ -73,7 +73,7 @@ def after(self, params):
             "AttributeError: 'NoneType' object has no attribute 'accepted'",
             "print(client.send_goal_async(goal).result().accepted)\n",
             "print(client.send_goal_async(goal).result().accepted)",
-            "The future is not done yet, so its result is None. `ros.wait(future)` waits for it and returns its result.",
+            "The future is not done yet, so its result is None. `ros.wait(future)` waits for it",
         ),
         (
             "AttributeError: 'GoalRecorder' object has no attribute 'add_done_callback'",

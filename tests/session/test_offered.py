@@ -3,6 +3,7 @@
 import pytest
 
 from course.session.offered import _has_none, other_names
+from tests.hidden import answers
 
 SERVER = "class Server(Node):\n    def __init__(self):\n        self.create_service(Ask, {name}, self.ask)\n"
 
@@ -35,3 +36,40 @@ def test_a_program_that_makes_none_at_all(tmp_path, monkeypatch):
     assert not _has_none("print('no class')", "create_service")
     (tmp_path / "agent.py").touch()  # it may make one for the node
     assert not _has_none(text, "create_service")
+
+
+NEEDED = {
+    "services": [
+        ("motor_service.py", "create_service", "/motors/enable"),
+        ("motor_service.py", "create_service", "/motors/emergency_stop"),
+        ("motor_service.py", "create_service", "/motors/status"),
+        ("relay.py", "create_service", "/relay"),
+    ],
+    "calculator": [
+        ("calculator_server.py", "create_service", "/calculator"),
+        ("calculator_client.py", "create_client", "/calculator"),
+    ],
+    "actions": [
+        ("lift_server.py", "ActionServer", "/lift"),
+        ("lift_server.py", "create_service", "/lift/block"),
+        ("lift_client.py", "ActionClient", "/lift"),
+    ],
+    "parameters": [("pid_node.py", "create_subscription", "/error"), ("pid_node.py", "create_publisher", "/effort")],
+    "ai_integration": [
+        ("wall_follower.py", "create_subscription", "/scan"),
+        ("wall_follower.py", "create_publisher", "/cmd_vel"),
+    ],
+}
+
+
+@pytest.mark.parametrize("exercise", NEEDED)
+def test_no_right_answer_is_taken_for_one_that_offers_something_else(exercise, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in answers.load(exercise).RIGHT:
+        files = answers.files(exercise, name)
+        for file, content in files.items():
+            (tmp_path / file).write_bytes(content)
+        for file, maker, needed in NEEDED[exercise]:
+            text = files[file].decode(errors="replace")
+            assert not other_names(text, maker, needed), (name, file)
+            assert not _has_none(text, maker), (name, file)
