@@ -72,8 +72,11 @@ def text_of(value: Any) -> str:
 
 
 def content(body: str) -> str:
-    """Return the text that a cell writes to its file, from the lines below `%%exercise FILE`."""
-    return MARKERS.sub("", body)
+    """Return the text that a cell writes to its file, from the lines below `%%exercise FILE`.
+
+    A byte order mark, which comes with a text that was copied from Windows, is left out.
+    """
+    return MARKERS.sub("", body.removeprefix("\ufeff"))
 
 
 def exercise_file(cells: list[Cell], name: str) -> bytes | None:

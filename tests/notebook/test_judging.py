@@ -135,6 +135,11 @@ def test_a_callback_that_sleeps_is_named_with_its_line(tmp_path, monkeypatch):
     assert judging.sleeps("node.py", "create_timer") == ""
 
 
+def test_a_byte_order_mark_is_not_part_of_a_file(folder):
+    exercise("agent.py --no-start", "\ufeffpass\r\n")
+    assert (folder / "agent.py").read_bytes() == b"pass\r\n"
+
+
 CHECK = {
     "cell_type": "code",
     "source": "judge('relay.py')\nas_it_lies('Ask.srv')",
