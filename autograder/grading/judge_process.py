@@ -134,7 +134,7 @@ def run_suite(job: Job, hidden: Path, client: LaunchClient, threads: Threads | N
     options = ["-c", f"{hidden}/pytest.ini", "--rootdir", str(exercise.folder)]
     options += ["--assert=plain", "-q", "-p", "no:cacheprovider"]
     try:
-        bench.begin(exercise.early)
+        bench.begin(exercise.early, whole=not job.chosen)
         status = pytest.main([*options, *chosen], plugins=[judge, fixtures])
         logs = bench.logs()
     finally:

@@ -1,7 +1,7 @@
 """One submission being graded: its files, its programs, its ROS domains and its clock."""
 
 import random
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from autograder.errors import TimedOut
 from autograder.sandbox.cleaning import NUMBER, excerpt
@@ -14,6 +14,18 @@ from autograder.suitekit.runs import Run, drawn
 
 DOMAINS = range(1, 100)
 COMMON = {"", 0.0, 1.0, 2.0, 3.0}  # not worth hiding: they are in every program
+
+
+class _WhenAsked(dict[str, Run]):
+    """Runs by name, each started when it is first asked for."""
+
+    def __init__(self, start: Callable[[str], Run]):
+        super().__init__()
+        self._start = start
+
+    def __missing__(self, name: str) -> Run:
+        self[name] = self._start(name)
+        return self[name]
 
 
 class Bench:
@@ -31,7 +43,7 @@ class Bench:
         self._threads = threads
         self._domains = threads.domains if threads else random.sample(DOMAINS, len(DOMAINS))  # not from the
         # seed: without a sandbox, simultaneous gradings must not use the same domain
-        self.early: dict[str, Run] = {}
+        self.early: Mapping[str, Run] = {}
         self._hidden: set[float | str] = set()
 
     def random(self, name: str) -> random.Random:
@@ -53,10 +65,18 @@ class Bench:
         self._nodes.append(self._threads.run(domain, join) if self._threads else join())
         return self._nodes[-1]
 
-    def begin(self, runs: dict[str, list[str]]) -> None:
-        """Start the `early` runs, given as command lines by name (see `drawn`), each alone in a domain."""
-        for name, command in runs.items():
-            self.early[name] = self.run(*drawn(command, self.random(f"early {name}")), domain=self.new_domain())
+    def begin(self, runs: dict[str, list[str]], whole: bool = True) -> None:
+        """Start the `early` runs, given as command lines by name (see `drawn`), each alone in a domain.
+
+        Unless the suite is `whole`, each starts when a test first asks for it.
+        """
+
+        def run(name: str) -> Run:
+            return self.run(*drawn(runs[name], self.random(f"early {name}")), domain=self.new_domain())
+
+        self.early = _WhenAsked(run)
+        for name in runs if whole else ():
+            self.early[name]
 
     def run(self, file: str, *args: str, domain: int) -> Run:
         """Start a run of a handed-in program that must end on its own."""

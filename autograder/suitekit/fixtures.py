@@ -20,6 +20,14 @@ def submission(bench: Bench) -> dict[str, bytes]:
     return bench.files
 
 
+def used(request: pytest.FixtureRequest) -> set[str]:
+    """Return the names of the fixtures that the chosen tests use, directly or through others.
+
+    Their programs start before the first test.  In a whole suite all are used; a part starts only what it needs.
+    """
+    return {name for item in request.session.items if isinstance(item, pytest.Function) for name in item.fixturenames}
+
+
 @pytest.fixture
 def rng(bench: Bench, request: pytest.FixtureRequest) -> random.Random:
     """A test's own random numbers: the same whenever it runs again with the same seed."""

@@ -75,6 +75,13 @@ def test_only(begun, exercise, test, name):
     assert messages.others(exercise, name, {test: verdict.message}) == {}
 
 
+def test_a_hidden_test_alone_starts_only_the_programs_that_it_uses(judge):
+    """Neither the client's other runs nor the one without a server, which would print something."""
+    judgement = judge(answers.files("calculator", "reference"), "calculator", "test_add").result()
+    assert judgement.verdicts["test_add"].outcome == PASSED
+    assert {*judgement.logs} == {"calculator_server.py"}
+
+
 @pytest.mark.parametrize(("exercise", "name"), RIGHT)
 def test_right(begun, exercise, name):
     report = begun[exercise, name].result()

@@ -1,6 +1,5 @@
 """The student's programs, all started before the first test waits for any of them."""
 
-import inspect
 from typing import Any
 
 import pytest
@@ -10,6 +9,7 @@ from autograder.hidden.actions.busy import Busy
 from autograder.hidden.actions.conversation import ACTION, Cancelled, Quick, Slow
 from autograder.hidden.actions.encounter import CLIENT, LONG, Called, Encounter
 from autograder.suitekit import Bench, serve
+from autograder.suitekit.fixtures import used
 
 FOR_ROS = ("--ros-args", "--log-level", "info")
 # Feedback messages after which a client is to cancel: a goal that is not cancelled is over before so many seconds.
@@ -84,12 +84,11 @@ def succeed(handle: Any) -> Any:
 
 @pytest.fixture(scope="session", autouse=True)
 def begun(request: pytest.FixtureRequest) -> None:
-    """Have all programs start at once that a test will ask for: all of them, but where a few tests were chosen."""
-    tests = [item for item in request.session.items if isinstance(item, pytest.Function)]
-    asked = {name for test in tests for name in inspect.signature(test.obj).parameters}
+    """Have all programs start at once that a test uses."""
+    names = used(request)
     for name in ("cancelled", "quick", "busy", "slow"):
-        if name in asked:
+        if name in names:
             request.getfixturevalue(name).begin()
     for name in ("clients", "called"):
-        if name in asked:
+        if name in names:
             request.getfixturevalue(name)

@@ -8,6 +8,7 @@ import pytest
 from autograder.hidden.ai_integration.conversation import ECHO, RIGHT_AGENT, SIMULATED, Agent, Eye, Follower
 from autograder.hidden.ai_integration.rooms import KINDS
 from autograder.suitekit import Bench, Renamed
+from autograder.suitekit.fixtures import used
 
 
 @pytest.fixture(scope="session")
@@ -59,7 +60,10 @@ def by_the_wall(bench: Bench, renamed: Renamed) -> Follower:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def begun(follower: Follower, drivers: dict[str, Follower]) -> None:
-    """Have all start at once."""
-    for node in (follower, *drivers.values()):
+def begun(request: pytest.FixtureRequest) -> None:
+    """Have all nodes start at once that a test uses."""
+    names = used(request)
+    nodes = [request.getfixturevalue("follower")] if "follower" in names else []
+    nodes += request.getfixturevalue("drivers").values() if "drivers" in names else ()
+    for node in nodes:
         node.begin()

@@ -6,6 +6,7 @@ import pytest
 
 from autograder.hidden.calculator.conversation import Calculator, Call, ClientRuns, Counterpart
 from autograder.suitekit import Bench
+from autograder.suitekit.fixtures import used
 
 CONSONANTS = "bdfgklmnprstvz"  # of made-up words, which no program prints by chance
 FOR_ROS = ("--ros-args", "--log-level", "info")
@@ -59,5 +60,8 @@ def runs(bench: Bench) -> ClientRuns:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def begun(calculator: Calculator, runs: ClientRuns) -> None:
-    """Have all programs start at once."""
+def begun(request: pytest.FixtureRequest) -> None:
+    """Have all programs start at once that a test uses."""
+    for name in ("calculator", "runs"):
+        if name in used(request):
+            request.getfixturevalue(name)

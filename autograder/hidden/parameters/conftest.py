@@ -14,6 +14,7 @@ from autograder.hidden.parameters.conversation import (
     why_no_controller,
 )
 from autograder.suitekit import Bench, Renamed, Wrong
+from autograder.suitekit.fixtures import used
 
 
 @pytest.fixture(scope="session")
@@ -68,9 +69,10 @@ def controls(pid: PidNode, by_command_line: tuple[PidNode, dict[str, Any]]) -> N
 
 
 @pytest.fixture(scope="session", autouse=True)
-def begun(
-    pid: PidNode, by_command_line: tuple[PidNode, dict[str, Any]], by_file: tuple[PidNode, dict[str, Any]]
-) -> None:
-    """Have all start at once."""
-    for node in (pid, by_command_line[0], by_file[0]):
+def begun(request: pytest.FixtureRequest) -> None:
+    """Have all nodes start at once that a test uses."""
+    names = used(request)
+    nodes = [request.getfixturevalue("pid")] if "pid" in names else []
+    nodes += [request.getfixturevalue(name)[0] for name in ("by_command_line", "by_file") if name in names]
+    for node in nodes:
         node.begin()

@@ -4,6 +4,7 @@ import pytest
 
 from autograder.hidden.services.conversation import Motors, Relay
 from autograder.suitekit import Bench
+from autograder.suitekit.fixtures import used
 
 
 @pytest.fixture(scope="session")
@@ -37,8 +38,8 @@ def lonely(bench: Bench) -> Relay:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def begun(motors: Motors, relay: Relay, lonely: Relay) -> None:
-    """Have all programs start at once."""
-    motors.begin()
-    relay.begin()
-    lonely.begin()
+def begun(request: pytest.FixtureRequest) -> None:
+    """Have all programs start at once that a test uses."""
+    for name in ("motors", "relay", "lonely"):
+        if name in used(request):
+            request.getfixturevalue(name).begin()
