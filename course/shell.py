@@ -110,7 +110,7 @@ def join(folder: Path, shell: int, session: str = "") -> dict[str, str]:
             "COURSE_PYTHON": sys.executable,
             "COURSE_BUILT": str(stamp),
             "COURSE_BUILT_AT": str(int(stamp.stat().st_mtime)) if stamp.exists() else "",
-            "COURSE_PROMPT": f"{home.name or '/'}, ROS domain {domain}{where}",
+            "COURSE_PROMPT": f"domain {domain}{where}",
         }
     )
 
@@ -129,7 +129,7 @@ def exports(folder: Path, shell: int, session: str) -> str:
     else:
         if (now := variables[environment.DOMAIN]) != before:
             record = registry.of_domain(int(now))
-            where = f"with the notebook in {record.folder}" if record else "with your other terminals"
+            where = f"with the notebook in {Path(record.folder).name}" if record else "with your other terminals"
             print(f"This terminal is now in ROS domain {now}, {where}.", file=sys.stderr)
     return "\n".join(f"export {name}={shlex.quote(value)}" for name, value in variables.items())
 

@@ -61,6 +61,12 @@ def test_a_node_is_looked_at_stopped_and_started_its_log_is_searched_and_everybo
     time = log.locator(".ros-Log-line").filter(has_text="greeted").locator("time")
     expect(time).to_have_text(re.compile(r"^\d\d:\d\d:\d\d$"))
     expect(time).to_have_attribute("title", re.compile(r"^\d{4}-\d\d-\d\d [\d:]{8}(\.\d{9}) \(stamp \d+\1\)$"))
+    run_cell(page, CHECKS, "for _ in range(3):\n    ros.call('/greet', Trigger)")
+    again = log.locator(".ros-Log-line").filter(has_text="greeted")
+    expect(again).to_have_text(re.compile(r"^[\d:]{8} INFO greeter greeted × 4$"))
+    panel.get_by_label("Node of the log").select_option("/greeter")
+    expect(again).to_have_text(re.compile(r"^[\d:]{8} INFO greeted × 4$"))  # whose it is, is chosen
+    panel.get_by_label("Node of the log").select_option("All nodes")
     panel.get_by_label("Search the log").fill("nothing of the kind")
     expect(log).not_to_contain_text("greeted")
     panel.get_by_label("Search the log").fill("GREETED")

@@ -200,9 +200,9 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     plot.get_by_label("Topic").select_option("/odom")
     expect(plot.get_by_label("Field")).to_have_value("twist.twist.linear.x")
     plot.get_by_role("button", name="Add to the plot").click()
-    expect(plot.get_by_role("listitem").locator("output")).to_have_text("0")
+    expect(plot.get_by_role("listitem").locator("output")).to_have_text("0 m/s")
     run_cell(page, 1, DRIVER)
-    expect(plot.get_by_role("listitem").locator("output")).to_have_text("0.3")
+    expect(plot.get_by_role("listitem").locator("output")).to_have_text("0.3 m/s")
     plot.get_by_role("button", name="Pause").click()
     plot.get_by_label("Scroll").press("Home")
     expect(plot.get_by_role("listitem").locator("output")).to_have_text("–")  # before the first

@@ -5,7 +5,16 @@ from playwright.sync_api import expect
 
 from course.foundation.waiting import wait_until
 from tests.browser.conftest import WAIT
-from tests.browser.pages import CHECKS, choose, open_page, run_cell, run_from_palette, wait_for_kernel, write_greeter
+from tests.browser.pages import (
+    CHECKS,
+    choose,
+    open_page,
+    run_cell,
+    run_from_palette,
+    wait_for_kernel,
+    write_cell,
+    write_greeter,
+)
 
 expect.set_options(timeout=WAIT)
 
@@ -18,9 +27,12 @@ def test_the_start_page_has_a_strip_of_a_terminal_below_it_and_stays_as_one_leav
     nbformat.write(nbformat.v4.new_notebook(metadata=kernel), served / "index.ipynb")
     page.goto(f"{address}/lab/tree/index.ipynb?token={token}&reset")
     terminal = page.locator(".jp-Terminal .xterm-screen")
-    terminal.wait_for()
     notebook = page.locator(".jp-Notebook")
     notebook.wait_for()
+    page.get_by_role("button", name="Bigger").wait_for()
+    tabs = "document.querySelector('.lm-DockPanel-tabBar:has(.ros-Strip-button)').getBoundingClientRect()"
+    main = "document.querySelector('#jp-main-dock-panel').getBoundingClientRect()"
+    page.wait_for_function(f"() => {main}.bottom - {tabs}.bottom < 12")  # it is folded to its tab
 
     def expect_height(low: int, high: int) -> None:
         """Wait until the terminal shows so many rows."""
@@ -29,8 +41,7 @@ def test_the_start_page_has_a_strip_of_a_terminal_below_it_and_stays_as_one_leav
         assert typed["y"] >= read["y"] + read["height"] - 1
         assert typed["width"] >= 0.9 * read["width"]
 
-    expect_height(4, 6)
-    terminal.click()
+    page.get_by_role("button", name="Bigger").click()
     expect_height(25, 45)
     terminal.click()  # it stays tall: one works in it
     page.get_by_role("button", name="Smaller").click()
@@ -64,12 +75,12 @@ def test_a_notebook_opens_beside_notebooks_and_stays_in_front(lab, page):
     write_greeter(served / "ways")
     page.goto(f"{address}/lab/tree/index.ipynb?token={token}&reset")
     terminal = page.locator(".jp-Terminal")
-    terminal.wait_for()
     start = page.locator(".jp-NotebookPanel")
     start.wait_for()
     wait_for_kernel(page)
     wide = start.bounding_box()["width"]
-    terminal.click()  # its corner is where the next document would open
+    page.get_by_role("tab", name="Terminal 1").click()  # its corner is where the next document would open
+    terminal.click()
     choose(page, "File", "Open from Path…")
     page.get_by_role("dialog").locator("input").fill("ways/ways.ipynb")
     page.get_by_role("dialog").get_by_role("button", name="Open").click()
@@ -101,6 +112,17 @@ ros.start(World)
 assert ros.until(lambda: ros.node.count_publishers('/scan'), 60.0)
 passing._arrival.look(ros)
 Path('started').touch()"""
+LONG = f"def long():\n    return ({' + '.join(['1234567'] * 20)})"
+# Where the rows of an editor's last line begin, px from its left edge.
+ROWS = """editor => {
+  const range = document.createRange();
+  range.selectNodeContents([...editor.querySelectorAll('.cm-line')].pop());
+  const rows = new Map();
+  for (const { left, bottom } of range.getClientRects()) {
+    rows.set(Math.round(bottom), Math.min(left, rows.get(Math.round(bottom)) ?? left));
+  }
+  return [...rows.values()].map(left => left - editor.getBoundingClientRect().left);
+}"""
 LOOKED = """from comm import get_comm_manager
 from course.lab.kernel import passing
 assert not [each for each in get_comm_manager().comms.values() if 'robot' in each.target_name], 'no page took the news'
@@ -126,6 +148,13 @@ def test_when_a_world_starts_the_robot_appears_once_beside_the_notebook_which_ke
     assert notebook.evaluate("panel => panel.contains(document.activeElement)")
     assert notebook.bounding_box()["width"] >= 690  # px
     expect(page.get_by_role("tab", name="appears.ipynb")).to_have_attribute("aria-selected", "true")
+
+    # A long line is wrapped, further to the right than it begins.
+    editor = write_cell(page, CHECKS, LONG)
+    assert wait_until(lambda: len(editor.evaluate(ROWS)) > 2, WAIT / 1e3)
+    first, *others = editor.evaluate(ROWS)
+    assert all(each > first + 50 for each in others)
+    assert editor.evaluate("each => each.parentElement.scrollWidth <= each.parentElement.clientWidth")
 
     run_from_palette(page, "ROS course", "Plot")
     page.get_by_role("tabpanel", name="Plot", exact=True).wait_for()
@@ -186,6 +215,10 @@ def test_palette_and_launcher_lead_to_terminal_and_panels(lab, page):
     page.locator(".jp-Terminal").click()
     page.keyboard.type("pwd > where\n")
     assert wait_until((served / "ways/where").exists, WAIT / 1e3)  # in the notebook's folder
+    # Its prompt names the notebook's domain before one types again.
+    run_cell(page, 0, "import course\nros = course.live()\nprint('in domain', ros.domain_id)")
+    printed = page.locator(".jp-OutputArea-output pre").get_by_text("in domain").inner_text()
+    expect(page.locator(".jp-Terminal .xterm-rows")).to_contain_text(f"ways ({printed.strip()[3:]}) $")
     choose(page, "File", "New Launcher")
     for name in ("Nodes", "Exercise"):
         page.locator(".jp-LauncherCard").filter(has_text=name).click()

@@ -5,7 +5,9 @@ import re
 import shutil
 import signal
 import subprocess
+from collections import deque
 from pathlib import Path
+from types import SimpleNamespace
 
 import psutil
 import pytest
@@ -13,6 +15,7 @@ import pytest
 from course import registry
 from course.foundation.waiting import wait_until
 from course.interfaces import build, kept
+from course.lab.server.prompts import AGAIN, ENDS, waits
 from tests.kernels import Kernel
 from tests.processes import runs
 from tests.terminals import SHELL, Terminal
@@ -201,7 +204,7 @@ def terminal(folder, environment):
 
 def test_a_terminal_tells_its_session_and_types_the_chapters_commands(kernel, terminal):
     domain = kernel.run("print(ros.domain_id)")
-    terminal.read_until(rf"\({re.escape(STRANGE)}, ROS domain {domain}\)")
+    terminal.read_until(rf"{re.escape(STRANGE)} \(domain {domain}\)")
     terminal.type("ros2 node list\n")
     terminal.read_until(r"[\r\n]/calculator_server\r\n")
     terminal.type("python3 calculator_client.py 15.5 3.2 add\n")
@@ -209,7 +212,7 @@ def test_a_terminal_tells_its_session_and_types_the_chapters_commands(kernel, te
 
 
 def test_the_tab_key_completes_ros2(kernel, terminal):
-    terminal.read_until(r"ROS domain \d+\)")
+    terminal.read_until(r"domain \d+\)")
     terminal.type("ros2 service ca\t")
     terminal.read_until("ros2 service call ")
     terminal.type("/calc\t")
@@ -217,13 +220,13 @@ def test_the_tab_key_completes_ros2(kernel, terminal):
 
 
 def test_a_terminal_that_changes_its_folder_joins_the_session_there(kernel, terminal, tmp_path):
-    terminal.read_until(r"ROS domain \d+\)")
+    terminal.read_until(r"domain \d+\)")
     terminal.type(f"cd {tmp_path}\n")
-    terminal.read_until(rf"\({tmp_path.name}, ROS domain \d+\)")
+    terminal.read_until(rf"{tmp_path.name} \(domain \d+\)")
     terminal.type("ros2 node list && echo none\n")
     assert "/calculator_server" not in terminal.read_until(r"[\r\n]none\r\n")
     terminal.type("cd -\n")
-    terminal.read_until(rf"\({re.escape(STRANGE)}, ROS domain \d+\)")
+    terminal.read_until(rf"{re.escape(STRANGE)} \(domain \d+\)")
     terminal.type("ros2 node list\n")
     terminal.read_until(r"[\r\n]/calculator_server\r\n")
 
@@ -249,8 +252,8 @@ def test_two_terminals_of_a_person_meet_wherever_they_are(open_terminal, tmp_pat
     (tmp_path / "ros2_ws").mkdir()
     (tmp_path / "talker.py").write_text(TALKER)
     home, workspace = open_terminal(tmp_path), open_terminal(tmp_path / "ros2_ws")
-    domain = re.search(r"ROS domain (\d+)\)", home.read_until(r"ROS domain \d+\)"))[1]
-    workspace.read_until(rf"ROS domain {domain}\)")
+    domain = re.search(r"domain (\d+)\)", home.read_until(r"domain \d+\)"))[1]
+    workspace.read_until(rf"domain {domain}\)")
     home.type("cd / && cd - && python3 talker.py\n")
     home.read_until(r"[\r\n]up\r\n")
     workspace.type("ros2 node list\n")
@@ -260,20 +263,20 @@ def test_two_terminals_of_a_person_meet_wherever_they_are(open_terminal, tmp_pat
 def test_a_domain_that_was_exported_stays_until_it_is_unset(open_terminal, tmp_path):
     (tmp_path / ".bashrc").write_text("export ROS_DOMAIN_ID=98\n")
     terminal = open_terminal(tmp_path, ROS_DOMAIN_ID="99")
-    terminal.read_until(r"ROS domain 98, as you set it\)")
+    terminal.read_until(r"domain 98, as you set it\)")
     terminal.type("export ROS_DOMAIN_ID=97; cd /\n")
-    terminal.read_until(r"\(/, ROS domain 97, as you set it\)")
+    terminal.read_until(r"/ \(domain 97, as you set it\)")
     terminal.type("echo in $ROS_DOMAIN_ID; false\n")
     terminal.read_until(r"[\r\n]in 97\r\n")
     terminal.type("echo failed $?; cd /tmp; unset ROS_DOMAIN_ID\n")
     terminal.read_until(r"[\r\n]failed 1\r\n")
-    terminal.read_until(r"\(tmp, ROS domain \d+\)")
+    terminal.read_until(r"tmp \(domain \d+\)")
 
 
 def test_a_terminal_moves_to_the_notebook_that_starts_beside_it_and_says_so(environment, open_terminal, tmp_path):
     """Its prompt is there already when the notebook starts in its folder; the domain that it waits in is taken."""
     terminal = open_terminal(tmp_path)
-    shared = re.search(r"ROS domain (\d+)\)", terminal.read_until(r"ROS domain \d+\)[^\n]*[$#] "))[1]
+    shared = re.search(r"domain (\d+)\)", terminal.read_until(r"domain \d+\)[^\n]*\$ "))[1]
     others = [Kernel(tmp_path, {"XDG_RUNTIME_DIR": environment["XDG_RUNTIME_DIR"]}) for _ in range(2)]
     try:
         domains = [other.run("import course\nros = course.live()\nprint(ros.domain_id)") for other in others]
@@ -300,7 +303,7 @@ def test_an_empty_graph_says_where_there_are_nodes_and_how_to_join(kernel, envir
     terminal.read_until(rf"You have nodes in ROS domain {domain} ")
     terminal.type("\x03")
     terminal.type(f"export ROS_DOMAIN_ID={domain}\n")
-    terminal.read_until(rf"\({re.escape(STRANGE)}, ROS domain {domain}, as you set it\)")
+    terminal.read_until(rf"{re.escape(STRANGE)} \(domain {domain}, as you set it\)")
     terminal.type("ros2 node list; ros2 interface show calculator_interfaces/srv/Calculate\n")
     terminal.read_until(r"[\r\n]/calculator_server\r\n")
     terminal.read_until(r"float64 a\r\n")
@@ -364,13 +367,13 @@ def test_a_terminal_of_jupyterlab_follows_the_notebook_in_front_through_a_restar
         identity = Path(kernel.manager.connection_file).stem.removeprefix("kernel-")
         registry.put_in_front(os.getpid(), identity)
         terminal = open_terminal(tmp_path, "--lab")
-        own = re.search(r"ROS domain (\d+)\)", terminal.read_until(r"ROS domain \d+\)"))[1]
+        own = re.search(r"domain (\d+)\)", terminal.read_until(r"domain \d+\)"))[1]
         for _ in range(2):
             domain = kernel.run(live)
             assert domain != own
-            terminal.type("\n")
-            terminal.read_until(rf"This terminal is now in ROS domain {domain}, with the notebook in ")
-            terminal.read_until(rf"\(notebook, ROS domain {domain}\)")
+            terminal.type(AGAIN)  # without Enter, as the server does
+            terminal.read_until(rf"This terminal is now in ROS domain {domain}, with the notebook in notebook\.")
+            terminal.read_until(rf"\(domain {domain}\)")
             kernel.manager.restart_kernel(now=True)
             kernel.client.wait_for_ready(timeout=30)
             terminal.type("cd .\n")
@@ -380,3 +383,24 @@ def test_a_terminal_of_jupyterlab_follows_the_notebook_in_front_through_a_restar
     finally:
         registry.forget_front(os.getpid())
         kernel.stop()
+
+
+def test_a_prompt_is_drawn_again_only_where_nothing_was_typed_and_nothing_runs(open_terminal, tmp_path):
+    terminal = open_terminal(tmp_path)
+    printed: deque[str] = deque()
+    shown = SimpleNamespace(ptyproc=SimpleNamespace(fd=terminal.descriptor, pid=terminal.pid), read_buffer=printed)
+
+    def read(pattern: str) -> None:
+        printed.extend(terminal.read_until(pattern))  # by characters, as output comes in pieces
+
+    read(r"\(domain \d+\)\S* \$ $")
+    assert waits(shown)
+    terminal.type(AGAIN)
+    read(r"\n.*\x1b\[A\r\x1b\[J.*\$ $")  # one line up, and in the place of the first
+    terminal.type("half")
+    read("half")
+    assert not waits(shown)
+    terminal.type("\x15cat\n")
+    read("cat\r\n")
+    printed.append(ENDS)  # a program may print what looks like a prompt
+    assert wait_until(lambda: not waits(shown), WAIT)

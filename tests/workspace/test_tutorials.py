@@ -10,7 +10,7 @@ from tests.terminals import Terminal
 from tests.workspace.conftest import ROOT
 from tests.workspace.tutorials import FILES, TUTORIALS, Tutorial
 
-PROMPT = re.compile(r"\(.*, ROS domain \d+(, as you set it)?\) \S+ *[$#] $")
+PROMPT = re.compile(r"\S+ \(domain \d+(, as you set it)?\) \$ $")
 CODES = re.compile(r"\x1b(\[[0-9;?]*[a-zA-Z]|\][^\x07]*\x07)|\r")  # colours, titles, and what readline says to itself
 SECONDS = 90.0  # for one line, on a busy machine
 

@@ -10,6 +10,7 @@ from course.lab.server import front
 from course.lab.server.exercise_state import Exercise, Reset
 from course.lab.server.front import Front
 from course.lab.server.handing_in import HandingIn
+from course.lab.server.prompts import Prompts
 from course.lab.server.relay import Relay
 
 
@@ -21,6 +22,7 @@ def _load_jupyter_server_extension(server: ServerApp) -> None:
     if os.environ.get("COURSE_ARRANGE"):  # set by environment/start
         server.web_app.settings.setdefault("page_config_data", {})["rosCourseArrange"] = "true"
     front.begin()
+    Prompts(server)
     base = server.web_app.settings["base_url"]
     handlers = [
         (url_path_join(base, rf"/course/lab/(?P<kernel_id>{protocol.KERNEL_ID})"), Relay),

@@ -20,6 +20,7 @@ import { ROBOT_VIEW, RobotPanel, robotIcon } from './robot';
 import { strip } from './strip';
 import { addView, NARROW, PHONE } from './views';
 import { front, layout, main, ways } from './ways';
+import { wrapping } from './wrapping';
 
 const handingIn: JupyterFrontEndPlugin<void> = {
   id: 'ros2-course-lab:hand-in',
@@ -114,4 +115,4 @@ const panels: JupyterFrontEndPlugin<void> = {
   }
 };
 
-export default [handingIn, panels, ways, front, layout, main, strip, language, figures];
+export default [handingIn, panels, ways, front, layout, main, strip, language, figures, wrapping];

@@ -19,6 +19,7 @@ interface Line {
   node: string;
   text: string;
   stamp: string; // s since 1970, with nine decimals; '' where nobody knows
+  times: number; // how often it came in a row; the stamp is that of the last time
 }
 
 interface Shown {
@@ -89,6 +90,7 @@ export function Log({ link, nodes }: { link: Link | null; nodes: { name: string;
         {failed}
         {lost > 0 && `${lost.toLocaleString('en')} lines are not shown: they came faster than a page can show them.`}
       </div>
+      {lines.length === 0 && !failed && <p className="ros-quiet">No lines yet.</p>}
       <div
         className="ros-Log-lines"
         ref={box}
@@ -101,18 +103,33 @@ export function Log({ link, nodes }: { link: Link | null; nodes: { name: string;
           atEnd.current = scrollTop + clientHeight > scrollHeight - 20;
         }}
       >
-        {lines.map(line => (
-          <LogLine key={line.id} line={line} />
+        {lines.map((line, number) => (
+          <LogLine key={line.id} line={line} named={!node && lines[number - 1]?.node !== line.node} />
         ))}
       </div>
     </section>
   );
 }
 
-const LogLine = React.memo(({ line }: { line: Line }) => (
-  <div className={`ros-Log-line ros-mod-${line.level}`}>
+/** A line; the node is named where it is another one than in the line above, and on hovering. */
+const LogLine = React.memo(({ line, named }: { line: Line; named: boolean }) => (
+  <div className={`ros-Log-line ros-mod-${line.level}`} title={line.node}>
     {line.stamp && <Time stamp={line.stamp} />}
-    <span className="ros-level">{line.level}</span> <span className="ros-source">{line.node}</span> {line.text}
+    <span className="ros-level">{line.level}</span>{' '}
+    {named && (
+      <>
+        <span className="ros-source">{line.node}</span>{' '}
+      </>
+    )}
+    {line.text}
+    {line.times > 1 && (
+      <>
+        {' '}
+        <span className="ros-times" title={`${line.times} times in a row, the last one at this time`}>
+          × {line.times}
+        </span>
+      </>
+    )}
   </div>
 ));
 
@@ -134,8 +151,16 @@ function Time({ stamp }: { stamp: string }): JSX.Element {
 
 function added(before: Shown, data: { lines: [string, string, string, string][]; lost: number }): Shown {
   let next = before.next;
-  const more = data.lines.map(([level, node, text, stamp]) => ({ id: next++, level, node, text, stamp }));
-  return { lines: [...before.lines, ...more].slice(-KEPT), next, lost: before.lost + data.lost };
+  const lines = [...before.lines];
+  for (const [level, node, text, stamp] of data.lines) {
+    const last = lines[lines.length - 1];
+    if (last && last.level === level && last.node === node && last.text === text) {
+      lines[lines.length - 1] = { ...last, stamp, times: last.times + 1 };
+    } else {
+      lines.push({ id: next++, level, node, text, stamp, times: 1 });
+    }
+  }
+  return { lines: lines.slice(-KEPT), next, lost: before.lost + data.lost };
 }
 
 /** Return a value once it is stable for a moment, so that not every key starts a new search. */

@@ -7,7 +7,7 @@ import * as React from 'react';
 import { Current } from './current';
 import { Link } from './link';
 import { FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
-import { add, colourOf, csv, draw, Frame, nameOf, Series, valueAt } from './plot_series';
+import { add, colourOf, csv, draw, Frame, nameOf, Series, unitOf, valueAt } from './plot_series';
 
 export const plotIcon = new LabIcon({
   name: 'ros2-course:plot',
@@ -86,11 +86,12 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
         <Choice
           link={link!}
           full={memory.series.length >= MOST}
-          add={(topic, field) => {
+          add={(topic, field, type) => {
             setFailed('');
             if (!memory.series.some(each => each.topic === topic && each.field === field)) {
               const began = memory.series.length ? memory.began : Date.now() / 1000;
-              change({ began, series: [...memory.series, { topic, field, times: [], values: [] }] });
+              const made = { topic, field, unit: unitOf(type, field), times: [], values: [] };
+              change({ began, series: [...memory.series, made] });
             }
           }}
         />
@@ -192,7 +193,7 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
 }
 
 /** The choice of the next number to draw. */
-function Choice(props: { link: Link; full: boolean; add: (topic: string, field: string) => void }): JSX.Element {
+function Choice(props: { link: Link; full: boolean; add: (topic: string, field: string, type: string) => void }): JSX.Element {
   const { link } = props;
   const [topics, setTopics] = React.useState<[string, string][]>([]);
   const [chosen, setChosen] = React.useState('');
@@ -233,7 +234,7 @@ function Choice(props: { link: Link; full: boolean; add: (topic: string, field: 
       onSubmit={event => {
         event.preventDefault();
         if (field.trim()) {
-          props.add(topic, field.trim());
+          props.add(topic, field.trim(), type);
         }
       }}
     >
@@ -304,7 +305,10 @@ function Row(props: {
     <li>
       <span className="ros-Robot-swatch" style={{ background: `var(${colourOf(props.place)})` }} aria-hidden="true" />
       <code>{nameOf(series)}</code>
-      <output>{told(props.value)}</output>
+      <output>
+        {told(props.value)}
+        {typeof props.value === 'number' && series.unit && ` ${series.unit}`}
+      </output>
       <span className="ros-quiet">{says}</span>
       <button aria-label={`Remove ${nameOf(series)}`} title="Remove it from the plot" onClick={props.remove}>
         ×

@@ -3,6 +3,7 @@
 export interface Series {
   topic: string;
   field: string;
+  unit: string; // '' if unknown
   times: number[]; // s since 1970
   values: (number | null)[]; // null is a gap
 }
@@ -20,6 +21,20 @@ const NAMES = ['front', 'beam', 'left', 'body', 'right', 'ink'];
 /** Return the name of a series for the reader. */
 export function nameOf(series: Series): string {
   return `${series.topic} ${series.field}`;
+}
+
+// REP 103: https://www.ros.org/reps/rep-0103.html
+const UNITS: [RegExp, string][] = [
+  [/(^|\.)linear\.[xyz]$/, 'm/s'],
+  [/(^|\.)angular(_velocity)?\.[xyz]$/, 'rad/s'],
+  [/(^|\.)position\.[xyz]$|^ranges\[\d+\]$|^range(_min|_max)?$/, 'm'],
+  [/^angle_(min|max|increment)$/, 'rad']
+];
+
+/** Return the unit of a field of a type, '' if it is unknown. */
+export function unitOf(type: string, field: string): string {
+  const accelerates = type.includes('/Accel'); // whose fields are called as those of a velocity
+  return accelerates ? '' : (UNITS.find(([pattern]) => pattern.test(field))?.[1] ?? '');
 }
 
 /** Return the colour of a series, by its index in the list, as a variable of the theme. */
@@ -144,6 +159,15 @@ export function draw(
   context.stroke();
   context.textAlign = 'right';
   context.fillText('time (s)', right, height - 10);
+  const units = new Set(all.map(each => each.unit));
+  if (units.size === 1) {
+    context.save();
+    context.translate(9, (top + bottom) / 2);
+    context.rotate(-Math.PI / 2);
+    context.textAlign = 'center';
+    context.fillText([...units][0], 0, 0);
+    context.restore();
+  }
   context.strokeStyle = ink;
   context.strokeRect(MARGIN.left, top, right - MARGIN.left, bottom - top);
   all.forEach((series, place) => {

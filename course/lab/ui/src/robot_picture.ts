@@ -8,7 +8,7 @@ const MARGIN = { left: 34, right: 12, top: 12, bottom: 26 }; // px, with room fo
 const SMALLEST = 8; // px, least radius of the robot, so that it is visible
 const NOSE = { angle: 0.6, length: 1.75 }; // rad to each side of ahead, and times the robot's radius
 const APART = 34; // px at least between two numbers at an axis
-const BANDS = 8; // of the trail, each paler than the next
+const DASH = [5, 4]; // px of the trail, drawn and left out
 const AROUND = 4; // m shown to each side of a robot without a room
 const DEGREE = Math.PI / 180;
 const SECTORS: [string, number, number][] = [
@@ -236,7 +236,7 @@ function lines(
   context.stroke();
 }
 
-/** Draw the path so far: older parts are paler, with a dot for each second. */
+/** Draw the path so far as one thin dashed line. */
 function trail(
   context: CanvasRenderingContext2D,
   places: Place[],
@@ -244,36 +244,15 @@ function trail(
   py: (y: number) => number,
   colour: string
 ): void {
-  if (!places.length) {
-    return;
-  }
-  const [since, until] = [places[0][2], places[places.length - 1][2]];
-  const band = (place: Place) =>
-    until > since ? Math.min(BANDS - 1, Math.floor((BANDS * (place[2] - since)) / (until - since))) : BANDS - 1;
-  const full = context.globalAlpha;
   context.strokeStyle = colour;
-  context.fillStyle = colour;
   context.lineWidth = 1.5;
-  for (let number = 1, begin = 0; number <= places.length; number++) {
-    if (number === places.length || band(places[number]) !== band(places[begin])) {
-      context.globalAlpha = full * (0.25 + (0.75 * (band(places[begin]) + 1)) / BANDS);
-      context.beginPath();
-      context.moveTo(px(places[begin][0]), py(places[begin][1]));
-      for (let next = begin + 1; next <= Math.min(number, places.length - 1); next++) {
-        context.lineTo(px(places[next][0]), py(places[next][1]));
-      }
-      context.stroke();
-      for (let next = Math.max(begin, 1); next < number; next++) {
-        if (Math.floor(places[next][2]) !== Math.floor(places[next - 1][2])) {
-          context.beginPath();
-          context.arc(px(places[next][0]), py(places[next][1]), 2.5, 0, 2 * Math.PI);
-          context.fill();
-        }
-      }
-      begin = number;
-    }
-  }
-  context.globalAlpha = full;
+  context.lineCap = 'butt'; // round ends would fill the gaps
+  context.setLineDash(DASH);
+  context.beginPath();
+  places.forEach(([x, y], number) => (number ? context.lineTo(px(x), py(y)) : context.moveTo(px(x), py(y))));
+  context.stroke();
+  context.setLineDash([]);
+  context.lineCap = 'round';
 }
 
 /** Draw a line from the place of the scan towards its first beam: below the robot, whose nose says where it heads. */

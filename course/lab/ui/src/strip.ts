@@ -6,6 +6,7 @@ import { PathExt } from '@jupyterlab/coreutils';
 import { INotebookTracker } from '@jupyterlab/notebook';
 import { ITerminal, ITerminalTracker } from '@jupyterlab/terminal';
 import { caretDownEmptyThinIcon, caretUpEmptyThinIcon, terminalIcon } from '@jupyterlab/ui-components';
+import { MessageLoop } from '@lumino/messaging';
 import { TabBar, Widget } from '@lumino/widgets';
 
 import { barOf, borderOf, dockOf, moveBorder } from './dock';
@@ -14,6 +15,7 @@ export const TERMINAL = 'ros2-course:terminal';
 
 type Terminal = MainAreaWidget<ITerminal.ITerminal>;
 
+const FOLDED = 'ros-mod-folded'; // the class of a terminal of which only the tab is shown
 const ROWS = 5; // of a strip
 const LINE = 1.2; // a row's height in that of its font
 const AROUND = 16; // px that JupyterLab leaves above and below the rows
@@ -37,10 +39,13 @@ export const strip: JupyterFrontEndPlugin<void> = {
       label: 'ROS terminal',
       caption: 'A terminal in the folder of the notebook; it meets the nodes of the notebook in front',
       icon: terminalIcon,
-      execute: async () => {
+      execute: async args => {
         const path = notebooks.currentWidget?.context.path;
         const made = await app.commands.execute('terminal:create-new', path ? { cwd: PathExt.dirname(path) } : {});
         all?.lay(made);
+        if (args.folded) {
+          all?.fold(made);
+        }
         return made;
       }
     });
@@ -60,6 +65,7 @@ class Strip {
     this._terminals.forEach(each => this._follow(each));
     this._terminals.widgetAdded.connect((_, each) => this.lay(each));
     this._shell.layoutModified.connect(() => this._mark());
+    this._notebooks.currentChanged.connect(() => this._unfold());
     window.addEventListener('resize', () => this._keepLow());
     this._mark();
   }
@@ -83,6 +89,36 @@ class Strip {
     if (!other) {
       requestAnimationFrame(() => this._resize(terminal, true));
     }
+  }
+
+  /** Leave only the tab of a terminal, until it is made bigger or another notebook comes to the front. */
+  fold(terminal: Terminal): void {
+    this._foldedBelow = this._notebooks.currentWidget;
+    requestAnimationFrame(() => {
+      if (this._foldedBelow && !terminal.isDisposed) {
+        this._folded = terminal;
+        terminal.addClass(FOLDED);
+        fit(terminal);
+        this._resize(terminal, true);
+      }
+    });
+  }
+
+  private _unfold(): void {
+    const terminal = this._folded;
+    if (terminal && this._notebooks.currentWidget !== this._foldedBelow) {
+      this._open();
+      requestAnimationFrame(() => !terminal.isDisposed && this._resize(terminal, true));
+    }
+  }
+
+  /** Let the terminal that is folded have a height again. */
+  private _open(): void {
+    if (this._folded && !this._folded.isDisposed) {
+      this._folded.removeClass(FOLDED);
+      fit(this._folded);
+    }
+    this._folded = this._foldedBelow = null;
   }
 
   /** Hear of clicks on a terminal; false when it is known. */
@@ -165,7 +201,12 @@ class Strip {
   private _resize(terminal: Terminal, low: boolean): void {
     const [dock, border] = [dockOf(terminal), borderAbove(terminal)];
     if (dock && border && terminal.isVisible) {
-      const wanted = low ? lowest(terminal) : Math.max(1.6 * lowest(terminal), TALL * dock.node.clientHeight);
+      if (!low && terminal === this._folded) {
+        this._open();
+      }
+      const tall = Math.max(1.6 * lowest(terminal), TALL * dock.node.clientHeight);
+      const only = barOf(terminal)!.node.offsetHeight; // the tab
+      const wanted = terminal === this._folded ? only : low ? lowest(terminal) : tall;
       moveBorder(dock, border, 0, heightOf(terminal) - wanted);
     }
   }
@@ -180,6 +221,17 @@ class Strip {
   private _buttons = new Map<TabBar<Widget>, HTMLButtonElement>();
   private _known = new WeakSet<Terminal>();
   private _low: Terminal | null = null;
+  private _folded: Terminal | null = null;
+  private _foldedBelow: Widget | null = null; // the notebook below which it is folded
+}
+
+/** Have the main area read the least height of a terminal again. */
+function fit(terminal: Terminal): void {
+  const dock = dockOf(terminal);
+  if (dock) {
+    MessageLoop.sendMessage(terminal, Widget.Msg.FitRequest);
+    MessageLoop.sendMessage(dock, Widget.Msg.FitRequest);
+  }
 }
 
 /** The height of a terminal with its tabs, px. */

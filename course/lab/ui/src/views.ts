@@ -15,8 +15,8 @@ export const NARROW = 760;
 export const PHONE = 520;
 
 // px beside each other, where the page has room for both, and in any case
-const TEXT = { usual: 700, least: 560 };
-const VIEW = { usual: 380, least: 300 };
+const TEXT = { ample: 820, usual: 700, least: 560 };
+const VIEW = { ample: 800, usual: 380, least: 300 };
 
 export interface View {
   name: string; // of the command, ros2-course:NAME
@@ -106,7 +106,7 @@ function isNarrow(): boolean {
   return window.innerWidth < NARROW;
 }
 
-/** Keep the width that a notebook's text needs when a view opens beside it. */
+/** Keep the width that a notebook's text needs when a view opens beside it; the view has what a text does not use. */
 function keepWide(notebook: Widget, view: Widget): void {
   requestAnimationFrame(() => {
     const [dock, bar] = [dockOf(notebook), barOf(notebook)]; // it may lie behind another tab
@@ -117,8 +117,9 @@ function keepWide(notebook: Widget, view: Widget): void {
     const both = text.width + beside.width;
     const wanted = Math.min(TEXT.usual, Math.max(both - VIEW.usual, Math.min(TEXT.least, both - VIEW.least)));
     const border = borderOf(dock, ({ left, right }) => left >= text.right - 1 && right <= beside.left + 1);
-    if (border && wanted > text.width) {
-      moveBorder(dock, border, wanted - text.width, 0);
+    const width = Math.max(wanted, Math.min(text.width, Math.max(TEXT.ample, both - VIEW.ample)));
+    if (border && width !== text.width) {
+      moveBorder(dock, border, width - text.width, 0);
     }
   });
 }

@@ -140,7 +140,7 @@ export const layout: JupyterFrontEndPlugin<void> = {
       if (window.innerWidth < ROOMY) {
         shell?.collapseLeft(); // the list of files, which the start page's table stands for
       }
-      await app.commands.execute(TERMINAL);
+      await app.commands.execute(TERMINAL, { folded: true }); // a section has it as a strip
       app.shell.activateById(panel.id);
     };
     const arrangeSection = async (panel: NotebookPanel) => {

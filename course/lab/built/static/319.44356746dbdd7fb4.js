@@ -402,6 +402,12 @@
   min-width: 40px;
 }
 
+/* Of a folded terminal, only the tab is shown. */
+.lm-DockPanel .ros-mod-folded,
+.lm-DockPanel .ros-mod-folded .jp-Terminal {
+  min-height: 0 !important;
+}
+
 /* On a phone a panel covers the notebook and the terminal, which keep their width: see PHONE in src/views.ts. */
 .ros-Panel-back {
   align-self: flex-start;
@@ -442,6 +448,48 @@
   #jp-right-stack > .lm-Widget {
     width: 100% !important;
   }
+}
+
+/* A long line of code goes on further to the right than it begins: src/wrapping.ts. */
+.cm-lineWrapping .cm-line.ros-hanging {
+  padding-left: calc(var(--ros-hangs) + 6px);
+  text-indent: calc(-1 * var(--ros-hangs));
+}
+
+/* A line of text has about 90 characters at most; a table is as wide as it needs. */
+.jp-RenderedMarkdown > :is(p, ul, ol, dl, blockquote, details, h1, h2, h3, h4) {
+  max-width: 80ch;
+}
+
+/* At least 4.5:1 (WCAG AA), where JupyterLab's own colours have less. */
+body {
+  --jp-cell-prompt-not-active-font-color: var(--jp-ui-font-color2);
+  --jp-cell-prompt-not-active-opacity: 1;
+  --jp-mirror-editor-comment-color: #2b6b6b;
+}
+
+body[data-jp-theme-light='false'] {
+  --jp-mirror-editor-comment-color: #7fb3b3;
+}
+
+/* The buttons of a cell are not in the way of what one reads. */
+.jp-Cell:not(:hover) .jp-cell-toolbar:not(:focus-within) {
+  opacity: 0;
+}
+
+/* Each shown tab of the main area is marked, and the one that has the focus in the theme's colour. */
+.lm-DockPanel-tabBar .lm-TabBar-tab.lm-mod-current:not(.jp-mod-current)::before {
+  background: var(--jp-ui-font-color2);
+  content: '';
+  height: var(--jp-private-horizontal-tab-active-top-border, 2px);
+  left: 0;
+  position: absolute;
+  top: 0;
+  width: 100%;
+}
+
+.lm-DockPanel-tabBar .lm-TabBar-tab.jp-mod-current:not(.lm-mod-current)::before {
+  display: none;
 }
 
 /* Beside the tabs of the terminals. */
@@ -549,40 +597,49 @@
 }
 
 .ros-Node-row {
-  align-items: center;
-  display: flex;
-  flex-wrap: wrap;
+  display: grid;
   gap: 4px 8px;
-  justify-content: space-between;
+  grid-template-columns: minmax(0, 1fr) auto;
 }
 
+/* The name in a line, its state in the next one, and beside that the buttons. */
 .ros-Node-name {
-  align-items: baseline;
+  align-items: center;
   background: none;
   border: 0;
   color: inherit;
   display: flex;
-  flex: 1 1 max-content; /* beside its buttons only where a name has room in one line */
+  flex-wrap: wrap;
   font: inherit;
-  gap: 6px;
-  min-height: 24px;
+  gap: 2px 6px;
+  grid-area: 1 / 1 / 2 / 3;
+  min-height: 54px;
   min-width: 0;
   padding: 0;
   text-align: left;
 }
 
 .ros-Node-name .ros-name {
+  flex: 1 1 calc(100% - 24px);
   font-family: var(--jp-code-font-family);
+  min-width: 0;
   overflow-wrap: anywhere;
 }
 
 .ros-state {
+  line-height: 26px;
+  padding-left: 18px;
   font-size: var(--jp-ui-font-size0);
 }
 
 .ros-buttons {
+  align-self: end;
   display: flex;
   gap: 4px;
+}
+
+.ros-Node-row .ros-buttons {
+  grid-area: 1 / 2;
 }
 
 .ros-mod-running .ros-mark {
@@ -625,7 +682,7 @@
 
 .ros-Log {
   display: flex;
-  flex: 1 1 50%;
+  flex: 0 1 auto;
   flex-direction: column;
   margin-top: 8px;
   min-height: 180px;
@@ -654,11 +711,10 @@
 
 .ros-Log-lines {
   border: 1px solid var(--jp-border-color2);
-  flex: 1 1 auto;
+  flex: 0 1 auto;
   font-family: var(--jp-code-font-family);
   font-size: var(--jp-code-font-size);
   margin-top: 4px;
-  min-height: 80px;
   overflow: auto;
   overflow-wrap: anywhere;
   white-space: pre-wrap;
@@ -668,15 +724,32 @@
   padding: 0 4px;
 }
 
-.ros-Log-line .ros-level,
-.ros-Log-line .ros-source {
+.ros-Log-lines:empty {
+  display: none;
+}
+
+.ros-Log-line .ros-level {
   font-weight: 600;
+}
+
+.ros-Log-line :is(.ros-source, .ros-times) {
+  color: var(--jp-ui-font-color1);
+}
+
+.ros-Log-line .ros-times {
+  border: 1px solid var(--jp-border-color0);
+  border-radius: 8px;
+  padding: 0 5px;
 }
 
 .ros-Log-line .ros-time {
   color: var(--jp-ui-font-color2);
-  font-size: 0.85em;
+  font-size: 0.75em;
   font-variant-numeric: tabular-nums;
+}
+
+.ros-mod-INFO .ros-level {
+  color: var(--ros-good);
 }
 
 .ros-mod-WARN .ros-level {
@@ -1171,4 +1244,4 @@ body[data-jp-theme-light='false'] {
   --ros-robot-trail: #9a9a9a;
   --ros-robot-body: #e08bc9;
 }
-`,""]),e.d(r,{},{A:n})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",a=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),a&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),a&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,a,t,i){"string"==typeof o&&(o=[[null,o,void 0]]);var n={};if(a)for(var s=0;s<this.length;s++){var l=this[s][0];null!=l&&(n[l]=!0)}for(var p=0;p<o.length;p++){var d=[].concat(o[p]);a&&n[d[0]]||(void 0!==i&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=i),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),t&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=t):d[4]="".concat(t)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,a=0;a<r.length;a++)if(r[a].identifier===o){e=a;break}return e}function a(o,a){for(var t={},i=[],n=0;n<o.length;n++){var s=o[n],l=a.base?s[0]+a.base:s[0],p=t[l]||0,d="".concat(l," ").concat(p);t[l]=p+1;var c=e(d),m={css:s[1],media:s[2],sourceMap:s[3],supports:s[4],layer:s[5]};if(-1!==c)r[c].references++,r[c].updater(m);else{var x=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(m,a);a.byIndex=n,r.splice(n,0,{identifier:d,updater:x,references:1})}i.push(d)}return i}o.exports=function(o,t){var i=a(o=o||[],t=t||{});return function(o){o=o||[];for(var n=0;n<i.length;n++){var s=e(i[n]);r[s].references--}for(var l=a(o,t),p=0;p<i.length;p++){var d=e(i[p]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}i=l}}},659(o){var r={};o.exports=function(o,e){var a=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!a)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");a.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var a,t,i;a="",e.supports&&(a+="@supports (".concat(e.supports,") {")),e.media&&(a+="@media ".concat(e.media," {")),(t=void 0!==e.layer)&&(a+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),a+=e.css,t&&(a+="}"),e.media&&(a+="}"),e.supports&&(a+="}"),(i=e.sourceMap)&&"u">typeof btoa&&(a+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(i))))," */")),o.styleTagTransform(a,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var a=e(72),t=e.n(a),i=e(825),n=e.n(i),s=e(659),l=e.n(s),p=e(56),d=e.n(p),c=e(540),m=e.n(c),x=e(113),f=e.n(x),h=e(646),b={};b.styleTagTransform=f(),b.setAttributes=d(),b.insert=l().bind(null,"head"),b.domAPI=n(),b.insertStyleElement=m(),t()(h.A,b),h.A&&h.A.locals&&h.A.locals;var g=e(770),u={};u.styleTagTransform=f(),u.setAttributes=d(),u.insert=l().bind(null,"head"),u.domAPI=n(),u.insertStyleElement=m(),t()(g.A,u),g.A&&g.A.locals&&g.A.locals}}]);
+`,""]),e.d(r,{},{A:n})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",a=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),a&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),a&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,a,t,i){"string"==typeof o&&(o=[[null,o,void 0]]);var n={};if(a)for(var s=0;s<this.length;s++){var l=this[s][0];null!=l&&(n[l]=!0)}for(var p=0;p<o.length;p++){var d=[].concat(o[p]);a&&n[d[0]]||(void 0!==i&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=i),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),t&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=t):d[4]="".concat(t)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,a=0;a<r.length;a++)if(r[a].identifier===o){e=a;break}return e}function a(o,a){for(var t={},i=[],n=0;n<o.length;n++){var s=o[n],l=a.base?s[0]+a.base:s[0],p=t[l]||0,d="".concat(l," ").concat(p);t[l]=p+1;var c=e(d),m={css:s[1],media:s[2],sourceMap:s[3],supports:s[4],layer:s[5]};if(-1!==c)r[c].references++,r[c].updater(m);else{var h=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(m,a);a.byIndex=n,r.splice(n,0,{identifier:d,updater:h,references:1})}i.push(d)}return i}o.exports=function(o,t){var i=a(o=o||[],t=t||{});return function(o){o=o||[];for(var n=0;n<i.length;n++){var s=e(i[n]);r[s].references--}for(var l=a(o,t),p=0;p<i.length;p++){var d=e(i[p]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}i=l}}},659(o){var r={};o.exports=function(o,e){var a=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!a)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");a.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var a,t,i;a="",e.supports&&(a+="@supports (".concat(e.supports,") {")),e.media&&(a+="@media ".concat(e.media," {")),(t=void 0!==e.layer)&&(a+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),a+=e.css,t&&(a+="}"),e.media&&(a+="}"),e.supports&&(a+="}"),(i=e.sourceMap)&&"u">typeof btoa&&(a+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(i))))," */")),o.styleTagTransform(a,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var a=e(72),t=e.n(a),i=e(825),n=e.n(i),s=e(659),l=e.n(s),p=e(56),d=e.n(p),c=e(540),m=e.n(c),h=e(113),f=e.n(h),x=e(646),b={};b.styleTagTransform=f(),b.setAttributes=d(),b.insert=l().bind(null,"head"),b.domAPI=n(),b.insertStyleElement=m(),t()(x.A,b),x.A&&x.A.locals&&x.A.locals;var g=e(770),u={};u.styleTagTransform=f(),u.setAttributes=d(),u.insert=l().bind(null,"head"),u.domAPI=n(),u.insertStyleElement=m(),t()(g.A,u),g.A&&g.A.locals&&g.A.locals}}]);
