@@ -33,7 +33,7 @@ def not_wanted(name: str) -> str:
         return ""
     near = difflib.get_close_matches(name, wanted, 1, ALIKE)
     meant = f" If it should be {near[0]}, begin the cell with `%%exercise {near[0]}`." if near else ""
-    return f"{name} is none of the files that the checks of this exercise use ({', '.join(wanted)}).{meant}"
+    return f"{name} is not a file that the checks of this exercise use ({', '.join(wanted)}).{meant}"
 
 
 def instead_of(name: str) -> str:

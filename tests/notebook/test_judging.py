@@ -160,7 +160,7 @@ def page(folder):
 def test_a_file_that_no_check_uses_is_told_with_the_name_that_is_meant(folder, capsys):
     exercise("relays.py --no-start", "pass\n")
     meant = "If it should be relay.py, begin the cell with `%%exercise relay.py`."
-    assert f"relays.py is none of the files that the checks of this exercise use (Ask.srv, relay.py). {meant}" in (
+    assert f"relays.py is not a file that the checks of this exercise use (Ask.srv, relay.py). {meant}" in (
         capsys.readouterr().err
     )
     exercise("relay.py --no-start", "pass\n")
