@@ -79,8 +79,8 @@ def test_a_notebook_opens_beside_notebooks_and_stays_in_front(lab, page):
     start.wait_for()
     wait_for_kernel(page)
     wide = start.bounding_box()["width"]
-    page.get_by_role("tab", name="Terminal 1").click()  # its corner is where the next document would open
-    terminal.click()
+    page.get_by_role("button", name="Bigger").click()  # it is folded below the start page
+    terminal.click()  # its corner is where the next document would open
     choose(page, "File", "Open from Path…")
     page.get_by_role("dialog").locator("input").fill("ways/ways.ipynb")
     page.get_by_role("dialog").get_by_role("button", name="Open").click()
