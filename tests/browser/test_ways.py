@@ -208,6 +208,12 @@ def test_when_a_world_starts_the_robot_appears_once_beside_the_notebook_which_ke
 def test_palette_and_launcher_lead_to_terminal_and_panels(lab, page):
     _, _, served = lab
     write_greeter(served / "ways")
+    shown: list[str] = []  # what the terminal prints; the page draws it on a canvas
+    page.on("websocket", lambda socket: "/terminals/" in socket.url and socket.on("framereceived", keep))
+
+    def keep(frame: str | bytes) -> None:
+        shown.append(str(frame))
+
     open_page(page, lab, "ways/ways.ipynb")
     found = run_from_palette(page, "ROS course", "ROS terminal")
     assert {"ROS terminal", "Nodes", "Exercise", "Hand in"} <= found
@@ -218,7 +224,8 @@ def test_palette_and_launcher_lead_to_terminal_and_panels(lab, page):
     # Its prompt names the notebook's domain before one types again.
     run_cell(page, 0, "import course\nros = course.live()\nprint('in domain', ros.domain_id)")
     printed = page.locator(".jp-OutputArea-output pre").get_by_text("in domain").inner_text()
-    expect(page.locator(".jp-Terminal .xterm-rows")).to_contain_text(f"ways ({printed.strip()[3:]}) $")
+    wanted = f"ways ({printed.strip().removeprefix('in ')})"
+    assert wait_until(lambda: page.title() and wanted in "".join(shown), WAIT / 1e3), shown
     choose(page, "File", "New Launcher")
     for name in ("Nodes", "Exercise"):
         page.locator(".jp-LauncherCard").filter(has_text=name).click()

@@ -21,17 +21,22 @@ class Prompts:
     def __init__(self, server: ServerApp):
         self._settings = server.web_app.settings
         self._seen = self._state()
+        self._due: set[str] = set()  # the names of terminals in which the key is still to be pressed
         PeriodicCallback(self.look, PERIOD).start()
 
     def look(self) -> None:
         """Press the key in each terminal that waits at an empty prompt, if something has changed."""
         terminals = getattr(self._settings.get("terminal_manager"), "terminals", {})
-        if not terminals or (state := self._state()) == self._seen:
+        if not terminals:
             return
-        self._seen = state
-        for terminal in list(terminals.values()):
-            if waits(terminal):
-                terminal.ptyproc.write(AGAIN)
+        if (state := self._state()) != self._seen:
+            self._seen, self._due = state, set(terminals)
+        for name in self._due & terminals.keys():
+            # In a single row, as that of a terminal folded to its tab, the old prompt scrolls away: not yet.
+            if terminals[name].ptyproc.getwinsize()[0] > 1:
+                self._due.remove(name)
+                if waits(terminals[name]):
+                    terminals[name].ptyproc.write(AGAIN)
 
     @staticmethod
     def _state() -> tuple[str, ...]:
