@@ -204,7 +204,7 @@ def terminal(folder, environment):
 
 def test_a_terminal_tells_its_session_and_types_the_chapters_commands(kernel, terminal):
     domain = kernel.run("print(ros.domain_id)")
-    terminal.read_until(rf"{re.escape(STRANGE)} \(domain {domain}\)")
+    terminal.read_until(rf"~ \(domain {domain}\)")
     terminal.type("ros2 node list\n")
     terminal.read_until(r"[\r\n]/calculator_server\r\n")
     terminal.type("python3 calculator_client.py 15.5 3.2 add\n")
@@ -226,7 +226,7 @@ def test_a_terminal_that_changes_its_folder_joins_the_session_there(kernel, term
     terminal.type("ros2 node list && echo none\n")
     assert "/calculator_server" not in terminal.read_until(r"[\r\n]none\r\n")
     terminal.type("cd -\n")
-    terminal.read_until(rf"{re.escape(STRANGE)} \(domain \d+\)")
+    terminal.read_until(r"~ \(domain \d+\)")
     terminal.type("ros2 node list\n")
     terminal.read_until(r"[\r\n]/calculator_server\r\n")
 
@@ -303,7 +303,7 @@ def test_an_empty_graph_says_where_there_are_nodes_and_how_to_join(kernel, envir
     terminal.read_until(rf"You have nodes in ROS domain {domain} ")
     terminal.type("\x03")
     terminal.type(f"export ROS_DOMAIN_ID={domain}\n")
-    terminal.read_until(rf"{re.escape(STRANGE)} \(domain {domain}, as you set it\)")
+    terminal.read_until(rf"~ \(domain {domain}, as you set it\)")
     terminal.type("ros2 node list; ros2 interface show calculator_interfaces/srv/Calculate\n")
     terminal.read_until(r"[\r\n]/calculator_server\r\n")
     terminal.read_until(r"float64 a\r\n")
