@@ -59,7 +59,7 @@ def test_a_figure_has_two_pixels_for_each_of_the_page(path):
         for output in cell.outputs:
             if picture := output.get("data", {}).get("image/png"):
                 width = int.from_bytes(base64.b64decode(picture)[16:20], "big")
-                assert width == 2 * output.metadata["image/png"]["width"] == 1600, cell.id
+                assert width == 2 * output.metadata["image/png"]["width"] == 1200, cell.id
 
 
 @pytest.mark.parametrize("path", STORED, ids=lambda path: path.stem)
