@@ -725,7 +725,7 @@ body[data-jp-theme-light='false'] {
 }
 
 .ros-Log-lines:empty {
-  display: none;
+  border: 0;
 }
 
 .ros-Log-line .ros-level {
