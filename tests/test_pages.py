@@ -213,14 +213,17 @@ def test_links_between_the_notebooks_lead_somewhere(path):
 
 
 def small_exercises():
-    """Each exercise that is checked at once and not handed in: its page, the id of its stub, its check and solution."""
+    """Each exercise that is checked at once and not handed in: its stub, its check and solution, by its title."""
     for path in SECTIONS:
         known = cells.read(path)
         for at, cell in enumerate(known):
-            if cell.kind == "markdown" and re.search(r"^## Ten minutes first", cell.source, re.MULTILINE):
+            if cell.kind == "markdown" and (
+                title := re.search(r"^## Ten minutes first: (.*)$", cell.source, re.MULTILINE)
+            ):
                 stub, check, answer = known[at + 1 : at + 4]
+                held = "".join(each.source for each in known if "class Held" in each.source and "Held" in check.source)
                 solution = re.search(r"<summary>One solution</summary>.*?^```python\n(.*?)^```", answer.source, FLAGS)
-                yield pytest.param(stub.source, check.source, solution[1], id=path.stem)
+                yield pytest.param(f"{held}\n{stub.source}", check.source, f"{held}\n{solution[1]}", id=title[1])
 
 
 # For each page's small exercise: what it imports, and faults of its solution, each with what stands there instead.
@@ -232,6 +235,7 @@ import course
 import numpy as np
 from course.recorders import GoalRecorder
 from course_interfaces.action import Fibonacci
+from example_interfaces.srv import AddTwoInts
 from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.action import ActionClient, ActionServer, CancelResponse
@@ -243,12 +247,16 @@ from std_srvs.srv import SetBool, Trigger
 ros = course.live()
 """
 FAULTS = {
-    "services": {"self.ringing or ": "", "not self.there_is_smoke": "True"},
-    "actions": {
+    "an alarm": {"self.ringing or ": "", "not self.there_is_smoke": "True"},
+    "two questions": {
+        "self.sum_twice,\n                            callback_group=group": "self.sum_twice",
+        "a=first.sum": "a=request.a",
+    },
+    "one cancel": {
         "return Fibonacci.Result(sequence=counted)\n            time": "return Fibonacci.Result()\n            time"
     },
-    "parameters": {"self.get_parameter(name).value": "50.0", ", reason=": ", reason='' and "},
-    "ai_integration": {"angles % (2 * np.pi) - np.pi": "angles - np.pi", "measured & ": ""},
+    "one rule of two parameters": {"self.get_parameter(name).value": "50.0", ", reason=": ", reason='' and "},
+    "one sector": {"angles % (2 * np.pi) - np.pi": "angles - np.pi", "measured & ": ""},
 }
 
 
