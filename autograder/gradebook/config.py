@@ -3,6 +3,7 @@
 from nbgrader.preprocessors import AssignLatePenalties
 from traitlets.config import Config
 
+from autograder.gradebook.exchange_feedback import ReleaseFeedback
 from autograder.gradebook.late import LatePolicy
 from autograder.gradebook.plugins import FeedbackPage, GradeInSandbox, HandedInNotebook, NameCells
 
@@ -19,6 +20,9 @@ def apply(c: Config) -> None:
     c.Autograde.autograde_preprocessors = [NameCells, GradeInSandbox, AssignLatePenalties]
     c.GenerateFeedback.exporter_class = FeedbackPage
     c.GenerateFeedback.preprocessors = []
+
+    # Feedback goes out through the exchange to all whose hand-ins came through it; the others are named.
+    c.ExchangeFactory.release_feedback = ReleaseFeedback
 
     # No late penalty unless the course's own file sets one: c.LatePolicy.percent_per_day and the other options.
     c.AssignLatePenalties.plugin_class = LatePolicy

@@ -177,6 +177,25 @@ def test_a_class_graded_by_autograder_is_marked_by_hand_at_once(course):
         assert (marked.manual_score, bool(marked.needs_manual_grade)) == (4, False)
 
 
+def test_feedback_is_released_to_all_who_handed_in_through_the_exchange(course, tmp_path):
+    """What `autograder collect` laid out has no secret of the exchange, and perhaps no time: it stops nobody's page."""
+    (tmp_path / "exchange").mkdir(mode=0o777)
+    (tmp_path / "exchange").chmod(0o777)
+    with open(course / "nbgrader_config.py", "a") as config:
+        config.write(f"c.Exchange.root = {str(tmp_path / 'exchange')!r}\n")
+    through = course / "submitted" / "bob" / "calculator"
+    (through / "submission_secret.txt").write_text("s" * 32)
+    (through / "timestamp.txt").write_text("2026-05-01 12:00:00 UTC")
+    grade(course)
+    nbgrader = release.api(course)
+    assert nbgrader.generate_feedback("calculator")["success"]
+    released = nbgrader.release_feedback("calculator")
+    assert released["success"], released
+    assert "feedback/ada/calculator was not released, because" in released["log"]
+    (page,) = (tmp_path / "exchange" / "ros2" / "feedback").iterdir()
+    assert page.read_bytes() == (course / "feedback" / "bob" / "calculator" / "calculator.html").read_bytes()
+
+
 def test_another_gradebook_leaves_the_course_alone(course, tmp_path):
     url = f"sqlite:///{tmp_path / 'other.db'}"
     with Entering(url, course / "submitted", course / "out") as entering:
