@@ -9,6 +9,9 @@ score yet or is missing.  Options change that: `automatic` exports the points of
 the cells of missing submissions.  The log has the numbers of each, the students who wait for marks or handed in
 nothing, and every student without a line in the file.
 
+The gradebook keeps students who have left the class (see `members.in_class`).  What was collected of theirs is
+exported; what was not is never called missing, and a student without any collected hand-in has no line.
+
 Spreadsheets run a cell that begins with = + - or @ as a formula, and students choose their names (OWASP, "CSV
 Injection").  Names, and whatever else the import does not use, get an apostrophe in front, as OWASP advises.  What
 the import finds students by is never changed: see each exporter.
@@ -32,12 +35,12 @@ from nbgrader.api import Grade as CellGrade
 from nbgrader.plugins import ExportPlugin
 from traitlets import Bool, Enum
 
-from autograder.errors import CannotExport
-from autograder.gradebook import late
+from autograder.errors import CannotExport, UsageError
+from autograder.gradebook import late, members
 from autograder.results.text import printable
 from course.foundation import storage
 
-DONE, WAITING, MISSING = "graded", "waiting for marks", "not handed in"
+DONE, WAITING, MISSING, LEFT = "graded", "waiting for marks", "not handed in", "has left the class"
 Thing = TypeVar("Thing", Assignment, Student)
 
 
@@ -50,6 +53,7 @@ class Grade:
     handed_in: SubmittedAssignment | None
     automatic: bool = False  # only the points of tests count
     not_handed_in: str = ""  # the text of the cell without a submission
+    left: bool = False  # the student is not in the class any more
 
     @cached_property
     def parts(self) -> list[CellGrade]:
@@ -64,9 +68,9 @@ class Grade:
 
     @cached_property
     def state(self) -> str:
-        """Return DONE, WAITING or MISSING."""
+        """Return DONE, WAITING, MISSING, or LEFT: nothing was collected, and the student has left the class."""
         if self.handed_in is None:
-            return MISSING
+            return LEFT if self.left else MISSING
         return WAITING if self.unmarked or not self.parts else DONE
 
     @property
@@ -78,7 +82,7 @@ class Grade:
     def points(self) -> str:
         """Return the score minus the penalty as text for the file; empty while it waits for marks."""
         if self.handed_in is None:
-            return self.not_handed_in
+            return "" if self.left else self.not_handed_in
         if self.state != DONE:
             return ""
         return number(max(0.0, sum(part.score for part in self.parts) - self.penalty))
@@ -123,22 +127,32 @@ class Exporter(ExportPlugin):
         chosen = _chosen(gradebook.assignments, lambda thing: thing.name, self.assignment, "assignment")
         students = _chosen(gradebook.students, lambda thing: thing.id, self.student, "student")
         self._assign_penalties(gradebook, chosen)
+        now = self._in_class()
         grades: Grades = {student.id: {} for student in students}
         for assignment in chosen:
             handed_in = {one.student_id: one for one in assignment.submissions}
             for student in students:
                 grades[student.id][assignment.name] = Grade(
-                    student, assignment, handed_in.get(student.id), self.automatic, self.not_handed_in
+                    student,
+                    assignment,
+                    handed_in.get(student.id),
+                    self.automatic,
+                    self.not_handed_in,
+                    now is not None and student.id not in now,
                 )
+        gone = [name for name, mine in grades.items() if mine and {grade.state for grade in mine.values()} == {LEFT}]
+        self.tell(gone, "because they have left the class, and nothing of theirs was collected")
+        grades = {name: mine for name, mine in grades.items() if name not in gone}
+        students = [student for student in students if student.id in grades]
         for assignment in chosen:
             states = Counter(grades[student.id][assignment.name].state for student in students)
-            empty = ", ".join(f"{states[state]} {state}" for state in (WAITING, MISSING) if states[state])
+            empty = ", ".join(f"{states[state]} {state}" for state in (WAITING, MISSING, LEFT) if states[state])
             self.log.info("%s: %d grades%s", assignment.name, states[DONE], f"; left empty: {empty}" if empty else "")
             self._tell_who(assignment.name, [grades[student.id][assignment.name] for student in students])
         return grades
 
     def _tell_who(self, assignment: str, grades: list[Grade]) -> None:
-        """Log the students who wait for marks, and those who handed in nothing."""
+        """Log the students who wait for marks, those who handed in nothing, and those who have left before."""
         waiting: dict[tuple[str, ...], list[str]] = {}
         for grade in grades:
             if grade.state == WAITING:
@@ -150,6 +164,21 @@ class Exporter(ExportPlugin):
             self.log.warning("--%s.automatic=True exports what the tests gave", type(self).__name__)
         if missing := [printable(grade.student.id) for grade in grades if grade.state == MISSING]:
             self.log.warning("%s: %s by %s", printable(assignment), MISSING, ", ".join(missing))
+        if left := [printable(grade.student.id) for grade in grades if grade.state == LEFT]:
+            who = ", ".join(left)
+            self.log.warning(
+                "%s: nothing was collected of these, who have left the class: %s", printable(assignment), who
+            )
+
+    def _in_class(self) -> set[str] | None:
+        """Return the students who are in the class now; None if it is not known."""
+        folders = self.config.CourseDirectory
+        course = Path(folders.get("root", "."))
+        try:
+            return members.in_class(course, course / folders.get("submitted_directory", "submitted"))
+        except UsageError as error:
+            self.log.warning("It is not known who has left the class: %s", error)
+            return None
 
     def _assign_penalties(self, gradebook: Gradebook, assignments: Iterable[Assignment]) -> None:
         """Compute late penalties again, where a policy is set: manual marks and new extensions change them."""

@@ -43,6 +43,9 @@ class Wish:
 def export(wish: Wish, url: str, submitted: Path | None, roster: Roster | None = None) -> None:
     """Write the file from the gradebook at `url`; prints what it contains and what is missing.  Raises CannotExport."""
     config = (late.course_config(submitted) if submitted else None) or Config()
+    if submitted:  # where the roster is
+        config.CourseDirectory.root = str(submitted.resolve().parent)
+        config.CourseDirectory.submitted_directory = submitted.resolve().name
     if roster:
         with Scores(url) as scores:
             scores.enrol(roster)

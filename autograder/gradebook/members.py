@@ -10,6 +10,7 @@ from pathlib import Path
 
 from autograder.errors import UsageError
 from autograder.gradebook import shared_file
+from autograder.submissions.roster import of_class
 
 FILE = "members.json"
 
@@ -25,6 +26,18 @@ def read(course: Path) -> dict[int, str] | None:
         raise UsageError(
             f"{course / FILE} cannot be read: {error}. Remove it, and give the `up` command again"
         ) from None
+
+
+def in_class(course: Path, submitted: Path) -> set[str] | None:
+    """Return who is in the class now; None if it is not known.
+
+    That is the roster given last with the submissions, or else the members of the class on this server.  Raises
+    UsageError.
+    """
+    if roster := of_class(submitted, None):
+        return roster.students
+    known = read(course)
+    return None if known is None else set(known.values())
 
 
 def write(course: Path, members: Mapping[int, str]) -> None:

@@ -77,7 +77,7 @@ class MoodleExporter(Exporter):
 
     def _feedback(self, grade: Grade) -> str:
         if grade.handed_in is None:
-            return "Not handed in."
+            return "" if grade.left else "Not handed in."
         if grade.state != DONE:
             return ""
         said = [f"Handed in late: {number(grade.penalty)} points off."] if grade.penalty else []

@@ -13,7 +13,7 @@ from nbgrader.api import Gradebook
 from typer.testing import CliRunner
 
 from autograder.cli import app
-from autograder.gradebook import ends, release
+from autograder.gradebook import ends, members, release
 from autograder.gradebook.entering import Entering
 from autograder.records import GRADED, PASSED, Report, Result
 from autograder.results.output import Basis, Output
@@ -119,6 +119,38 @@ def test_the_platform_is_told_who_handed_in_nothing(course, tmp_path):
         f"bob,{MOST:g}",
         "zoe,0",
     ]
+
+
+def test_who_has_left_the_class_did_not_fail_to_hand_in(course, tmp_path):
+    """They are in no list of those who handed in nothing, and get no 0; what was collected before is exported."""
+    (tmp_path / "roster.csv").write_text(f"{ROSTER}eve,Eve,Left,eve@uni.edu,15,\n")
+    grade(course, "--roster", tmp_path / "roster.csv")
+    assert exported(course, "--automatic")[0]["eve"]["state"] == "not handed in"
+    (tmp_path / "roster.csv").write_text("\n".join(ROSTER.splitlines()[:1] + ROSTER.splitlines()[2:]))  # nor is ada
+    assert "Not handed in: calculator: zoe." in grade(course, "--roster", tmp_path / "roster.csv").splitlines()
+    table, said = exported(course, "--automatic", "--missing-is-zero")
+    assert {student: line["state"] for student, line in table.items()} == {
+        "ada": "graded",
+        "bob": "graded",
+        "zoe": "not handed in",
+    }
+    why = "because they have left the class, and nothing of theirs was collected: eve"
+    assert f"1 without a line in the file, {why}" in said and "not handed in by zoe" in said
+    moodle = tmp_path / "moodle.csv"
+    said = run("export", course / "out", "--for", "moodle", "--to", moodle, "--automatic", "--missing-is-zero")
+    assert [line.partition(",")[0] for line in moodle.read_text().splitlines()] == ["username", "ada", "bob", "zoe"]
+    assert why in said
+    # In a class without such a roster: the members that `up` has noted; and who has other work keeps the line.
+    (course / "submitted" / REMEMBERED).unlink()
+    members.write(course, {1: "bob", 2: "zoe"})
+    with Gradebook(f"sqlite:///{course / 'gradebook.db'}") as book:
+        book.add_assignment("services")
+    said = run("export", course / "out", "--for", "csv", "--to", course / "grades.csv", "--missing-is-zero")
+    assert "services: nothing was collected of these, who have left the class: ada" in said
+    with open(course / "grades.csv", newline="") as file:
+        lines = {(one["assignment"], one["student_id"]): (one["state"], one["score"]) for one in csv.DictReader(file)}
+    assert lines["services", "ada"] == ("has left the class", "") and lines["services", "bob"] == ("not handed in", "0")
+    assert "eve" not in {student for _, student in lines}
 
 
 def test_what_the_tests_gave_is_exported_before_anything_is_marked(course):
