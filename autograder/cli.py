@@ -183,12 +183,10 @@ def grade(
     for name, students in book.unanswered.items():
         print(
             printable(
-                one_line(
-                    f"Handed in without a notebook, so that {name}'s questions cannot be marked: {', '.join(students)}."
-                )
+                one_line(f"Handed in without a notebook, so {name}'s questions wait for a mark: {', '.join(students)}.")
             )
         )
-        print("Ask for the notebook, or give --without-notebook zero.")
+        print("Ask for the notebook, mark them in Formgrader without it, or give --without-notebook zero.")
     expected = known.students if known and not student else set()
     for name in sorted({name for _, name in found}):
         if absent := sorted(expected - {who for who, of in found if of == name}):

@@ -51,7 +51,8 @@ class Scores:
 
     Given the folder of the submissions, it also writes the times of handing in, and the late penalties of the course
     that the folder is in; otherwise nbgrader does that.  Questions in words are marked in the notebook.  For a
-    submission without a notebook they count 0 if `unanswered_is_zero`; otherwise the student is listed in `unanswered`.
+    submission without a notebook they count 0 if `unanswered_is_zero`; otherwise they wait for a mark, too, and the
+    student is listed in `unanswered`.  A mark that was given counts, with a notebook or without.
     """
 
     def __init__(self, url: str, submitted: Path | None = None, unanswered_is_zero: bool = False):
@@ -107,7 +108,7 @@ class Scores:
             late.assign(self._config, self._url, name, name, student)
 
     def _questions(self, notebook: SubmittedNotebook, handed_in: bool) -> None:
-        """Flag the questions that no test judges for manual grading; without a notebook there is nothing to mark."""
+        """Flag the questions that no test judges for manual grading; without a notebook they may count 0."""
         tested = load(notebook.assignment.name).cells.keys()
         questions = [grade for grade in notebook.grades if grade.name not in tested and grade.manual_score is None]
         for grade in questions:

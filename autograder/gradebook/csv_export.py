@@ -49,8 +49,8 @@ class CsvExporter(Exporter):
         }
         if handed_in:
             line["timestamp"] = str(handed_in.timestamp or "")
-            if any(has_score(part) for notebook in handed_in.notebooks for part in notebook.grades):
-                line["raw_score"] = number(handed_in.score)  # the score so far, even while parts wait for a mark
+            if any(map(has_score, grade.parts)):  # of the parts that `score` counts, even while some wait for a mark
+                line["raw_score"] = number(sum(part.score for part in grade.parts))
             line["late_submission_penalty"] = number(grade.penalty)
             line["days_late"] = number(handed_in.total_seconds_late / late.DAY)
             line["needs_manual_grade"] = str(grade.state == WAITING)

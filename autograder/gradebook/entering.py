@@ -41,7 +41,7 @@ class Entering:
 
     @property
     def unanswered(self) -> dict[str, list[str]]:
-        """Return, by exercise, the students whose questions cannot be marked because their notebook is missing."""
+        """Return, by exercise, the students whose questions wait for a mark although there is no notebook."""
         return self._scores.unanswered
 
     def write(self, report: Report) -> None:

@@ -50,6 +50,8 @@ def handed_in_notebook(path: Path) -> NotebookNode:
         return notebook.safe(read_handed_in(path))
     except UnreadableNotebook as error:
         why = f"**The notebook that was handed in cannot be shown: {error}.** Its files were graded."
+        if not os.path.lexists(path):
+            why = "No notebook was handed in, only files. They were graded."
         return new_notebook(cells=[new_markdown_cell(notebook.plain(why))])
 
 
@@ -58,6 +60,8 @@ class NameCells(NbGraderPreprocessor):
 
     The text stays as the student left it, even in a test cell, because no points depend on it.
     """
+
+    absent = "This cell is not in the notebook that was handed in."  # the text of a missing cell
 
     def preprocess(self, nb: NotebookNode, resources: Resources) -> Preprocessed:
         """Give the metadata of each of the assignment's cells to the first cell of that name; add missing cells."""
@@ -69,10 +73,8 @@ class NameCells(NbGraderPreprocessor):
             if name in known:
                 cell.metadata["nbgrader"] = known.pop(name)[0]
         for metadata, kind in known.values():
-            new = new_code_cell if kind == "code" else new_markdown_cell
-            nb.cells.append(
-                new("# This cell is not in the notebook that was handed in.", metadata={"nbgrader": metadata})
-            )
+            text, new = (f"# {self.absent}", new_code_cell) if kind == "code" else (self.absent, new_markdown_cell)
+            nb.cells.append(new(text, metadata={"nbgrader": metadata}))
         return nb, resources
 
 

@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -164,7 +165,7 @@ def test_what_the_tests_gave_is_exported_before_anything_is_marked(course):
 
 def test_questions_without_a_notebook_are_asked_for_or_count_0(course):
     said = grade(course)
-    assert "Handed in without a notebook, so that calculator's questions cannot be marked: bob." in said
+    assert "Handed in without a notebook, so calculator's questions wait for a mark: bob." in said
     assert exported(course)[0]["bob"]["state"] == "waiting for marks"
     said = grade(course, "--without-notebook", "zero")
     assert "without a notebook" not in said
@@ -174,6 +175,24 @@ def test_questions_without_a_notebook_are_asked_for_or_count_0(course):
     shutil.copy(course / "submitted" / "ada" / "calculator" / "calculator.ipynb", course / "submitted/bob/calculator")
     grade(course, "--without-notebook", "zero")  # now there is something to mark
     assert exported(course)[0]["bob"]["state"] == "waiting for marks"
+    assert "No notebook was handed in" not in formgrader_page(course, "bob")  # and it is shown
+
+
+def test_a_mark_without_a_notebook_counts_like_any_other(course):
+    grade(course)
+    page = formgrader_page(course, "bob")
+    assert page.count("No notebook was handed in") > 1 and "cannot be shown" not in page
+    assert not re.search(r"<h\d[^>]*>[^<]*handed in", page)  # it is said in plain text
+    with Gradebook(f"sqlite:///{course / 'gradebook.db'}") as book:
+        for student in ("ada", "bob"):
+            marked = book.find_grade(QUESTION, "calculator", "calculator", student)
+            assert marked.needs_manual_grade  # Manual Grading lists it
+            marked.manual_score, marked.needs_manual_grade = 4, False
+        book.db.commit()
+    assert "without a notebook" not in grade(course)
+    for options, points in (((), MOST + 4), (["--automatic"], MOST)):
+        for line in exported(course, *options)[0].values():
+            assert (line["state"], line["raw_score"], line["score"]) == ("graded", f"{points:g}", f"{points:g}"), line
 
 
 def test_a_class_graded_by_autograder_is_marked_by_hand_at_once(course):
@@ -187,7 +206,6 @@ def test_a_class_graded_by_autograder_is_marked_by_hand_at_once(course):
     for student in ("ada", "bob"):
         page = formgrader_page(course, student)
         assert TESTS[0].title in page
-    assert "cannot be shown" in formgrader_page(course, "bob")
     nbgrader = release.api(course)
     assert {one["student"] for one in nbgrader.get_submissions("calculator") if one["autograded"]} == {"ada", "bob"}
     with Gradebook(f"sqlite:///{course / 'gradebook.db'}") as book:
