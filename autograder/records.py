@@ -27,6 +27,7 @@ UNSAFE = "unsafe"  # graded without a sandbox
 KILLED_WORKERS = "killed_workers"  # given up because workers died while grading it
 BUSY_MACHINE = "busy_machine"  # points were lost while all cores had long run queues, and grading again did not help
 TIME_UNKNOWN = "time_unknown"  # the time of the hand-in is not certain: no late penalty
+STUB_OF = "stub_of:"  # before a file's name: it was not handed in, and the notebook's unsolved cell was graded
 KILLED_JUDGE = "killed_judge"  # the judging process died at each try; only tests judged before that count
 
 MESSAGE, DETAIL = 3000, 4000  # characters of a test's text for the student and for the instructor
@@ -45,6 +46,7 @@ class Submission:
     assignment: str
     files: dict[str, bytes] = field(default_factory=dict)  # content by name
     problems: list[str] = field(default_factory=list)  # for the student; any problem makes the submission invalid
+    stubs: list[str] = field(default_factory=list)  # names of files that were missing: the notebook's unsolved cells
 
 
 # Coordinator to worker, through the worker's stdin.

@@ -6,13 +6,14 @@ from traitlets.config import Config
 from autograder.gradebook.exchange_feedback import ReleaseFeedback
 from autograder.gradebook.late import LatePolicy
 from autograder.gradebook.plugins import FeedbackPage, GradeInSandbox, HandedInNotebook, NameCells
+from course.foundation.cells import STUB
 
 
 def apply(c: Config) -> None:
     """Make nbgrader grade with this package in the course that `c` configures; later settings override these."""
     c.CourseDirectory.course_id = "ros2"
     # The stub is a comment, in Python and in a .srv file: the program starts, and the checks say what is missing.
-    c.ClearSolutions.code_stub = {"python": "# YOUR CODE HERE"}
+    c.ClearSolutions.code_stub = {"python": f"# {STUB}"}
 
     # The handed-in files are graded in the sandbox.  The instructor sees the notebook as handed in; it is never run.
     c.Autograde.exporter_class = HandedInNotebook

@@ -19,6 +19,7 @@ from autograder.records import (
     KILLED_JUDGE,
     NOT_RUN,
     PASSED,
+    STUB_OF,
     TIMED_OUT,
     UNSAFE,
     Job,
@@ -88,6 +89,7 @@ def grade(
     else:
         judgement = _judge_calmly(submission, exercise, confinement, seed, patience)
     flags = [*judgement.flags, *([UNSAFE] if confinement == UNSAFE else [])]
+    flags += [STUB_OF + name for name in submission.stubs]
     return _report(submission, exercise, seed, judgement, flags, time.monotonic() - start)
 
 

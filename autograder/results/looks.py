@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from autograder.errors import UsageError
-from autograder.records import CRASHED, INFRASTRUCTURE_ERROR, INVALID_SUBMISSION, TIME_UNKNOWN, Report
+from autograder.records import CRASHED, INFRASTRUCTURE_ERROR, INVALID_SUBMISSION, STUB_OF, TIME_UNKNOWN, Report
 from autograder.submissions import exercises
 
 NEAR = 0.8  # of an exercise's time limit
@@ -51,7 +51,15 @@ def looks(reports: Iterable[Report], known: Known | None = None) -> list[Look]:
         if crashed := sum(test.outcome == CRASHED for test in report.tests):
             note("programs crashed", f"{name} (in {crashed} of {len(report.tests)} tests)")
     for report in reports:
+        if stubs := [flag.removeprefix(STUB_OF) for flag in report.flags if flag.startswith(STUB_OF)]:
+            note(
+                "a file was not handed in, and the notebook's unsolved cell was graded instead",
+                f"{report.student}/{report.assignment} ({', '.join(stubs)})",
+            )
+    for report in reports:
         for flag in report.flags:
+            if flag.startswith(STUB_OF):
+                continue
             note(f"flagged: {FLAGS.get(flag, flag.replace('_', ' '))}", f"{report.student}/{report.assignment}")
     for report in reports:
         if (limit := _limit(report.assignment)) and report.duration_s > NEAR * limit:

@@ -16,7 +16,7 @@ from autograder.errors import RefusedFile, UnknownTime
 from autograder.records import Submission
 from autograder.submissions import notebook
 from course.errors import UnreadableNotebook
-from course.foundation.cells import Cell, exercise_file, text_of
+from course.foundation.cells import STUB, Cell, exercise_file, text_of
 
 TIMESTAMP = "timestamp.txt"  # nbgrader's file for the time of handing in
 MAX_BYTES = 1_000_000  # of a file; a program of this course has some 5,000
@@ -26,7 +26,10 @@ EARLY = timedelta(days=1)  # by which a clock may be wrong: a time further in th
 
 
 def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> Submission:
-    """Read the `wanted` files of `folder`; `problems` names what is missing or refused."""
+    """Read the `wanted` files of `folder`; `problems` names what is missing or refused.
+
+    `stubs` names what was missing and comes from a cell of the notebook that the student has not solved.
+    """
     flags = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC
     try:
         inside = os.open(folder, flags)
@@ -37,7 +40,7 @@ def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> 
             problems=[f"'{assignment}' is not a folder: hand in a folder of that name with the files in it."],
         )
     files: dict[str, bytes] = {}
-    problems, missing = [], []
+    problems, missing, stubs = [], [], []
     try:
         with os.scandir(inside) as entries:
             present = {
@@ -53,6 +56,8 @@ def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> 
                     missing.append(_missing(name, present))
                 else:
                     files[name] = content
+                    if STUB.encode() in content:
+                        stubs.append(name)
             except RefusedFile as error:
                 problems.append(str(error))
             except OSError as error:
@@ -64,7 +69,9 @@ def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> 
         if folders:
             told += f" What is in the folder {folders[0]} does not count: hand in files, not folders."
         problems.append(told)
-    return Submission(student, assignment, {} if problems else files, problems)
+    if problems:
+        return Submission(student, assignment, problems=problems)
+    return Submission(student, assignment, files, stubs=stubs)
 
 
 def read_file(path: Path, limit: int = MAX_BYTES) -> bytes:

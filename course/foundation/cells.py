@@ -14,6 +14,7 @@ from course.foundation.untrusted import read_regular
 
 # nbgrader's marks around text that is removed from the released notebook; they are not part of the exercise's file.
 MARKERS = re.compile(r"^[ \t]*### (?:BEGIN|END) SOLUTION[ \t]*\n", re.MULTILINE)
+STUB = "YOUR CODE HERE"  # what a release leaves where a solution was, in a comment
 MOST = 100_000_000  # bytes of a notebook; one with many pictures has some 10,000,000
 PASSED = "passed"  # the outcome of a public check other than "not yet: ..."
 SOLUTION = re.compile(r"^[ \t]*### BEGIN SOLUTION[ \t]*\n(.*?)^[ \t]*### END SOLUTION", re.MULTILINE | re.DOTALL)

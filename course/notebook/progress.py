@@ -10,11 +10,11 @@ from pathlib import Path
 
 from course.errors import UnreadableNotebook
 from course.foundation import cells
-from course.foundation.cells import PASSED, Cell
+from course.foundation.cells import PASSED, STUB, Cell
 
 ORDER = ("services", "actions", "parameters", "ai_integration", "calculator")
 ANSWERED = "answered"
-STUBS = ("YOUR ANSWER HERE", "YOUR CODE HERE")
+STUBS = ("YOUR ANSWER HERE", STUB)
 HEAD = ("section", "part", "so far", "points")
 
 

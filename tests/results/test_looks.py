@@ -1,5 +1,6 @@
 """The report and `show` say first what needs a look, by name; what is well folds."""
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -8,6 +9,7 @@ import pytest
 from nbgrader.api import Gradebook
 
 from autograder.gradebook.book import Scores
+from autograder.grading import single
 from autograder.records import BUSY_MACHINE, FAILED, GRADED, INVALID_SUBMISSION, PASSED, TIME_UNKNOWN, Report, Result
 from autograder.results import summary
 from autograder.results.looks import Known, Look, looks
@@ -58,6 +60,21 @@ def test_who_needs_a_look_is_named_by_reason():
         "more alike than others (`autograder similar` shows them)": ["calculator: ada and dee (98)"],
     }
     assert looks([report("ada")]) == []
+
+
+def test_a_missing_file_whose_stub_was_graded_is_named(tmp_path, monkeypatch):
+    solved, stub = "%%exercise motor_service.py\nprint()\n", "%%exercise relay.py\n# YOUR CODE HERE\n"
+    cells = [{"cell_type": "code", "source": source} for source in (solved, stub)]
+    folder = tmp_path / "eve" / "services"
+    folder.mkdir(parents=True)
+    (folder / "services.ipynb").write_text(json.dumps({"cells": cells}))
+    monkeypatch.setattr(single, "judge", lambda *_: single.Judgement(GRADED))
+    why = "a file was not handed in, and the notebook's unsolved cell was graded instead"
+    assert looks([single.grade(listing.read(tmp_path, "eve", "services"), "root")]) == [
+        Look(why, ["eve/services (relay.py)"])
+    ]
+    (folder / "relay.py").write_text("# YOUR CODE HERE\n")  # handed in
+    assert looks([single.grade(listing.read(tmp_path, "eve", "services"), "root")]) == []
 
 
 def test_a_test_that_most_have_passed_is_not_one_that_everybody_has():
