@@ -641,11 +641,12 @@ def _circumstances(
     except UsageError:  # the submissions are gone, so there is nothing to compare
         return Known(missing=absent)
     try:
-        late = lateness(existing_url(gradebook, submitted, out))
+        url = existing_url(gradebook, submitted, out)
     except UsageError:
         if gradebook:
             raise
-        late = {}
+        url = ""
+    late = lateness(url, submitted) if url else {}
     return Known(
         {key: seconds for key, seconds in late.items() if key in reports},
         absent,

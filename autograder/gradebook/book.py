@@ -125,15 +125,19 @@ class Scores:
         self._known.add(name)
 
 
-def lateness(url: str) -> dict[tuple[str, str], float]:
-    """Return the lateness (s) of late submissions, by student and exercise."""
+def lateness(url: str, submitted: Path) -> dict[tuple[str, str], float]:
+    """Return the lateness (s) of late submissions, by student and exercise.
+
+    The extensions of the course around `submitted` count.  Raises UsageError when its configuration is invalid.
+    """
+    config = late.course_config(submitted)
     with Gradebook(url) as book:
-        return {
-            (one.student.id, assignment.name): float(one.total_seconds_late)
+        found = {
+            (one.student.id, assignment.name): late.lateness(config, one)
             for assignment in book.assignments
             for one in assignment.submissions
-            if one.total_seconds_late
         }
+    return {key: seconds for key, seconds in found.items() if seconds}
 
 
 def by_hand(url: str, assignment: str, student: str) -> list[Mark]:

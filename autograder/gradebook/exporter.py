@@ -182,7 +182,7 @@ class Exporter(ExportPlugin):
 
     def _assign_penalties(self, gradebook: Gradebook, assignments: Iterable[Assignment]) -> None:
         """Compute late penalties again, where a policy is set: manual marks and new extensions change them."""
-        if "AssignLatePenalties.plugin_class" not in self.config:
+        if late.POLICY not in self.config:
             return
         url = gradebook.engine.url.render_as_string(hide_password=False)
         for assignment in assignments:

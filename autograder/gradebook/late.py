@@ -30,6 +30,7 @@ from autograder.gradebook import extensions
 from autograder.submissions import provenance, reading
 
 DAY = 86_400  # s
+POLICY = "AssignLatePenalties.plugin_class"  # set where a course has a policy
 log = logging.getLogger(__name__)
 quiet = logging.getLogger(f"{__name__}.nbgrader")  # nbgrader logs three warnings for every late submission
 quiet.setLevel(logging.ERROR)
@@ -105,9 +106,13 @@ class LatePolicy(LateSubmissionPlugin):
 
     def days(self, late: SubmittedAssignment) -> int:
         """Return the days by which a submission is late, after extension and grace days."""
-        due = self.moved(late.duedate, late.student.id, late.name)  # already includes nbgrader's own extension
-        seconds = max(0.0, (late.timestamp - due).total_seconds() - self.grace_days * DAY)
+        seconds = max(0.0, self.seconds(late) - self.grace_days * DAY)
         return math.ceil(seconds / DAY) if self.count == "started" else int(seconds // DAY)
+
+    def seconds(self, late: SubmittedAssignment) -> float:
+        """Return the time (s) from the due date, moved by the student's extension, to handing in; 0 if in time."""
+        due = self.moved(late.duedate, late.student.id, late.name)  # already includes nbgrader's own extension
+        return max(0.0, (late.timestamp - due).total_seconds())
 
     def moved(self, time: datetime, student: str, assignment: str) -> datetime:
         """Return when an assignment is due, or ends, for a student, given the time for everybody; both in UTC."""
@@ -165,6 +170,12 @@ def course_config(submitted: Path) -> Config | None:
         raise UsageError(f"{folder / 'nbgrader_config.py'} cannot be loaded: {error!r}") from error
     config.CourseDirectory.root = str(folder)
     return config
+
+
+def lateness(config: Config | None, handed_in: SubmittedAssignment) -> float:
+    """Return by how much (s) a submission is late, with the extensions of the course that `config` is of, if any."""
+    late = float(handed_in.total_seconds_late)
+    return LatePolicy(config=config).seconds(handed_in) if late and config and POLICY in config else late
 
 
 def concerned(handed_in: SubmittedAssignment) -> bool:

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 from nbgrader.api import Gradebook
 
-from autograder.gradebook.book import Scores
+from autograder.gradebook import extensions, release
+from autograder.gradebook.book import Scores, lateness
 from autograder.grading import single
 from autograder.records import BUSY_MACHINE, FAILED, GRADED, INVALID_SUBMISSION, PASSED, TIME_UNKNOWN, Report, Result
 from autograder.results import summary
@@ -137,6 +138,18 @@ def test_the_report_knows_late_missing_and_alike(out, tmp_path):
     assert "calculator: ada and bob (the same to the letter: " in ran.stdout
     page = (out / "report.html").read_text()
     assert "bob/calculator (3.0 h)" in page and "<li>zoe</li>" in page and "ada and bob" in page
+
+
+def test_an_extension_counts_in_the_report_as_in_penalties(out):
+    url, submitted = f"sqlite:///{out / 'gradebook.db'}", out.parent / "submitted"
+    late = {("bob", "calculator"): 3 * 3600.0}
+    assert lateness(url, submitted) == late  # outside of a course there are no extensions
+    (out.parent / "nbgrader_config.py").write_text(release.COURSE_FILE)
+    assert lateness(url, submitted) == late
+    extensions.change(out.parent, ["bob"], None, 0.1)
+    assert lateness(url, submitted) == {("bob", "calculator"): pytest.approx(0.6 * 3600)}
+    extensions.change(out.parent, ["bob"], "calculator", 1.0)
+    assert lateness(url, submitted) == {}
 
 
 def test_show_prints_of_a_class_what_was_not_passed(out):
