@@ -68,7 +68,8 @@ class CanvasGradebook:
         ]
         if len(found) > 1:
             raise CannotExport(
-                f"{self.file} has {len(found)} columns for {name}: choose one with CanvasExporter.columns"
+                f"{self.file} has {len(found)} columns for {name}: "
+                "choose one with c.CanvasExporter.columns in nbgrader_config.py"
             )
         return found[0] if found else None
 
@@ -101,7 +102,7 @@ class CanvasExporter(Exporter):
     def rows(self, grades: Grades) -> Rows:
         """Return the students of the roster, with its columns about them and the exported assignments."""
         if not self.roster:
-            raise CannotExport("export the gradebook from Canvas, and give the file: --CanvasExporter.roster=FILE")
+            raise CannotExport(f"export the gradebook from Canvas, and give the file: {self.option('roster', 'FILE')}")
         if Path(self.to or self.default_name).resolve() == Path(self.roster).resolve():
             raise CannotExport(f"{self.roster} would be overwritten: choose another name with --to")
         roster = CanvasGradebook.read(self.roster)

@@ -24,10 +24,11 @@ import csv
 import io
 import unicodedata
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
 from typing import TypeVar
 
 from nbgrader.api import Assignment, Gradebook, Student, SubmittedAssignment
@@ -96,6 +97,7 @@ class Exporter(ExportPlugin):
     """A plug-in of `nbgrader export` that writes its file atomically."""
 
     default_name = "grades.csv"
+    options: Mapping[str, str] = MappingProxyType({})  # another command's options for the traits below
     automatic = Bool(False, help="Export what the tests gave, without waiting for marks by hand.").tag(config=True)
     not_handed_in = Enum(
         ("", "0"), "", help="The cell of an assignment that was not handed in: empty, or 0 points."
@@ -116,6 +118,10 @@ class Exporter(ExportPlugin):
     def rows(self, grades: Grades) -> Rows:
         """Return the lines of the file, its header first; raises CannotExport."""
         raise NotImplementedError
+
+    def option(self, trait: str, value: str) -> str:
+        """Return the option that sets a trait, for the command in use: `nbgrader export` unless `options` says more."""
+        return self.options.get(trait, f"--{type(self).__name__}.{trait}={value}")
 
     def tell(self, students: Iterable[str], why: str) -> None:
         """Log one line that names the students who have no line in the file."""
@@ -161,7 +167,7 @@ class Exporter(ExportPlugin):
             what = f"a mark of {' and '.join(cells)}" if cells else "any score"
             self.log.warning("%s: waiting for %s: %s", printable(assignment), what, ", ".join(students))
         if waiting and not self.automatic:
-            self.log.warning("--%s.automatic=True exports what the tests gave", type(self).__name__)
+            self.log.warning("%s exports what the tests gave", self.option("automatic", "True"))
         if missing := [printable(grade.student.id) for grade in grades if grade.state == MISSING]:
             self.log.warning("%s: %s by %s", printable(assignment), MISSING, ", ".join(missing))
         if left := [printable(grade.student.id) for grade in grades if grade.state == LEFT]:

@@ -24,6 +24,8 @@ EXPORTERS: dict[str, Callable[..., Exporter]] = {
     platforms.MOODLE.form: MoodleExporter,
     platforms.TABLE: CsvExporter,
 }
+# The options of `autograder export` that messages name.
+OPTIONS = {"automatic": "--automatic", "roster": "--from-canvas FILE"}
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,7 @@ def export(wish: Wish, url: str, submitted: Path | None, roster: Roster | None =
         with Scores(url) as scores:
             scores.enrol(roster)
     exporter = EXPORTERS[wish.form](config=config, log=_printing())
+    exporter.options = OPTIONS
     exporter.to, exporter.automatic = str(wish.to), wish.automatic
     exporter.not_handed_in = "0" if wish.missing_is_zero else ""
     exporter.assignment, exporter.student = wish.assignments, wish.students

@@ -313,5 +313,6 @@ def test_on_nbgraders_command_line(book, tmp_path):
         [part for part in command if "roster" not in part], cwd=tmp_path, capture_output=True, text=True
     )
     assert done.returncode == 1 and done.stderr.splitlines()[-1].startswith(
-        "autograder: export the gradebook from Canvas"
+        "autograder: export the gradebook from Canvas, and give the file: --CanvasExporter.roster=FILE"
     )
+    assert "--CanvasExporter.automatic=True exports what the tests gave" in done.stderr

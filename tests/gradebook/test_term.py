@@ -159,6 +159,7 @@ def test_what_the_tests_gave_is_exported_before_anything_is_marked(course):
     table, said = exported(course)
     assert {line["state"] for line in table.values()} == {"waiting for marks"}
     assert f"calculator: waiting for a mark of {QUESTION}: ada, bob" in said
+    assert "--automatic exports what the tests gave" in said.splitlines()
     table, _ = exported(course, "--automatic")
     assert {line["score"] for line in table.values()} == {f"{MOST:g}"}
 
@@ -256,7 +257,7 @@ def test_another_gradebook_leaves_the_course_alone(course, tmp_path):
 def test_a_wrong_export_is_one_line(course, tmp_path):
     grade(course)
     for options, says in {
-        ("--for", "canvas"): "export the gradebook from Canvas",
+        ("--for", "canvas"): "export the gradebook from Canvas, and give the file: --from-canvas FILE",
         ("--for", "moodle", "--user", "shoe"): "--user is one of username",
     }.items():
         ran = CliRunner().invoke(app, ["export", str(course / "out"), *options, "--to", str(tmp_path / "x.csv")])
