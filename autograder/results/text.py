@@ -22,17 +22,21 @@ def score(report: Report) -> str:
 
 
 def result(test: Result) -> str:
-    """The outcome of one test, with its message on a line of its own."""
+    """Return the outcome of one test, indented, with its message on a line of its own."""
     passed = test.outcome == PASSED
     outcome = "" if passed else f" [{test.outcome.replace('_', ' ')}]"
-    head = f" {'+' if passed else '-'} {test.points:g}/{test.max_points:g}  {test.title}{outcome}"
+    head = f"  {'+' if passed else '-'} {test.points:g}/{test.max_points:g}  {test.title}{outcome}"
     return f"{head}\n         {test.message}" if test.message else head
 
 
 def describe(report: Report, details: Mapping[str, str] | None = None, all_tests: bool = True) -> str:
-    """Return a report test by test, or only the tests not passed; `details`, by test, are for instructors only."""
+    """Return a report: its line, and below it each test, or only those not passed.
+
+    `details`, by test, are for instructors only.
+    """
     details = details or {}
-    lines = []
+    flags = f", {', '.join(report.flags)}" if report.flags else ""
+    lines = [f"{line(report)} (seed {report.seed}{flags})"]
     if report.status == GRADED:
         for test in report.tests:
             if test.outcome == PASSED and not all_tests:
@@ -41,8 +45,6 @@ def describe(report: Report, details: Mapping[str, str] | None = None, all_tests
             if detail := details.get(test.id):
                 lines.append(f"         > {detail}")
     else:
-        lines.append(f" {report.tests[0].message}")
+        lines.append(f"  {report.tests[0].message}")
         lines += [f"         > {said}" for said in details.get(FAULT, "").splitlines()]
-    flags = f", {', '.join(report.flags)}" if report.flags else ""
-    lines.append(f"{line(report)} (seed {report.seed}{flags})")
     return "\n".join(lines)
