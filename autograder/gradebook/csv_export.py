@@ -1,7 +1,11 @@
 """Grades as a CSV file, for anything that reads one."""
 
+import math
+
 from autograder.gradebook import late
 from autograder.gradebook.exporter import WAITING, Exporter, Grade, Grades, Rows, harmless, has_score, number
+
+DECIMALS = 4  # of days late; the last one stands for 9 s
 
 
 class CsvExporter(Exporter):
@@ -9,6 +13,9 @@ class CsvExporter(Exporter):
 
     nbgrader's own CsvExportPlugin does not quote, so a comma in a name shifts the columns; it gives 0 for missing
     submissions; and it does not show what is still to be marked.
+
+    `days_late` is the time since the due date, moved by the student's extension, in days: 3 hours are 0.125.  Grace
+    days do not shorten it, and it is not the number of days that cost points.
     """
 
     columns = (
@@ -52,6 +59,11 @@ class CsvExporter(Exporter):
             if any(map(has_score, grade.parts)):  # of the parts that `score` counts, even while some wait for a mark
                 line["raw_score"] = number(sum(part.score for part in grade.parts))
             line["late_submission_penalty"] = number(grade.penalty)
-            line["days_late"] = number(handed_in.total_seconds_late / late.DAY)
+            line["days_late"] = _days(late.lateness(self.config, handed_in))
             line["needs_manual_grade"] = str(grade.state == WAITING)
         return line
+
+
+def _days(seconds: float) -> str:
+    """Return a time in days, rounded up, so that only what was in time has 0."""
+    return f"{math.ceil(seconds / late.DAY * 10**DECIMALS) / 10**DECIMALS:.{DECIMALS}f}".rstrip("0").rstrip(".")

@@ -14,6 +14,7 @@ import pytest
 from nbgrader.api import Gradebook
 from traitlets.config import Config
 
+from autograder.gradebook import extensions
 from autograder.gradebook.book import Scores
 from autograder.gradebook.canvas_export import CanvasExporter
 from autograder.gradebook.csv_export import CsvExporter
@@ -118,6 +119,21 @@ def test_plain(book, tmp_path, caplog):
         table["ada", "services"]["last_name"] == f"'{FORMULA}" and table["ada", "services"]["first_name"] == "a,b  =1+1"
     )
     assert "calculator: 2 grades; left empty: 1 waiting for marks, 2 not handed in" in caplog.text
+
+
+def test_days_late_are_0_only_in_time_and_count_the_extension(book, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # nbgrader's commands find the course's extensions here
+    (tmp_path / "nbgrader_config.py").touch()
+
+    def days_late(late: timedelta) -> str:
+        book.update_or_create_submission("calculator", "bob", timestamp=DUE + late)
+        lines = exported(CsvExporter(config=LATE, assignment=["calculator"]), book, tmp_path)
+        return column(lines, "student_id", "days_late")["bob"]
+
+    known = [days_late(timedelta(seconds=seconds)) for seconds in (-60, 0, 1, 180, 3 * 3600, 36 * 3600)]
+    assert known == ["0", "0", "0.0001", "0.0021", "0.125", "1.5"]
+    extensions.change(tmp_path, ["bob"], "calculator", 1.0)
+    assert [days_late(timedelta(hours=hours)) for hours in (24, 36)] == ["0", "0.5"]
 
 
 def test_penalties_are_left_alone_where_no_policy_is_set(book, tmp_path):
