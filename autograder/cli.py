@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 # Packages that take a second to load (Dask, nbgrader, numpy) are imported by the commands that need them.
 
-ALIKE = 10  # pairs of an exercise that the report names
+ALIKE = 10  # groups of an exercise that the report names, and pairs
 USAGE, INFRASTRUCTURE, INTERRUPTED = 2, 3, 130  # exit codes
 GO_ON = "Make room, and run the command again; `grade` goes on with --resume"
 # typer has its own copy of click, and does not export click's UsageError.
@@ -629,7 +629,7 @@ def _roster_of(out: Path, given: list[Path] | None) -> Roster | None:
 def _circumstances(
     out: Path, reports: dict[tuple[str, str], Report], roster: Roster | None, gradebook: str | None
 ) -> Known:
-    """Return further facts: late submissions, missing ones, and pairs that are alike."""
+    """Return further facts: late submissions, missing ones, and groups that are alike."""
     from autograder.gradebook.book import existing_url, lateness
     from autograder.similarity import find, presenting
 
@@ -650,7 +650,12 @@ def _circumstances(
     return Known(
         {key: seconds for key, seconds in late.items() if key in reports},
         absent,
-        [line for name in names for finding in find(out, name, ALIKE) for line in presenting.striking(finding)],
+        dict(
+            group
+            for name in names
+            for finding in find(out, name, ALIKE)
+            for group in presenting.striking(finding, ALIKE).items()
+        ),
     )
 
 

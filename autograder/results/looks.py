@@ -8,6 +8,7 @@ from autograder.records import CRASHED, INFRASTRUCTURE_ERROR, INVALID_SUBMISSION
 from autograder.submissions import exercises
 
 NEAR = 0.8  # of an exercise's time limit
+ALIKE = "more alike than others (`autograder similar` shows them)"
 HOUR, DAY = 3600, 86_400  # s
 FLAGS = {TIME_UNKNOWN: "time of handing in unknown, nothing taken off"}  # other flags are shown by name
 
@@ -18,7 +19,9 @@ class Known:
 
     late: dict[tuple[str, str], float] = field(default_factory=dict)  # seconds, by student and exercise
     missing: dict[str, list[str]] = field(default_factory=dict)  # students of the roster, by exercise
-    alike: list[str] = field(default_factory=list)  # pairs of submissions, a line each
+    alike: dict[str, list[str]] = field(
+        default_factory=dict
+    )  # a line for a group of submissions; its pairs, if several
 
 
 @dataclass(frozen=True)
@@ -27,6 +30,7 @@ class Look:
 
     why: str
     who: list[str]
+    details: dict[str, list[str]] = field(default_factory=dict)  # further lines of some of them, which fold
 
 
 def looks(reports: Iterable[Report], known: Known | None = None) -> list[Look]:
@@ -72,9 +76,9 @@ def looks(reports: Iterable[Report], known: Known | None = None) -> list[Look]:
     for assignment, absent in sorted(known.missing.items()):
         for student in absent:
             note(f"{assignment} not handed in", student)
-    for pair in known.alike:
-        note("more alike than others (`autograder similar` shows them)", pair)
-    return [Look(why, who) for why, who in found.items()]
+    for group in known.alike:
+        note(ALIKE, group)
+    return [Look(why, who, known.alike if why == ALIKE else {}) for why, who in found.items()]
 
 
 def _limit(assignment: str) -> float:

@@ -1,7 +1,7 @@
 """Comparison of submissions: every one is compared with every other."""
 
 import math
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -16,6 +16,7 @@ from autograder.submissions import exercises
 ENOUGH = 10  # fingerprints: a program with fewer counts as if it had as many, because it proves little
 LONGEST = 50_000  # characters of a file, five times what the exercises need: longer ones would take minutes
 LEAST = 1  # score of a pair that is shown
+STRIKING = 60  # score of a pair; independent right answers stay below 30
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,17 @@ class Pair:
 
 
 @dataclass(frozen=True)
+class Group:
+    """Submissions that striking pairs connect: pairs with identical files, or with a score of STRIKING or more."""
+
+    students: list[str]
+    pairs: int  # how many striking pairs there are among them
+    highest: float  # score of these pairs
+    identical: list[str]  # files that are byte for byte the same for all of them
+    partly: list[str]  # further files, the same for some of them
+
+
+@dataclass(frozen=True)
 class Finding:
     """The result of comparing the submissions to one exercise."""
 
@@ -39,6 +51,7 @@ class Finding:
     pairs: list[Pair]  # the most alike first
     scores: list[float]  # of all pairs, rising
     left_out: list[str]  # students without a Python file that can be read and is not too long
+    groups: list[Group] = field(default_factory=list)  # of all pairs, the largest first
 
     @property
     def title(self) -> str:
@@ -92,7 +105,36 @@ def compare(
             )
         )
     left_out = [one.student for one in every if not one.texts]
-    return Finding(assignment, len(programs), pairs, sorted(map(float, scores[above])), left_out)
+    groups = _groups(programs, scores, above[0], above[1], (scores[above] >= STRIKING) | (same[above] > 0))
+    return Finding(assignment, len(programs), pairs, sorted(map(float, scores[above])), left_out, groups)
+
+
+def _groups(
+    programs: list[Program],
+    scores: NDArray[np.floating],
+    left_of: NDArray[np.intp],
+    right_of: NDArray[np.intp],
+    striking: NDArray[np.bool_],
+) -> list[Group]:
+    """Return the groups that the `striking` ones of the pairs connect."""
+    group_of = {number: {number} for number in range(len(programs))}
+    pairs = [(int(left), int(right)) for left, right in zip(left_of[striking], right_of[striking], strict=True)]
+    for left, right in pairs:
+        if group_of[left] is not group_of[right]:
+            group_of[left] |= group_of[right]
+            group_of.update(dict.fromkeys(group_of[right], group_of[left]))
+    scores_of: dict[int, list[float]] = defaultdict(list)  # by the group's first member
+    for left, right in pairs:
+        scores_of[min(group_of[left])].append(float(scores[left, right]))
+    groups = []
+    for first, found in scores_of.items():
+        members = [programs[number] for number in sorted(group_of[first])]
+        owners = Counter(file for member in members for file in member.texts.items())
+        identical = [name for (name, _), count in owners.items() if count == len(members)]
+        partly = {name: 0 for (name, _), count in owners.items() if count > 1 and name not in identical}
+        students = [member.student for member in members]
+        groups.append(Group(students, len(found), max(found), identical, [*partly]))
+    return sorted(groups, key=lambda group: (-len(group.students), not group.identical, -group.highest))
 
 
 def _short(texts: dict[str, str]) -> dict[str, str]:

@@ -4,11 +4,9 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from autograder.results import pages
-from autograder.similarity.comparing import Finding
+from autograder.similarity.comparing import Finding, Group, Pair
 from course.foundation import storage
 from course.foundation.untrusted import one_line
-
-STRIKING = 60  # score of a pair; independent right answers stay below 30
 
 
 def describe(finding: Finding) -> str:
@@ -28,14 +26,34 @@ def describe(finding: Finding) -> str:
     return "\n".join(lines)
 
 
-def striking(finding: Finding) -> list[str]:
-    """Return the pairs that are reported unasked: identical files, and scores far above the rest."""
-    return [
-        f"{finding.assignment}: {pair.left} and {pair.right}"
-        + (f" (the same to the letter: {', '.join(pair.identical)})" if pair.identical else f" ({pair.score:.0f})")
-        for pair in finding.pairs
-        if pair.identical or pair.score >= STRIKING
-    ]
+def striking(finding: Finding, most: int) -> dict[str, list[str]]:
+    """Return the groups that are reported unasked, at most `most`, a line each; with it the group's pairs, a line each.
+
+    The pairs are those that the finding shows; two students alone have no further lines.
+    """
+    found = {}
+    for group in finding.groups[:most]:
+        *names, last = group.students
+        line = f"{finding.assignment}: {', '.join(names)} and {last} ({_why(group)})"
+        inside = [pair for pair in finding.pairs if {pair.left, pair.right} <= {*group.students}]
+        found[line] = [f"{pair.left} and {pair.right} ({_like(pair)})" for pair in inside] if len(names) > 1 else []
+    if (more := len(finding.groups) - most) > 0:
+        found[f"{finding.assignment}: and {more} more {'group' if more == 1 else 'groups'}"] = []
+    return found
+
+
+def _why(group: Group) -> str:
+    """Return what a group's students have in common."""
+    reasons = [f"the same to the letter: {', '.join(group.identical)}"] if group.identical else []
+    reasons += [f"the same to the letter for some: {', '.join(group.partly)}"] if group.partly else []
+    if len(group.students) == 2:
+        return "; ".join(reasons) or f"{group.highest:.0f}"
+    return "; ".join([f"{group.pairs} pairs", *(reasons or [f"up to {group.highest:.0f}"])])
+
+
+def _like(pair: Pair) -> str:
+    """Return what the two students of a pair have in common."""
+    return f"the same to the letter: {', '.join(pair.identical)}" if pair.identical else f"{pair.score:.0f}"
 
 
 def page(findings: Iterable[Finding]) -> str:

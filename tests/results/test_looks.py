@@ -46,7 +46,7 @@ CLASS = [report("ada"), report("cy", (1,)), report("dee"), report("eve", (1,), (
 
 
 def test_who_needs_a_look_is_named_by_reason():
-    known = Known({("ada", "calculator"): 90_000.0}, {"calculator": ["zoe"]}, ["calculator: ada and dee (98)"])
+    known = Known({("ada", "calculator"): 90_000.0}, {"calculator": ["zoe"]}, {"calculator: ada and dee (98)": []})
     reports = [*CLASS, refused("gus"), report("hal", (), (TIME_UNKNOWN,), 0.9 * LIMIT)]
     found = {look.why: look.who for look in looks(reports, known)}
     assert found == {
@@ -138,6 +138,15 @@ def test_the_report_knows_late_missing_and_alike(out, tmp_path):
     assert "calculator: ada and bob (the same to the letter: " in ran.stdout
     page = (out / "report.html").read_text()
     assert "bob/calculator (3.0 h)" in page and "<li>zoe</li>" in page and "ada and bob" in page
+
+
+def test_a_group_that_is_alike_is_one_line_and_its_pairs_fold():
+    known = Known(alike={"calculator: ada, bob and cy (3 pairs)": ["ada and bob (98)", "bob and <cy> (70)"]})
+    (look,) = looks([report("ada")], known)
+    assert look.who == ["calculator: ada, bob and cy (3 pairs)"]
+    page = summary.page([report("ada")], known=known)
+    folded = page.partition("ada, bob and cy (3 pairs)<details>")[2].partition("</details>")[0]
+    assert "ada and bob (98)" in folded and "bob and &lt;cy&gt; (70)" in folded
 
 
 def test_an_extension_counts_in_the_report_as_in_penalties(out):

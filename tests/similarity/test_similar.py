@@ -319,10 +319,29 @@ def test_identical_files_come_first(known):
     assert all(not pair.identical for pair in found.pairs[1:])
 
 
+def test_a_group_of_copies_is_one_line_with_all_names(known):
+    """Five hand in the same files, two share a disguised program, and the others are independent."""
+    first = next(iter(OTHERS))
+    handed_in = [(name, programs(files)) for name, files in OTHERS.items()]
+    handed_in += [(name, programs(REFERENCE)) for name in ("ada", "bob", "cy", "dee", "eve")]
+    handed_in += [("fay", copy(OTHERS[first]))]
+    found = compare("calculator", handed_in, known, 3)
+    group, two = presenting.striking(found, 10).items()
+    files = ", ".join(programs(REFERENCE))
+    assert group[0] == f"calculator: ada, bob, cy, dee and eve (10 pairs; the same to the letter: {files})"
+    assert len(group[1]) == 3 and all("the same to the letter" in line for line in group[1])
+    assert two[0].startswith(f"calculator: {first} and fay (") and two[1] == []
+    assert list(presenting.striking(found, 1)) == [group[0], "calculator: and 1 more group"]
+    tail = {**programs(REFERENCE), "calculator_server.py": "class Other:\n    pass\n"}
+    (large, _) = compare("calculator", [*handed_in, ("gus", tail)], known, 3).groups
+    assert large.students[-1] == "gus" and large.pairs == 15
+    assert (large.identical, large.partly) == (["calculator_client.py"], ["calculator_server.py"])
+
+
 def test_what_was_given_is_identical_for_no_one(known):
     given = next(text for text in known if text.count("\n") > 20)
     found = compare("calculator", [("ada", {"a.py": given}), ("bob", {"a.py": given})], known, 3)
-    assert found.pairs == []
+    assert found.pairs == [] and found.groups == []
 
 
 def test_this_year_s_are_compared_with_last_year_s_and_those_not_with_each_other(submitted, tmp_path):
