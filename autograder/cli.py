@@ -468,7 +468,7 @@ def extend(
     until: Annotated[str | None, typer.Option(help="Or until when, as '2026-11-27 23:59 UTC'.")] = None,
     take_back: Annotated[bool, typer.Option("--take-back", help="Or nothing more: take back what was given.")] = False,
 ) -> None:
-    """Give students more time, and show who has how much; the next export or return works out penalties anew."""
+    """Give students more time, and show who has how much; the next export or return works out penalties again."""
     from autograder.gradebook import extensions
     from autograder.submissions.times import parse_time
 

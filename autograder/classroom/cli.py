@@ -27,6 +27,7 @@ from autograder.classroom import (
 from autograder.classroom.plan import DEFAULT, GIB, LOCAL, SETTINGS, Classroom, Limits
 from autograder.errors import AutograderError, ClassroomError, UsageError
 from autograder.gradebook.release import names as exercises
+from autograder.results.text import counted
 from course.foundation.untrusted import one_line
 
 PASSWORDS = ("pam", "dummy")
@@ -162,7 +163,7 @@ def _up(classroom: Classroom) -> None:
         print("Installed the hub's proxy.")
     new = accounts.make(classroom)
     if new:
-        print(f"Made {_counted(len(new), 'Unix user')}: {_listed([classroom.user(member) for member in new])}.")
+        print(f"Made {counted(len(new), 'Unix user')}: {_listed([classroom.user(member) for member in new])}.")
     if instructors_left:
         hub.stop(classroom)  # at once: the hub that runs knows them as instructors
     course_files.make_shared(classroom)
@@ -171,9 +172,9 @@ def _up(classroom: Classroom) -> None:
     if classroom.passwords == "pam":
         if without := accounts.without_password(classroom, new):
             written = accounts.set_passwords(classroom, without)
-            print(f"Gave passwords to {_counted(len(without), 'member')}; they are in {written}.")
+            print(f"Gave passwords to {counted(len(without), 'member')}; they are in {written}.")
         if kept := len(new) - len([member for member in new if member in without]):
-            print(f"Kept the passwords that {_counted(kept, 'member')} had before `down`.")
+            print(f"Kept the passwords that {counted(kept, 'member')} had before `down`.")
     else:
         known = hub.shared_passwords(classroom)
         print("FOR TRYING ONLY: whoever knows this password can come in as any student.")
@@ -361,7 +362,7 @@ def down(
     classroom = Classroom.load(folder.resolve())
     if dry_run:
         print(
-            f"Would end the hub and {_counted(len(servers.started(classroom)), 'server')}, and remove their Unix users."
+            f"Would end the hub and {counted(len(servers.started(classroom)), 'server')}, and remove their Unix users."
         )
         print(f"Would {'remove' if delete_homes else 'keep'} {classroom.folder}.")
         return
@@ -517,7 +518,7 @@ def _before(classroom: Classroom) -> Classroom | None:
 def _tell_plan(classroom: Classroom, new: list[members.Member]) -> None:
     limits = classroom.limits
     users = _listed([classroom.user(member) for member in new])
-    print(f"Would make {_counted(len(new), 'Unix user')}{f': {users}' if new else ''}.")
+    print(f"Would make {counted(len(new), 'Unix user')}{f': {users}' if new else ''}.")
     print(f"Would keep the class in {classroom.folder}: homes, exchange, grading, state.")
     if not hub.proxy().exists():
         print("Would install the hub's proxy with npm.")
@@ -527,10 +528,6 @@ def _tell_plan(classroom: Classroom, new: list[members.Member]) -> None:
         f"{limits.cores:g} processors, and end idle kernels after {limits.kernel_idle / 60:g} min."
     )
     print(f"Would start JupyterHub at {classroom.url}, with {'passwords of ' + classroom.passwords}.")
-
-
-def _counted(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def _listed(names: list[str], most: int = 8) -> str:

@@ -36,7 +36,7 @@ def read(path: Path, instructors: list[str]) -> list[Member]:
         if why:
             raise UsageError(f"{path}, line {number}: {why}")
         if name in members:
-            raise UsageError(f"{path}, line {number}: {name!r} is there twice")
+            raise UsageError(f"{path}, line {number}: {name!r} is listed twice")
         if role not in ROLES:
             raise UsageError(f"{path}, line {number}: the role {role!r} is neither 'student' nor 'instructor'")
         names = ((line.get(column) or "").strip() for column in ("first_name", "last_name"))

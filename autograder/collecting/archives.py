@@ -63,7 +63,7 @@ def contents(file: BinaryIO, most: int = MAX_CLASS_FILES, tarball: Allowance | N
         elif len(path.parts) > DEEPEST:
             yield f"the path {shortened(info.filename)} is too deep"
         elif path in seen:
-            yield f"{shortened(str(path))} is there twice"
+            yield f"{shortened(str(path))} is in it twice"
         else:
             seen.add(path)
             yield Packed(path, _changed(info), partial(archive.read, info))

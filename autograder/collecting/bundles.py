@@ -31,6 +31,7 @@ from autograder.collecting.archives import (
 )
 from autograder.errors import RefusedFile, UnknownTime, UsageError
 from autograder.platforms import Origin, is_traced, origin
+from autograder.results.text import counted
 from autograder.submissions import exercises, notebook, reading
 from course.errors import BadArchive
 from course.foundation.untrusted import Allowance, shortened
@@ -41,7 +42,7 @@ WRAPPED = 3  # nested archives
 MOST_OTHER = 20  # files of a folder that are listed one by one as not handed in
 CLOSED = "its owner has closed it, and must open or remove it"
 NO_FORM = "its name matches neither Canvas nor Moodle"
-NOBODYS = "a platform has named it, but not so that it tells one student: their name there may be odd"
+NOBODYS = "a platform has named it, but the name does not identify one student: their name there may be unusual"
 OTHER_ARCHIVES = {".gz", ".tar", ".bz2", ".xz", ".zst", ".rar", ".7z"}
 
 
@@ -125,19 +126,19 @@ def _below(
         elif is_traced(_as_file(path)):
             unplaced.append(f"{shortened(where)}: {NOBODYS}")
         elif path.is_dir() and len(path.relative_to(source).parts) > DEEPEST:
-            unplaced.append(f"{shortened(where)}: folders in each other go too deep")
+            unplaced.append(f"{shortened(where)}: its folders are nested too deeply")
         elif path.is_dir():
             yield from _below(path, source, unplaced, without, laid_out)
         elif (other := other + 1) <= MOST_OTHER:
             unplaced.append(f"{shortened(where)}: {_why_not(path)}")
     if other > MOST_OTHER:
-        unplaced.append(f"{folder}: {other - MOST_OTHER} more files that are no hand-ins")
+        unplaced.append(f"{folder}: {counted(other - MOST_OTHER, 'more file')} without a hand-in")
 
 
 def _why_not(path: PurePath) -> str:
     if is_other_archive(path.name):
         return f"an archive of a kind that is not opened: unpack it, and pack it as {ARCHIVE}"
-    return "neither an archive nor named by a platform, so nothing tells whose it is"
+    return "neither an archive nor named by a platform, so it is unknown whose it is"
 
 
 def is_other_archive(name: str) -> bool:
@@ -311,7 +312,7 @@ def _unwrapped(inside: list[ArchivedFile], allowance: Allowance, depth: int = WR
     inner = _archives_in(inside)
     if len(inner) == 1 and all(member.path.suffix.lower() not in (".py", ".ipynb") for member in inside):
         if not depth:
-            raise BadArchive(f"more than {WRAPPED} archives in each other")
+            raise BadArchive(f"more than {WRAPPED} nested archives")
         return _unwrapped(members_of(inner[0].content, inner[0].path.name, allowance), allowance, depth - 1)
     return flat(inside)
 

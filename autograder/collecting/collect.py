@@ -20,6 +20,7 @@ from autograder.collecting.bundles import bundles, files_of
 from autograder.collecting.identify import TIME, VERIFIED, HandedIn, identify
 from autograder.errors import Unplaced
 from autograder.platforms import users_are_global
+from autograder.results.text import counted
 from autograder.submissions import exercises, provenance, reading
 from autograder.submissions.provenance import KNOWN, ON_TIME, Source
 from autograder.submissions.roster import Roster
@@ -29,7 +30,7 @@ OTHERS = ".others"  # hand-ins that do not count
 Found = dict[tuple[str, str], list[HandedIn]]  # by student and exercise
 Before = Mapping[tuple[str, str], list[Source]]  # recorded origins of earlier hand-ins, by student and exercise
 
-INSTEAD = "it came by no platform, and takes the place of one of {}: whose is it?"
+INSTEAD = "it came from no platform, and replaces a hand-in from {}: check whose it is"
 SAME_SECOND = re.compile(r"\d{8}T\d{6}Z-(\d{1,2})\.zip$")  # `course hand-in` numbers those of one second
 
 
@@ -72,7 +73,9 @@ def collect(
             else:
                 over = end(handed_in.student, handed_in.assignment)
                 if over and handed_in.came.time == KNOWN and handed_in.at > over:
-                    unplaced.append(f"{bundle.source}: it is of {handed_in.when}, and the end was at {over:{TIME}}")
+                    unplaced.append(
+                        f"{bundle.source}: it was handed in at {handed_in.when}, after the end at {over:{TIME}}"
+                    )
                 else:
                     found[handed_in.student, handed_in.assignment].append(handed_in)
     into.mkdir(parents=True, exist_ok=True)
@@ -116,7 +119,9 @@ def _compare(found: Iterable[HandedIn]) -> None:
         (usual, count), *_ = Counter(each.assignment for each in those).most_common(1)
         for each in those if 2 * count > len(those) else ():
             if each.assignment != usual:
-                each.notes.append(f"it is of {each.assignment}, and most of {each.download} is of {usual}")
+                each.notes.append(
+                    f"it is a hand-in of {each.assignment}, and most hand-ins in {each.download} are of {usual}"
+                )
 
 
 def _rank(handed_in: HandedIn, due: datetime | None, uploads: bool) -> tuple[bool, int, datetime, int, int]:
@@ -263,13 +268,15 @@ def _place(handed_in: HandedIn, into: Path, due: datetime | None, roster: Roster
             return True  # collected before: a later download does not make it newer
         somebodys = before.platform == came.platform and before.user != came.user  # from another number
         if somebodys and _vouched(handed_in.student, came, roster):
-            handed_in.notes.append(f"what was laid out before came from the number {before.user}, and is nobody's now")
+            handed_in.notes.append(
+                f"the hand-in laid out before came from the number {before.user}, and no longer counts"
+            )
         elif at and _more(before, at, came, handed_in.at, due):
             if same and at == handed_in.at:
                 provenance.add(into, handed_in.student, handed_in.assignment, came)
                 return True
             if came.platform and not before.platform and not same:
-                handed_in.notes.append("what counts instead came by no platform: whose is it?")
+                handed_in.notes.append("the one that counts came from no platform: check whose it is")
             return False
         if before.platform and not came.platform:
             handed_in.notes.append(INSTEAD.format(before.platform))
@@ -342,13 +349,14 @@ def describe(collection: Collection) -> str:
         for each in handed_in:
             verified = ", receipt verified" if each.receipt == VERIFIED else ""
             look = f"  LOOK: {each.remark}" if each.remark else ""
-            less = f"; not taken: {', '.join(each.not_taken)}" if each.not_taken else ""
+            less = f"; not used: {', '.join(each.not_taken)}" if each.not_taken else ""
             lines.append(
                 one_line(f"  {each.student}/{each.assignment}, {each.when}{verified} ({each.source}{less}){look}")
             )
     lines += ["Could not be placed:"] * bool(collection.unplaced)
     lines += [one_line(f"  {line}") for line in collection.unplaced]
     for name, absent in collection.missing.items():
-        lines.append(one_line(f"Nothing of {name} was handed in by {len(absent)}: {', '.join(absent)}"))
-    count, students = len(collection.laid_out), len({each.student for each in collection.laid_out})
-    return "\n".join([*lines, f"{count} submissions of {students} students; {len(collection.unplaced)} not placed."])
+        lines.append(one_line(f"{name}: not handed in by {counted(len(absent), 'student')}: {', '.join(absent)}"))
+    count = counted(len(collection.laid_out), "submission")
+    students = counted(len({each.student for each in collection.laid_out}), "student")
+    return "\n".join([*lines, f"{count} of {students}; {len(collection.unplaced)} not placed."])

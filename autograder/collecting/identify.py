@@ -59,7 +59,7 @@ class HandedIn:
             return f"{self.at:{TIME}}"
         if self.came.time == ON_TIME:
             return f"on time, as {self.came.platform} says"
-        return "at a time that nothing tells"
+        return "time unknown"
 
     @property
     def remark(self) -> str:
@@ -67,7 +67,7 @@ class HandedIn:
         reasons = {
             f"its receipt {self.receipt}": self.receipt not in (VERIFIED, NONE),
             "the platform marks it late": self.came.late,
-            f"a wrong clock: its time, {self.ahead:%Y-%m-%d %H:%M} UTC, has not come yet" if self.ahead else "": True,
+            f"a wrong clock: its time, {self.ahead:%Y-%m-%d %H:%M} UTC, is in the future" if self.ahead else "": True,
         }
         return "; ".join([*(reason for reason, holds in reasons.items() if reason and holds), *self.notes])
 
@@ -155,7 +155,7 @@ def named_as_asked(files: dict[str, bytes]) -> tuple[dict[str, bytes], list[str]
             notes.append(f"{meant} counts, and {shortened(last)} does not: is that right?")
         else:
             result[meant] = result.pop(last)
-            notes.append(f"{shortened(last)} is taken for {meant}")
+            notes.append(f"{shortened(last)} is used as {meant}")
     return result, notes
 
 
@@ -176,7 +176,7 @@ def _student(bundle: Bundle, receipt: dict[str, Any], roster: Roster | None, ass
         student = roster.find(names) if roster else folder_name(names[-1])
         if bundle.origin and bundle.origin.others:
             users = " or ".join((bundle.origin.names[0], *bundle.origin.others))
-            raise Unplaced(f"its name could be of user {users}, so it is not taken for that of {student}")
+            raise Unplaced(f"its name could mean user {users}, so it is not assigned to {student}")
         if not student:
             raise Unplaced(f"{shortened(names[-1])!r} cannot be the name of a folder")
         return student, []
@@ -184,9 +184,11 @@ def _student(bundle: Bundle, receipt: dict[str, Any], roster: Roster | None, ass
         for likely in (name, re.sub(rf"[-_ ]*{assignment}[-_ ]*", "", name, flags=re.IGNORECASE)):
             with contextlib.suppress(Unplaced):
                 student = roster.find((likely,)) if roster else ""
-                return student, [f"nothing in it tells whose it is; {shortened(name)!r} is taken for {student}"]
-    how = "" if roster else "; with --roster, a file or folder that is called as a student is theirs"
-    raise Unplaced(f"nothing tells who handed it in{how}")
+                return student, [
+                    f"it does not say whose it is; by its name {shortened(name)!r} it is assigned to {student}"
+                ]
+    how = "" if roster else "; with --roster, a file or folder named after a student is assigned to that student"
+    raise Unplaced(f"it does not say who handed it in{how}")
 
 
 def _assignment(files: dict[str, bytes], receipt: dict[str, Any], expected: str | None) -> str:

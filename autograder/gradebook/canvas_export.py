@@ -12,7 +12,7 @@ from traitlets import Dict, Unicode
 from autograder.errors import CannotExport
 from autograder.gradebook.exporter import Exporter, Grades, Rows, harmless, number
 from autograder.platforms import CANVAS
-from autograder.results.text import printable
+from autograder.results.text import counted, printable
 
 ABOUT = ("Student", "LastName", "FirstName", "ID", "SIS User ID", "SIS Login ID", "Integration ID", "Root Account")
 ABOUT_STUDENTS = (*ABOUT, "Section")  # columns that are not assignments
@@ -166,13 +166,13 @@ class CanvasExporter(Exporter):
         )
         self.tell(
             [student for student, lines in found.items() if lines and student not in clear.values()],
-            f"because they fit several lines of {self.roster}, or a line fits several of them",
+            f"because they match several lines of {self.roster}, or a line matches several of them",
         )
         if rest := len(roster.students) - len(clear):
             self.log.info(
-                "%d of the %d students in %s have no grade here, and keep what Canvas has",
+                "%d of %s in %s without a grade here: what Canvas has stays",
                 rest,
-                len(roster.students),
+                counted(len(roster.students), "student"),
                 self.roster,
             )
         return clear

@@ -141,7 +141,7 @@ class OwnersCollect(ExchangeCollect):
                 self.log.warning("%s was left out, and what follows: there are too many files", shown(folder))
                 break
             if folder.count(os.sep) - src.count(os.sep) >= DEEPEST:
-                self.log.warning("%s was left out: folders in each other go too deep", shown(folder))
+                self.log.warning("%s was left out: its folders are nested too deeply", shown(folder))
                 below.clear()
             for name in sorted(names):
                 copy = Path(dest, os.path.relpath(folder, src), name)

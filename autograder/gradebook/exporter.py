@@ -38,7 +38,7 @@ from traitlets import Bool, Enum
 
 from autograder.errors import CannotExport, UsageError
 from autograder.gradebook import late, members
-from autograder.results.text import printable
+from autograder.results.text import counted, printable
 from course.foundation import storage
 
 DONE, WAITING, MISSING, LEFT = "graded", "waiting for marks", "not handed in", "has left the class"
@@ -126,7 +126,9 @@ class Exporter(ExportPlugin):
     def tell(self, students: Iterable[str], why: str) -> None:
         """Log one line that names the students who have no line in the file."""
         if names := sorted(map(printable, students)):
-            self.log.warning("%d without a line in the file, %s: %s", len(names), why, ", ".join(names))
+            self.log.warning(
+                "%s without a line in the file, %s: %s", counted(len(names), "student"), why, ", ".join(names)
+            )
 
     def _grades(self, gradebook: Gradebook) -> Grades:
         """Return the requested grades."""
@@ -152,8 +154,12 @@ class Exporter(ExportPlugin):
         students = [student for student in students if student.id in grades]
         for assignment in chosen:
             states = Counter(grades[student.id][assignment.name].state for student in students)
-            empty = ", ".join(f"{states[state]} {state}" for state in (WAITING, MISSING, LEFT) if states[state])
-            self.log.info("%s: %d grades%s", assignment.name, states[DONE], f"; left empty: {empty}" if empty else "")
+            unfilled = (WAITING, LEFT) if self.not_handed_in else (WAITING, MISSING, LEFT)
+            empty = ", ".join(f"{states[state]} {state}" for state in unfilled if states[state])
+            parts = [counted(states[DONE], "grade"), *([f"left empty: {empty}"] if empty else [])]
+            if self.not_handed_in and states[MISSING]:
+                parts.append(f"{self.not_handed_in} points: {states[MISSING]} {MISSING}")
+            self.log.info("%s: %s", assignment.name, "; ".join(parts))
             self._tell_who(assignment.name, [grades[student.id][assignment.name] for student in students])
         return grades
 

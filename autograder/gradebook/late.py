@@ -144,7 +144,7 @@ def timestamp(submitted: Path, student: str, assignment: str) -> dict[str, datet
         at = reading.handed_in_at(submitted / student / assignment)
     except UnknownTime as error:
         who = f"{student}/{assignment}"
-        log.warning("%s: it is not known when this was handed in, so no penalty is reckoned: %s", who, error)
+        log.warning("%s: the time of handing in is unknown, so no late penalty is deducted: %s", who, error)
         return {}
     unvouched = provenance.time_of(submitted, student, assignment) in (provenance.ON_TIME, provenance.UNKNOWN)
     return {"timestamp": at} if at or unvouched else {}

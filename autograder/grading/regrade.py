@@ -114,7 +114,7 @@ class Regrading:
                 why.append(f"new: {test.title}: {test.outcome}, {test.points:g} of {test.max_points:g}{said}")
             elif (was.outcome, was.points) != (test.outcome, test.points):
                 why.append(f"{test.title}: {was.outcome}, {was.points:g} -> {test.outcome}, {test.points:g}{said}")
-        return why + [f"gone: {test.title}: {test.outcome}, {test.points:g}" for test in before.values()]
+        return why + [f"removed: {test.title}: {test.outcome}, {test.points:g}" for test in before.values()]
 
 
 def _chosen(

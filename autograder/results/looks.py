@@ -10,7 +10,7 @@ from autograder.submissions import exercises
 NEAR = 0.8  # of an exercise's time limit
 ALIKE = "more alike than others (`autograder similar` shows them)"
 HOUR, DAY = 3600, 86_400  # s
-FLAGS = {TIME_UNKNOWN: "time of handing in unknown, nothing taken off"}  # other flags are shown by name
+FLAGS = {TIME_UNKNOWN: "time of handing in unknown, nothing deducted"}  # other flags are shown by name
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from rich.table import Table
 from autograder.records import CRASHED, FAILED, GRADED, INVALID_SUBMISSION, OUTCOMES, PASSED, TIMED_OUT, Report, Result
 from autograder.results import pages
 from autograder.results.looks import Known, looks
-from autograder.results.text import one_line
+from autograder.results.text import counted, one_line
 from autograder.submissions import exercises
 from course.foundation import storage
 
@@ -138,7 +138,7 @@ def show(reports: list[Report], console: Console | None = None, known: Known | N
             )
         console.print(table)
         if one.rest:
-            console.print(f"{len(one.rest)} more hidden tests were passed by nearly everybody.", highlight=False)
+            console.print(f"{counted(len(one.rest), 'more hidden test')} passed by nearly everybody.", highlight=False)
 
 
 def students(reports: Iterable[Report]) -> dict[str, dict[str, Report]]:
@@ -165,6 +165,7 @@ def page(reports: list[Report], feedback: str = "feedback", known: Known | None 
         students=students(reports),
         link=link,
         bars=BARS,
+        counted=counted,
         fmean=statistics.fmean,
         median=statistics.median,
     )

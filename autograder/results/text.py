@@ -5,7 +5,20 @@ from collections.abc import Mapping
 from autograder.records import FAULT, GRADED, PASSED, Report, Result
 from course.foundation.untrusted import one_line, printable
 
-__all__ = ["describe", "line", "one_line", "printable", "result", "score"]  # a student's names may contain anything
+__all__ = [
+    "counted",
+    "describe",
+    "line",
+    "one_line",
+    "printable",
+    "result",
+    "score",
+]  # a student's names may contain anything
+
+
+def counted(number: int, what: str) -> str:
+    """Return a number with its noun, in the plural unless it is 1."""
+    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def line(report: Report) -> str:

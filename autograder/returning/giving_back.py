@@ -20,6 +20,7 @@ from autograder.gradebook.book import by_hand, existing_url
 from autograder.platforms import FILES, instruction
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.results import feedback, output
+from autograder.results.text import counted
 from autograder.returning import ways
 from autograder.submissions import listing, provenance
 from course.foundation import storage
@@ -148,7 +149,7 @@ def describe(result: Returned) -> str:
     """Return the result as lines for the instructor."""
     lines = []
     for path, count in result.made.items():
-        lines.append(f"{path}: {_pages(count)}; {instruction(result.forms[path])}")
+        lines.append(f"{path}: {counted(count, 'page')}; {instruction(result.forms[path])}")
     for title, names in (
         ("Returned, though a cell is still to be marked by hand (the page says so):", result.waiting),
         ("Not returned:", result.left_out),
@@ -158,14 +159,10 @@ def describe(result: Returned) -> str:
         lines += [f"  {one_line(name)}" for name in names]
     if result.changed is not None:
         lines += [f"Changed since the last return: {one_line(', '.join(result.changed)) or 'nothing'}"]
-        lines += [f"{_pages(result.unchanged)} as they were returned last: not returned again."] * bool(
+        lines += [f"{counted(result.unchanged, 'page')} as they were returned last: not returned again."] * bool(
             result.unchanged
         )
-    return "\n".join([*lines, f"{_pages(sum(result.made.values()))} returned; {len(result.left_out)} not."])
-
-
-def _pages(count: int) -> str:
-    return f"{count} {'page' if count == 1 else 'pages'}"
+    return "\n".join([*lines, f"{counted(sum(result.made.values()), 'page')} returned; {len(result.left_out)} not."])
 
 
 def _url(gradebook: str | None, submitted: Path, out: Path) -> str | None:
@@ -194,7 +191,7 @@ def _write(pages: dict[tuple[str, str], list[tuple[str, str, bytes]]], into: Pat
         for who, name, _ in found:
             called[name.casefold()].append(who)  # on a case-insensitive disk one page would replace the other
         result.left_out += [
-            f"{who}: {' and '.join(called[name.casefold()])} would be called alike, {name}"
+            f"{who}: {' and '.join(called[name.casefold()])} would both be called {name}"
             for who, name, _ in found
             if len(called[name.casefold()]) > 1
         ]

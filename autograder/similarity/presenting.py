@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from autograder.results import pages
+from autograder.results.text import counted
 from autograder.similarity.comparing import Finding, Group, Pair
 from course.foundation import storage
 from course.foundation.untrusted import one_line
@@ -11,7 +12,7 @@ from course.foundation.untrusted import one_line
 
 def describe(finding: Finding) -> str:
     """The pairs for a person at a terminal."""
-    head = f"{finding.assignment}: {finding.programs} submissions, {len(finding.scores)} pairs"
+    head = f"{finding.assignment}: {counted(finding.programs, 'submission')}, {counted(len(finding.scores), 'pair')}"
     if finding.scores:
         head += f"; half of them score at most {finding.below(50):.0f}, 95 of 100 at most {finding.below(95):.0f}"
     lines = [head]  # a student's name may contain anything
@@ -38,7 +39,7 @@ def striking(finding: Finding, most: int) -> dict[str, list[str]]:
         inside = [pair for pair in finding.pairs if {pair.left, pair.right} <= {*group.students}]
         found[line] = [f"{pair.left} and {pair.right} ({_like(pair)})" for pair in inside] if len(names) > 1 else []
     if (more := len(finding.groups) - most) > 0:
-        found[f"{finding.assignment}: and {more} more {'group' if more == 1 else 'groups'}"] = []
+        found[f"{finding.assignment}: and {counted(more, 'more group')}"] = []
     return found
 
 
@@ -48,7 +49,7 @@ def _why(group: Group) -> str:
     reasons += [f"the same to the letter for some: {', '.join(group.partly)}"] if group.partly else []
     if len(group.students) == 2:
         return "; ".join(reasons) or f"{group.highest:.0f}"
-    return "; ".join([f"{group.pairs} pairs", *(reasons or [f"up to {group.highest:.0f}"])])
+    return "; ".join([counted(group.pairs, "pair"), *(reasons or [f"up to {group.highest:.0f}"])])
 
 
 def _like(pair: Pair) -> str:

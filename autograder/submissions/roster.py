@@ -118,7 +118,7 @@ def _lines(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
         if not ID.fullmatch(student) or student.startswith("."):
             raise UsageError(f"{path}, line {number}: {student!r} cannot be the name of a folder")
         if student in seen:
-            raise UsageError(f"{path}, line {number}: {student!r} is there twice")
+            raise UsageError(f"{path}, line {number}: {student!r} is listed twice")
         seen.add(student)
         yield (
             student,

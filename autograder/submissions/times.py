@@ -17,4 +17,4 @@ def parse_time(text: str) -> datetime:
     try:
         return time.astimezone(UTC)
     except OverflowError:
-        raise UsageError(f"{text!r} is not a time that a calendar has") from None
+        raise UsageError(f"{text!r} is a date or time that does not exist") from None

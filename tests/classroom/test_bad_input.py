@@ -16,7 +16,7 @@ from tests.classroom.conftest import COMMAND, ROSTER, run_classroom
 from tests.ports import free_port
 
 WRONG = {
-    "two equal names": ("student\nada\nada\n", "line 3: 'ada' is there twice"),
+    "two equal names": ("student\nada\nada\n", "line 3: 'ada' is listed twice"),
     "not a Unix name": ("student\nAda Lovelace\n", "line 2: 'Ada Lovelace' is not a valid Unix user name"),
     "an attack": ("student\n../../root\n", "is not a valid Unix user name"),
     "the instructors' group": ("student\nstaff\n", "line 2: 'staff' is what the instructors' group is called"),

@@ -57,7 +57,7 @@ def test_archives_in_each_other_have_an_end(tmp_path):
     for number in range(10):
         path = archive(tmp_path / f"{number}.zip", {"again.zip": path.read_bytes()})
     result = collect([path], tmp_path / "out")
-    assert result.unplaced == ["9.zip: more than 3 archives in each other"]
+    assert result.unplaced == ["9.zip: more than 3 nested archives"]
 
 
 def test_a_bulk_download_that_the_browser_has_unpacked(tmp_path):
@@ -73,7 +73,7 @@ def test_a_bulk_download_that_the_browser_has_unpacked(tmp_path):
     assert counted(tmp_path / "out") == {"Zoë_Müller/services", "roejim/services", "doejane/services"}
     assert result.unplaced == [
         "Zoë Müller_55_assignsubmission_file_/link.py: a link, which is not followed",
-        "holiday.jpg: neither an archive nor named by a platform, so nothing tells whose it is",
+        "holiday.jpg: neither an archive nor named by a platform, so it is unknown whose it is",
     ]
 
 
@@ -174,7 +174,7 @@ def test_a_canvas_name_that_two_users_could_have_is_nobodys_without_a_roster_too
     collect([archive(tmp_path / "a.zip", {"lovelaceada_11_900_relay.py": b"ada"})], tmp_path / "out")
     work = handed_in(tmp_path / "made", "x").read_bytes()
     result = collect([archive(tmp_path / "b.zip", {"lovelaceada_11_2020_901_work.zip": work})], tmp_path / "out")
-    assert "its name could be of user 11 or 2020" in result.unplaced[0]
+    assert "its name could mean user 11 or 2020" in result.unplaced[0]
     assert laid_out(tmp_path / "out")["lovelaceada/services/relay.py"] == b"ada"
 
 
@@ -183,7 +183,7 @@ def test_what_came_from_nowhere_and_takes_the_place_of_a_platforms_is_marked(tmp
     collect([moodle(tmp_path / "a.zip", ada=101)], tmp_path / "out")
     mailed = handed_in(tmp_path / "mail", "ada", at=datetime.now(UTC), files=FILES | {"relay.py": b"mailed"})
     (laid,) = collect([mailed], tmp_path / "out").laid_out
-    assert "it came by no platform, and takes the place of one of Moodle" in laid.remark
+    assert "it came from no platform, and replaces a hand-in from Moodle" in laid.remark
 
 
 def test_a_platforms_hand_in_that_does_not_count_because_of_one_from_nowhere_is_marked(tmp_path):
@@ -191,7 +191,7 @@ def test_a_platforms_hand_in_that_does_not_count_because_of_one_from_nowhere_is_
     collect([mailed], tmp_path / "out")
     own = archive(tmp_path / "own.zip", {"ada_101_assignsubmission_file_/relay.py": b"own"}, at=EARLY)
     (kept,) = collect([own], tmp_path / "out").kept
-    assert "what counts instead came by no platform" in kept.remark
+    assert "the one that counts came from no platform" in kept.remark
 
 
 @pytest.mark.parametrize("name", ["0\ud800", "m\udcfcller"])
@@ -244,7 +244,7 @@ def test_a_clock_that_is_ahead_makes_nobody_the_newest_for_ever(tmp_path):
     result = collect([path], tmp_path / "out")
     (only,) = result.laid_out
     assert before <= only.at <= datetime.now(UTC)
-    assert f"a wrong clock: its time, {future:%Y-%m-%d %H:%M} UTC, has not come yet" in describe(result)
+    assert f"a wrong clock: its time, {future:%Y-%m-%d %H:%M} UTC, is in the future" in describe(result)
     content = laid_out(tmp_path / "out")
     collect([path], tmp_path / "out")
     assert laid_out(tmp_path / "out") == content

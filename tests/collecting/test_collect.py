@@ -180,7 +180,7 @@ def test_a_folder_that_is_laid_out_already_is_taken_as_it_is(tmp_path):
 def test_files_in_a_folder_inside_the_archive_are_found(tmp_path):
     path = archive(tmp_path / "ada.zip", {f"my work/services/{name}": content for name, content in FILES.items()})
     result = collect([path], tmp_path / "out")
-    assert [line.partition(";")[0] for line in result.unplaced] == ["ada.zip: nothing tells who handed it in"]
+    assert [line.partition(";")[0] for line in result.unplaced] == ["ada.zip: it does not say who handed it in"]
     bulk = archive(tmp_path / "bulk.zip", {"doejane_1_2_work.zip": path.read_bytes()})
     collect([bulk], tmp_path / "out")
     assert counted(tmp_path / "out") == {"doejane/services"}
@@ -300,7 +300,7 @@ def test_an_archive_that_is_made_out_to_another_student_is_named(tmp_path):
     ("text", "says"),
     [
         ("name,login\nada,x\n", "has no column 'student'"),
-        ("student,login\nada,x\nada,y\n", "line 3: 'ada' is there twice"),
+        ("student,login\nada,x\nada,y\n", "line 3: 'ada' is listed twice"),
         ("student,login\n../ada,x\n", "cannot be the name of a folder"),
         ("student,login\n.others,x\n", "cannot be the name of a folder"),
         (b"student,login\nJ\xf6rg,x\n", "is not a CSV file in UTF-8"),
@@ -414,7 +414,7 @@ def test_the_command_says_what_came_of_it(tmp_path):
     assert ran.returncode == 1
     assert "ada/services, 2026-11-02 09:30:00 UTC, receipt verified" in ran.stdout
     assert "broken.zip: not a zip archive" in ran.stdout
-    assert "1 submissions of 1 students; 1 not placed." in ran.stdout
+    assert "1 submission of 1 student; 1 not placed." in ran.stdout
     assert ran.stderr == ""
 
 

@@ -139,7 +139,7 @@ HOSTILE = {
     "a device": (lambda: kind(0o020666), "relay.py is not an ordinary file"),
     "a pipe": (lambda: kind(0o010666), "relay.py is not an ordinary file"),
     "a password": (with_password, "relay.py needs a password"),
-    "twice": (twice, "relay.py is there twice"),
+    "twice": (twice, "relay.py is in it twice"),
     "damage": (damaged, "not a zip archive that can be read"),
     "up": (lambda: zipped([("../../relay.py", "x")]), "the path ../../relay.py leads out of it"),
     "up, by backslashes": (lambda: zipped([("..\\..\\relay.py", "x")]), "leads out of it"),

@@ -60,7 +60,7 @@ def test_what_is_not_laid_out_is_listed(tmp_path):
             "link",
             str(folder / "pictures"),
         }
-        assert listed[str(folder / "pictures")] == "5 more files that are no hand-ins"
+        assert listed[str(folder / "pictures")] == "5 more files without a hand-in"
         assert "not a .tar.gz archive that can be read" in listed["work.tar.gz"]
         assert "unpack it, and pack it as .zip" in listed["week1/ada.rar"]
         assert listed["link"] == "a link, which is not followed"
@@ -77,7 +77,7 @@ def test_a_further_copy_of_a_browser_is_taken_and_flagged(tmp_path, name):
         "doejane/services/relay.py": b"relay",
         "doejane/services/motor_service.py": b"motor",
     }
-    assert f"LOOK: {name} is taken for relay.py" in describe(result)
+    assert f"LOOK: {name} is used as relay.py" in describe(result)
 
 
 def test_of_two_copies_the_one_with_the_right_name_counts_and_is_flagged(tmp_path):
@@ -105,7 +105,7 @@ def test_files_that_the_exercise_does_not_ask_for_are_said(tmp_path):
     )
     bulk = archive(tmp_path / "bulk.zip", {"doejane_1_2_work.zip": work.read_bytes()})
     result = collect([bulk], tmp_path / "out")
-    assert "not taken: a/b.txt, helper.py)" in describe(result)
+    assert "not used: a/b.txt, helper.py)" in describe(result)
 
 
 def test_another_kind_of_archive_is_named_as_that(tmp_path):
@@ -136,7 +136,7 @@ def test_another_exercise_than_the_rest_of_a_download_is_flagged(tmp_path):
     bulk = archive(tmp_path / "bulk.zip", files | {"doejane_9_19_hand-in.zip": lift})
     result = collect([bulk], tmp_path / "out")
     assert [each.remark for each in result.laid_out if each.student == "doejane"] == [
-        "it is of actions, and most of bulk.zip is of services"
+        "it is a hand-in of actions, and most hand-ins in bulk.zip are of services"
     ]
     assert not any(each.remark for each in result.laid_out if each.student != "doejane")
 
@@ -148,8 +148,8 @@ def test_a_likely_name_is_taken_with_a_roster_and_flagged(tmp_path, roster):
         (tmp_path / "in" / name).write_bytes(plain.read_bytes())
     result = collect([tmp_path / "in"], tmp_path / "out", roster)
     assert counted(tmp_path / "out") == {"ada/services", "bob/services", "jim/services"}
-    assert "LOOK: nothing in it tells whose it is; 'services-bob' is taken for bob" in describe(result)
-    assert unplaced(result) == {"stranger.zip": "nothing tells who handed it in"}
+    assert "LOOK: it does not say whose it is; by its name 'services-bob' it is assigned to bob" in describe(result)
+    assert unplaced(result) == {"stranger.zip": "it does not say who handed it in"}
     assert result.missing == {"services": ["zoe"]}
 
 
@@ -159,5 +159,5 @@ def test_who_handed_in_nothing_is_listed(tmp_path):
     command = [AUTOGRADER, "collect", "in", "--into", "out", "--roster", "roster.csv", "--assignment", "services"]
     ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
     assert ran.returncode == 0, ran.stderr
-    assert "Nothing of services was handed in by 2: bob, zoe" in ran.stdout.splitlines()
+    assert "services: not handed in by 2 students: bob, zoe" in ran.stdout.splitlines()
     assert Path(tmp_path / "out" / "ada" / "services").is_dir()

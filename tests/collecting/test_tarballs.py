@@ -93,7 +93,7 @@ HOSTILE = {
     "a hard link": (lambda: packed([(entry("relay.py", tarfile.LNKTYPE, linkname="/etc/passwd"), b"")]), "is a link"),
     "a device": (lambda: packed([(entry("relay.py", tarfile.BLKTYPE), b"")]), "relay.py is not an ordinary file"),
     "a pipe": (lambda: packed([(entry("relay.py", tarfile.FIFOTYPE), b"")]), "relay.py is not an ordinary file"),
-    "twice": (lambda: packed([("relay.py", b"a"), ("./relay.py", b"b")]), "relay.py is there twice"),
+    "twice": (lambda: packed([("relay.py", b"a"), ("./relay.py", b"b")]), "relay.py is in it twice"),
     "up": (lambda: packed([("../../relay.py", b"x")]), "the path ../../relay.py leads out of it"),
     "absolute": (lambda: packed([("/tmp/relay.py", b"x")]), "the path /tmp/relay.py leads out of it"),
     "a zero byte": (

@@ -17,6 +17,13 @@ PRIVATE = {
     r"\bnobody looks at\b": "No ... is open",
     r"\bthat there (cannot be|is not|are not)\b": "invalid; has no ...",
     r"\banew\b": "again",
+    r"\bnothing (in it )?tells\b": "is unknown; it does not say ...",
+    r"\bis nobody's\b": "no longer counts",
+    r"\bin each other\b": "nested",
+    r"\bnot come yet\b": "is in the future",
+    r"\bcalendar has\b": "does not exist",
+    r"\bcalled alike\b": "would both be called ...",
+    r"\bby no platform\b": "from no platform",
 }
 LEFT = {"anew"}  # a key of the panels' protocol
 

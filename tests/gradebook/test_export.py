@@ -187,9 +187,9 @@ def test_canvas(book, tmp_path, caplog):
         "999": "",
     }
     assert lines[2][0].startswith("'=") and lines[3][3] == "'@bob" and lines[4][0] == "Ĉy"
-    assert "1 without a line in the file, because" in caplog.text and "does not have them: eve" in caplog.text
+    assert "1 student without a line in the file, because" in caplog.text and "does not have them: eve" in caplog.text
     assert "services is not in" in caplog.text and "new assignment" in caplog.text
-    assert "1 of the 5 students" in caplog.text and "Canvas has" not in caplog.text.replace("keep what Canvas has", "")
+    assert "1 of 5 students" in caplog.text and "Canvas has" not in caplog.text.replace("what Canvas has stays", "")
 
 
 @pytest.mark.parametrize("how", [{"bom": "\ufeff"}, {"possible": "20,00", "separator": ";"}])
@@ -219,7 +219,9 @@ def test_canvas_never_guesses_between_two(book, tmp_path, caplog):
     both = '"Both",106,ada,eve@uni.edu,Sec 1,,,'
     lines = exported(CanvasExporter(roster=roster(tmp_path, BOB, other, both)), book, tmp_path)
     assert [line[5] for line in lines[2:]] == ["", "", ""]
-    assert re.search(r"3 without a line in the file, because they fit several lines.*: ada, bob, eve\n", caplog.text)
+    assert re.search(
+        r"3 students without a line in the file, because they match several lines.*: ada, bob, eve\n", caplog.text
+    )
 
 
 @pytest.mark.parametrize(
@@ -253,17 +255,17 @@ def test_moodle(book, tmp_path, caplog):
     assert lines[0] == ["username", "calculator", "services"]
     assert column(lines, "username", "calculator") == {"ada": "20", "bob": "16", "cy": "", "dee": ""}
     assert column(lines, "username", "services")["dee"] == f"{SERVICES:g}"
-    assert "1 without a line in the file, because there is no grade to export: eve" in caplog.text
+    assert "1 student without a line in the file, because there is no grade to export: eve" in caplog.text
 
 
 def test_moodle_by_email_leaves_out_what_would_be_run(book, tmp_path, caplog):
     lines = exported(MoodleExporter(user="email"), book, tmp_path)
     assert [line[0] for line in lines] == ["email", "ada@uni.edu", "-bob@uni.edu", "cy@uni.edu"]
     why = "because a spreadsheet would take their email for a formula or for several cells"
-    assert f"1 without a line in the file, {why}: dee" in caplog.text
+    assert f"1 student without a line in the file, {why}: dee" in caplog.text
     book.update_or_create_student("ada", email="")
     exported(MoodleExporter(user="email"), book, tmp_path)
-    assert "1 without a line in the file, because the gradebook does not have their email: ada" in caplog.text
+    assert "1 student without a line in the file, because the gradebook does not have their email: ada" in caplog.text
 
 
 @pytest.mark.parametrize(
@@ -323,7 +325,7 @@ def test_on_nbgraders_command_line(book, tmp_path):
     ]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0 and "Exported to canvas.csv" in done.stderr and "Unrecognized" not in done.stderr
-    assert "4 without a line in the file" in done.stderr
+    assert "4 students without a line in the file" in done.stderr
     assert (tmp_path / "canvas.csv").read_text().splitlines()[2].split(",")[-2] == "20"
     done = subprocess.run(
         [part for part in command if "roster" not in part], cwd=tmp_path, capture_output=True, text=True

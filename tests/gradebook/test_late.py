@@ -233,7 +233,7 @@ def test_what_is_no_time_is_told_and_loses_no_score(course, caplog):
     with caplog.at_level(logging.WARNING), Scores(url, submitted) as scores:
         for student in names:
             scores.write(report(student))
-    told = "{}/calculator: it is not known when this was handed in"
+    told = "{}/calculator: the time of handing in is unknown"
     assert [told.format(name) in caplog.text for name in names] == [True] * len(names)
     assert penalties(url) == dict.fromkeys(names, 0)
 

@@ -102,8 +102,8 @@ def test_a_roster_that_was_given_once_is_known_to_all_commands(course, tmp_path)
     }
     assert table["zoe"]["last_name"] == "Müller" and table["zoe"]["score"] == ""
     assert "calculator: not handed in by zoe" in said
-    table, _ = exported(course, "--automatic", "--missing-is-zero")
-    assert table["zoe"]["score"] == "0"
+    table, said = exported(course, "--automatic", "--missing-is-zero")
+    assert table["zoe"]["score"] == "0" and "calculator: 2 grades; 0 points: 1 not handed in" in said.splitlines()
     assert "zoe" in run("return", course / "out").partition("Without a page")[2]
     assert (course / "submitted" / REMEMBERED).stat().st_mode & 0o077 == 0
     assert of_class(course / "submitted", None).students == {"ada", "bob", "zoe"}

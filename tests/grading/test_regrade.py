@@ -83,8 +83,8 @@ def test_who_moves_is_told_first_and_written_when_asked(pool, suite, tmp_path):
     assert graded == 2
     assert (out / "results.jsonl").read_bytes() == before, "nothing is written before it is asked for"
     by_student = {move.old.student: move for move in moves}
-    assert by_student["bob"].why == [f"gone: {test.title}: failed, 0"]
-    assert by_student["ada"].why == [f"gone: {test.title}: passed, {test.points:g}"]
+    assert by_student["bob"].why == [f"removed: {test.title}: failed, 0"]
+    assert by_student["ada"].why == [f"removed: {test.title}: passed, {test.points:g}"]
     assert by_student["ada"].new.score == 20 - test.points and by_student["ada"].new.seed == 7
 
     graded, _ = run(pool, out, apply=True)

@@ -52,7 +52,7 @@ def test_who_needs_a_look_is_named_by_reason():
     assert found == {
         "refused, nothing was run": ["gus/calculator (Missing: a.py.)"],
         "flagged: busy machine": ["eve/calculator"],
-        "flagged: time of handing in unknown, nothing taken off": ["hal/calculator"],
+        "flagged: time of handing in unknown, nothing deducted": ["hal/calculator"],
         "near the time limit, or beyond it with a second try": [
             f"hal/calculator ({0.9 * LIMIT:.0f} s of {LIMIT:.0f} s)"
         ],
@@ -100,7 +100,7 @@ def test_the_terminal_shows_no_histogram_and_breaks_no_name(capsys):
     assert f"{student}/calculator" in said
     assert said.index("Needs a look") < said.index(TESTS[1].title)
     assert "\u2588" not in said and TESTS[0].title not in said
-    assert f"{len(TESTS) - 1} more hidden tests were passed by nearly everybody." in said
+    assert f"{len(TESTS) - 1} more hidden tests passed by nearly everybody." in said
     assert "and 5 points for answers that are marked by hand" in said
 
 
