@@ -340,8 +340,8 @@ def collect_command(
     until: Annotated[
         str | None,
         typer.Option(
-            help="A hand-in of after that is listed, and not laid out; default: that of `release --until`, if INTO is "
-            "in the course folder, whose extensions count."
+            help="A later hand-in is listed, and not laid out; default: the time set by `release --until`, if INTO is "
+            "in the course folder. Its extensions count in both cases."
         ),
     ] = None,
 ) -> None:
@@ -460,13 +460,14 @@ def release_command(
 @app.command()
 def extend(
     students: Annotated[
-        list[str] | None, typer.Argument(help="Who gets more time, by the names of their folders; default: nobody.")
+        list[str] | None,
+        typer.Argument(help="Who gets more time, by the names of their folders; without any, show extensions."),
     ] = None,
     course: Annotated[Path, typer.Option(help="nbgrader's course folder.")] = Path("."),
     assignment: Annotated[str | None, typer.Option(help="For this exercise; default: for all.")] = None,
     days: Annotated[float | None, typer.Option(min=0, help="How many days more.")] = None,
     until: Annotated[str | None, typer.Option(help="Or until when, as '2026-11-27 23:59 UTC'.")] = None,
-    take_back: Annotated[bool, typer.Option("--take-back", help="Or nothing more: take back what was given.")] = False,
+    take_back: Annotated[bool, typer.Option("--take-back", help="Or take back what was given.")] = False,
 ) -> None:
     """Give students more time, and show who has how much; the next export or return works out penalties again."""
     from autograder.gradebook import extensions
@@ -479,7 +480,7 @@ def extend(
     extension = parse_time(until) if until else days
     given = extensions.change(course, students or [], assignment, None if take_back else extension)
     if not given:
-        print("Nobody has an extension.")
+        print("No student has an extension.")
     for student, name, more in extensions.listed(given):
         what = "every exercise" if name == extensions.ALL else name
         print(printable(one_line(f"{student}: {what}: {more}")))

@@ -298,7 +298,7 @@ def extend(course: Path, *words: str) -> subprocess.CompletedProcess:
 
 def test_more_time_given_by_the_command_counts_for_both_commands_and_can_be_taken_back(course):
     url = f"sqlite:///{course / 'gradebook.db'}"
-    assert extend(course).stdout == "Nobody has an extension.\n"
+    assert extend(course).stdout == "No student has an extension.\n"
     given = extend(course, "weeks", "two_days", "--days", "1.5")
     assert (given.returncode, given.stderr) == (0, "")
     assert given.stdout == "two_days: every exercise: 1.5 days more\nweeks: every exercise: 1.5 days more\n"
