@@ -41,8 +41,10 @@ class Bench:
         self.seed = seed
         self._nodes: list[Ros] = []
         self._threads = threads
-        self._domains = threads.domains if threads else random.sample(DOMAINS, len(DOMAINS))  # not from the
-        # seed: without a sandbox, simultaneous gradings must not use the same domain
+        # In another order each time, so that no program can tell from its domain what is being tested.  The order does
+        # not depend on the seed: without a sandbox, simultaneous gradings must not use the same domain.
+        domains = threads.domains if threads else DOMAINS
+        self._domains = random.sample(domains, len(domains))
         self.early: Mapping[str, Run] = {}
         self._hidden: set[float | str] = set()
 

@@ -2,11 +2,13 @@
 
 import random
 import time
+from types import SimpleNamespace
 
 import pytest
 
 from autograder.errors import Crashed, Fault, TimedOut, Wrong
 from autograder.suitekit import hints
+from autograder.suitekit.bench import Bench
 from autograder.suitekit.clock import Clock
 from autograder.suitekit.runs import (
     Run,
@@ -152,3 +154,12 @@ def test_a_run_can_be_waited_for_and_repeated():
 def test_what_lies_behind_an_exception_is_told(words, hint):
     told = hints.last_words(Program(output=words))
     assert told.startswith(words) and hint in told and (bool(hint) or told == words)
+
+
+def test_no_program_can_tell_from_its_domain_what_is_tested():
+    threads = SimpleNamespace(domains=[*range(1, 41)])
+    orders = {
+        tuple(bench.new_domain() for _ in threads.domains)
+        for bench in (Bench({}, None, threads, None, 7) for _ in "ab")
+    }
+    assert len(orders) == 2 and {frozenset(order) for order in orders} == {frozenset(threads.domains)}
