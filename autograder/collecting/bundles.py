@@ -114,7 +114,8 @@ def _below(
     other = 0
     for path in sorted(folder.iterdir()):
         where = str(path.relative_to(source))
-        if path in done or is_junk(path.name) or path.name.startswith(".") or path.resolve() == without:
+        hidden = path.name.startswith(".") and not is_archive(path.name)
+        if path in done or is_junk(path.name) or hidden or path.resolve() == without:
             continue
         if path.is_symlink():
             unplaced.append(f"{shortened(where)}: a link, which is not followed")

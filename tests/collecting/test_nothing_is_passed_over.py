@@ -40,7 +40,15 @@ def test_archives_in_folders_are_found(tmp_path):
 def test_what_is_not_laid_out_is_listed(tmp_path):
     folder = tmp_path / "in"
     handed_in(folder / "week1", "ada")
-    for name in ("week1/notes.txt", "relay.py", "bob/motor_service.py", "work.tar.gz", "week1/ada.rar", ".DS_Store"):
+    for name in (
+        "week1/notes.txt",
+        "relay.py",
+        "bob/motor_service.py",
+        "work.tar.gz",
+        "week1/ada.rar",
+        ".a.zip",
+        ".DS_Store",
+    ):
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_bytes(b"x")
     (folder / "link").symlink_to("/etc")
@@ -57,6 +65,7 @@ def test_what_is_not_laid_out_is_listed(tmp_path):
             "bob/motor_service.py",
             "work.tar.gz",
             "week1/ada.rar",
+            ".a.zip",
             "link",
             str(folder / "pictures"),
         }
