@@ -204,7 +204,10 @@ class Silent:
         return condition()
 
 
-@pytest.mark.parametrize(("body", "waited"), [("time.sleep(1)", judging.BLOCKED), ("pass", 5.0)])
+@pytest.mark.parametrize(
+    ("body", "waited"),
+    [("time.sleep(1)", judging.BLOCKED), ("pass", 5.0), ("time.sleep(1); spare = SingleThreadedExecutor()", 5.0)],
+)
 def test_a_callback_that_never_answers_by_its_text_is_not_waited_for(monkeypatch, body, waited):
     silent = Silent()
     monkeypatch.setattr(judging, "live", lambda: silent)
