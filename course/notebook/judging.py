@@ -127,8 +127,8 @@ def busy(process: Handle, service: str = "") -> str:
 def within(timeout: float, condition: Callable[[], object], process: Handle, service: str) -> bool:
     """Wait until `condition()` holds; False after `timeout` s.
 
-    It gives up earlier if the text of `process` shows why its callback of `service` may never answer, unless the program
-    has executors of its own, any of which may receive the response.
+    It gives up earlier if the text of `process` shows why its callback of `service` may never answer, unless the
+    program has executors of its own: any of them may receive the response.
     """
     session = live()
     if session.until(condition, min(timeout, BLOCKED)):
