@@ -20,9 +20,15 @@ class Load:
         self._sum, self._looks = 0.0, 0
 
     def look(self, own: Callable[[], int] = lambda: 0) -> None:
-        """Take a sample; `own`, asked on a machine that is not calm, tells how many of the threads do not count."""
+        """Take a sample; `own`, asked on a machine that is not calm, tells how many of the threads do not count.
+
+        Threads that run in bursts may have stopped before `own` counts them, so the load after it is asked, too.
+        """
         found = runnable()
-        self._sum += found if found < CALM else max(0.0, found - own() / _cores())
+        if found >= CALM:
+            without = own() / _cores()
+            found = max(0.0, min(found, runnable()) - without)
+        self._sum += found
         self._looks += 1
 
     @property

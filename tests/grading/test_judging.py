@@ -251,6 +251,14 @@ def test_what_a_grading_s_own_programs_do_makes_no_machine_busy(monkeypatch):
     load.look(lambda: pytest.fail("a calm machine is not looked through"))
 
 
+def test_a_burst_that_is_over_when_it_is_counted_is_nobody_elses_load(monkeypatch):
+    found = iter([40.0, 1.0])
+    monkeypatch.setattr(machine_load, "runnable", lambda: next(found))
+    load = machine_load.Load()
+    load.look(lambda: 0)
+    assert load.average == 1.0
+
+
 def test_a_busy_machine_is_seen():
     endless = [sys.executable, "-c", "while True: pass"]
     busy = [subprocess.Popen(endless) for _ in range(8 * len(os.sched_getaffinity(0)))]
