@@ -397,8 +397,14 @@ def test_a_prompt_is_drawn_again_only_where_nothing_was_typed_and_nothing_runs(o
     assert waits(shown)
     terminal.type(AGAIN)
     read(r"\n.*\x1b\[A\r\x1b\[J.*\$ $")  # one line up, and in the place of the first
+    terminal.type("stat() { echo asks > /dev/tty; sleep 0.5; }\n")  # one can type before the prompt is there
+    read(r"\rasks\r\n.*\$ $")
+    terminal.type(AGAIN)
+    read(r"asks\r\n")
     terminal.type("half")
-    read("half")
+    drawn = terminal.read_until(r"\$ half$")
+    assert "half" not in drawn.rpartition("\x1b[J")[2].partition("$ ")[0], drawn
+    printed.extend(drawn)
     assert not waits(shown)
     terminal.type("\x15cat\n")
     read("cat\r\n")
