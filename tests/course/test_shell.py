@@ -395,6 +395,9 @@ def test_a_prompt_is_drawn_again_only_where_nothing_was_typed_and_nothing_runs(o
 
     read(r"\(domain \d+\)\S* \$ $")
     assert waits(shown)
+    terminal.type("\x7f")  # Backspace, where there is nothing to remove
+    read(r"\a$")
+    assert waits(shown)
     terminal.type(AGAIN)
     read(r"\n.*\x1b\[A\r\x1b\[J.*\$ $")  # one line up, and in the place of the first
     terminal.type("stat() { echo asks > /dev/tty; sleep 0.5; }\n")  # one can type before the prompt is there

@@ -59,10 +59,10 @@ def waits(terminal: Any) -> bool:
 
 
 def _end(printed: deque[str]) -> str:
-    """Return the last characters of what a terminal has printed."""
+    """Return the last characters of what a terminal has printed, without bells, as of a key that has no effect."""
     end = ""
     for number in range(len(printed) - 1, -1, -1):
-        end = printed[number] + end
+        end = (printed[number] + end).rstrip("\a")
         if len(end) >= len(ENDS):
             break
     return end
