@@ -100,7 +100,7 @@ def test_while_a_cell_runs_the_panel_tells_which_node_has_died_and_how(lab, page
     panel.get_by_role("button", name="/greeter dead").click()
     expect(panel.locator(".ros-story")).to_contain_text("ZeroDivisionError")
     expect(panel.locator(".ros-story")).to_contain_text("greeter.py, line")
-    expect(panel.get_by_role("log")).to_contain_text("ENDED greeter.py ended with exit status 1")
+    expect(panel.get_by_role("log")).to_contain_text("ENDED ended with exit status 1")
     expect(page.locator('.jp-Notebook-ExecutionIndicator[data-status="busy"]')).to_be_visible()
     (lab[2] / "died/end").touch()
 

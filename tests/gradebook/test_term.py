@@ -136,7 +136,7 @@ def test_who_has_left_the_class_did_not_fail_to_hand_in(course, tmp_path):
         "zoe": "not handed in",
     }
     why = "because they have left the class, and nothing of theirs was collected: eve"
-    assert f"1 without a line in the file, {why}" in said and "not handed in by zoe" in said
+    assert f"1 student without a line in the file, {why}" in said and "not handed in by zoe" in said
     moodle = tmp_path / "moodle.csv"
     said = run("export", course / "out", "--for", "moodle", "--to", moodle, "--automatic", "--missing-is-zero")
     assert [line.partition(",")[0] for line in moodle.read_text().splitlines()] == ["username", "ada", "bob", "zoe"]
