@@ -242,6 +242,17 @@ def test_the_guards_are_style_types_and_arrows():
     ]
 
 
+def test_style_is_not_asked_of_what_cells_have_written_where_no_git_ignores_it(tmp_path):
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    for name in ("notebooks/services/relay.py", "notebooks/calculator/ros2_ws/src/calculator/setup.py"):
+        (tmp_path / name).parent.mkdir(parents=True)
+        (tmp_path / name).write_text("import sys, os\n")
+    ruff = Path(sys.prefix) / "bin/ruff"
+    for words in (["check"], ["format", "--check"]):
+        done = subprocess.run([ruff, *words, "."], cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode == 0, done.stdout
+
+
 def test_pre_commit_runs_the_guards_and_downloads_nothing():
     repositories = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text())["repos"]
     assert [repository["repo"] for repository in repositories] == ["local"]
