@@ -5,6 +5,7 @@ It runs nothing and accepts any file, so that handed-in notebooks can be read, t
 
 import json
 import re
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -64,6 +65,16 @@ def read(path: Path) -> list[Cell]:
     except ValueError as error:
         raise UnreadableNotebook(str(error)) from None
     return parse(content)
+
+
+def readable(paths: Iterable[Path]) -> Iterator[tuple[Path, list[Cell]]]:
+    """Each notebook with its cells; those that cannot be read are left out."""
+    for path in paths:
+        try:
+            known = read(path)
+        except (UnreadableNotebook, OSError):
+            continue
+        yield path, known
 
 
 def text_of(value: Any) -> str:

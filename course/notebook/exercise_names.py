@@ -4,7 +4,6 @@ import difflib
 import re
 from pathlib import Path
 
-from course.errors import UnreadableNotebook
 from course.foundation import cells
 from course.interfaces.definition import SECTIONS
 
@@ -16,11 +15,7 @@ ALIKE = 0.6  # least similarity of a name and the one that is meant
 def wanted_files(folder: Path = Path()) -> list[str]:
     """Return the names of the files that the public checks of the notebooks in `folder` use, sorted."""
     found: set[str] = set()
-    for path in folder.glob("*.ipynb"):
-        try:
-            known = cells.read(path)
-        except (UnreadableNotebook, OSError):
-            continue
+    for _, known in cells.readable(folder.glob("*.ipynb")):
         for cell in known:
             found |= set(QUOTED.findall(cell.source)) if cell.public_check else set()
     return sorted(found)

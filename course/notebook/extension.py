@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from course.errors import CourseError, UnreadableNotebook
+from course.errors import CourseError
 from course.foundation import cells
 from course.notebook.needed_cells import SESSION, names_of
 from course.session.slips import slips
@@ -92,13 +92,8 @@ def _missing_package(package: str, folder: Path) -> str:
 
 
 def _code_cells(folder: Path) -> list[tuple[Path, cells.Cell]]:
-    found = []
-    for path in sorted(folder.glob("*.ipynb")):
-        try:
-            found += [(path, cell) for cell in cells.read(path) if cell.kind == "code"]
-        except (UnreadableNotebook, OSError):
-            continue
-    return found
+    known = cells.readable(sorted(folder.glob("*.ipynb")))
+    return [(path, cell) for path, of_one in known for cell in of_one if cell.kind == "code"]
 
 
 def _news_before(*_: Any) -> None:

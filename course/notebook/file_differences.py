@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from course.errors import UnreadableNotebook
 from course.foundation import cells
 from course.foundation.untrusted import read_regular
 from course.notebook.exercise_names import SUFFIXES
@@ -45,11 +44,7 @@ def differences(folder: Path = Path()) -> dict[str, str]:
     Files that equal their cell are left out, and so are those whose cell still is the stub.
     """
     found = {}
-    for path in sorted(folder.glob("*.ipynb")):
-        try:
-            known = cells.read(path)
-        except (UnreadableNotebook, OSError):
-            continue
+    for path, known in cells.readable(sorted(folder.glob("*.ipynb"))):
         for cell in known:
             name = written_by(cell)
             if name and (why := _difference(folder / name, path, cells.exercise_file([cell], name) or b"")):

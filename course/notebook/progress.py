@@ -8,7 +8,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from course.errors import UnreadableNotebook
 from course.foundation import cells
 from course.foundation.cells import PASSED, STUB, Cell
 
@@ -77,11 +76,7 @@ def progress(folder: Path = Path()) -> Progress:
     if not list(_notebooks(folder)):
         folder = folder.resolve().parent
     found = Progress()
-    for path in _notebooks(folder):
-        try:
-            known = cells.read(path)
-        except (UnreadableNotebook, OSError):
-            continue
+    for path, known in cells.readable(_notebooks(folder)):
         found += parts(path.stem, known)
     return found
 

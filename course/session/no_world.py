@@ -6,7 +6,6 @@ from typing import cast
 
 from rclpy.node import Node
 
-from course.errors import UnreadableNotebook
 from course.foundation import cells
 from course.ros.names import type_name
 
@@ -25,11 +24,7 @@ def no_world(node: Node, folder: Path) -> str:
 
 def _cell(folder: Path) -> str:
     """Return a sentence that names the cell of the folder's notebooks that starts a world."""
-    for path in sorted(folder.glob("*.ipynb")):
-        try:
-            known = cells.read(path)
-        except (UnreadableNotebook, OSError):
-            continue
+    for path, known in cells.readable(sorted(folder.glob("*.ipynb"))):
         for cell in known:
             if cell.kind == "code" and not cell.public_check and STARTS.search(cell.source):
                 first = next(line for line in cell.source.splitlines() if line.strip())
