@@ -1,5 +1,7 @@
 """Figures of section 3.2: an action's feedback as it comes in, and goals over time."""
 
+from matplotlib.lines import Line2D
+
 from course.figures.palette import BLACK, BLUE, EVENTS, GREY, GROUND, legend, plain, style
 from course.figures.picture import Picture
 from course.recorders import GoalRecorder, Recorder
@@ -34,15 +36,16 @@ def feedback(goal: GoalRecorder, title: str = "Each feedback message brings one 
         if event == "feedback" and sequence
     ]
     picture = Picture("feedback of a goal")
-    axes = style(picture.figure.add_subplot(), title, "time since the recorder started (s)", "newest element")
+    axes = style(picture.figure.add_subplot(), title, "Time since the recorder started (s)", "Newest element")
     times, values = [time for time, _ in rows], [sequence[-1] for _, sequence in rows]
-    axes.step(times, values, where="post", color=BLUE, alpha=0.6)
-    axes.plot(times, values, "o", color=BLUE)
+    axes.step(times, values, where="post", color=BLUE, alpha=0.6, label="until the next message")
+    axes.plot(times, values, "o", color=BLUE, label="feedback message")
     for time, value in list(zip(times, values, strict=True))[-LABELLED:]:
         axes.annotate(
             str(value), (time, value), xytext=(0, 6), textcoords="offset points", ha="center", color=BLACK, fontsize=10
         )
     axes.margins(y=0.15)
+    legend(picture.figure, COLUMNS)
     told = f"from {values[0]} to {values[-1]} within {times[-1] - times[0]:.1f} s" if rows else ""
     picture.tell(title, f"{len(rows)} feedback messages, the newest element of each as a point{told and f', {told}'}")
     return picture
@@ -60,9 +63,9 @@ def timeline(
     A recorder's events are those of a GoalRecorder, or `request` and `response` for a service call.  Each line begins
     when its goal was sent; with `together` all have a common time axis, which begins with the first goal.
     """
-    picture = Picture("timeline of goals", 2.2 + 0.65 * max(1, len(goals)))
-    whose = "the first was sent" if together else "it was sent"
-    axes = style(picture.figure.add_subplot(), title, f"time since {whose} (s)")
+    picture = Picture("timeline of goals", 2.3 + 0.65 * max(1, len(goals)))
+    since = "the first was sent" if together else "sending"
+    axes = style(picture.figure.add_subplot(), title, f"Time since {since} (s)")
     first = min((goal.start for goal in goals), default=0.0)
     names = labels or tuple(f"goal {number + 1}" for number in range(len(goals)))
     seen, facts = {}, []
@@ -93,7 +96,8 @@ def timeline(
     picture.tell(title, *facts)
     if seen:
         shown = [label for label in dict.fromkeys(LABELS.get(event, event) for event in EVENTS) if label in seen]
-        legend(picture.figure, COLUMNS, [seen[label] for label in shown], shown)
+        handles = [*(seen[label] for label in shown), Line2D([], [], color=GREY, linewidth=1)]
+        legend(picture.figure, COLUMNS, handles, [*shown, "under way"])
     return picture
 
 
@@ -105,4 +109,4 @@ def _story(times: list[float], events: list[str]) -> str:
         if event != "feedback"
     ]
     count = events.count("feedback")
-    return ", ".join([*told, f"{count} feedback messages"] if count else told)
+    return ", ".join([*told, f"{count} feedback message{'' if count == 1 else 's'}"] if count else told)

@@ -7,6 +7,7 @@ from typing import Any
 import matplotlib.style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.legend_handler import HandlerTuple
 
 # After Okabe and Ito, Color Universal Design, 2008.  Orange, sky blue, vermillion and purple are darker than theirs: a
 # dark theme turns the lightness of each colour round, and each has at least 3:1 on both grounds.
@@ -56,14 +57,20 @@ def style(axes: Axes, title: str, xlabel: str = "", ylabel: str = "") -> Axes:
     return axes
 
 
-def legend(
-    figure: Figure, columns: int, handles: Sequence[Any] = (), labels: Sequence[str] = (), *, above: bool = False
-) -> None:
-    """Explain the marks of a figure below its axes, or `above` them: never over the data.
+class Overlaid(tuple[Any, ...]):
+    """The artists of one mark, drawn over each other in the legend."""
 
-    Without `handles`, the labels are those that were given when the axes were drawn.
+    __slots__ = ()
+
+
+def legend(figure: Figure, columns: int, handles: Sequence[Any] = (), labels: Sequence[str] = ()) -> None:
+    """Explain the marks of a figure below its axes: never over the data.
+
+    Without `handles`, the labels are those that were given when the axes were drawn.  A handle that is a tuple stands
+    for marks of several colours, drawn side by side.
     """
-    look: dict[str, Any] = {"loc": f"outside {'upper' if above else 'lower'} left", "ncols": columns, "frameon": False}
+    look: dict[str, Any] = {"loc": "outside lower left", "ncols": columns, "frameon": False}
     if handles:
         look |= {"handles": handles, "labels": labels}
-    figure.legend(**look, fontsize=10, columnspacing=1.2, handlelength=1.6, handletextpad=0.4)
+    several = {tuple: HandlerTuple(ndivide=None, pad=0.2), Overlaid: HandlerTuple(ndivide=1)}
+    figure.legend(**look, handler_map=several, fontsize=10, columnspacing=1.2, handlelength=1.6, handletextpad=0.4)

@@ -3,8 +3,11 @@
 import math
 import textwrap
 from collections.abc import Sequence
+from typing import Any, TypeGuard
 
+from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from matplotlib.transforms import blended_transform_factory
 
 from course.figures.palette import BLACK, BLUE, GREEN, GREY, LINE, ORANGE, VERMILLION, legend, plain, style
 from course.figures.picture import Picture
@@ -12,7 +15,13 @@ from course.recorders import ParameterRecorder, Recorder
 
 LISTED = 4  # refusals listed at most, the newest ones
 FAR = 1e6  # s, beyond the edge of any axis
+REACH = 1.0  # of what the accepted values and the range cover: refused values no further away than this are on the axis
+MARGIN = 0.12  # of what the axis covers, free above and below
 EDGE = 0.06  # of the axis, between its edge and the arrow of a value beyond it
+PLOT = 2.5  # inches: about the height of the axis
+ROW = 0.17  # inches: a row of the list
+LISTING: dict[str, Any] = {"width": LINE + 6, "subsequent_indent": "    ", "max_lines": 2}  # two rows each at most
+REFUSED = {"X": "refused", "^": "refused, far above", "v": "refused, far below", "s": "refused, no number"}
 
 
 @plain
@@ -25,9 +34,9 @@ def changes(
 ) -> Picture:
     """Draw the value of the numeric parameter `name` over time, with accepted and refused sets marked.
 
-    The axis covers the accepted values and the declared range (dashed lines); a refused value beyond it is an arrow at
-    its edge.  Refusals are numbered, and their values and reasons are listed below the axis.  The columns of `beside`,
-    in the same `unit`, are drawn as well.
+    The axis covers the accepted values, the declared range (dashed lines) and the refused values near these; one far
+    away is an arrow at the edge.  Refusals are numbered, and their values and reasons are listed below the axis.  The
+    columns of `beside`, in the same `unit`, are drawn as well.
     """
     table = record.table()
     rows = [
@@ -37,10 +46,17 @@ def changes(
     ]
     accepted = [(time, value) for time, value, ok, _ in rows if ok]
     refused = [(time, value, reason) for time, value, ok, reason in rows if not ok]
-    picture = Picture(f"changes of {name}", 3.6 + 0.34 * min(LISTED, len(refused)))
+    notes = [f"{number}  {value} refused: {reason}" for number, (_, value, reason) in enumerate(refused, 1)]
+    listed = [row for note in notes[-LISTED:] for row in textwrap.wrap(note, **LISTING)]
+    picture = Picture(f"changes of {name}", 3.6 + ROW * len(listed))
     time, *others = (followed := beside.table() if beside is not None else {"time": []})
-    quantity = ", ".join([name, *others]) + (f" ({unit})" if unit else "")
-    axes = style(picture.figure.add_subplot(), title, "time since the recorder started (s)", quantity)
+    quantity = " and ".join([name, *others]) + (f" ({unit})" if unit else "")
+    if refused:
+        axes, below = picture.figure.subplots(2, 1, height_ratios=(PLOT, ROW * len(listed)))
+        _list(below, listed)
+    else:
+        axes = picture.figure.add_subplot()
+    style(axes, title, "Time since the recorder started (s)", textwrap.fill(f"Value of {quantity}", 36))
     limits = record.range(name) if isinstance(record, ParameterRecorder) else ()
     if accepted:
         axes.step(*zip(*accepted, strict=True), where="post", color=BLUE, label=name)
@@ -54,21 +70,20 @@ def changes(
         axes.plot(followed[time], followed[other], "-.", color=ORANGE, label=other)
     for limit in limits:
         axes.axhline(limit, color=GREY, linestyle="--", zorder=1, label="limits" if limit == limits[0] else None)
-    axes.margins(y=0.3)
-    low, high = axes.get_ylim()
-    axes.set_ylim(low, high)
-    markers: list[str] = []
+    low, high = _covered(axes, [value for _, value, _ in refused])
+    edge = EDGE * (high - low)  # an arrow is inside the axes, clear of the title
+    marks: set[str] = set()
     for number, (time, value, _) in enumerate(refused, 1):
-        drawable = isinstance(value, int | float) and not math.isnan(value)
-        edge = EDGE * (high - low)  # the arrow is inside the axes, clear of the title
-        shown = min(max(value, low + edge), high - edge) if drawable else low + edge
-        markers.append("X" if not drawable or shown == value else "v" if value < shown else "^")
-        axes.plot(time, shown, markers[-1], color=VERMILLION, markersize=9, clip_on=False, zorder=3)
+        shown, marker = low + edge, "s"
+        if _is_number(value):
+            shown = min(max(value, low + edge), high - edge)
+            marker = "X" if shown == value else "v" if value < shown else "^"
+        look: dict[str, Any] = {"color": VERMILLION, "markersize": 9, "fillstyle": "none" if marker == "s" else "full"}
+        axes.plot(time, shown, marker, **look, zorder=3, label=None if marker in marks else REFUSED[marker])
         axes.annotate(str(number), (time, shown), xytext=(7, -3), textcoords="offset points", color=BLACK, fontsize=10)
-    if refused:
-        axes.plot([], [], markers[0], color=VERMILLION, markersize=9, label="refused")
+        marks.add(marker)
     if rows:
-        legend(picture.figure, 3, above=True)
+        legend(picture.figure, 3)
     values = ", then ".join(f"{value} at {time:.1f} s" for time, value in accepted)
     picture.tell(
         title,
@@ -76,8 +91,6 @@ def changes(
         *(f"{value} at {time:.1f} s was refused: {reason or 'without a reason'}" for time, value, reason in refused),
         f"The declared range is {' to '.join(map(str, limits))}" if limits else "",
     )
-    if refused:
-        _list(picture, [f"{number}  {value} refused: {reason}" for number, (_, value, reason) in enumerate(refused, 1)])
     return picture
 
 
@@ -97,19 +110,22 @@ def response(
     times = [row[0] for row in moves]
     picture = Picture("response of an arm", 4.4)
     upper, lower = picture.figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-    style(upper, title, "", "angle (rad)")
-    style(lower, "", "time since the arm started (s)", "effort (N m)")
+    style(upper, title, "", "Angle (rad)")
+    style(lower, "", "Time since the arm started (s)", "Effort (N m)")
     upper.plot(times, [row[2] for row in moves], color=BLACK, linestyle=":", label="target")
     upper.plot(times, [row[1] for row in moves], color=BLUE, label="angle")
-    lower.plot(times, [row[3] for row in moves], color=GREEN)
+    lower.plot(times, [row[3] for row in moves], color=GREEN, label="effort")
     for limit in limits:
-        lower.axhline(limit, color=GREY, linestyle="--", zorder=1, label="limit" if limit == limits[0] else None)
+        lower.axhline(
+            limit, color=GREY, linestyle="--", zorder=1, label="limit of the effort" if limit == limits[0] else None
+        )
     facts = []
     for time, note in zip(table["time"], table["note"], strict=True):
         if note is not None:
             facts.append(f"{note} at {time:.1f} s{_hung(moves, time)}")
             for axes in (upper, lower):
-                axes.axvline(time, color=VERMILLION, linewidth=1, zorder=1)
+                label = "change of a gain" if axes is lower and len(facts) == 1 else None
+                axes.axvline(time, color=VERMILLION, linewidth=1, zorder=1, label=label)
             upper.annotate(
                 note,
                 (time, 0.0),
@@ -125,15 +141,35 @@ def response(
     return picture
 
 
-def _list(picture: Picture, lines: list[str]) -> None:
-    """Write the last few of `lines` below the axis, each on two rows at most."""
-    picture.figure.supxlabel(
-        "\n".join(textwrap.fill(line, LINE + 6, subsequent_indent="    ", max_lines=2) for line in lines[-LISTED:]),
-        x=0.01,
-        ha="left",
+def _covered(axes: Axes, refused: Sequence[object]) -> tuple[float, float]:
+    """Set the limits of the vertical axis to what is drawn and the `refused` values near it, and return them."""
+    axes.margins(y=0)
+    low, high = axes.get_ylim()
+    reach = REACH * (high - low)
+    near = [value for value in refused if _is_number(value) and low - reach <= value <= high + reach]
+    low, high = min([low, *near]), max([high, *near])
+    space = MARGIN * (high - low)
+    axes.set_ylim(low - space, high + space)
+    return low - space, high + space
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not math.isnan(value)
+
+
+def _list(axes: Axes, lines: list[str]) -> None:
+    """Write `lines` from the left edge of the figure on."""
+    axes.axis("off")
+    axes.text(
+        0.01,
+        1.0,
+        "\n".join(lines),
+        transform=blended_transform_factory(axes.figure.transFigure, axes.transAxes),
+        va="top",
         fontsize=10,
         color=BLACK,
         parse_math=False,
+        in_layout=False,
     )
 
 

@@ -2,12 +2,13 @@
 
 import textwrap
 from collections.abc import Mapping
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
+from matplotlib.lines import Line2D
 from matplotlib.projections.polar import PolarAxes
 
-from course.figures.palette import BLACK, LINE, SECTORS, VERMILLION, legend, plain, style
+from course.figures.palette import BLACK, LINE, SECTORS, VERMILLION, Overlaid, legend, plain, style
 from course.figures.picture import Picture
 from course.robot import sectors as course_sectors
 
@@ -27,13 +28,14 @@ def sectors(
     ranges = course_sectors.usable(scan.ranges, scan.range_min, scan.range_max)
     angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))
     seen = np.isfinite(ranges) & (ranges < reach)
-    picture = Picture("sectors of a scan", 5.8)
+    picture = Picture("sectors of a scan", 6.1)
     axes = cast(PolarAxes, picture.figure.add_subplot(projection="polar"))
-    style(axes, "")
+    style(axes, "", "Direction (°), distance (m)")
     picture.figure.suptitle(textwrap.fill(title, LINE), x=0.01, ha="left", fontsize=11, color=BLACK)
     axes.set_theta_zero_location("N")
     axes.set_ylim(0, reach)
-    facts = []
+    axes.tick_params(axis="x", pad=5)
+    facts, shown = [], dict[str, Any]()
     for name, nearest in course_sectors.from_scan(scan).items():
         low, high = course_sectors.SECTORS[name]
         arc = np.linspace(low, high, 40)
@@ -41,23 +43,23 @@ def sectors(
         label = f"{name}: {'free' if free else f'{nearest:.2f} m'}"
         facts.append(label)
         edge = min(nearest, reach)
-        axes.fill_between(
-            arc, 0, edge, color=SECTORS[name], alpha=0.25, label=label if free else f"{name}: nearest {nearest:.2f} m"
-        )
-        axes.plot(arc, np.full(40, edge), color=SECTORS[name], linewidth=2)
+        area = axes.fill_between(arc, 0, edge, color=SECTORS[name], alpha=0.25)
+        arcs = axes.plot(arc, np.full(40, edge), color=SECTORS[name], linewidth=2)
+        shown[label if free else f"{name}: nearest {nearest:.2f} m"] = Overlaid((area, *arcs))
     axes.plot(angles[seen], ranges[seen], ".", color=BLACK, markersize=3)
-    axes.plot([], [], ".", color=BLACK, label="what a beam met")
+    (shown["what a beam met"],) = axes.plot([], [], ".", color=BLACK)
     if action is not None:
         turn = float(action["angular"])
         straight = "straight on" if action["linear"] else "at a stop"
         way = "to the left" if turn > 0 else "to the right" if turn < 0 else straight
         facts.append(f"the arrow points {way}")
-        axes.plot([], [], color=VERMILLION, linewidth=3, label=f"decision: {way}")
+        mark = {"linewidth": 3} if turn or action["linear"] else {"marker": "s", "markersize": 9, "linestyle": ""}
+        shown[f"decision: {way}"] = Line2D([], [], color=VERMILLION, **mark)
         _arrow(axes, turn, float(action["linear"]), reach)
     picture.tell(title, f"Nearest obstacles: {'; '.join(facts)}")
     axes.set_thetagrids(
         range(0, 360, 30),
-        [f"{angle if angle <= 180 else angle - 360}°" for angle in range(0, 360, 30)],
+        [f"{angle}°" if angle <= 180 else f"−{360 - angle}°" for angle in range(0, 360, 30)],
         color=BLACK,
         fontsize=10,
     )
@@ -68,7 +70,7 @@ def sectors(
         color=BLACK,
         fontsize=10,
     )
-    legend(picture.figure, 2)
+    legend(picture.figure, 2, [*shown.values()], [*shown])
     return picture
 
 

@@ -3,9 +3,10 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator
 
-from course.figures.palette import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILLION, legend, plain, style
+from course.figures.palette import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, legend, plain, style
 from course.figures.picture import Picture
 
 LIMIT = 0.1  # s, one decision of a 10 Hz loop
@@ -20,15 +21,14 @@ def round_trips(series: Mapping[str, Sequence[float]], title: str = "How long a 
     is a dot far from the line.
     """
     picture = Picture("service round trips", 3.6)
-    what = f"number of the call (dots: calls, lines: medians of {2 * AROUND + 1})"
-    axes = style(picture.figure.add_subplot(), title, what, "round trip (ms)")
-    facts = []
+    axes = style(picture.figure.add_subplot(), title, "Number of the call", "Round-trip time (ms, logarithmic)")
+    facts, dots, lines = [], [], []
     looks = zip((BLUE, ORANGE, GREEN, PURPLE), ("-", "--", ":", "-."), strict=True)
     for (name, times), (color, line) in zip(series.items(), looks, strict=False):
         calls, values = np.arange(1, len(times) + 1), 1e3 * np.asarray(times)
-        axes.plot(calls, values, ".", markersize=3, alpha=0.5, color=color)
+        dots += axes.plot(calls, values, ".", markersize=3, alpha=0.5, color=color)
         medians = [np.median(values[max(0, call - AROUND) : call + AROUND + 1]) for call in range(len(values))]
-        axes.plot(calls, medians, line, color=color, linewidth=2, label=name)
+        lines += axes.plot(calls, medians, line, color=color, linewidth=2, label=name)
         if len(values):
             ends = (f"{np.median(part):.3g} ms" for part in (values[:30], values[-30:]))
             facts.append(f"{name}: {len(values)} calls, medians of the first and the last 30 " + " and ".join(ends))
@@ -37,7 +37,10 @@ def round_trips(series: Mapping[str, Sequence[float]], title: str = "How long a 
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.yaxis.set_major_formatter("{x:g}")
     axes.yaxis.set_minor_formatter("")
-    legend(picture.figure, 2)
+    if lines:
+        sizeable = tuple(Line2D([], [], marker=".", linestyle="", color=dot.get_color()) for dot in dots)
+        around = f"median of {2 * AROUND + 1} calls"
+        legend(picture.figure, 2, [*lines, sizeable, (*lines,)], [*series, "one call", around])
     return picture
 
 
@@ -49,7 +52,7 @@ def latencies(
 ) -> Picture:
     """The distribution of decision latencies (s) for each name in `series`, against `limit` (s)."""
     picture = Picture("decision latencies", 3.6)
-    axes = style(picture.figure.add_subplot(), title, "latency of a decision (ms)", "number of decisions")
+    axes = style(picture.figure.add_subplot(), title, "Latency of a decision (ms, logarithmic)", "Number of decisions")
     values = [1e3 * np.asarray(times, dtype=float) for times in series.values()]
     every = np.concatenate([*values, [1e3 * limit]]) if values else np.array([1e3 * limit])
     bins = np.geomspace(max(1e-3, every[every > 0].min() * 0.8), every.max() * 1.25, 50).tolist()
@@ -63,16 +66,7 @@ def latencies(
         axes.hist(times, bins=bins, facecolor=color, hatch=hatch, edgecolor="white" if hatch else color, label=label)
         facts.append(f"{name}: {late:.0%} too late")
     picture.tell(title, *facts)
-    axes.axvline(1e3 * limit, color=VERMILLION, linestyle="--")
-    axes.annotate(
-        f"limit {1e3 * limit:g} ms",
-        (1e3 * limit, 1),
-        xycoords=("data", "axes fraction"),
-        xytext=(-4, -12),
-        textcoords="offset points",
-        ha="right",
-        color=BLACK,
-    )
+    axes.axvline(1e3 * limit, color=VERMILLION, linestyle="--", label=f"limit, {1e3 * limit:g} ms")
     axes.set_xscale("log")
     axes.xaxis.set_major_formatter("{x:g}")
     legend(picture.figure, 2)

@@ -1,6 +1,8 @@
 """Figures: each draws what is recorded; as text it never changes, so that a stored notebook can be compared."""
 
+import itertools
 import math
+import re
 import threading
 from collections.abc import Iterator
 
@@ -9,7 +11,13 @@ import matplotlib.style
 import numpy as np
 import pytest
 from IPython.testing.globalipapp import start_ipython
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.collections import Collection, LineCollection, PathCollection
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.spines import Spine
 from matplotlib.text import Text
 from sensor_msgs.msg import LaserScan
 
@@ -120,7 +128,7 @@ def test_the_alternative_text_says_what_the_data_say(name):
 
 @pytest.mark.parametrize("name", [name for name in DRAWN if not {"nothing", "sectors", "response"} & {*name.split()}])
 def test_axes_have_a_title_and_labels_with_units(name):
-    axes = DRAWN[name]().figure.axes
+    axes = [each for each in DRAWN[name]().figure.axes if each.axison]
     assert axes[0].get_title(loc="left")
     assert all(each.get_xlabel() or each.get_shared_x_axes().joined(each, axes[-1]) for each in axes)
     assert axes[-1].get_xlabel()
@@ -142,7 +150,7 @@ def test_on_a_telephone_every_text_is_large_enough_and_whole_and_none_is_over_an
     inside = figure.bbox.padded(1)
     boxes = {text.get_text(): text.get_window_extent() for text in shown}
     assert [text for text, box in boxes.items() if not (inside.contains(*box.min) and inside.contains(*box.max))] == []
-    titles = [axes._left_title for axes in figure.axes if axes._left_title in shown]
+    titles = [title for title in (figure._suptitle, *(axes._left_title for axes in figure.axes)) if title in shown]
     legends = [legend.get_window_extent() for legend in figure.legends]
     for title in titles:
         box = title.get_window_extent()
@@ -150,6 +158,83 @@ def test_on_a_telephone_every_text_is_large_enough_and_whole_and_none_is_over_an
             other.get_text() for other in shown if other is not title and box.overlaps(other.get_window_extent())
         ]
     assert not [axes for axes in figure.axes for box in legends if box.overlaps(axes.get_window_extent())]
+
+
+def _looks(artists: Iterator[Artist]) -> set[tuple[bool, str]]:
+    """What is seen of artists: whether each is a marker, not a line or an area, and its colour without transparency."""
+    looks = set()
+    for artist in artists:
+        if isinstance(artist, Line2D):
+            drawn = artist.get_marker() not in ("", "None", None)
+            colours, marker = [artist.get_markeredgecolor() if drawn else artist.get_color()], drawn
+            if drawn and artist.get_markeredgecolor() == "white":
+                colours = [artist.get_markerfacecolor()]
+        elif isinstance(artist, Collection):
+            marker = isinstance(artist, PathCollection)
+            colours = artist.get_edgecolor() if marker or isinstance(artist, LineCollection) else artist.get_facecolor()
+        else:
+            colours, marker = [artist.get_facecolor()], False
+        looks |= {(marker, matplotlib.colors.to_hex(colour)) for colour in colours}
+    return looks
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_every_mark_is_explained_in_the_legend_or_at_its_row(name):
+    figure = DRAWN[name]().figure
+    drawn = set[tuple[bool, str]]()
+    for axes in figure.axes:
+        if [label.get_text() for label in axes.get_yticklabels()] in ([*MOTIONS], [*palette.STATES]):
+            continue  # a strip, whose rows have names
+        artists = [artist for artist in axes.get_children() if isinstance(artist, Line2D | Collection | Patch)]
+        arrows = [text.arrow_patch for text in axes.texts if getattr(text, "arrow_patch", None)]
+        robot = {(False, "#ffffff"), (False, palette.BLACK)} if name.startswith("drive") else set()
+        shown = [
+            artist
+            for artist in artists
+            if artist is not axes.patch
+            and not isinstance(artist, Spine)
+            and not (isinstance(artist, Line2D) and not len(artist.get_xdata()))
+        ]
+        drawn |= _looks([*shown, *arrows]) - robot
+    explained = _looks(
+        artist
+        for legend in figure.findobj(Legend)
+        for artist in legend.findobj(lambda each: isinstance(each, Line2D | Collection | Patch))
+        if artist is not legend.legendPatch
+    )
+    assert drawn <= explained, (drawn - explained, explained)
+    assert all(text.get_text() for legend in figure.legends for text in legend.get_texts()) or name.startswith("drive")
+
+
+def test_no_two_bars_of_the_strip_overlap_and_each_is_as_wide_as_its_time():
+    simulation = Simulation("office")
+    for step in range(600):
+        simulation.step(*((0.3, 0.0), (0.0, 0.5), (0.0, -0.5))[step % 3], 0.1)
+    figure = figures.drive(simulation).figure
+    figure.draw_without_rendering()
+    strip = figure.axes[1]
+    bars = sorted(
+        (*path.get_extents().intervalx, number)
+        for number, lane in enumerate(strip.collections)
+        for path in lane.get_paths()
+    )
+    assert len(bars) == 600 and {number for *_, number in bars} == {0, 1, 2}
+    assert all(end <= begin + 1e-6 for (_, end, _), (begin, _, _) in itertools.pairwise(bars))
+    assert sum(end - begin for begin, end, _ in bars) == pytest.approx(60.0, abs=0.01)
+    assert [lane for lane in strip.collections if lane.get_linewidth().any() or lane.get_snap() is not False] == []
+
+
+@pytest.mark.parametrize("name", [name for name in DRAWN if "nothing" not in name])
+def test_the_labels_of_axes_are_written_as_in_a_textbook(name):
+    figure = DRAWN[name]().figure
+    labels = [label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel())]
+    labels = [label for label in [*labels, figure.get_supylabel()] if label]
+    counted = ("Number of decisions", "Number of the call", "Newest element", "Value of speed")  # they have no unit
+    form = re.compile(r"(?:[A-Z][^()]*|[xy]) \([^()]+\)(?:, [a-z]+ \([^()]+\))?")
+    assert [label for label in labels if not form.fullmatch(label) and label not in counted] == []
+    for axes in figure.axes:
+        for scale, label in ((axes.get_xscale(), axes.get_xlabel()), (axes.get_yscale(), axes.get_ylabel())):
+            assert label.endswith(", logarithmic)") == (scale == "log")
 
 
 def _beyond(axes: Axes) -> Iterator[Text]:
@@ -198,11 +283,12 @@ def test_refused_sets_are_not_on_the_line_of_values():
     assert lines["speed"] == [1.0] and lines["accepted"] == [1.0]
 
 
-def test_a_refused_value_beyond_the_axis_is_an_arrow_at_its_edge_and_its_reason_is_told():
+def test_a_refused_value_is_marked_at_its_value_or_by_an_arrow_if_far_and_its_reason_is_told():
     rows = [
         ("speed", 1.0, True, ""),
         ("speed", 3.0, True, ""),
         ("speed", 2.0, False, "not now"),
+        ("speed", 3.5, False, "too fast"),
         ("speed", 500.0, False, "too fast"),
         ("speed", math.nan, False, "no number"),
         ("name", "atlas", True, ""),
@@ -213,18 +299,24 @@ def test_a_refused_value_beyond_the_axis_is_an_arrow_at_its_edge_and_its_reason_
     value = next(line for line in axes.get_lines() if line.get_label() == "speed")
     assert list(value.get_ydata()) == [1.0, 3.0]
     low, high = axes.get_ylim()
-    assert 0 < low < 1 and 3 < high < 4
+    assert 0 < low < 1 and 3.5 < high < 4
     marks = [(line.get_marker(), line.get_ydata()[0]) for line in axes.get_lines() if len(line.get_ydata()) == 1]
-    assert [mark for mark, _ in marks[-3:]] == ["X", "^", "X"] and marks[-3][1] == 2.0
+    assert [mark for mark, _ in marks[-4:]] == ["X", "X", "^", "s"] and [at for _, at in marks[-4:-2]] == [2.0, 3.5]
     assert 3 < marks[-2][1] < high and low < marks[-1][1] < 1  # inside, clear of the title and the axis
-    assert figure.get_supxlabel() == ("1  2.0 refused: not now\n2  500.0 refused: too fast\n3  nan refused: no number")
+    (listed,) = figure.axes[1].texts
+    assert listed.get_text().splitlines() == [
+        "1  2.0 refused: not now",
+        "2  3.5 refused: too fast",
+        "3  500.0 refused: too fast",
+        "4  nan refused: no number",
+    ]
 
 
 def test_what_follows_the_value_is_drawn_beside_it_in_its_unit():
     sets = Recorded("name", "value", "accepted", "reason", rows=[("max_speed", 1.0, True, "")])
     beside = Recorded("speed", rows=[(0.0,), (0.5,)])
     axes = figures.changes(sets, "max_speed", unit="m/s", beside=beside).figure.axes[0]
-    assert axes.get_ylabel() == "max_speed, speed (m/s)"
+    assert axes.get_ylabel() == "Value of max_speed and speed (m/s)"
     assert [0.0, 0.5] in [list(line.get_ydata()) for line in axes.get_lines() if line.get_label() == "speed"]
 
 
@@ -246,13 +338,17 @@ def test_the_last_value_holds_to_the_edge_of_the_axis():
 
 def test_the_share_of_late_decisions_is_told():
     (legend,) = DRAWN["latencies"]().figure.legends
-    assert [text.get_text() for text in legend.get_texts()] == ["fast: 0% too late", "slow: 100% too late"]
+    assert [text.get_text() for text in legend.get_texts()] == [
+        "fast: 0% too late",
+        "slow: 100% too late",
+        "limit, 100 ms",
+    ]
 
 
 def test_the_path_has_the_colour_of_its_state():
     simulation, record = driven()
     colours = figures.drive(simulation, record).figure.axes[0].collections[1].get_colors()
-    assert matplotlib.colors.same_color(colours[5], palette.STATES["FORWARD"])
+    assert matplotlib.colors.same_color(colours[0], palette.STATES["FORWARD"])
     assert matplotlib.colors.same_color(colours[-1], palette.STATES["TURNING_LEFT"])
 
 
