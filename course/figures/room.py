@@ -128,7 +128,7 @@ def _path(axes: Axes, path: Floats, states: list[str], lanes: Mapping[str, str])
     if lanes and stood.any():
         still = np.flatnonzero(stood)
         dots = [lanes.get(states[number], GREY) for number in still]
-        axes.scatter(*path[still + 1, 1:3].T, s=36, color=dots, zorder=2.5)
+        axes.scatter(path[still + 1, 1], path[still + 1, 2], s=36, color=dots, zorder=2.5)
         marks["stood, or turned on the spot"] = tuple(
             Line2D([], [], marker="o", markersize=5, color=each, linestyle="")
             for each in dict.fromkeys([*lanes.values(), GREY])
