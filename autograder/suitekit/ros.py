@@ -16,7 +16,8 @@ from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from course.ros.names import OF_EVERY_NODE
-from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError, patch
+from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError
+from course.ros.rclpy_patches import patch
 from course.session.spinner import Spinner
 
 AGAIN = 3.0  # s without an answer until a request is sent again

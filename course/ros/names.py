@@ -10,6 +10,11 @@ def is_hidden(name: str) -> bool:
     return any(part.startswith(HIDDEN_PREFIX) for part in name.split("/"))
 
 
+def own_first(parameter: str) -> tuple[bool, str]:
+    """Return a key that sorts a node's parameters: by name, with those that every node has at the end."""
+    return parameter in PARAMETERS_OF_EVERY_NODE, parameter
+
+
 def absolute(node_name: str) -> str:
     """Return a node's name with a leading slash."""
     return node_name if node_name.startswith("/") else "/" + node_name

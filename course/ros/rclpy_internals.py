@@ -1,7 +1,7 @@
-"""All patches of rclpy in this repository, and every use of rclpy's private parts.
+"""Every use of rclpy's private parts in this repository, but for the patches of `rclpy_patches`.
 
-Each entry names the version it was seen in.  tests/ros/test_rclpy_internals.py fails when a patch is no longer needed,
-or a private part used here is gone.  `patch` is called when a live session or the grader starts.
+Each entry names the version it was seen in.  tests/ros/test_rclpy_internals.py fails when one is no longer needed, or a
+private part used here is gone.
 """
 
 from __future__ import annotations
@@ -30,37 +30,6 @@ if TYPE_CHECKING:  # `ros2 node list` uses one name of this module, and has no t
 __all__ = ["NodeNameNonExistentError", "RCLError", "rclpy_implementation"]
 
 SEEN_IN = "7.1.6"  # the version of the wheel ros-jazzy-rclpy; the package calls itself 7.1.5
-UNLOCKED = ("send_goal_async", "_cancel_goal_async", "_get_result_async", "take_data")
-_patched = threading.Lock()
-
-
-def patch() -> None:
-    """Patch rclpy in this process; calling it again changes nothing."""
-    from rclpy.action import ActionClient
-
-    with _patched:
-        if not hasattr(ActionClient.send_goal_async, "__wrapped__"):
-            _lock_action_clients(ActionClient)
-
-
-def _lock_action_clients(action_client: type) -> None:
-    """Keep a spinning thread from taking an answer before the asking thread has recorded its request.
-
-    Seen in 7.1.6: rclpy has this lock for a Client but not for an ActionClient, which then ignores an immediate answer,
-    and the goal's future never ends.
-    """
-    lock = threading.RLock()
-
-    def locked(method: Callable) -> Callable:
-        @functools.wraps(method)
-        def call(*args: Any, **kwargs: Any) -> Any:
-            with lock:
-                return method(*args, **kwargs)
-
-        return call
-
-    for name in UNLOCKED:
-        setattr(action_client, name, locked(getattr(action_client, name)))
 
 
 def is_initialized(node: Node) -> bool:

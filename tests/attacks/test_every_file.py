@@ -5,7 +5,7 @@ One file shows it in each run; the others belong to the matrix.
 
 import pytest
 
-from autograder.records import GRADED
+from autograder.records import GRADED, PASSED
 from autograder.submissions import exercises
 from tests import chosen
 from tests.hidden.answers import solution
@@ -206,7 +206,7 @@ LITTLE = {
 
 
 # Belong to the matrix: each has a twin in each run, here or among the wrong answers of its exercise.
-ALIKE = {"nodes that come and go", "a relay that asks without being called", "drives blindly"}
+ALIKE = {"nodes that come and go", "a name that is no text", "a relay that asks without being called", "drives blindly"}
 
 
 def polling() -> str:
@@ -234,6 +234,14 @@ def polling() -> str:
     main()""",
         )
     )
+
+
+def test_a_name_that_is_no_text_loses_what_its_program_is_judged_by_alone(judge):
+    """By one hidden test of each program: the matrix has it wait for all that are lost."""
+    files = solution("services") | {"motor_service.py": NO_NAME.encode()}
+    tests = ("test_motors_start_disabled", "test_relay_sends_parameters")
+    verdicts = judge(files, "services", *tests, patience=0.5).result().verdicts
+    assert [verdicts[test].outcome == PASSED for test in tests] == [False, True], verdicts
 
 
 @pytest.fixture(scope="module")

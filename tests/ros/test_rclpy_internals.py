@@ -1,85 +1,16 @@
-"""What is patched in rclpy is still needed, and what is used of its private parts is still there."""
+"""What is used of rclpy's private parts is still there, and what is mended there is still needed."""
 
 import inspect
 import threading
 
-import pytest
 from course_interfaces.action import Fibonacci
 from example_interfaces.srv import AddTwoInts
 from rclpy.action import ActionClient, ActionServer
-from rclpy.context import Context
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from course.ros import rclpy_internals
-from course.session.domains import claim_domain
-
-
-@pytest.fixture
-def node():
-    """A node of a context of its own."""
-    claim, domain = claim_domain()
-    context = Context()
-    context.init(args=[], domain_id=domain)
-    node = Node("internals", context=context)
-    yield node
-    node.destroy_node()
-    context.try_shutdown()
-    claim.close()
-
-
-def unpatched(name: str):
-    return inspect.unwrap(getattr(ActionClient, name))
-
-
-def test_action_clients_are_still_without_a_lock():
-    """When this fails, rclpy locks an ActionClient itself: remove `_lock_action_clients`."""
-    assert not [name for name in rclpy_internals.UNLOCKED if "_lock" in inspect.getsource(unpatched(name))]
-
-
-def test_a_patch_is_made_once():
-    rclpy_internals.patch()
-    patched = [getattr(ActionClient, name) for name in rclpy_internals.UNLOCKED]
-    rclpy_internals.patch()
-    assert [getattr(ActionClient, name) for name in rclpy_internals.UNLOCKED] == patched
-    assert [inspect.unwrap(method) is not method for method in patched] == [True] * len(patched)
-
-
-def test_an_answer_waits_until_its_question_is_noted(node):
-    """The patched methods exclude each other: while one runs, another thread's waits."""
-    rclpy_internals.patch()
-    client = ActionClient(node, Fibonacci, "fibonacci")
-    entered = threading.Event()
-
-    def take() -> None:
-        client.take_data()
-        entered.set()
-
-    class Handle:
-        """In the place of the middleware's: sends while another thread would take the answer."""
-
-        def __init__(self, inner):
-            self.inner = inner
-
-        def send_goal_request(self, request):
-            thread.start()
-            self.took_it = entered.wait(0.3)
-            return self.inner.send_goal_request(request)
-
-        def __getattr__(self, name):
-            return getattr(self.inner, name)
-
-    client._is_ready = client._is_goal_response_ready = False
-    for name in ("_is_feedback_ready", "_is_status_ready", "_is_cancel_response_ready", "_is_result_response_ready"):
-        setattr(client, name, False)
-    thread = threading.Thread(target=take, daemon=True)
-    handle = client._client_handle = Handle(client._client_handle)
-    client.send_goal_async(Fibonacci.Goal(order=1))
-    assert not handle.took_it  # it had to wait
-    assert entered.wait(5)
-    client._client_handle = handle.inner
-    client.destroy()
 
 
 def test_shutting_an_executor_down_leaves_its_threads():

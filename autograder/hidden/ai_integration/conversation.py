@@ -75,7 +75,7 @@ DRIVING_HERTZ = 20.0  # scans a second then
 WATCHED = 3.0  # s of real time without scans: six times as long as a node may drive on
 
 DECISION = 0.2  # s of real time for a command of a drive, until the robot moves on by the one before
-DRIVE = 60.0  # s of real time for a drive
+DRIVE = 90.0  # s of real time for a drive: more than DECISION for each of its ticks
 AGENTS = 2  # that a node may ask: one more than it should, such as one made to try it
 IDLE = 20  # ticks of a drive without a command after which it ends
 

@@ -8,10 +8,17 @@ session, even in an endless loop.
 Services: if they are recorded, every service of the program is introspected by rclpy: requests and responses are
 published on the hidden topic SERVICE/_service_event, and the last ones are kept for late subscribers.
 
+Exits: a program that calls `exit()` notes in the same file where it did, because Python says nothing.
+
+Exceptions: rclpy 7.1.6 raises an exception of a callback that ran in a thread of a MultiThreadedExecutor only once the
+next callback is due.  Here that is at once.  It also gives the callback to its threads again and again until one has
+begun it, and keeps them from beginning while it does; here it waits a moment (see course/ros/rclpy_patches.py).
+
 Introspection is switched on when a service is made, by the same thread, and not later: rclpy does not promise that
 another thread may do it while an executor works.
 """
 
+import builtins
 import contextlib
 import faulthandler
 import importlib.machinery
@@ -19,14 +26,19 @@ import importlib.util
 import os
 import signal
 import sys
+import threading
+import time
 from collections.abc import Callable, Mapping
+from types import FrameType
 from typing import Any
 
 WANTED = "COURSE_INTROSPECTION"
 STACKS = "COURSE_STACKS"  # the descriptor of the file for the stacks
 ASK = signal.SIGUSR2
+EXIT = "Exit"  # begins a note on a call that ends the program
 HERE = os.path.dirname(os.path.abspath(__file__))
 DEPTH = 100  # events that are kept
+HANDED_OVER = 50e-6  # s
 # Every node has services of these packages; one of them is not made by rclpy, and cannot be introspected.
 OF_EVERY_NODE = ("rcl_interfaces", "type_description_interfaces")
 
@@ -58,6 +70,72 @@ def introspected(original: "Callable[..., Any]") -> "Callable[..., Any]":
     return create_service
 
 
+def noted(original: "Callable[..., Any]", stacks: int) -> "Callable[..., Any]":
+    """Return a replacement of a function that ends the program, which notes first where it is called."""
+
+    def end(*args: Any, **kwargs: Any) -> Any:
+        with contextlib.suppress(Exception):
+            where = "main thread" if threading.current_thread() is threading.main_thread() else "other thread"
+            lines = [f"{EXIT} in the {where} (most recent call first):"]
+            frame: FrameType | None = sys._getframe(1)
+            while frame is not None:
+                lines.append(f'  File "{frame.f_code.co_filename}", line {frame.f_lineno} in {frame.f_code.co_name}')
+                frame = frame.f_back
+            os.write(stacks, "\n".join([*lines, ""]).encode(errors="replace"))
+        return original(*args, **kwargs)
+
+    return end
+
+
+def begin_and_raise_at_once(executors: Any) -> None:
+    """Have rclpy's MultiThreadedExecutor begin a callback, and raise its exception, at once."""
+
+    def make(original: "Callable[..., Any]") -> "Callable[..., Any]":
+        def init(self: Any, *args: Any, **kwargs: Any) -> None:
+            original(self, *args, **kwargs)
+            submit = self._executor.submit
+
+            def submitted(task: Any) -> Any:
+                def look(_: Any) -> None:
+                    if getattr(task, "_exception", None) is not None:
+                        self.create_task(lambda: None)  # before the executor runs it, it looks for exceptions
+
+                future = submit(task)
+                future.add_done_callback(look)
+                time.sleep(HANDED_OVER)
+                return future
+
+            self._executor.submit = submitted
+
+        return init
+
+    executors.MultiThreadedExecutor.__init__ = make(executors.MultiThreadedExecutor.__init__)
+
+
+class AfterImport:
+    """A finder of modules that calls a function with the module `name` once the program has imported it."""
+
+    def __init__(self, name: str, call: "Callable[[Any], None]"):
+        self._name, self._call = name, call
+
+    def find_spec(self, name: str, path: Any = None, target: Any = None) -> Any:
+        """Return the spec of the module as the other finders do."""
+        if name != self._name:
+            return None
+        sys.meta_path.remove(self)
+        spec = importlib.util.find_spec(name)
+        if spec and spec.loader:
+            load = spec.loader.exec_module
+
+            def loaded(module: Any) -> None:
+                load(module)
+                with contextlib.suppress(Exception):
+                    self._call(module)
+
+            spec.loader.exec_module = loaded  # type: ignore[method-assign]
+        return spec
+
+
 def begin() -> None:
     """Set this up in the program, and remove its variables from the environment."""
     others = [folder for folder in os.environ.pop("PYTHONPATH", "").split(os.pathsep) if folder not in ("", HERE)]
@@ -68,6 +146,9 @@ def begin() -> None:
         stacks = int(os.environ.pop(STACKS, ""))
         os.set_inheritable(stacks, False)
         faulthandler.register(ASK, file=stacks, all_threads=True)
+        for owner, name in ((builtins, "exit"), (builtins, "quit"), (sys, "exit"), (os, "_exit")):
+            setattr(owner, name, noted(getattr(owner, name), stacks))
+        sys.meta_path.insert(0, AfterImport("rclpy.executors", begin_and_raise_at_once))
     if os.environ.pop(WANTED, ""):
         with contextlib.suppress(Exception):  # the program itself will raise it when it imports rclpy
             from rclpy.node import Node

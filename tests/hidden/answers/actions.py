@@ -1046,7 +1046,7 @@ WRONG = {
                 RESULT,
                 (
                     "result = Lift.Result(stops=stops, floor=self.floor)\n"
-                    "        self.floor = self.floor if left else 0\n        return result"
+                    "        self.floor = self.floor if left or self.blocked else 0\n        return result"
                 ),
             )
         ),

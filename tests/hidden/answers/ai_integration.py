@@ -534,7 +534,10 @@ WRONG = {
             ("from enum import Enum\n", "from enum import Enum\n\nfrom geometry_msgs.msg import Twist\n"),
             ("        angular = 1.5 * (0.6 - right)\n", "        return Twist()\n"),
         ),
-        {"agent_needs_no_ros", "keeps_its_distance", "thresholds"} | ROOMS,
+        {"agent_needs_no_ros", "keeps_its_distance", "thresholds", "asks_its_agent", "rate"}
+        | {"sectors", "any_number_of_beams", "first_beam_anywhere", "clockwise"}
+        | VALUES
+        | ROOMS,
     ),
     "all in one file": ({**REFERENCE, NODE: ONE_FILE}, {"asks_its_agent"}),
     "no class WallAgent": (
@@ -631,7 +634,7 @@ WRONG = {
     ),
     "every scanner sees a whole turn": (
         node(("scan.angle_increment *", "math.copysign(2 * math.pi / max(1, len(ranges)), scan.angle_increment) *")),
-        {"first_beam_anywhere"},
+        {"first_beam_anywhere", "any_number_of_beams"},
     ),
     "every scanner turns counter-clockwise": (
         node(("scan.angle_increment *", "abs(scan.angle_increment) *")),
