@@ -30,7 +30,7 @@ ENDED = 20.0  # s to wait until killed processes are gone
 
 def missing(classroom: Classroom) -> list[Member]:
     """Return the members without a Unix user; raises UsageError when a user of that name was not made by this class."""
-    known = _known(classroom)
+    known = noted(classroom)
     found = []
     for member in classroom.members:
         name = classroom.user(member)
@@ -155,9 +155,15 @@ def staff_id(classroom: Classroom) -> int:
     return grp.getgrnam(classroom.staff).gr_gid
 
 
+def noted(classroom: Classroom) -> list[str]:
+    """Return the names of users and groups that `up` has made, or was about to make, and that `down` will remove."""
+    path = classroom.state / ACCOUNTS
+    return list(json.loads(path.read_text())) if path.exists() else []
+
+
 def remove(classroom: Classroom) -> list[str]:
     """End all processes of the users that were made, remove them and their groups, and return the users' names."""
-    known = _known(classroom)
+    known = noted(classroom)
     _keep_passwords(classroom)
     uids = {pwd.getpwnam(name).pw_uid for name in known if _exists(name)}
     if not wait_until(lambda: not _end(uids), ENDED, alert=False):
@@ -204,7 +210,7 @@ def _make_user(classroom: Classroom, member: Member, former: int) -> None:
 
 def _make_groups(classroom: Classroom, kept: dict[str, Path]) -> None:
     """Make groups; each gets the id that its kept folder still has, unless another group has taken that id."""
-    known = _known(classroom)
+    known = noted(classroom)
     for name in kept:
         if _group(name) and name not in known:
             raise UsageError(
@@ -230,14 +236,9 @@ def _end(uids: set[int]) -> bool:
     return found
 
 
-def _known(classroom: Classroom) -> list[str]:
-    path = classroom.state / ACCOUNTS
-    return list(json.loads(path.read_text())) if path.exists() else []
-
-
 def _note(classroom: Classroom, name: str) -> None:
     """Record a name before its user or group is made, so that `down` finds it whatever happens."""
-    names = json.dumps([*dict.fromkeys([*_known(classroom), name])])
+    names = json.dumps([*dict.fromkeys([*noted(classroom), name])])
     storage.replace(classroom.state / ACCOUNTS, names.encode(), storage.PRIVATE)
 
 

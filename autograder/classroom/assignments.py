@@ -10,6 +10,7 @@ import stat
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
+from itertools import pairwise
 
 from autograder.classroom import accounts, course_files
 from autograder.classroom.plan import COURSE_ID, Classroom
@@ -18,6 +19,7 @@ from autograder.gradebook.release import names as exercises
 from autograder.submissions.times import parse_time
 from course.foundation import storage
 from course.hand_in import UNTIL
+from course.notebook.progress import in_order
 
 DATES = "assignments.json"
 OWN = "dates"  # in the exchange, beside nbgrader's own: for each student a file with the dates that are told to them
@@ -72,9 +74,10 @@ def change(
         new = {"release": (release or {}).get(name), "due": due, "until": until}
         given = {key: time.isoformat() if isinstance(time, datetime) else "" for key, time in new.items() if time}
         dates = replace(known.get(name, Dates()), **given)
-        order = [time for time in (dates.release, dates.due, dates.until) if time]
-        if order != sorted(order, key=datetime.fromisoformat):
-            raise UsageError(f"{name}: the release comes first, then the due date, then the end")
+        steps = {"release": dates.release, "due date": dates.due, "end": dates.until}
+        for (first, then), (second, later) in pairwise((step, time) for step, time in steps.items() if time):
+            if datetime.fromisoformat(later) < datetime.fromisoformat(then):
+                raise UsageError(f"{name}: the {second}, {said(later)}, would come before the {first}, {said(then)}")
         changed[name] = dates
     text = json.dumps({name: asdict(dates) for name, dates in (known | changed).items()}, indent=1)
     storage.replace(classroom.state / DATES, text.encode(), storage.PRIVATE)
@@ -96,7 +99,7 @@ def table(classroom: Classroom, now: datetime) -> list[Row]:
     there, dates, handed_in = course_files.released(classroom), read(classroom), _handed_in(classroom)
     graded, returned = course_files.judged(classroom)
     rows = []
-    for name in sorted({*exercises(), *there}):
+    for name in in_order(sorted({*exercises(), *there})):
         own = dates.get(name, Dates())
         counts = (len(found.get(name, ())) for found in (handed_in, graded, returned))
         rows.append(Row(name, _state(own, name in there, now), own, *counts))

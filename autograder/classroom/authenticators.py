@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import functools
 import secrets
 from collections.abc import Callable
 from typing import Any
@@ -23,7 +24,9 @@ from autograder.classroom.plan import Classroom
 KNOWN = "classroom-known"  # the cookie of a browser in which a member has logged in
 DAYS = 200
 AT_ONCE = 32  # passwords that are checked at the same time
-FROM_ONE_PLACE = 8  # of these, at most so many from one address; its others wait, and delay nobody else
+# Of these, at most so many from one address, or from all browsers in which a member has logged in: the others of that
+# address or member wait, and delay nobody else.
+FROM_ONE_PLACE = 8
 
 
 class OwnTokens(UserTokenListAPIHandler):
@@ -80,7 +83,8 @@ class Careful(Authenticator):
         place = browser or handler.request.remote_ip
         if wait := self._attempts.begin(name, place, bool(browser)):
             raise HTTPError(429, f"Too many wrong passwords: try again in {wait:.0f} s, or ask your instructor.")
-        async with self._places.setdefault(place, asyncio.Semaphore(FROM_ONE_PLACE)):
+        whose = f"{name}:" if browser else place  # a member can have any number of browsers
+        async with self._places.setdefault(whose, asyncio.Semaphore(FROM_ONE_PLACE)):
             if not await self.check(handler, data):
                 return None
         self._attempts.succeeded(name, place)
@@ -94,6 +98,7 @@ class Careful(Authenticator):
 
     def get_handlers(self, app: Any) -> list[tuple[str, type[Any]]]:
         """Return the handlers of the log-in, and what comes before the hub's own."""
+        _roll_back_whatever_fails()
         # When `refresh_user` says no, the hub (6.1) asks whether a request came by a token: by a cookie, it fails.
         BaseHandler._token_authenticated = getattr(BaseHandler, "_token_authenticated", False)
         for kind in (orm.Share, orm.ShareCode, orm.Group):  # of before
@@ -168,6 +173,25 @@ class SharedPassword(Careful, SharedPasswordAuthenticator):
     async def check(self, handler: Any, data: dict[str, str]) -> bool:
         """Return True if the password is that of the member's role."""
         return bool(await SharedPasswordAuthenticator.authenticate(self, handler, data))
+
+
+def _roll_back_whatever_fails() -> None:
+    """Have a request that leaves the database session unusable roll it back: all requests share one session.
+
+    The hub (6.1) does so after an error of the database, but not when a value cannot be written at all, such as half
+    of a surrogate pair (`"\\ud800"`) in the note of a token.
+    """
+    finish = BaseHandler.finish
+    if hasattr(finish, "__wrapped__"):
+        return
+
+    @functools.wraps(finish)
+    def rolling_back(self: BaseHandler, *args: Any, **kwargs: Any) -> Any:
+        if not self.db.is_active:
+            self.db.rollback()
+        return finish(self, *args, **kwargs)
+
+    BaseHandler.finish = rolling_back
 
 
 def _browser(handler: Any, name: str) -> str:

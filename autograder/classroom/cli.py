@@ -455,7 +455,7 @@ def main() -> None:
     try:
         code = app(prog_name="environment/classroom", standalone_mode=False)
     except UsageProblem as error:
-        _fail(error.format_message())
+        _fail(" ".join(error.format_message().split()))
     except UsageError as error:
         _fail(str(error))
     except AutograderError as error:
@@ -510,7 +510,7 @@ def _before(classroom: Classroom) -> Classroom | None:
         before = Classroom.load(classroom.folder)
     except UsageError:
         return None
-    if before.prefix != classroom.prefix:
+    if before.prefix != classroom.prefix and (hub.left(before) or accounts.noted(before)):
         raise UsageError(f"this classroom's prefix is {before.prefix}: `down` first, to change it")
     return before if hub.left(before) else None
 

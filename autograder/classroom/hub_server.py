@@ -2,8 +2,8 @@
 
 Members' processes see the second socket, which leads to the hub's API only; the connections and the requests of each
 user are limited.
-Everything else is served through the proxy, whose socket no member sees, so the proxy's headers on a request's origin
-can be trusted.
+Everything else is served through the proxy, whose socket no member sees.  What the proxy adds to a request on its
+origin can be trusted (`TrustsTheProxyOnly`).
 """
 
 import asyncio
@@ -69,19 +69,50 @@ class Pace:
         return max(0.0, free - now - (AT_ONCE - 1) * EACH)
 
 
-class InTurn(HTTPMessageDelegate):
-    """A request that may have to wait before it is handled; whoever gives up meanwhile is not served."""
+class Passing(HTTPMessageDelegate):
+    """A base that passes a request on to its handler as it comes."""
 
-    def __init__(self, handler: HTTPMessageDelegate, connection: HTTP1Connection, wait: Callable[[], float]):
-        self._handler, self._connection, self._wait = handler, connection, wait
+    def __init__(self, handler: HTTPMessageDelegate):
+        self._handler = handler
 
     def headers_received(self, start_line: RequestStartLine | ResponseStartLine, headers: HTTPHeaders) -> Any:
-        """Hand on the first line and the headers."""
+        """Pass on the first line and the headers."""
         return self._handler.headers_received(start_line, headers)
 
     def data_received(self, chunk: bytes) -> Any:
-        """Hand on a part of the body."""
+        """Pass on a part of the body."""
         return self._handler.data_received(chunk)
+
+    def finish(self) -> None:
+        """Have the request handled."""
+        self._handler.finish()
+
+    def on_connection_close(self) -> None:
+        """Tell the handler."""
+        self._handler.on_connection_close()
+
+
+class TrustsTheProxyOnly(Passing):
+    """A request from the proxy, without the headers in which only its sender says where it comes from.
+
+    Tornado believes these before the last address in X-Forwarded-For, which the proxy adds.
+    """
+
+    SENDERS = ("X-Real-Ip", "X-Scheme")
+
+    def headers_received(self, start_line: RequestStartLine | ResponseStartLine, headers: HTTPHeaders) -> Any:
+        """Pass on the first line and the other headers."""
+        for name in self.SENDERS:
+            headers.pop(name, None)
+        return super().headers_received(start_line, headers)
+
+
+class InTurn(Passing):
+    """A request that may have to wait before it is handled; whoever gives up meanwhile is not served."""
+
+    def __init__(self, handler: HTTPMessageDelegate, connection: HTTP1Connection, wait: Callable[[], float]):
+        super().__init__(handler)
+        self._connection, self._wait = connection, wait
 
     def finish(self) -> None:
         """Have the request handled, at once or when its turn has come."""
@@ -90,10 +121,6 @@ class InTurn(HTTPMessageDelegate):
             return
         later = asyncio.get_running_loop().call_later(seconds, self._handler.finish)
         self._connection.set_close_callback(later.cancel)  # the handler sets its own once it begins
-
-    def on_connection_close(self) -> None:
-        """Tell the handler."""
-        self._handler.on_connection_close()
 
 
 def listen(path: Path, application: Application) -> HTTPServer:
@@ -115,6 +142,12 @@ def listen(path: Path, application: Application) -> HTTPServer:
     path.unlink(missing_ok=True)
     add_accept_handler(bind_unix_socket(str(path), mode=0o666), accept)
     return server
+
+
+def trust_the_proxy_only(server: HTTPServer) -> None:
+    """Have a server behind the proxy believe about the origin of a request what the proxy says, and nothing else."""
+    begin = server.start_request
+    server.start_request = lambda *connections: TrustsTheProxyOnly(begin(*connections))  # type: ignore[method-assign]
 
 
 def owner(connection: socket.socket) -> int:
@@ -146,6 +179,7 @@ class ClassHub(JupyterHub):
         BoxSpawner.begin()
         self._members = listen(Classroom.load(Path(os.environ[VARIABLE])).hub_socket, self.tornado_application)
         await super().start()
+        trust_the_proxy_only(self.http_server)
         self.http_server.conn_params.max_body_size = LARGEST  # the proxy's requests, of anybody
 
 

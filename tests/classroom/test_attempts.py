@@ -84,6 +84,27 @@ def test_twelve_wrong_ones_lock_and_an_instructor_unlocks(classroom):
     attempts.unlock(classroom, "erin")
 
 
+def test_a_forged_address_gains_nothing(classroom):
+    guesser = Visitor(classroom.url, "erin")
+    for number in range(12):
+        guesser.session.headers["X-Real-IP"] = f"192.0.2.{number}"
+        guesser.session.headers["X-Forwarded-For"] = f"192.0.2.{number}"
+        assert not guesser.log_in("guessed")
+    assert guesser.answer.status_code == 429
+    attempts.unlock(classroom, "erin")
+
+
+def test_half_a_character_in_a_token_fails_for_its_sender_alone(classroom):
+    """All requests share one session of the database, which such a note leaves unusable."""
+    erin, carol = Visitor(classroom.url, "erin"), Visitor(classroom.url, "carol")
+    assert all(visitor.log_in(hub.shared_passwords(classroom)["students"]) for visitor in (erin, carol))
+    tokens = f"{classroom.url}hub/api/users/erin/tokens"
+    for _ in range(3):
+        refused = erin.session.post(tokens, json={"note": "\ud800"}, headers=erin._headers("/hub/"))
+        page = carol.session.get(f"{classroom.url}hub/home", allow_redirects=False)  # to the login page
+        assert (refused.status_code, page.status_code) == (400, 200)
+
+
 def test_after_a_new_password_a_former_login_leads_to_the_login_page(classroom):
     visitor = Visitor(classroom.url, "erin")
     assert visitor.log_in(hub.shared_passwords(classroom)["students"])

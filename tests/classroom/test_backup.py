@@ -37,30 +37,31 @@ def somebody():
 
 @pytest.mark.long("two classes are started")
 def test_a_class_moves_with_everybodys_work_and_password(able, tmp_path, somebody):
-    """To a machine that has given ada's number to somebody else, with the hand-ins and without a roster."""
+    """To a machine that has given ada's number to somebody else, without a roster, with another prefix of the users."""
     for around in tmp_path.parents:
         if around.stat().st_mode & 0o005 != 0o005 and around.is_relative_to("/tmp"):
             around.chmod(around.stat().st_mode | 0o011)
     tmp_path.chmod(0o711)
-    (tmp_path / "roster.csv").write_text(ROSTER + "zoe,student\n")
+    (tmp_path / "roster.csv").write_text(ROSTER)
     old, new, kept = tmp_path / "old", tmp_path / "new", tmp_path / "class.tar.gz"
-    settings = ["--port", str(free_port()), "--prefix", f"b{secrets.token_hex(2)}-"]
+    port, prefixes = ["--port", str(free_port())], [f"b{secrets.token_hex(2)}-" for _ in range(2)]
     try:
-        done = run_classroom("up", "--folder", str(old), "--roster", str(tmp_path / "roster.csv"), *settings)
+        done = run_classroom(
+            "up", "--folder", str(old), "--roster", str(tmp_path / "roster.csv"), *port, "--prefix", prefixes[0]
+        )
         assert done.returncode == 0, done.stderr
         there = Classroom.load(old)
         uid, gid = accounts.ids(there, there.find("ada"))
         work = old / "homes" / "ada" / "work.py"
         work.write_text("mine")
         os.chown(work, uid, gid)
+        (old / "homes" / "zoe").mkdir()  # of somebody who has left the class
+        os.chown(old / "homes" / "zoe", 4321, 4321)
         refused = run_classroom("backup", str(kept), "--folder", str(old))
         assert (refused.returncode, kept.exists()) == (2, False)
         assert "the class is up: `down` first" in refused.stderr
-        (tmp_path / "roster.csv").write_text(ROSTER)
-        assert (
-            run_classroom("up", "--folder", str(old), "--roster", str(tmp_path / "roster.csv"), *settings).returncode
-            == 0
-        )
+        refused = run_classroom("up", "--folder", str(old), "--dry-run", *port, "--prefix", prefixes[1])
+        assert refused.returncode == 2 and f"prefix is {prefixes[0]}: `down` first, to change it" in refused.stderr
         assert run_classroom("down", "--folder", str(old)).returncode == 0
         written = run_classroom("backup", str(kept), "--folder", str(old))
         assert written.returncode == 0 and "3 members" in written.stdout, written.stderr
@@ -71,7 +72,7 @@ def test_a_class_moves_with_everybodys_work_and_password(able, tmp_path, somebod
         done = run_classroom("restore", str(kept), "--folder", str(new))
         assert done.returncode == 0 and f"up --folder {new}" in done.stdout, done.stderr
         assert (new / "homes" / "zoe").stat().st_uid == 0, "somebody here may have the number of who has left"
-        done = run_classroom("up", "--folder", str(new), *settings)
+        done = run_classroom("up", "--folder", str(new), *port, "--prefix", prefixes[1])
         assert done.returncode == 0 and "Kept the passwords that 3 members had" in done.stdout, done.stderr
         moved = Classroom.load(new)
         mine = moved.home(moved.find("ada")) / "work.py"
@@ -83,7 +84,7 @@ def test_a_class_moves_with_everybodys_work_and_password(able, tmp_path, somebod
         for folder in (old, new):
             if folder.exists():
                 run_classroom("down", "--folder", str(folder), "--delete-homes")
-    assert not [user for user in pwd.getpwall() if user.pw_name.startswith(settings[-1])]
+    assert not [user for user in pwd.getpwall() if user.pw_name.startswith(tuple(prefixes))]
 
 
 def test_what_students_have_made_of_their_homes_comes_back_as_it_was(quiet, tmp_path):

@@ -174,6 +174,14 @@ def test_a_student_with_thousands_of_folders_does_not_hide_the_other_lines(inbou
     assert f"user-{EVE}: 80 more were left out" in caplog.text
 
 
+def test_folders_with_the_names_of_others_do_not_hide_the_other_lines(inbound, collect, caplog):
+    for number in range(100):
+        hand_in(inbound, EVE, f"ada+calculator+{TIME.format(1)}+{number}", a="eve's")
+    assert collect() == {f"user-{EVE}: a.py": b"eve's"}
+    assert sum("was put there by" in line for line in caplog.messages) == exchange_collect.MOST_TOLD
+    assert f"user-{EVE}: 80 more were put there, and are taken for theirs" in caplog.text
+
+
 @pytest.mark.parametrize("name", ["ends.json", "extensions.json", "members.json"])
 def test_a_pipe_in_the_course_folder_is_not_waited_for(collect, tmp_path, name):
     """Somebody may have left one there who was an instructor."""

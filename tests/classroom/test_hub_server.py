@@ -253,11 +253,12 @@ class Members:
 
 
 class Handler:
-    def __init__(self, place):
+    def __init__(self, place, cookie=None):
         self.request = type("Request", (), {"remote_ip": place, "host": "class"})()
+        self.cookie = cookie
 
     def get_secure_cookie(self, *_, **__):
-        return None
+        return self.cookie
 
     def set_secure_cookie(self, *_, **__):
         pass
@@ -266,7 +267,9 @@ class Handler:
         """The hub's user of that name: nobody has come in yet."""
 
 
-def test_who_tries_many_passwords_at_once_keeps_nobody_else_waiting(monkeypatch):
+@pytest.mark.parametrize("known", [False, True])
+def test_who_tries_many_passwords_at_once_keeps_nobody_else_waiting(monkeypatch, known):
+    """From one address, or by any number of browsers in which they have logged in."""
     monkeypatch.setattr(authenticators.Careful, "classroom", Members(), raising=False)
     monkeypatch.setattr(authenticators.addresses, "belongs", lambda *_: True)
     monkeypatch.setattr(authenticators.attempts, "unlocked", lambda *_: 0.0)
@@ -275,9 +278,10 @@ def test_who_tries_many_passwords_at_once_keeps_nobody_else_waiting(monkeypatch)
         slow = Slow()
 
         async def guess(number):
-            data = {"username": f"s{number % 30}", "password": "wrong"}
+            data = {"username": "eve" if known else f"s{number % 30}", "password": "wrong"}
+            cookie = f"eve:{number % 30}".encode() if known else None
             try:
-                return await slow.authenticate(Handler("192.0.2.1"), data)
+                return await slow.authenticate(Handler("192.0.2.1", cookie), data)
             except HTTPError as error:
                 return error.status_code
 
@@ -292,7 +296,33 @@ def test_who_tries_many_passwords_at_once_keeps_nobody_else_waiting(monkeypatch)
 
     at_once, refused, wrong = run_apart(run())
     assert at_once == authenticators.FROM_ONE_PLACE + 1  # and ada
-    assert (wrong, refused) == (150, 150)  # five of each name
+    assert (wrong, refused) == (150, 150)  # five of each name or browser
+
+
+def test_one_address_cannot_take_all_connections_of_the_proxy(classroom):
+    def connected(host):
+        one = socket.create_connection(("127.0.0.1", classroom.port), source_address=(host, 0))
+        one.setblocking(False)
+        return one
+
+    def is_open(one):
+        try:
+            return one.recv(1) != b""
+        except BlockingIOError:
+            return True
+        except ConnectionError:
+            return False
+
+    held = [connected("127.0.0.9") for _ in range(2010)]
+    assert wait_until(lambda: sum(map(is_open, held)) == 2000, 20.0)
+    assert requests.get(f"http://127.0.0.1:{classroom.port}/hub/login", headers={"Host": "localhost"}, timeout=20).ok
+    for one in held:
+        one.close()
+    again = connected("127.0.0.9")
+    again.setblocking(True)
+    again.sendall(b"GET /hub/login HTTP/1.0\r\nHost: localhost\r\n\r\n")
+    assert again.recv(12).startswith(b"HTTP/1.1 200")
+    again.close()
 
 
 def test_a_member_who_holds_the_hubs_connections_keeps_nobody_out(classroom, ada, bob, kernel):

@@ -202,8 +202,8 @@ def test_a_flood_of_the_servers_log_ends_at_its_limit(ada, kernel, classroom):
 
 @pytest.fixture
 def sleeper(able):
-    """A process of nobody else's user, which its parent waits for at the end alone."""
-    uid = next(number for number in range(61000, 65000) if not _taken(number))
+    """A process of nobody else's user, nor of `users.SPARE`, which its parent waits for at the end alone."""
+    uid = next(number for number in range(61100, 65000) if not _taken(number))
     with subprocess.Popen(["sleep", "600"], user=uid, group=uid) as process:
         yield uid, servers.Running(process.pid, processes.birth(process.pid))
         process.kill()

@@ -141,7 +141,7 @@ def test_exercises_are_drafts_until_each_is_released_and_have_their_dates(classr
 
     for arguments, why in (
         (["actions", "--at", said(NOW + DAY)], "actions is released already"),
-        (["services", "--due", said(NOW - DAY)], "the release comes first"),
+        (["services", "--due", said(NOW - DAY)], "UTC, would come before the release, "),
         (["nonsense"], "there is no exercise nonsense"),
         (["services", "--due", "tomorrow"], "'tomorrow' is not a time"),
         ([], "name an exercise, or give --all"),
@@ -197,7 +197,7 @@ def test_states_follow_from_the_dates():
 
 
 def test_dates_are_in_their_order(quiet):
-    with pytest.raises(UsageError, match="the release comes first, then the due date, then the end"):
+    with pytest.raises(UsageError, match="services: the end, .* UTC, would come before the due date, .* UTC"):
         assignments.change(quiet, ["services"], due=NOW, until=NOW - DAY)
     assert assignments.read(quiet) == {}
 
