@@ -528,7 +528,7 @@ def main() -> None:
     try:
         code = app(standalone_mode=False)
     except UsageProblem as error:
-        _fail(error.format_message())
+        _fail(" ".join(error.format_message().split()))
     except UsageError as error:
         _fail(str(error.args[0]))
     except SandboxUnavailable as error:

@@ -163,7 +163,7 @@ def unpacked(path: Path, assignment: str) -> Iterator[Path]:
     with tempfile.TemporaryDirectory(prefix="handed-in-") as folder:
         for member in inside:
             if str(member.path) == RECEIPT and (claimed := receipt(member.content).get("assignment")) != assignment:
-                other = claimed if claimed in exercises.names() else "not an exercise in this course"
+                other = claimed if claimed in exercises.names() else "something that is not an exercise of this course"
                 raise UsageError(f"{path} is a hand-in of {other}, not of {assignment}")
             if str(member.path) in wanted:
                 (Path(folder) / member.path.name).write_bytes(member.content)

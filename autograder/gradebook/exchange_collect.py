@@ -2,11 +2,13 @@
 
 import contextlib
 import errno
+import logging
 import os
 import pwd
 import re
 import secrets
 import stat
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -20,13 +22,31 @@ from course.foundation import storage
 
 MOST_FILES, MOST_BYTES = 200, 100 << 20  # of one submission
 MOST_ENTRIES, DEEPEST = 2000, 20  # files and folders that are visited, and nested folders
-MOST_TOLD = 20  # omitted files that are named
+MOST_TOLD = 20  # files of a member that are named, of those left out and of those that bear another name
 TIMESTAMP, SECRETS = "timestamp.txt", "submission_secret.txt"
 SECRET = re.compile(r"[\w-]{16,200}")
 CONFIGURATION = re.compile(r"(nbgrader|jupyter\w*|ipython\w*)_config\.(py|json)", re.IGNORECASE)
 SLOW = timedelta(minutes=2)  # that a hand-in may take before its time is doubted
 MINUTES = "%Y-%m-%d %H:%M"
 NO_TIME = datetime(1970, 1, 1)  # in nbgrader's form: UTC, without a time zone
+
+
+class Few:
+    """Warnings of one kind: the first `MOST_TOLD` as they come, and at the end the number of the others."""
+
+    def __init__(self, log: logging.Logger | logging.LoggerAdapter[Any]):
+        self._log, self._number = log, 0
+
+    def tell(self, text: str, *about: object) -> None:
+        """Warn, unless there have been enough."""
+        self._number += 1
+        if self._number <= MOST_TOLD:
+            self._log.warning(text, *about)
+
+    def end(self, text: str, about: str) -> None:
+        """Warn once more, about whom and of how many, if some were not told."""
+        if self._number > MOST_TOLD:
+            self._log.warning(text, about, self._number - MOST_TOLD)
 
 
 class OwnersCollect(ExchangeCollect):
@@ -52,7 +72,7 @@ class OwnersCollect(ExchangeCollect):
         except (ValueError, OverflowError):  # not a time: sorts as the oldest
             record = {"filename": os.path.basename(path), "timestamp": NO_TIME, "username": ""}
         if owner and owner != record["username"]:
-            self.log.warning("%s was put there by %s, and is taken for theirs", shown(path), owner)
+            self._taken[owner].tell("%s was put there by %s, and is taken for theirs", shown(path), owner)
         return record | {"username": owner}
 
     def init_src(self) -> None:
@@ -61,7 +81,10 @@ class OwnersCollect(ExchangeCollect):
         self._members = members.read(Path(self.coursedir.root))
         self._end = ends.read(Path(self.coursedir.root)).get(self.coursedir.assignment_id)
         self._policy = LatePolicy(config=self.config)
+        self._taken: dict[str, Few] = defaultdict(lambda: Few(self.log))  # by owner: what bears another name
         super().init_src()
+        for owner, few in self._taken.items():
+            few.end("%s: %d more were put there, and are taken for theirs", owner)
         records: list[dict[str, Any]] = self.src_records  # type: ignore[has-type]
         newest: dict[str, dict[str, Any]] = {}
         for record in sorted(records, key=self._in_time):  # nbgrader repeats a student if others are between
@@ -71,16 +94,13 @@ class OwnersCollect(ExchangeCollect):
 
     def _sort_by_timestamp(self, records: list[dict[str, Any]]) -> list[dict[str, Any]]:
         """Sort a student's hand-ins that count, the newest first: nbgrader takes the first."""
-        counted, left = [], 0
+        counted, left = [], Few(self.log)
         for record in super()._sort_by_timestamp(records):
             if why := self._why_not(record):
-                left += 1
-                if left <= MOST_TOLD:
-                    self.log.warning("%s was left out: %s", shown(self._path(record)), why)
+                left.tell("%s was left out: %s", shown(self._path(record)), why)
             else:
                 counted.append(record)
-        if left > MOST_TOLD:
-            self.log.warning("%s: %d more were left out", shown(records[0]["username"]), left - MOST_TOLD)
+        left.end("%s: %d more were left out", shown(records[0]["username"]) if records else "")
         return counted or records[:1]  # `init_src` leaves it out
 
     def _owner(self, path: str) -> str:
@@ -131,7 +151,7 @@ class OwnersCollect(ExchangeCollect):
     def do_copy(self, src: str, dest: str, log: object = None) -> None:
         """Copy the regular files; logs those that are left out as too large or unreadable."""
         Path(dest).mkdir(parents=True)
-        files, space, told, seen = MOST_FILES, MOST_BYTES, 0, 0
+        files, space, seen, left = MOST_FILES, MOST_BYTES, 0, Few(self.log)
         changed = NO_TIME
         with contextlib.suppress(OSError):  # it has just disappeared
             changed = _changed(src)
@@ -151,12 +171,9 @@ class OwnersCollect(ExchangeCollect):
                     size, written = _copy(name, descriptor, copy, space if files else 0)
                     space, files, changed = space - size, files - 1, max(changed, written)
                 except OSError as error:
-                    told += 1
-                    if told <= MOST_TOLD:
-                        why = "it is a link" if error.errno == errno.ELOOP else error.strerror or error
-                        self.log.warning("%s was left out: %s", shown(os.path.join(folder, name)), why)
-        if told > MOST_TOLD:
-            self.log.warning("%s: %d more were left out", shown(src), told - MOST_TOLD)
+                    why = "it is a link" if error.errno == errno.ELOOP else error.strerror or error
+                    left.tell("%s was left out: %s", shown(os.path.join(folder, name)), why)
+        left.end("%s: %d more were left out", shown(src))
         self._complete(src, Path(dest), changed)
 
     def _complete(self, src: str, copy: Path, changed: datetime) -> None:

@@ -113,13 +113,13 @@ def give_back(
             result.left_out.append(f"{who}: {error.args[0]}")
             continue
         by_hand = marks[places[key]].of(report)
-        if any(mark.waiting for mark in by_hand):
-            result.waiting.append(who)
         said = feedback.feedback(report, by_hand).to_text().encode(errors="replace")
         now[who] = hashlib.sha256(said).hexdigest()
         if changed and before.get(who) == now[who]:
             result.unchanged += 1
             continue
+        if any(mark.waiting for mark in by_hand):
+            result.waiting.append(who)
         page = feedback.page(report, by_hand).encode(errors="replace")
         pages[way.form, "" if way.form == FILES else key[1]].append((who, way.name, page))
     made = _write(pages, into, result)

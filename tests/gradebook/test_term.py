@@ -13,7 +13,7 @@ import pytest
 from nbgrader.api import Gradebook
 from typer.testing import CliRunner
 
-from autograder.cli import app
+from autograder.cli import app, main
 from autograder.gradebook import ends, members, release
 from autograder.gradebook.entering import Entering
 from autograder.records import GRADED, PASSED, Report, Result
@@ -311,3 +311,10 @@ def test_a_release_notes_the_due_date_for_the_gradebook_and_for_handing_in(tmp_p
     run(*arguments, "none")
     assert json.loads(notebook.read_text())["metadata"]["course"].keys() == {"due"}
     assert ends.read(tmp_path / "course") == {}
+
+
+def test_a_missing_choice_is_one_line_without_escaped_characters(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["autograder", "export", "out"])
+    with pytest.raises(SystemExit, match="2"):
+        main()
+    assert capsys.readouterr().err == "autograder: Missing option '--for'. Choose from: canvas, moodle, csv\n"

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -20,9 +21,9 @@ NEEDS_SERVER = ("test_add", "test_each_answer_stands_alone")
 NEEDS_NONE = ("test_interface_response", "test_client_shows_result")
 QUICK = "0.35"  # of the usual patience: a silent program is given up on sooner
 
-# Servers that do not work, the outcome of the server's tests, and what the student is told.
+# Servers that do not work, the outcome of the server's tests, and a pattern of what the student is told.
 SERVERS = {
-    "syntax": ("def main(:\n    pass\n", CRASHED, "SyntaxError: invalid syntax (calculator_server.py, line 1)"),
+    "syntax": ("def main(:\n    pass\n", CRASHED, r"SyntaxError: invalid syntax \(calculator_server.py, line 1\)"),
     "ends": ("print('hello')\n", CRASHED, "ended by itself right after its start"),
     "raises": ("import nothing_of_that_name\n", CRASHED, "ModuleNotFoundError: No module named 'nothing_of_that_name'"),
     "never_starts": ("import time\ntime.sleep(1000)\n", TIMED_OUT, "no node appeared"),
@@ -30,7 +31,7 @@ SERVERS = {
     "forks": (
         "import os\nwhile True:\n    try:\n        os.fork()\n    except OSError:\n        pass\n",
         CRASHED,
-        "it started 64 processes",
+        "it (started 64|kept 5) processes",  # on a busy machine it is ended before it has 64
     ),
     "takes_memory": ("kept = []\nwhile True:\n    kept.append(bytearray(1 << 24))\n", CRASHED, "MemoryError"),
     "takes_memory_in_parts": (
@@ -153,7 +154,7 @@ def test_broken_server(broken, name):
     _, outcome, message = SERVERS[name]
     verdicts = broken[name].result().verdicts
     assert {verdicts[test].outcome for test in NEEDS_SERVER} == {outcome}
-    assert message in verdicts[NEEDS_SERVER[0]].message
+    assert re.search(message, verdicts[NEEDS_SERVER[0]].message)
     # What does not need the server is judged all the same.
     assert {verdicts[test].outcome for test in NEEDS_NONE} == {PASSED}
 

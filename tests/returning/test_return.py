@@ -159,6 +159,8 @@ def test_what_still_waits_for_a_mark_is_returned_and_said(submitted, tmp_path):
     result = give_back(out, out / "returned")
     assert result.waiting == ["ada/services"]
     assert record.read((out / "returned" / "ada-services-feedback.html").read_bytes()).waiting
+    again = give_back(out, out / "returned" / "changed-1", changed=True)
+    assert (again.waiting, again.unchanged) == ([], 1)  # nothing is said of a page that is not returned this time
 
 
 def test_no_page_goes_to_somebody_who_handed_in_something_else_since(tmp_path):
